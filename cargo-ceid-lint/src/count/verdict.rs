@@ -1,0 +1,160 @@
+//! The words of the proof report: verdicts, gates, kinds of cycles, and the pairs that carry them.
+
+use crate::diagnostic::WitnessStep;
+use crate::source::Span;
+
+/// What was decided for one filter in one cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Verdict {
+    /// Every completing path updates exactly once, every exiting path at most once.
+    Once,
+    /// The same, by a guard.
+    Guarded,
+    /// Paths that do not update reset the filter.
+    OnceOrReset,
+    /// Once for every sample of a sample loop that lies inside another cycle.
+    PerSample,
+    /// Once whenever the gate opens.
+    Gated,
+    /// Owed, and no path updates.
+    Missed,
+    /// Some path updates twice or more.
+    Repeated,
+    /// Some completing path neither updates nor resets, and no gate explains it.
+    Skipped,
+    /// A part that could matter cannot be seen.
+    Unproved,
+}
+
+impl Verdict {
+    /// The word in the proof report.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Once => "once",
+            Self::Guarded => "guarded",
+            Self::OnceOrReset => "once_or_reset",
+            Self::PerSample => "per_sample",
+            Self::Gated => "gated",
+            Self::Missed => "missed",
+            Self::Repeated => "repeated",
+            Self::Skipped => "skipped",
+            Self::Unproved => "unproved",
+        }
+    }
+
+    /// Whether the pair is proved to be right.
+    #[must_use]
+    pub fn is_proved(self) -> bool {
+        matches!(self, Self::Once | Self::Guarded | Self::OnceOrReset | Self::PerSample | Self::Gated)
+    }
+}
+
+/// What kind of condition skips on purpose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Gate {
+    /// Decimation by a counter.
+    Rate,
+    /// Elapsed time.
+    Time,
+    /// No sample of this filter's own input.
+    Sample,
+    /// An arm of a choice between events.
+    Event,
+    /// A latch that opens once.
+    Startup,
+    /// The next step covers the gap.
+    Measured,
+    /// A condition that cannot change inside the cycle.
+    Config,
+    /// A state that is entered or left with a reset.
+    Mode,
+}
+
+impl Gate {
+    /// The word in the proof report.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rate => "rate",
+            Self::Time => "time",
+            Self::Sample => "sample",
+            Self::Event => "event",
+            Self::Startup => "startup",
+            Self::Measured => "measured",
+            Self::Config => "config",
+            Self::Mode => "mode",
+        }
+    }
+}
+
+/// What a cycle is in the source.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum CycleKind {
+    /// `loop`, and `each_cycle!`
+    Loop,
+    /// `while`
+    While,
+    /// `for`
+    For,
+    /// A closure that is called once per cycle or per item.
+    Closure,
+    /// A cycle function.
+    Function,
+}
+
+impl CycleKind {
+    /// The word in the proof report.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Loop => "loop",
+            Self::While => "while",
+            Self::For => "for",
+            Self::Closure => "closure",
+            Self::Function => "function",
+        }
+    }
+}
+
+/// A cycle with every filter that it updates or owes an update.
+#[derive(Clone, Debug)]
+pub struct Cycle {
+    /// Index into the project's packages.
+    pub package: usize,
+    /// Index into the package's targets.
+    pub target: usize,
+    /// The loop keyword, the `fn` keyword, or the closure's `|`.
+    pub head: Span,
+    /// What it is.
+    pub kind: CycleKind,
+    /// The function it lies in: `main`, `Robot::run`.
+    pub function: String,
+    /// Its filters in the order of their first appearance.
+    pub filters: Vec<Pair>,
+}
+
+/// A filter in a cycle.
+#[derive(Clone, Debug)]
+pub struct Pair {
+    /// The instance as the source spells its place: `kf`, `self.axes.roll`, `filters[*]`.
+    pub name: String,
+    /// The name of its type: `KalmanF`.
+    pub filter_type: String,
+    /// The method, or the half of the law.
+    pub law: String,
+    /// What was decided.
+    pub verdict: Verdict,
+    /// The sorted set of counts on completing paths, 2 for 'many'.
+    pub counts: Vec<u8>,
+    /// What skips on purpose, if something does.
+    pub gate: Option<Gate>,
+    /// The names of the rules that fire on it, whatever their level, without prefix, sorted.
+    pub rules: Vec<&'static str>,
+    /// Why it cannot be proved.
+    pub cause: Option<String>,
+    /// The shortest path that shows the verdict; empty if there is nothing to show.
+    pub witness: Vec<WitnessStep>,
+    /// The reason of the suppression that hides its finding, if one does; may be empty.
+    pub suppressed: Option<String>,
+}

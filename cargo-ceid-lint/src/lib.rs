@@ -1,0 +1,31 @@
+//! Proves or refutes that every sampled-time filter of a workspace is updated exactly once per control cycle.
+//!
+//! The program `cargo ceid-lint` is the product; this library exists for it and for its tests, and its API is unstable.
+//! Data flows from the first module of this list to the last; a module imports only from those above it.
+#![forbid(unsafe_code)]
+
+pub mod source;
+
+pub mod diagnostic;
+
+pub mod config;
+
+pub mod project;
+
+pub mod syntax;
+
+pub mod index;
+
+pub mod types;
+
+pub mod flow;
+
+pub mod count;
+
+pub mod rules;
+
+pub mod pipeline;
+
+pub mod report;
+
+pub mod cli;

@@ -1,0 +1,88 @@
+//! From bytes to lines and columns. Counts columns in Unicode scalar values, as cargo's JSON does.
+
+/// A place as people count it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct LineColumn {
+    /// 1-based line.
+    pub line: u32,
+    /// 1-based column in Unicode scalar values.
+    pub column: u32,
+}
+
+/// Where the lines of a text begin.
+#[derive(Clone, Debug)]
+pub struct LineIndex {
+    starts: Vec<u32>,
+}
+
+impl LineIndex {
+    /// Finds the lines of `text`; a line ends with `\n`.
+    #[must_use]
+    pub fn new(text: &str) -> Self {
+        let mut starts = vec![0];
+        starts.extend(text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(at, _)| to_u32(at + 1)));
+        Self { starts }
+    }
+
+    /// Line and column of the byte at `offset`.
+    #[must_use]
+    pub fn line_column(&self, text: &str, offset: u32) -> LineColumn {
+        let line = self.starts.partition_point(|start| *start <= offset).max(1) - 1;
+        let start = self.starts[line] as usize;
+        let end = (offset as usize).min(text.len());
+        let column = text.get(start..end).map_or(end - start, |before| before.chars().count());
+        LineColumn { line: to_u32(line + 1), column: to_u32(column + 1) }
+    }
+
+    /// The byte range of a 1-based line without its line break.
+    #[must_use]
+    pub fn line_range(&self, text: &str, line: u32) -> std::ops::Range<usize> {
+        let index = (line.max(1) - 1) as usize;
+        let start = self.starts.get(index).map_or(text.len(), |start| *start as usize);
+        let end = self.starts.get(index + 1).map_or(text.len(), |next| *next as usize);
+        let line = text.get(start..end).unwrap_or("");
+        start..start + line.trim_end_matches(['\n', '\r']).len()
+    }
+
+    /// How many lines there are.
+    #[must_use]
+    pub fn count(&self) -> u32 {
+        to_u32(self.starts.len())
+    }
+}
+
+fn to_u32(value: usize) -> u32 {
+    u32::try_from(value).unwrap_or(u32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(text: &str, offset: u32, line: u32, column: u32) {
+        assert_eq!(LineIndex::new(text).line_column(text, offset), LineColumn { line, column });
+    }
+
+    #[test]
+    fn first_byte_is_line_one_column_one() {
+        check("abc", 0, 1, 1);
+    }
+
+    #[test]
+    fn columns_count_characters_not_bytes() {
+        check("é𝛼x", 6, 1, 3);
+    }
+
+    #[test]
+    fn a_line_break_belongs_to_its_line() {
+        check("a\nb\n", 1, 1, 2);
+        check("a\nb\n", 2, 2, 1);
+    }
+
+    #[test]
+    fn carriage_returns_are_not_part_of_the_line() {
+        let text = "a\r\nb";
+        assert_eq!(LineIndex::new(text).line_range(text, 1), 0..1);
+    }
+}
