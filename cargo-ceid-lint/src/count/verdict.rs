@@ -1,6 +1,7 @@
 //! The words of the proof report: verdicts, gates, kinds of cycles, and the pairs that carry them.
 
 use crate::diagnostic::WitnessStep;
+pub use crate::flow::CycleKind;
 use crate::source::Span;
 
 /// What was decided for one filter in one cycle.
@@ -84,35 +85,6 @@ impl Gate {
             Self::Measured => "measured",
             Self::Config => "config",
             Self::Mode => "mode",
-        }
-    }
-}
-
-/// What a cycle is in the source.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum CycleKind {
-    /// `loop`, and `each_cycle!`
-    Loop,
-    /// `while`
-    While,
-    /// `for`
-    For,
-    /// A closure that is called once per cycle or per item.
-    Closure,
-    /// A cycle function.
-    Function,
-}
-
-impl CycleKind {
-    /// The word in the proof report.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Loop => "loop",
-            Self::While => "while",
-            Self::For => "for",
-            Self::Closure => "closure",
-            Self::Function => "function",
         }
     }
 }

@@ -1,1 +1,395 @@
-//! (being built)
+//! Control flow: each function as a graph of the effects that matter for filters. Knows no verdicts.
+
+mod lower;
+mod place;
+mod test;
+
+use crate::index::{BodyOwner, FunctionId, Index, Ty};
+use crate::source::Span;
+use crate::types::TypedBody;
+
+pub use lower::lower_function;
+pub use place::{Base, IndexKey, Place, Projection, Relation};
+pub use test::{About, Head, OTHER_HEADS, Subject, SubjectId, Test};
+
+/// What a cycle is in the source.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum CycleKind {
+    /// `loop`, and `each_cycle!`
+    Loop,
+    /// `while`
+    While,
+    /// `for`
+    For,
+    /// A closure that is called once per cycle or per item.
+    Closure,
+    /// A cycle function.
+    Function,
+}
+
+impl CycleKind {
+    /// The word in the proof report.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Loop => "loop",
+            Self::While => "while",
+            Self::For => "for",
+            Self::Closure => "closure",
+            Self::Function => "function",
+        }
+    }
+}
+
+/// A node of a [`ControlFlowGraph`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct NodeId(pub u32);
+
+/// A variable of a graph: a parameter, a name of the source, or a value in between.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Var(pub u32);
+
+/// A loop of a graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct LoopId(pub u32);
+
+/// A guard of a graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct GuardId(pub u32);
+
+/// The control flow of one function.
+#[derive(Debug)]
+pub struct ControlFlowGraph {
+    /// The function.
+    pub function: FunctionId,
+    /// The nodes; the first one is the entry.
+    pub nodes: Vec<Node>,
+    /// The variables.
+    pub vars: Vec<VarInfo>,
+    /// The parameters in order, `self` first.
+    pub params: Vec<Var>,
+    /// The loops; an outer one stands before those inside it.
+    pub loops: Vec<LoopInfo>,
+    /// What branches ask about.
+    pub subjects: Vec<Subject>,
+    /// The guards.
+    pub guards: Vec<GuardInfo>,
+    /// Set if the function was too large or too deep to be followed to its end.
+    pub truncated: Option<Cause>,
+}
+
+/// A point of the control flow.
+#[derive(Debug)]
+pub struct Node {
+    /// What happens.
+    pub effect: Effect,
+    /// Where.
+    pub span: Span,
+    /// Where it goes on. A branch has two: the test holds, it does not. A loop's head has two: another round, no more.
+    pub next: Vec<NodeId>,
+    /// The innermost loop it lies in.
+    pub in_loop: Option<LoopId>,
+}
+
+/// Why something cannot be known.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Cause {
+    /// A macro whose tokens mention the filter.
+    Macro(String),
+    /// A call of something that cannot be seen, with the filter.
+    Call(String),
+    /// A closure that is handed to something that cannot be seen.
+    Closure(String),
+    /// An index or key that depends on data.
+    Index(String),
+    /// Something that is not read: inline assembly, a raw pointer.
+    Code(String),
+    /// A limit of the analysis.
+    Limit(String),
+}
+
+impl std::fmt::Display for Cause {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Macro(name) => write!(f, "the macro `{name}!` mentions it and cannot be expanded"),
+            Self::Call(name) => write!(f, "`{name}` gets it and its source cannot be seen"),
+            Self::Closure(name) => write!(f, "a closure that updates it is handed to `{name}`, whose source cannot be seen"),
+            Self::Index(text) => write!(f, "which element `{text}` names depends on data"),
+            Self::Code(what) => write!(f, "{what} cannot be followed"),
+            Self::Limit(what) => write!(f, "{what}"),
+        }
+    }
+}
+
+/// What happens at a node.
+#[derive(Clone, Debug)]
+pub enum Effect {
+    /// Nothing.
+    Nothing,
+    /// The law of a filter, or a half of it, runs.
+    Update(Update),
+    /// A method of the filter's entry resets it, or it is written as a whole.
+    Reset {
+        /// The filter.
+        place: Place,
+        /// Whether the whole state is reset.
+        full: bool,
+    },
+    /// A filter is read or fed.
+    Use {
+        /// The filter, or a part of it.
+        place: Place,
+    },
+    /// A function of the analysed code runs.
+    Call(Box<CallSite>),
+    /// A variable gets a value.
+    Set(Box<Assignment>),
+    /// A place that is no variable, or what a reference points to, gets a value.
+    Write(Box<Assignment>),
+    /// What happens to these places cannot be known.
+    Unknown {
+        /// The places.
+        places: Vec<Place>,
+        /// Why.
+        cause: Cause,
+    },
+    /// Two ways.
+    Branch(Test),
+    /// Another round or no more.
+    LoopHead(LoopId),
+    /// The loop is entered.
+    LoopEnter(LoopId),
+    /// A guard takes effect.
+    GuardStart(GuardId),
+    /// A guard is dropped: what it holds is updated.
+    GuardEnd(GuardId),
+    /// Code that runs elsewhere or later begins at the second successor.
+    Fork,
+    /// The function is left; the heads that its value may have.
+    Return(Returned),
+    /// The program ends or panics: nothing follows.
+    Diverge,
+    /// The end of code that runs elsewhere, or a point that is never reached.
+    End,
+}
+
+/// A law that runs.
+#[derive(Clone, Debug)]
+pub struct Update {
+    /// The filter.
+    pub place: Place,
+    /// Which half of the law.
+    pub law: usize,
+    /// The method.
+    pub method: String,
+    /// Whether a guard runs it.
+    pub by_guard: bool,
+    /// The variables that its arguments read.
+    pub fed: Vec<Var>,
+}
+
+/// A value given to a place.
+#[derive(Clone, Debug)]
+pub struct Assignment {
+    /// The place.
+    pub place: Place,
+    /// The place whose instances the value carries.
+    pub from: Option<Place>,
+    /// Whether they are moved, not borrowed.
+    pub by_move: bool,
+    /// Whether the place is a reference that now points elsewhere, so that what it pointed to stays as it is.
+    pub rebinds: bool,
+    /// The value, if it is constant.
+    pub head: Option<Head>,
+    /// A variable with the same value.
+    pub same_as: Option<Var>,
+}
+
+/// What a function gives back.
+#[derive(Clone, Debug, Default)]
+pub struct Returned {
+    /// The place whose instances the value carries.
+    pub place: Option<Place>,
+    /// The value's head, if it is constant.
+    pub head: Option<Head>,
+    /// A variable with the same value.
+    pub same_as: Option<Var>,
+}
+
+/// A call of analysed code.
+#[derive(Clone, Debug)]
+pub struct CallSite {
+    /// What may run.
+    pub targets: Vec<FunctionId>,
+    /// The arguments, `self` first.
+    pub args: Vec<Argument>,
+    /// The variable that holds the result.
+    pub result: Var,
+    /// The call as the source spells it, for messages: `self.step()`.
+    pub text: String,
+    /// Set if it is a filter's own law: only what lies inside the filter is looked at.
+    pub is_law: bool,
+}
+
+/// An argument of a call.
+#[derive(Clone, Debug, Default)]
+pub struct Argument {
+    /// The place whose instances it carries.
+    pub place: Option<Place>,
+    /// A constant index that it is.
+    pub index: Option<IndexKey>,
+    /// Whether it is a shared reference, through which nothing is updated.
+    pub is_shared: bool,
+}
+
+/// A variable.
+#[derive(Clone, Debug)]
+pub struct VarInfo {
+    /// Its name in the source; empty for a value in between.
+    pub name: String,
+    /// Its type.
+    pub ty: Ty,
+    /// Where it is declared.
+    pub span: Span,
+    /// The loop in whose body it is declared.
+    pub in_loop: Option<LoopId>,
+    /// The node at which it is declared.
+    pub declared: NodeId,
+    /// The parameter it is, if it is one.
+    pub param: Option<usize>,
+}
+
+/// How often a loop runs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Rounds {
+    /// Until something in it ends it.
+    Unbounded,
+    /// A number of times that is known.
+    Constant(u64),
+    /// Once for each item of something finite.
+    Bounded,
+}
+
+/// A loop.
+#[derive(Clone, Debug)]
+pub struct LoopInfo {
+    /// What it is in the source.
+    pub kind: CycleKind,
+    /// Its keyword, or the closure's `|`.
+    pub keyword: Span,
+    /// The loop around it.
+    pub parent: Option<LoopId>,
+    /// Its head.
+    pub head: NodeId,
+    /// How often it runs.
+    pub rounds: Rounds,
+    /// Variables that name an element in each round, and the collection's elements.
+    pub items: Vec<(Var, Place)>,
+    /// The variable that counts the rounds or elements, and its first value if that is known.
+    pub counter: Option<(Var, Option<u64>)>,
+    /// Every variable that its head binds.
+    pub bound: Vec<Var>,
+    /// Collections that are indexed with the counter.
+    pub indexes: Vec<Place>,
+    /// Whether an item may be passed over (`filter`), so that its round does not take place.
+    pub passes_over: bool,
+    /// Whether it is a `while let` or `for` that takes what is there from a queue.
+    pub drains: bool,
+    /// Whether it stands in another function that was inlined here, so that it is that function's own.
+    pub is_foreign: bool,
+    /// The source text of what it runs over, for messages.
+    pub text: String,
+}
+
+/// How a guard comes about and ends.
+#[derive(Clone, Debug)]
+pub struct GuardInfo {
+    /// Where it is made.
+    pub span: Span,
+    /// What it updates when it is dropped, captured when it is made.
+    pub holds: Vec<Var>,
+    /// The innermost loop in which it is made.
+    pub in_loop: Option<LoopId>,
+    /// The names of what it holds, for messages.
+    pub names: Vec<String>,
+    /// Set if it is dropped before the end of its cycle: where, and how.
+    pub dropped: Option<(Span, String)>,
+    /// Set if it is never dropped: where, and how.
+    pub forgotten: Option<(Span, String)>,
+    /// The name it is bound to, if it has one.
+    pub name: Option<String>,
+}
+
+/// What the lowering may ask.
+#[derive(Clone, Copy, Debug)]
+pub struct Program<'a> {
+    /// The items.
+    pub index: &'a Index,
+    /// The typed bodies of all functions, by number.
+    pub bodies: &'a [Option<TypedBody>],
+    /// The text of the sources, for messages.
+    pub sources: &'a crate::source::SourceMap,
+}
+
+impl<'a> Program<'a> {
+    /// The types of a function's body.
+    #[must_use]
+    pub fn typed(&self, id: FunctionId) -> Option<&'a TypedBody> {
+        self.bodies.get(id.0 as usize)?.as_ref()
+    }
+
+    /// Infers the types of all functions of an index.
+    #[must_use]
+    pub fn infer_all(index: &Index) -> Vec<Option<TypedBody>> {
+        index.function_ids().map(|id| crate::types::infer(index, BodyOwner::Function(id))).collect()
+    }
+}
+
+impl ControlFlowGraph {
+    /// The node with that id.
+    #[must_use]
+    pub fn node(&self, id: NodeId) -> &Node {
+        &self.nodes[id.0 as usize]
+    }
+
+    /// The variable with that id.
+    #[must_use]
+    pub fn var(&self, id: Var) -> &VarInfo {
+        &self.vars[id.0 as usize]
+    }
+
+    /// The loop with that id.
+    #[must_use]
+    pub fn loop_info(&self, id: LoopId) -> &LoopInfo {
+        &self.loops[id.0 as usize]
+    }
+
+    /// Whether a loop is another one or lies in it.
+    #[must_use]
+    pub fn is_within(&self, inner: Option<LoopId>, outer: LoopId) -> bool {
+        let mut at = inner;
+        while let Some(id) = at {
+            if id == outer {
+                return true;
+            }
+            at = self.loop_info(id).parent;
+        }
+        false
+    }
+
+    /// The loops around a node, innermost first.
+    pub fn loops_around(&self, node: NodeId) -> impl Iterator<Item = LoopId> + '_ {
+        std::iter::successors(self.node(node).in_loop, |id| self.loop_info(*id).parent)
+    }
+
+    /// The nodes with their ids.
+    pub fn node_ids(&self) -> impl Iterator<Item = NodeId> + use<> {
+        (0..u32::try_from(self.nodes.len()).unwrap_or(u32::MAX)).map(NodeId)
+    }
+
+    /// The name of a place as the source spells it.
+    #[must_use]
+    pub fn place_name(&self, index: &Index, place: &Place) -> String {
+        place.spell(&|var| self.var(var).name.clone(), &|value| index.value(value).name.clone())
+    }
+}

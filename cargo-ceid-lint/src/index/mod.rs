@@ -1,1 +1,365 @@
-//! (being built)
+//! Items by path: types, fields, functions, impls, `use` resolution; which types are filters. Reads no bodies.
+
+mod collect;
+mod filters;
+mod known;
+mod lookup;
+mod names;
+mod ty;
+
+use std::collections::{BTreeMap, HashMap};
+
+use crate::source::Span;
+use crate::syntax::tree::{
+    Attribute, Bound, ExprId, Fields, Function, Generics, OpaqueMacro, Path, TypeRef, ValueItem, Variant,
+};
+
+pub use filters::{FilterSpec, LawGroup, Multiplicity};
+pub use known::{is_guard_type, is_sampled_filter_path};
+pub use lookup::MethodOwner;
+pub use names::Namespace;
+pub use ty::{Length, ParamTy, TraitName, TraitRef, Ty, TyScope};
+
+macro_rules! ids {
+    ($($(#[$doc:meta])* $name:ident;)*) => { $(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub struct $name(pub u32);
+    )* };
+}
+
+ids! {
+    /// A crate.
+    CrateId;
+    /// A module, or a block with items of its own.
+    ModuleId;
+    /// A struct, union or enum.
+    TypeId;
+    /// A `type` alias.
+    AliasId;
+    /// A trait.
+    TraitId;
+    /// An `impl`.
+    ImplId;
+    /// A function, method or signature.
+    FunctionId;
+    /// A constant or static.
+    ValueId;
+}
+
+/// Everything that has a name in the analysed code.
+#[derive(Debug, Default)]
+pub struct Index {
+    /// The crates, dependencies before those that use them.
+    pub crates: Vec<CrateInfo>,
+    /// The modules.
+    pub modules: Vec<Module>,
+    /// The structs, unions and enums.
+    pub types: Vec<TypeDef>,
+    /// The aliases.
+    pub aliases: Vec<AliasDef>,
+    /// The traits.
+    pub traits: Vec<TraitDef>,
+    /// The impls.
+    pub impls: Vec<ImplDef>,
+    /// The functions.
+    pub functions: Vec<FunctionDef>,
+    /// The constants and statics.
+    pub values: Vec<ValueDef>,
+    /// The modules of blocks that hold items, by the function or value whose body the block lies in.
+    pub blocks: HashMap<(BodyOwner, ExprId), ModuleId>,
+    /// Macros called where items stand, that could not be read: they may define anything.
+    pub opaque_items: Vec<(ModuleId, OpaqueMacro)>,
+    impls_of_type: HashMap<TypeId, Vec<ImplId>>,
+    impls_of_external: HashMap<String, Vec<ImplId>>,
+    impls_of_any: Vec<ImplId>,
+    impls_of_trait: HashMap<TraitId, Vec<ImplId>>,
+    specs: Vec<FilterSpec>,
+}
+
+/// Whose body it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum BodyOwner {
+    /// A function's.
+    Function(FunctionId),
+    /// A constant's or static's.
+    Value(ValueId),
+}
+
+/// A crate.
+#[derive(Debug)]
+pub struct CrateInfo {
+    /// Index into the project's packages.
+    pub package: usize,
+    /// Index into the package's targets.
+    pub target: usize,
+    /// Its name in `use`.
+    pub name: String,
+    /// Its root module.
+    pub root: ModuleId,
+    /// The crates it can name, by the name it uses; `None` for one whose sources are not read, with its package's name.
+    pub externs: BTreeMap<String, (Option<CrateId>, String)>,
+    /// Whether findings in it are reported.
+    pub is_reported: bool,
+    /// Whether it is a test or benchmark target: nothing in it is presumed to be a cycle.
+    pub is_test: bool,
+}
+
+/// A crate before it is collected: what the index needs to know of it.
+#[derive(Debug)]
+pub struct CrateInput {
+    /// Index into the project's packages.
+    pub package: usize,
+    /// Index into the package's targets.
+    pub target: usize,
+    /// Its name in `use`.
+    pub name: String,
+    /// See [`CrateInfo::externs`]; the crate is an index into the list of inputs.
+    pub externs: BTreeMap<String, (Option<usize>, String)>,
+    /// Whether findings in it are reported.
+    pub is_reported: bool,
+    /// Whether it is a test or benchmark target.
+    pub is_test: bool,
+    /// Its items.
+    pub items: Vec<crate::syntax::tree::Item>,
+}
+
+/// A module, or a block with items of its own.
+#[derive(Debug)]
+pub struct Module {
+    /// Its crate.
+    pub krate: CrateId,
+    /// The module around it.
+    pub parent: Option<ModuleId>,
+    /// Its name; empty for a crate root or a block.
+    pub name: String,
+    /// Whether it is a block: names that are not found in it are looked up around it.
+    pub is_block: bool,
+    /// Whether it is compiled for tests only.
+    pub is_test: bool,
+    names: HashMap<(Namespace, String), Entry>,
+    globs: Vec<Vec<String>>,
+}
+
+#[derive(Clone, Debug)]
+enum Entry {
+    Def(Def),
+    Import(Vec<String>),
+}
+
+/// What a path means.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Def {
+    /// A module.
+    Module(ModuleId),
+    /// A struct, union or enum.
+    Type(TypeId),
+    /// A variant, by its number.
+    Variant(TypeId, usize),
+    /// An alias.
+    Alias(AliasId),
+    /// A trait.
+    Trait(TraitId),
+    /// A function.
+    Function(FunctionId),
+    /// A constant or static.
+    Value(ValueId),
+    /// Something of a crate whose sources are not read: its path, `core` and `alloc` written as `std`.
+    External(String),
+}
+
+/// A struct, union or enum.
+#[derive(Debug)]
+pub struct TypeDef {
+    /// Its name.
+    pub name: String,
+    /// Where the name stands.
+    pub span: Span,
+    /// The module it is declared in.
+    pub module: ModuleId,
+    /// Its parameters.
+    pub generics: Generics,
+    /// Its shape.
+    pub shape: Shape,
+    /// Its attributes.
+    pub attributes: Vec<Attribute>,
+}
+
+/// The shape of a type.
+#[derive(Debug)]
+pub enum Shape {
+    /// Fields.
+    Struct(Fields),
+    /// Variants.
+    Enum(Vec<Variant>),
+}
+
+/// An alias.
+#[derive(Debug)]
+pub struct AliasDef {
+    /// The module it is declared in.
+    pub module: ModuleId,
+    /// Its parameters.
+    pub generics: Generics,
+    /// What it stands for.
+    pub ty: TypeRef,
+}
+
+/// A trait.
+#[derive(Debug)]
+pub struct TraitDef {
+    /// Its name.
+    pub name: String,
+    /// The module it is declared in.
+    pub module: ModuleId,
+    /// Its parameters.
+    pub generics: Generics,
+    /// Its supertraits.
+    pub supertraits: Vec<Bound>,
+    /// Its methods, with or without default bodies.
+    pub methods: BTreeMap<String, FunctionId>,
+    /// Its associated types with their bounds.
+    pub types: BTreeMap<String, Vec<Bound>>,
+}
+
+/// An impl.
+#[derive(Debug)]
+pub struct ImplDef {
+    /// The module it stands in.
+    pub module: ModuleId,
+    /// Its parameters.
+    pub generics: Generics,
+    /// The trait as written.
+    pub trait_path: Option<Path>,
+    /// The trait, resolved.
+    pub implements: Option<TraitName>,
+    /// The type as written.
+    pub self_ref: TypeRef,
+    /// The type, resolved.
+    pub self_ty: Ty,
+    /// Its methods.
+    pub methods: BTreeMap<String, FunctionId>,
+    /// Its associated types.
+    pub types: BTreeMap<String, TypeRef>,
+    /// Its associated constants.
+    pub consts: BTreeMap<String, ValueId>,
+}
+
+/// What a function belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Owner {
+    /// A module or block.
+    Module,
+    /// An impl.
+    Impl(ImplId),
+    /// A trait.
+    Trait(TraitId),
+}
+
+/// A function, method or signature.
+#[derive(Debug)]
+pub struct FunctionDef {
+    /// Its name.
+    pub name: String,
+    /// The module it stands in.
+    pub module: ModuleId,
+    /// What it belongs to.
+    pub owner: Owner,
+    /// Its signature and body.
+    pub function: Function,
+    /// Its attributes.
+    pub attributes: Vec<Attribute>,
+    /// Whether it is a test, or compiled for tests only.
+    pub is_test: bool,
+}
+
+/// A constant or static.
+#[derive(Debug)]
+pub struct ValueDef {
+    /// Its name.
+    pub name: String,
+    /// Where the name stands.
+    pub span: Span,
+    /// The module it stands in.
+    pub module: ModuleId,
+    /// The impl it belongs to.
+    pub owner: Owner,
+    /// Its type and value.
+    pub item: ValueItem,
+}
+
+impl Index {
+    /// Collects and links the items of all crates; a crate stands behind those it names.
+    #[must_use]
+    pub fn build(inputs: Vec<CrateInput>) -> Self {
+        let mut index = collect::collect(inputs);
+        index.link();
+        index.specs = filters::specs(&index);
+        index
+    }
+
+    /// The function with that id.
+    #[must_use]
+    pub fn function(&self, id: FunctionId) -> &FunctionDef {
+        &self.functions[id.0 as usize]
+    }
+
+    /// The type with that id.
+    #[must_use]
+    pub fn type_def(&self, id: TypeId) -> &TypeDef {
+        &self.types[id.0 as usize]
+    }
+
+    /// The trait with that id.
+    #[must_use]
+    pub fn trait_def(&self, id: TraitId) -> &TraitDef {
+        &self.traits[id.0 as usize]
+    }
+
+    /// The impl with that id.
+    #[must_use]
+    pub fn impl_def(&self, id: ImplId) -> &ImplDef {
+        &self.impls[id.0 as usize]
+    }
+
+    /// The constant or static with that id.
+    #[must_use]
+    pub fn value(&self, id: ValueId) -> &ValueDef {
+        &self.values[id.0 as usize]
+    }
+
+    /// The module with that id.
+    #[must_use]
+    pub fn module(&self, id: ModuleId) -> &Module {
+        &self.modules[id.0 as usize]
+    }
+
+    /// The crate a module belongs to.
+    #[must_use]
+    pub fn crate_of(&self, module: ModuleId) -> &CrateInfo {
+        &self.crates[self.module(module).krate.0 as usize]
+    }
+
+    /// All functions with their ids.
+    pub fn function_ids(&self) -> impl Iterator<Item = FunctionId> + use<> {
+        (0..u32::try_from(self.functions.len()).unwrap_or(u32::MAX)).map(FunctionId)
+    }
+
+    /// The function as a reader names it: `main`, `Robot::run`.
+    #[must_use]
+    pub fn function_name(&self, id: FunctionId) -> String {
+        let def = self.function(id);
+        match def.owner {
+            Owner::Module => def.name.clone(),
+            Owner::Impl(impl_id) => format!("{}::{}", self.type_name(&self.impl_def(impl_id).self_ty), def.name),
+            Owner::Trait(trait_id) => format!("{}::{}", self.trait_def(trait_id).name, def.name),
+        }
+    }
+
+    /// The scope in which the types of a function are read.
+    #[must_use]
+    pub fn scope_of(&self, id: FunctionId) -> TyScope<'_> {
+        let def = self.function(id);
+        self.scope(def.module, def.owner, Some(&def.function.generics))
+    }
+}

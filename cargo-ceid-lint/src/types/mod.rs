@@ -1,1 +1,111 @@
-//! (being built)
+//! Light type inference: what each expression of a body is, which local a name means, which body a call runs.
+//!
+//! It knows what constructors, annotations, fields and signatures say, and the wrappers of the standard library; what it
+//! cannot know is `Unknown`, never a guess.
+
+mod builtin;
+mod calls;
+mod expr;
+mod infer;
+mod pattern;
+mod unify;
+
+use std::collections::HashMap;
+
+use crate::index::{BodyOwner, Def, FunctionId, Index, MethodOwner, Ty};
+use crate::source::Span;
+use crate::syntax::tree::{ExprId, PatId};
+
+pub use builtin::{is_pointer, is_transparent};
+
+/// A variable of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct LocalId(pub u32);
+
+/// A variable: a parameter, or a name bound by a pattern.
+#[derive(Clone, Debug)]
+pub struct Local {
+    /// Its name.
+    pub name: String,
+    /// Its type.
+    pub ty: Ty,
+    /// Where it is bound.
+    pub span: Span,
+    /// Whether it is bound by `ref` or `ref mut`.
+    pub by_ref: bool,
+}
+
+/// What is called.
+#[derive(Clone, Debug)]
+pub enum Callee {
+    /// A function or method of the analysed code, or the law of a filter.
+    Resolved(Resolved),
+    /// `Some(x)`, `Wrapper(x)`, `Enum::Variant(x)`
+    Constructor(Option<Def>),
+    /// A closure of the same body.
+    Closure(ExprId),
+    /// A value of a type that can only be called: `f` with `F: FnMut()`.
+    Parameter(LocalId),
+    /// A method of the standard library on a known type.
+    Builtin,
+    /// A function outside the analysed code.
+    External(String),
+    /// Nothing is known.
+    Unknown,
+}
+
+/// A call whose target is known.
+#[derive(Clone, Debug)]
+pub struct Resolved {
+    /// The bodies that may run: one, or all impls of a trait's method.
+    pub targets: Vec<FunctionId>,
+    /// Where it was found.
+    pub owner: Option<MethodOwner>,
+    /// The half of the law that it runs, if the receiver is a filter.
+    pub law: Option<usize>,
+    /// The type of `self`, behind references and pointers.
+    pub self_ty: Ty,
+    /// Whether the first argument of the call is `self`.
+    pub has_receiver: bool,
+    /// The `Deref` impls that lead from the receiver to `self`, in order.
+    pub derefs: Vec<FunctionId>,
+}
+
+/// What the inference found out about a body.
+#[derive(Debug, Default)]
+pub struct TypedBody {
+    /// The variables.
+    pub locals: Vec<Local>,
+    /// The type of each expression.
+    pub expr_ty: Vec<Ty>,
+    /// The variable that a path means.
+    pub expr_local: HashMap<ExprId, LocalId>,
+    /// What another path means.
+    pub expr_def: HashMap<ExprId, Def>,
+    /// The variable that a pattern binds.
+    pub pat_local: HashMap<PatId, LocalId>,
+    /// The variant, type or constant that a pattern names.
+    pub pat_def: HashMap<PatId, Def>,
+    /// What each call runs.
+    pub callees: HashMap<ExprId, Callee>,
+}
+
+impl TypedBody {
+    /// The type of an expression.
+    #[must_use]
+    pub fn ty(&self, id: ExprId) -> &Ty {
+        self.expr_ty.get(id.0 as usize).unwrap_or(&Ty::Unknown)
+    }
+
+    /// The variable with that id.
+    #[must_use]
+    pub fn local(&self, id: LocalId) -> &Local {
+        &self.locals[id.0 as usize]
+    }
+}
+
+/// Infers the types of a function's, constant's or static's body; `None` if it has none.
+#[must_use]
+pub fn infer(index: &Index, owner: BodyOwner) -> Option<TypedBody> {
+    infer::run(index, owner)
+}

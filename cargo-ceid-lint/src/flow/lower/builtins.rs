@@ -1,0 +1,272 @@
+//! Methods of the standard library that hand out, test, replace or visit what a wrapper holds.
+
+use super::{Builder, Value};
+use crate::flow::{Assignment, Effect, IndexKey, Place};
+use crate::syntax::tree::ExprId;
+
+impl Builder<'_> {
+    pub(super) fn builtin_method(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
+        let value = self.expr(receiver);
+        if self.at.is_none() {
+            return Value::default();
+        }
+        if let Some(found) = self.method_by_name(id, receiver, method, args, &value) {
+            return found;
+        }
+        let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
+        let span = self.span(id);
+        match method {
+            "push" | "push_back" | "push_front" => {
+                if let (Some(place), Some(given)) = (&value.place, values.first()) {
+                    let part = place.element(IndexKey::Data("the new element".into()));
+                    self.place_part(part, given, args[0]);
+                }
+                Value::default()
+            }
+            // A closure that the standard library calls is run where it stands.
+            _ => {
+                if let Some(closure) = values.iter().find_map(|value| value.closure) {
+                    self.closure_loop(closure, super::iterators::Source::bounded(), span);
+                }
+                Value::default()
+            }
+        }
+    }
+
+    /// Methods that are told by their names, whatever the type: they hand out what the receiver holds.
+    pub(super) fn method_by_name(
+        &mut self,
+        id: ExprId,
+        receiver: ExprId,
+        method: &str,
+        args: &[ExprId],
+        value: &Value,
+    ) -> Option<Value> {
+        let span = self.span(id);
+        Some(match method {
+            "unwrap" | "expect" | "unwrap_unchecked" => {
+                self.assume_present(value, receiver, span);
+                Value { head: None, same_as: None, ..value.clone() }
+            }
+            "as_mut" | "as_ref" | "as_deref_mut" | "as_deref" | "as_pin_mut" | "iter_mut" | "iter" | "as_mut_slice" | "as_slice"
+            | "borrow_mut" | "borrow" | "try_borrow_mut" | "by_ref" | "deref_mut" | "deref" | "get_mut" | "lock" | "try_lock" | "write"
+            | "read" | "try_write" | "get_unchecked_mut" | "assume_init_mut" | "leak" | "into_iter"
+                if args.is_empty() =>
+            {
+                let keeps_head = !matches!(method, "lock" | "try_lock" | "write" | "read" | "iter" | "iter_mut" | "into_iter");
+                let same_as = value.same_as.filter(|_| keeps_head);
+                Value { is_owned: false, head: None, same_as, ..value.clone() }
+            }
+            "ok" | "map_err" | "context" | "with_context" | "ok_or" | "ok_or_else" | "or_default" | "wrap_err" | "err_into" => {
+                for arg in args {
+                    let given = self.expr(*arg);
+                    if let Some(closure) = given.closure {
+                        self.on_absent(value, receiver, span, |this| {
+                            this.inline_closure(closure, &[Value::default()], span);
+                        });
+                    }
+                }
+                Value { closure: None, ..value.clone() }
+            }
+            "take" if args.is_empty() => Value { is_owned: true, head: None, ..value.clone() },
+            "replace" | "insert" if args.len() == 1 && value.place.is_some() => {
+                let given = self.expr(args[0]);
+                self.write_whole(value, &given, span);
+                Value { is_owned: false, ..value.clone() }
+            }
+            "get_or_insert_with" | "or_insert_with" | "get_or_insert" | "or_insert" | "get_or_init" => {
+                let given = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
+                if let Some(closure) = given.closure {
+                    self.on_absent(value, receiver, span, |this| {
+                        this.inline_closure(closure, &[], span);
+                    });
+                }
+                Value { is_owned: false, head: None, same_as: None, ..value.clone() }
+            }
+            "unwrap_or" | "unwrap_or_else" | "unwrap_or_default" | "or_else" | "or" => {
+                let given = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
+                if let Some(closure) = given.closure {
+                    self.on_absent(value, receiver, span, |this| {
+                        this.inline_closure(closure, &[Value::default()], span);
+                    });
+                }
+                Value { head: None, same_as: None, ..value.clone() }
+            }
+            "map" | "and_then" | "map_or" | "is_some_and" | "is_ok_and" | "map_or_else" | "inspect" if self.is_optional(receiver) => {
+                self.map_payload(id, receiver, args, value)
+            }
+            "then" if *self.ty(receiver) == crate::index::Ty::Bool => {
+                let given = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
+                if let Some(closure) = given.closure {
+                    self.on_true(value, receiver, span, |this| {
+                        this.inline_closure(closure, &[], span);
+                    });
+                }
+                Value::default()
+            }
+            "lock" | "with" | "with_mut" | "lock_mut" | "with_lock" | "lock_ref_mut" | "access" if args.len() == 1 => {
+                let given = self.expr(args[0]);
+                match given.closure {
+                    Some(closure) => {
+                        let payload = Value { is_owned: false, ..value.clone() };
+                        self.inline_closure(closure, &[payload], span)
+                    }
+                    // `MUTEX.borrow(cs)` and its kin take a token.
+                    None => Value { is_owned: false, ..value.clone() },
+                }
+            }
+            "borrow" | "borrow_ref_mut" | "borrow_ref" | "borrow_mut" if args.len() == 1 => {
+                self.expr(args[0]);
+                Value { is_owned: false, ..value.clone() }
+            }
+            "get_mut" | "get" | "get_unchecked_mut" | "get_unchecked" if args.len() == 1 => {
+                self.expr(args[0]);
+                let is_map = self.ty(receiver).peel().external_name().is_some_and(|name| name.ends_with("Map"));
+                let key = if is_map { None } else { self.index_key(args[0]) };
+                let key = key.unwrap_or_else(|| IndexKey::Data(self.text(args[0]).into()));
+                let place = value.place.as_ref().map(|place| {
+                    self.note_indexing(&key, place);
+                    place.element(self.certain_key(&key))
+                });
+                Value { place, ..Value::default() }
+            }
+            "first_mut" | "first" | "front_mut" if args.is_empty() => Value {
+                place: value.place.as_ref().map(|place| place.element(IndexKey::Number(0))),
+                ..Value::default()
+            },
+            "last_mut" | "last" | "back_mut" | "back" | "peek_mut" if args.is_empty() => {
+                let key = IndexKey::Data(format!("{method}()").into());
+                Value { place: value.place.as_ref().map(|place| place.element(key)), ..Value::default() }
+            }
+            "entry" => {
+                for arg in args {
+                    self.expr(*arg);
+                }
+                let key = args.first().map_or_else(String::new, |arg| self.text(*arg));
+                let place = value.place.as_ref().map(|place| place.element(IndexKey::Data(key.into())));
+                Value { place, ..Value::default() }
+            }
+            "clone" if self.is_shared_handle(receiver) => value.clone(),
+            name if super::calls::is_spawn(name) => self.spawn(id, name, args),
+            _ => return None,
+        })
+    }
+
+    fn certain_key(&self, key: &IndexKey) -> IndexKey {
+        match key {
+            IndexKey::Var(var) => {
+                let counts = self.graph.loops.iter().any(|info| info.counter.is_some_and(|(counter, _)| counter == *var));
+                if counts || self.graph.var(*var).param.is_some() {
+                    key.clone()
+                } else {
+                    IndexKey::Data(self.graph.var(*var).name.clone().into())
+                }
+            }
+            other => other.clone(),
+        }
+    }
+
+    fn is_optional(&self, id: ExprId) -> bool {
+        matches!(self.ty(id).peel().external_name(), Some("Option" | "Result" | "LockResult" | "Poll"))
+    }
+
+    /// Whether a value is a handle whose clones share one instance.
+    fn is_shared_handle(&self, id: ExprId) -> bool {
+        matches!(self.ty(id).peel().external_name(), Some("Rc" | "Arc"))
+    }
+
+    /// A path on which the value is absent ends here.
+    fn assume_present(&mut self, value: &Value, receiver: ExprId, span: crate::source::Span) {
+        if self.at.is_none() || value.same_as.is_none() {
+            return;
+        }
+        let about = self.about_presence(receiver, Vec::new());
+        let (good, bad) = self.branch_on_head(value, "+", "-", span, self.text(receiver), about);
+        self.resume(bad);
+        self.diverge(span);
+        self.resume(good);
+    }
+
+    /// Code that runs only where the value is absent.
+    fn on_absent(&mut self, value: &Value, receiver: ExprId, span: crate::source::Span, inside: impl FnOnce(&mut Self)) {
+        if self.at.is_none() {
+            return;
+        }
+        let about = self.about_presence(receiver, Vec::new());
+        let (present, absent) = self.branch_on_head(value, "+", "-", span, self.text(receiver), about);
+        let after = self.add_node(Effect::Nothing, span);
+        self.resume(absent);
+        inside(self);
+        self.jump(after);
+        self.resume(present);
+        self.jump(after);
+        self.resume_if_reached(after);
+    }
+
+    /// Code that runs only where a truth value holds.
+    fn on_true(&mut self, value: &Value, receiver: ExprId, span: crate::source::Span, inside: impl FnOnce(&mut Self)) {
+        if self.at.is_none() {
+            return;
+        }
+        let about = self.about(receiver);
+        let (holds, fails) = self.branch_on_head(value, "true", "false", span, self.text(receiver), about);
+        let after = self.add_node(Effect::Nothing, span);
+        self.resume(holds);
+        inside(self);
+        self.jump(after);
+        self.resume(fails);
+        self.jump(after);
+        self.resume_if_reached(after);
+    }
+
+    /// `option.map(|x| …)`: the closure runs where the value is there.
+    fn map_payload(&mut self, id: ExprId, receiver: ExprId, args: &[ExprId], value: &Value) -> Value {
+        let span = self.span(id);
+        let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
+        let closures: Vec<_> = values.iter().filter_map(|value| value.closure).collect();
+        let Some(closure) = closures.last().copied() else { return Value::default() };
+        if self.at.is_none() {
+            return Value::default();
+        }
+        let about = self.about_presence(receiver, Vec::new());
+        let pure = self.pure(receiver);
+        let (present, absent) = match pure {
+            Some(pure) => {
+                let subject = self.subject(pure, Some(vec!["+".to_owned(), "-".to_owned()]));
+                self.head_bit(subject, "+");
+                self.head_bit(subject, "-");
+                self.branch_on_subject(subject, &["+".to_owned()], true, span, self.text(receiver), about)
+            }
+            None => self.branch_on_head(value, "+", "-", span, self.text(receiver), about),
+        };
+        let join = self.new_join(self.ty(id).clone(), span);
+        self.resume(present);
+        let payload = Value { head: None, same_as: None, ..value.clone() };
+        let result = self.inline_closure(closure, &[payload], span);
+        let result = Value { head: Some("+".to_owned()), same_as: None, ..result };
+        self.end_branch(&join, &result, span);
+        self.resume(absent);
+        if let [first, _] = closures.as_slice() {
+            self.inline_closure(*first, &[Value::default()], span);
+        }
+        self.end_branch(&join, &Value { head: Some("-".to_owned()), ..Value::default() }, span);
+        self.close_join(&join)
+    }
+
+    /// The whole content of a wrapper is replaced.
+    fn write_whole(&mut self, value: &Value, given: &Value, span: crate::source::Span) {
+        let Some(place) = &value.place else { return };
+        if self.at.is_none() {
+            return;
+        }
+        let assignment = Assignment {
+            place: Place::clone(place),
+            from: given.place.clone(),
+            by_move: true,
+            rebinds: false,
+            head: given.head.clone(),
+            same_as: None,
+        };
+        self.emit(Effect::Write(Box::new(assignment)), span);
+    }
+}

@@ -1,0 +1,469 @@
+//! Calls: of analysed code, of the standard library, and of what cannot be seen.
+
+use super::{Builder, Value};
+use crate::flow::{Argument, CallSite, Cause, Effect, IndexKey, Place, Update, Var};
+use crate::index::{Def, FunctionId, Ty};
+use crate::syntax::tree::{BlockKind, ExprId, ExprKind, TypeRef};
+use crate::types::{Callee, Resolved};
+
+impl Builder<'_> {
+    pub(super) fn call_expr(&mut self, id: ExprId, callee: ExprId, args: &[ExprId]) -> Value {
+        match self.typed().callees.get(&id) {
+            Some(Callee::Constructor(def)) => self.constructor(id, def.clone().as_ref(), args),
+            Some(Callee::Closure(_) | Callee::Parameter(_)) => {
+                let value = self.expr(callee);
+                let values = self.values(args);
+                match value.closure {
+                    Some(closure) => self.inline_closure(closure, &values, self.span(id)),
+                    None => self.unknown_call(id, self.text(callee), args, &values),
+                }
+            }
+            Some(Callee::Resolved(resolved)) => {
+                let resolved = resolved.clone();
+                let values = self.values(args);
+                self.resolved_call(id, &resolved, args, &values)
+            }
+            Some(Callee::External(path)) => {
+                let path = path.clone();
+                self.external_call(id, &path, args)
+            }
+            Some(Callee::Builtin | Callee::Unknown) | None => {
+                let value = self.expr(callee);
+                let values = self.values(args);
+                match value.closure {
+                    Some(closure) => self.inline_closure(closure, &values, self.span(id)),
+                    None => self.unknown_call(id, self.text(callee), args, &values),
+                }
+            }
+        }
+    }
+
+    fn values(&mut self, args: &[ExprId]) -> Vec<Value> {
+        args.iter().map(|arg| self.expr(*arg)).collect()
+    }
+
+    fn constructor(&mut self, id: ExprId, def: Option<&Def>, args: &[ExprId]) -> Value {
+        match def {
+            Some(Def::External(path)) => {
+                let value = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
+                let head = super::subjects::external_head(path);
+                Value { head: Some(head), same_as: None, ..value }
+            }
+            Some(Def::Variant(ty, at)) => {
+                let variant = self.variant_head(*ty, *at);
+                let span = self.span(id);
+                let var = self.temporary(self.ty(id).clone(), span);
+                for (number, arg) in args.iter().enumerate() {
+                    let value = self.expr(*arg);
+                    self.place_part(Place::var(var).field(&variant).field(&number.to_string()), &value, *arg);
+                }
+                Value { place: Some(Place::var(var)), is_owned: true, head: Some(variant), ..Value::default() }
+            }
+            _ => self.aggregate(id, args),
+        }
+    }
+
+    pub(super) fn method_expr(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
+        if let Some(value) = self.iterator_call(id, receiver, method, args) {
+            return value;
+        }
+        match self.typed().callees.get(&id) {
+            Some(Callee::Resolved(resolved)) => {
+                let resolved = resolved.clone();
+                let value = self.expr(receiver);
+                let place = value.place.map(|place| {
+                    resolved.derefs.iter().fold(place, |place, through| self.through_deref(&place, *through))
+                });
+                let mut values = vec![Value { place, ..value }];
+                values.extend(self.values(args));
+                let mut exprs = vec![receiver];
+                exprs.extend_from_slice(args);
+                self.resolved_call(id, &resolved, &exprs, &values)
+            }
+            Some(Callee::Builtin) => self.builtin_method(id, receiver, method, args),
+            _ => self.unseen_method(id, receiver, method, args),
+        }
+    }
+
+    /// A call of analysed code; `exprs` and `values` begin with `self` if there is one.
+    fn resolved_call(&mut self, id: ExprId, resolved: &Resolved, exprs: &[ExprId], values: &[Value]) -> Value {
+        if self.at.is_none() {
+            return Value::default();
+        }
+        let span = self.span(id);
+        let self_place = values.first().filter(|_| resolved.has_receiver).and_then(|value| value.place.clone());
+        if let Some(law) = resolved.law {
+            return self.law_call(id, resolved, law, self_place, exprs, values);
+        }
+        let name = resolved.targets.first().map(|target| self.program.index.function(*target).name.clone());
+        if let (Some(place), Some(name)) = (&self_place, &name)
+            && let Some(spec) = self.program.index.filter_spec(&resolved.self_ty)
+            && spec.resets.contains(name)
+        {
+            let full = resolved.targets.iter().all(|target| self.is_full_reset(*target, &resolved.self_ty));
+            self.emit(Effect::Reset { place: place.clone(), full }, span);
+            return Value::default();
+        }
+        if values.iter().any(|value| value.closure.is_some()) {
+            if let [target] = resolved.targets.as_slice()
+                && let Some(value) = self.inline_function(*target, values, span)
+            {
+                return value;
+            }
+            return self.unknown_call(id, self.text(id), exprs, values);
+        }
+        if resolved.targets.is_empty() {
+            return self.unknown_call(id, self.text(id), exprs, values);
+        }
+        let result = self.emit_call(id, &resolved.targets, exprs, values, false);
+        if self.never_returns(id) {
+            self.diverge(span);
+            return Value::default();
+        }
+        let is_owned = !matches!(self.ty(id), Ty::Ref(..));
+        Value { place: Some(Place::var(result)), is_owned, same_as: Some(result), ..Value::default() }
+    }
+
+    fn law_call(
+        &mut self,
+        id: ExprId,
+        resolved: &Resolved,
+        law: usize,
+        self_place: Option<Place>,
+        exprs: &[ExprId],
+        values: &[Value],
+    ) -> Value {
+        let method = match &self.body().expr(id).kind {
+            ExprKind::MethodCall { method, .. } => method.clone(),
+            ExprKind::Call { callee, .. } => match &self.body().expr(*callee).kind {
+                ExprKind::Path(path) => path.last().to_owned(),
+                _ => String::new(),
+            },
+            _ => String::new(),
+        };
+        let mut fed = Vec::new();
+        for arg in exprs.iter().skip(usize::from(resolved.has_receiver)) {
+            fed.extend(self.about(*arg).reads.iter().filter_map(Place::base_var));
+        }
+        // What lies inside a composite filter is updated by its law's body.
+        let result = self.emit_call(id, &resolved.targets, exprs, values, true);
+        if let Some(place) = self_place {
+            let update = Update { place, law, method, by_guard: false, fed };
+            self.emit(Effect::Update(update), self.span(id));
+        }
+        let is_owned = !matches!(self.ty(id), Ty::Ref(..));
+        Value { place: Some(Place::var(result)), is_owned, same_as: Some(result), ..Value::default() }
+    }
+
+    fn emit_call(&mut self, id: ExprId, targets: &[FunctionId], exprs: &[ExprId], values: &[Value], is_law: bool) -> Var {
+        let span = self.span(id);
+        let result = self.temporary(self.ty(id).clone(), span);
+        let args: Vec<Argument> = exprs
+            .iter()
+            .zip(values)
+            .map(|(expr, value)| Argument {
+                place: value.place.clone().filter(|_| self.may_hold_filter(self.ty(*expr))),
+                index: self.argument_index(*expr, value),
+                is_shared: self.is_shared(*expr),
+            })
+            .collect();
+        let text = self.text(id);
+        let site = CallSite { targets: targets.to_vec(), args, result, text, is_law };
+        self.emit(Effect::Call(Box::new(site)), span);
+        result
+    }
+
+    /// The index that an argument is, if it is a constant or a variable.
+    fn argument_index(&mut self, expr: ExprId, value: &Value) -> Option<IndexKey> {
+        if let Some(number) = value.head.as_deref().and_then(|head| head.parse().ok()) {
+            return Some(IndexKey::Number(number));
+        }
+        match self.index_key(expr) {
+            Some(key @ (IndexKey::Number(_) | IndexKey::Named(_) | IndexKey::Var(_))) => Some(key),
+            _ => None,
+        }
+    }
+
+    /// Whether an argument is a shared reference or a plain value, through which nothing is updated.
+    fn is_shared(&self, expr: ExprId) -> bool {
+        match &self.body().expr(expr).kind {
+            ExprKind::Reference { mutable: false, raw: false, .. } => !matches!(self.ty(expr), Ty::Ref(true, _)),
+            _ => matches!(self.ty(expr), Ty::Ref(false, _)),
+        }
+    }
+
+    /// A call of something that cannot be seen: what it gets by value or `&mut` may be updated any number of times.
+    pub(super) fn unknown_call(&mut self, id: ExprId, text: String, exprs: &[ExprId], values: &[Value]) -> Value {
+        if self.at.is_none() {
+            return Value::default();
+        }
+        let span = self.span(id);
+        let mut places = Vec::new();
+        for (expr, value) in exprs.iter().zip(values) {
+            if let Some(closure) = value.closure {
+                self.detach_closure(closure, &text, false, span);
+                continue;
+            }
+            if let Some(place) = &value.place
+                && !self.is_shared(*expr)
+                && self.may_hold_filter(self.ty(*expr))
+            {
+                places.push(place.clone());
+            }
+        }
+        if !places.is_empty() {
+            self.emit(Effect::Unknown { places: places.clone(), cause: Cause::Call(text) }, span);
+        }
+        if *self.ty(id) == Ty::Never && self.never_returns(id) {
+            self.diverge(span);
+        }
+        // What comes back may be a borrow of what went in, but which part is not known.
+        Value::default()
+    }
+
+    /// A method of a type that is not known, or that the type does not have in the analysed code.
+    fn unseen_method(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
+        let value = self.expr(receiver);
+        if let Some(found) = self.method_by_name(id, receiver, method, args, &value) {
+            return found;
+        }
+        let values = self.values(args);
+        let ty = self.ty(receiver).peel();
+        let reads_only = matches!(
+            method,
+            "clone" | "to_string" | "fmt" | "eq" | "ne" | "cmp" | "partial_cmp" | "hash" | "as_ref" | "borrow" | "to_owned" | "len"
+                | "is_empty" | "into" | "try_into" | "serialize" | "type_id"
+        );
+        let is_own = matches!(ty, Ty::Adt(..)) && self.program.index.opaque_items.is_empty();
+        let mut exprs = Vec::new();
+        let mut all = Vec::new();
+        if !reads_only && !is_own {
+            exprs.push(receiver);
+            all.push(value.clone());
+        }
+        exprs.extend_from_slice(args);
+        all.extend(values);
+        let text = self.text(id);
+        self.unknown_call(id, text, &exprs, &all);
+        match method {
+            "map_err" | "context" | "with_context" | "wrap_err" | "ok" | "await" => value,
+            _ => Value::default(),
+        }
+    }
+
+    fn external_call(&mut self, id: ExprId, path: &str, args: &[ExprId]) -> Value {
+        let last = path.rsplit("::").next().unwrap_or("");
+        let span = self.span(id);
+        if self.never_returns(id) {
+            self.values(args);
+            self.diverge(span);
+            return Value::default();
+        }
+        match path {
+            "std::mem::swap" => return self.swap(id, args),
+            "std::mem::replace" | "std::mem::take" => return self.replace(id, args),
+            "std::mem::drop" => {
+                let value = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
+                self.drop_value(&value, span);
+                return Value::default();
+            }
+            "std::mem::forget" => {
+                let value = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
+                self.forget_value(&value, span, "mem::forget");
+                return Value::default();
+            }
+            _ => {}
+        }
+        if is_spawn(last) {
+            return self.spawn(id, path, args);
+        }
+        if matches!(last, "with" | "free" | "scope" | "without_interrupts" | "interrupt_free" | "catch_unwind" | "block_on") {
+            let values = self.values(args);
+            if let Some(closure) = values.iter().rev().find_map(|value| value.closure) {
+                return self.inline_closure(closure, &[Value::default()], span);
+            }
+            return values.into_iter().next().unwrap_or_default();
+        }
+        if path == "std::array::from_fn" {
+            let values = self.values(args);
+            if let Some(closure) = values.first().and_then(|value| value.closure) {
+                self.closure_loop(closure, super::iterators::Source::bounded(), span);
+            }
+            return Value::default();
+        }
+        let values = self.values(args);
+        let owner = path.rsplit("::").nth(1).unwrap_or("");
+        let wraps = crate::types::is_transparent(owner)
+            && matches!(last, "new" | "pin" | "from" | "clone" | "const_new" | "new_unchecked" | "init" | "as_mut" | "get_mut");
+        if wraps || matches!(path, "std::hint::black_box" | "std::convert::identity" | "std::borrow::BorrowMut::borrow_mut") {
+            let value = values.into_iter().next_back().unwrap_or_default();
+            self.wrap_guard(&value, owner, span);
+            return Value { closure: value.closure, ..value };
+        }
+        if path == "std::boxed::Box::leak" {
+            let value = values.into_iter().next().unwrap_or_default();
+            self.forget_value(&value, span, "Box::leak");
+            return value;
+        }
+        if path.starts_with("std::") && values.iter().all(|value| value.closure.is_none()) {
+            return Value::default();
+        }
+        self.unknown_call(id, path_tail(path), args, &values)
+    }
+
+    /// `mem::swap(&mut a, &mut b)`: the instances change places.
+    fn swap(&mut self, id: ExprId, args: &[ExprId]) -> Value {
+        let values = self.values(args);
+        let span = self.span(id);
+        if let [left, right] = values.as_slice()
+            && let (Some(a), Some(b)) = (&left.place, &right.place)
+        {
+            let between = self.temporary(Ty::Unknown, span);
+            for (place, from) in [(Place::var(between), a.clone()), (a.clone(), b.clone()), (b.clone(), Place::var(between))] {
+                let assignment =
+                    crate::flow::Assignment { place, from: Some(from), by_move: true, rebinds: true, head: None, same_as: None };
+                self.emit(Effect::Set(Box::new(assignment)), span);
+            }
+        }
+        Value::default()
+    }
+
+    /// `mem::replace(&mut a, new)`, `mem::take(&mut a)`: a new value.
+    fn replace(&mut self, id: ExprId, args: &[ExprId]) -> Value {
+        let values = self.values(args);
+        let span = self.span(id);
+        let Some(place) = values.first().and_then(|value| value.place.clone()) else { return Value::default() };
+        let taken = self.temporary(self.ty(id).clone(), span);
+        let new = values.get(1).cloned().unwrap_or_default();
+        let moves = crate::flow::Assignment {
+            place: Place::var(taken),
+            from: Some(place.clone()),
+            by_move: true,
+            rebinds: true,
+            head: None,
+            same_as: None,
+        };
+        self.emit(Effect::Set(Box::new(moves)), span);
+        let writes =
+            crate::flow::Assignment { place, from: new.place, by_move: true, rebinds: false, head: new.head, same_as: None };
+        self.emit(Effect::Write(Box::new(writes)), span);
+        Value { place: Some(Place::var(taken)), is_owned: true, ..Value::default() }
+    }
+
+    /// A thread or task of its own.
+    pub(super) fn spawn(&mut self, id: ExprId, name: &str, args: &[ExprId]) -> Value {
+        let span = self.span(id);
+        for arg in args {
+            let body = self.body();
+            if let ExprKind::Block(block) = &body.expr(*arg).kind
+                && block.kind == BlockKind::Async
+            {
+                let expr = *arg;
+                self.detached(span, |this| {
+                    this.expr(expr);
+                });
+                continue;
+            }
+            let value = self.expr(*arg);
+            if let Some(closure) = value.closure {
+                self.detach_closure(closure, name, true, span);
+            } else if let Some(place) = value.place
+                && self.may_hold_filter(self.ty(*arg))
+            {
+                let cause = Cause::Call(path_tail(name));
+                self.emit(Effect::Unknown { places: vec![place], cause }, span);
+            }
+        }
+        Value::default()
+    }
+
+    /// Whether a reset known by its name writes the whole state: every field that the law writes, or `*self`.
+    fn is_full_reset(&self, reset: FunctionId, self_ty: &Ty) -> bool {
+        let index = self.program.index;
+        let Some(cleared) = self.written_fields(reset, 0) else { return true };
+        let laws = index.methods(self_ty, "update");
+        let mut state = std::collections::BTreeSet::new();
+        for law in laws.iter().filter_map(crate::index::MethodOwner::function) {
+            match self.written_fields(law, 0) {
+                Some(fields) => state.extend(fields),
+                None => return !cleared.is_empty(),
+            }
+        }
+        state.is_subset(&cleared)
+    }
+
+    /// The fields of `self` that a function writes; `None` if it writes all of it, or hands it to something else.
+    fn written_fields(&self, id: FunctionId, depth: u32) -> Option<std::collections::BTreeSet<String>> {
+        let def = self.program.index.function(id);
+        let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(id)) else { return None };
+        if depth > 4 {
+            return None;
+        }
+        let self_local = typed.locals.iter().position(|local| local.name == "self")?;
+        let is_self = |expr: ExprId| typed.expr_local.get(&expr).is_some_and(|local| local.0 as usize == self_local);
+        let field_of_self = |expr: ExprId| -> Option<String> {
+            let mut at = expr;
+            loop {
+                match &body.expr(at).kind {
+                    ExprKind::Field { base, name } if is_self(*base) => return Some(name.clone()),
+                    ExprKind::Field { base, .. } | ExprKind::Index { base, .. } => at = *base,
+                    ExprKind::Deref(inner) | ExprKind::Reference { value: inner, .. } => at = *inner,
+                    ExprKind::MethodCall { receiver, .. } => at = *receiver,
+                    _ => return None,
+                }
+            }
+        };
+        let mut fields = std::collections::BTreeSet::new();
+        for (number, expr) in body.exprs.iter().enumerate() {
+            match &expr.kind {
+                ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } => {
+                    if let ExprKind::Deref(inner) = &body.expr(*place).kind
+                        && is_self(*inner)
+                    {
+                        return None;
+                    }
+                    fields.extend(field_of_self(*place));
+                }
+                ExprKind::Reference { mutable: true, value, .. } => fields.extend(field_of_self(*value)),
+                ExprKind::MethodCall { receiver, .. } => {
+                    let call = ExprId(u32::try_from(number).unwrap_or(u32::MAX));
+                    let writes = match typed.callees.get(&call) {
+                        Some(Callee::Resolved(resolved)) => resolved.targets.iter().any(|target| {
+                            self.program.index.function(*target).function.receiver
+                                == Some(crate::syntax::tree::Receiver::Exclusive)
+                        }),
+                        _ => !matches!(typed.ty(*receiver).peel(), Ty::Int | Ty::Float | Ty::Bool),
+                    };
+                    if is_self(*receiver) {
+                        if let Some(Callee::Resolved(resolved)) = typed.callees.get(&call) {
+                            for target in &resolved.targets {
+                                fields.extend(self.written_fields(*target, depth + 1)?);
+                            }
+                        }
+                    } else if writes {
+                        fields.extend(field_of_self(*receiver));
+                    }
+                }
+                _ => {}
+            }
+        }
+        Some(fields)
+    }
+}
+
+/// Functions that start a thread or task.
+pub(super) fn is_spawn(name: &str) -> bool {
+    name == "spawn" || name.starts_with("spawn_") || name == "must_spawn"
+}
+
+/// The last two names of a path.
+pub(super) fn path_tail(path: &str) -> String {
+    let parts: Vec<&str> = path.split("::").collect();
+    parts[parts.len().saturating_sub(2)..].join("::")
+}
+
+/// Whether a function's written output is nothing.
+#[must_use]
+pub(super) fn gives_nothing(output: &TypeRef) -> bool {
+    *output == TypeRef::unit()
+}

@@ -1,0 +1,211 @@
+//! Conditions: `if`, `&&`, `||`, `!`, comparisons, patterns in conditions, each leaf a branch of its own.
+
+use super::subjects::Pure;
+use super::{Builder, Value};
+use crate::flow::{About, Head, NodeId};
+use crate::index::Ty;
+use crate::syntax::tree::{ExprId, ExprKind, Literal};
+
+impl Builder<'_> {
+    pub(super) fn if_expr(&mut self, id: ExprId, condition: ExprId, then: ExprId, otherwise: Option<ExprId>) -> Value {
+        let span = self.span(id);
+        let join = self.new_join(self.ty(id).clone(), span);
+        let no = self.add_node(crate::flow::Effect::Nothing, self.span(condition));
+        self.condition(condition, no);
+        let value = self.expr(then);
+        self.end_branch(&join, &value, self.span(then));
+        self.resume_if_reached(no);
+        let value = otherwise.map(|otherwise| self.expr(otherwise)).unwrap_or_default();
+        self.end_branch(&join, &value, otherwise.map_or(span, |otherwise| self.span(otherwise)));
+        self.close_join(&join)
+    }
+
+    /// Goes on from a node if something leads to it.
+    pub(super) fn resume_if_reached(&mut self, node: NodeId) {
+        self.at = self.reached[node.0 as usize].then_some(node);
+    }
+
+    /// Lowers a condition; control goes on where it holds, and leads to `no` where it does not.
+    pub(super) fn condition(&mut self, id: ExprId, no: NodeId) {
+        if self.at.is_none() {
+            return;
+        }
+        let body = self.body();
+        match &body.expr(id).kind {
+            ExprKind::Binary { op: "&&", lhs, rhs } => {
+                self.condition(*lhs, no);
+                self.condition(*rhs, no);
+            }
+            ExprKind::Binary { op: "||", lhs, rhs } => {
+                let span = self.span(id);
+                let holds = self.add_node(crate::flow::Effect::Nothing, span);
+                let second = self.add_node(crate::flow::Effect::Nothing, self.span(*rhs));
+                self.condition(*lhs, second);
+                self.jump(holds);
+                self.resume_if_reached(second);
+                self.condition(*rhs, no);
+                self.jump(holds);
+                self.resume_if_reached(holds);
+            }
+            ExprKind::Not(inner) => {
+                let holds = self.add_node(crate::flow::Effect::Nothing, self.span(id));
+                self.condition(*inner, holds);
+                self.jump(no);
+                self.resume_if_reached(holds);
+            }
+            ExprKind::Let { pat, value } => {
+                let given = self.expr(*value);
+                let span = self.body().pat(*pat).span.to(self.span(*value));
+                self.match_pattern(*pat, *value, &given, span, no);
+            }
+            ExprKind::Block(block) if block.stmts.is_empty() && block.label.is_none() && block.tail.is_some() => {
+                if let Some(tail) = block.tail {
+                    self.condition(tail, no);
+                }
+            }
+            ExprKind::Literal(Literal::Bool(value)) => {
+                if !value {
+                    self.jump(no);
+                }
+            }
+            ExprKind::Macro(_) | ExprKind::Path(_) | ExprKind::Field { .. } | ExprKind::Deref(_) => self.truth(id, no),
+            ExprKind::Binary { op, lhs, rhs } if matches!(*op, "==" | "!=" | "<" | "<=" | ">" | ">=") => {
+                self.comparison(id, op, *lhs, *rhs, no);
+            }
+            ExprKind::MethodCall { receiver, method, args, .. } if args.is_empty() && presence_head(method).is_some() => {
+                self.presence(id, *receiver, method, no);
+            }
+            _ => self.truth(id, no),
+        }
+    }
+
+    /// A condition that is one value: a variable, a field, a call.
+    fn truth(&mut self, id: ExprId, no: NodeId) {
+        let pure = self.pure(id);
+        let about = self.about(id);
+        let value = self.expr(id);
+        if self.at.is_none() {
+            return;
+        }
+        let span = self.span(id);
+        let text = self.text(id);
+        let total = Some(vec!["true".to_owned(), "false".to_owned()]);
+        // The result of a call is a variable of its own, whose head the callee may know.
+        let pure = pure.or_else(|| value.same_as.map(|var| self.pure_var(var)));
+        let (yes, failed) = match pure {
+            Some(pure) => {
+                let about = About { is_constant: pure.reads.is_empty(), ..about };
+                let id = self.subject(pure, total);
+                self.head_bit(id, "true");
+                self.head_bit(id, "false");
+                self.branch_on_subject(id, &["true".to_owned()], true, span, text, about)
+            }
+            None => self.opaque_branch(span, text, about),
+        };
+        self.link(failed, no);
+        self.resume(yes);
+    }
+
+    fn comparison(&mut self, id: ExprId, op: &str, lhs: ExprId, rhs: ExprId, no: NodeId) {
+        let span = self.span(id);
+        let text = self.text(id);
+        let about = self.about(id);
+        let (subject, heads, negated) = self.compared(op, lhs, rhs);
+        self.expr(lhs);
+        self.expr(rhs);
+        if self.at.is_none() {
+            return;
+        }
+        let (yes, failed) = match subject {
+            Some((pure, total)) => {
+                let about = About { is_constant: pure.reads.is_empty(), ..about };
+                let id = self.subject(pure, total);
+                self.branch_on_subject(id, &heads, true, span, text, about)
+            }
+            None => self.opaque_branch(span, text, about),
+        };
+        let (yes, failed) = if negated { (failed, yes) } else { (yes, failed) };
+        self.link(failed, no);
+        self.resume(yes);
+    }
+
+    /// What a comparison asks about, in one spelling: `a != X` is `a == X` turned round, `a >= b` is `a < b` turned round.
+    fn compared(&mut self, op: &str, lhs: ExprId, rhs: ExprId) -> (Option<(Pure, Option<Vec<Head>>)>, Vec<Head>, bool) {
+        let negated = matches!(op, "!=" | ">=" | ">");
+        if matches!(op, "==" | "!=") {
+            for (subject, constant) in [(lhs, rhs), (rhs, lhs)] {
+                if let Some(head) = self.constant_head(constant)
+                    && !matches!(self.body().expr(subject).kind, ExprKind::Literal(_))
+                    && let Some(pure) = self.pure(subject)
+                {
+                    let total = self.total_heads(self.ty(subject));
+                    return (Some((pure, total)), vec![head], negated);
+                }
+            }
+        }
+        let (Some(left), Some(right)) = (self.pure(lhs), self.pure(rhs)) else {
+            return (None, Vec::new(), false);
+        };
+        // A comparison with NaN fails both ways, so floats keep the direction in which they are written.
+        let is_float = *self.ty(lhs) == Ty::Float || *self.ty(rhs) == Ty::Float;
+        let (symbol, negated) = match op {
+            "==" | "!=" => ("==", op == "!="),
+            ">=" if !is_float => ("<", true),
+            ">" if !is_float => ("<=", true),
+            other => (other, false),
+        };
+        let mut reads = left.reads;
+        reads.extend(right.reads);
+        let key = format!("({} {symbol} {})", left.key, right.key);
+        let total = Some(vec!["true".to_owned(), "false".to_owned()]);
+        (Some((Pure { key, reads, var: None }, total)), vec!["true".to_owned()], negated)
+    }
+
+    /// `x.is_some()` and its kin.
+    fn presence(&mut self, id: ExprId, receiver: ExprId, method: &str, no: NodeId) {
+        let Some(head) = presence_head(method) else { return };
+        let pure = self.pure(receiver);
+        let mut about = self.about(id);
+        about.is_presence = true;
+        let value = self.expr(receiver);
+        if self.at.is_none() {
+            return;
+        }
+        let span = self.span(id);
+        let text = self.text(id);
+        let pure = pure.or_else(|| value.same_as.map(|var| self.pure_var(var)));
+        let (yes, failed) = match pure {
+            Some(pure) => {
+                let id = self.subject(pure, Some(vec!["+".to_owned(), "-".to_owned()]));
+                self.head_bit(id, "+");
+                self.head_bit(id, "-");
+                self.branch_on_subject(id, &[head.to_owned()], true, span, text, about)
+            }
+            None => self.opaque_branch(span, text, about),
+        };
+        self.link(failed, no);
+        self.resume(yes);
+    }
+
+    /// A condition whose truth is a value: `let ready = a && b;`
+    pub(super) fn condition_value(&mut self, id: ExprId) -> Value {
+        let span = self.span(id);
+        let join = self.new_join(Ty::Bool, span);
+        let no = self.add_node(crate::flow::Effect::Nothing, span);
+        self.condition(id, no);
+        let truth = |head: &str| Value { head: Some(head.to_owned()), ..Value::default() };
+        self.end_branch(&join, &truth("true"), span);
+        self.resume_if_reached(no);
+        self.end_branch(&join, &truth("false"), span);
+        self.close_join(&join)
+    }
+}
+
+/// What a method asks of an option or result.
+fn presence_head(method: &str) -> Option<&'static str> {
+    match method {
+        "is_some" | "is_ok" => Some("+"),
+        "is_none" | "is_err" => Some("-"),
+        _ => None,
+    }
+}

@@ -1,0 +1,167 @@
+//! Ways out: `break`, `continue`, `return`, `?`, and the bodies they leave.
+
+use super::{Builder, Scope, ScopeKind, Value};
+use crate::flow::{Effect, NodeId, Place, Returned};
+use crate::index::Ty;
+use crate::source::Span;
+use crate::syntax::tree::{Block, ExprId};
+
+impl Builder<'_> {
+    /// Code that `?` leaves (and `return`, if it is a function's or an async block's): its value is the value of the whole.
+    pub(super) fn inline_body(
+        &mut self,
+        ty: Ty,
+        span: Span,
+        catches_return: bool,
+        inside: impl FnOnce(&mut Self) -> Value,
+    ) -> Value {
+        let join = self.new_join(ty, span);
+        let kind = ScopeKind::Body { catches_return, after: join.after, value: join.value };
+        self.scopes.push(Scope { kind, guards: Vec::new() });
+        let value = inside(self);
+        self.scopes.pop();
+        self.end_branch(&join, &value, span);
+        self.close_join(&join)
+    }
+
+    pub(super) fn labelled_block(&mut self, id: ExprId, label: String, block: &Block) -> Value {
+        let span = self.span(id);
+        let join = self.new_join(self.ty(id).clone(), span);
+        let kind = ScopeKind::Breakable {
+            label: Some(label),
+            is_loop: false,
+            frame_depth: self.depth,
+            after: join.after,
+            again: None,
+            value: join.value,
+        };
+        self.scopes.push(Scope { kind, guards: Vec::new() });
+        let value = self.plain_block(block, span);
+        self.scopes.pop();
+        self.end_branch(&join, &value, span);
+        self.close_join(&join)
+    }
+
+    pub(super) fn break_expr(&mut self, id: ExprId, label: Option<&String>, value: Option<ExprId>) -> Value {
+        let value = value.map(|value| self.expr(value)).unwrap_or_default();
+        let span = self.span(id);
+        if let Some((at, after, var)) = self.target(label, false) {
+            self.leave_scopes(at, span);
+            self.emit(Effect::Nothing, span);
+            self.set(var, &value, span);
+            self.jump(after);
+        }
+        self.at = None;
+        Value::default()
+    }
+
+    pub(super) fn continue_expr(&mut self, id: ExprId, label: Option<&String>) -> Value {
+        let span = self.span(id);
+        if let Some((at, again, _)) = self.target(label, true) {
+            // The `continue` itself is a step of the path.
+            self.emit(Effect::Nothing, span);
+            self.leave_scopes(at, span);
+            self.jump(again);
+        }
+        self.at = None;
+        Value::default()
+    }
+
+    /// The scope that a `break` or `continue` leaves, where it goes, and what holds its value.
+    fn target(&self, label: Option<&String>, again: bool) -> Option<(usize, NodeId, crate::flow::Var)> {
+        self.scopes.iter().enumerate().rev().find_map(|(at, scope)| match &scope.kind {
+            ScopeKind::Breakable { label: own, is_loop, frame_depth, after, again: back, value }
+                if *frame_depth == self.depth && (label.is_some() || *is_loop) && (label.is_none() || label == own.as_ref()) =>
+            {
+                if again { back.map(|back| (at, back, *value)) } else { Some((at, *after, *value)) }
+            }
+            _ => None,
+        })
+    }
+
+    /// Ends the guards of all scopes inside the one at that depth.
+    fn leave_scopes(&mut self, depth: usize, span: Span) {
+        let guards: Vec<Vec<_>> = self.scopes[depth + 1..].iter().map(|scope| scope.guards.clone()).collect();
+        for guards in guards.iter().rev() {
+            self.end_guards(guards, span);
+        }
+    }
+
+    pub(super) fn return_expr(&mut self, id: ExprId, value: Option<ExprId>) -> Value {
+        let value = value.map(|value| self.expr(value)).unwrap_or_default();
+        let span = self.span(id);
+        self.emit(Effect::Nothing, span);
+        self.return_value(value, span, true);
+        Value::default()
+    }
+
+    /// Leaves the innermost function or closure (`return`), or whatever `?` leaves.
+    pub(super) fn return_value(&mut self, value: Value, span: Span, by_return: bool) {
+        let body = self.scopes.iter().enumerate().rev().find_map(|(at, scope)| match &scope.kind {
+            ScopeKind::Body { catches_return, after, value } if *catches_return || !by_return => {
+                Some((at, *after, *value))
+            }
+            _ => None,
+        });
+        match body {
+            Some((at, after, var)) => {
+                self.set(var, &value, span);
+                self.leave_scopes(at, span);
+                self.jump(after);
+            }
+            None => {
+                let guards: Vec<Vec<_>> = self.scopes.iter().map(|scope| scope.guards.clone()).collect();
+                for guards in guards.iter().rev() {
+                    self.end_guards(guards, span);
+                }
+                self.leave_function(value, span);
+            }
+        }
+        self.at = None;
+    }
+
+    /// The end of the function's own graph.
+    pub(super) fn leave_function(&mut self, value: Value, span: Span) {
+        if self.at.is_some() {
+            let returned = Returned { place: value.place, head: value.head, same_as: value.same_as };
+            self.emit(Effect::Return(returned), span);
+        }
+        self.at = None;
+    }
+
+    /// `expr?`
+    pub(super) fn try_expr(&mut self, id: ExprId, inner: ExprId) -> Value {
+        let value = self.expr(inner);
+        if self.at.is_none() {
+            return Value::default();
+        }
+        let span = self.span(id);
+        let mark = Span::new(span.file, span.end.saturating_sub(1), span.end);
+        let about = self.about_presence(inner, Vec::new());
+        let text = self.text(inner);
+        let (good, bad) = self.branch_on_head(&value, "+", "-", mark, text, about);
+        self.resume(bad);
+        let failed = Value { head: Some("-".to_owned()), ..Value::default() };
+        self.return_value(failed, mark, false);
+        self.resume(good);
+        Value { place: value.place, is_owned: value.is_owned, ..Value::default() }
+    }
+
+    /// Nothing follows.
+    pub(super) fn diverge(&mut self, span: Span) {
+        self.emit(Effect::Diverge, span);
+        self.at = None;
+    }
+
+    /// The place of a value, where it must have one.
+    pub(super) fn place_of_value(&mut self, value: &Value, ty: Ty, span: Span) -> Place {
+        match &value.place {
+            Some(place) => place.clone(),
+            None => {
+                let var = self.temporary(ty, span);
+                self.set(var, value, span);
+                Place::var(var)
+            }
+        }
+    }
+}

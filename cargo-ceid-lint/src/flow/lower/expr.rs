@@ -1,0 +1,221 @@
+//! Expressions: what they do, in the order in which it happens.
+
+use super::{Builder, Value};
+use crate::flow::{Cause, Effect, Place, Projection};
+use crate::index::Def;
+use crate::syntax::tree::{ExprId, ExprKind};
+use crate::types::Callee;
+
+impl Builder<'_> {
+    /// Lowers an expression and answers its value. Code that is never reached is not lowered.
+    pub(super) fn expr(&mut self, id: ExprId) -> Value {
+        if self.at.is_none() || self.is_full() {
+            return Value::default();
+        }
+        let body = self.body();
+        match &body.expr(id).kind {
+            ExprKind::Path(_) => self.path_value(id),
+            ExprKind::Literal(_) => Value { head: self.constant_head(id), ..Value::default() },
+            ExprKind::Block(block) => self.block(id, block),
+            ExprKind::If { condition, then, otherwise } => self.if_expr(id, *condition, *then, *otherwise),
+            ExprKind::Let { .. } => self.condition_value(id),
+            ExprKind::Match { scrutinee, arms } => self.match_expr(id, *scrutinee, arms),
+            ExprKind::Loop { label, keyword, body } => self.loop_expr(id, label.as_ref(), *keyword, *body),
+            ExprKind::While { label, keyword, condition, body } => {
+                self.while_expr(id, label.as_ref(), *keyword, *condition, *body)
+            }
+            ExprKind::For { label, keyword, pat, iterable, body } => {
+                self.for_expr(id, label.as_ref(), *keyword, *pat, *iterable, *body)
+            }
+            ExprKind::Break { label, value } => self.break_expr(id, label.as_ref(), *value),
+            ExprKind::Continue { label } => self.continue_expr(id, label.as_ref()),
+            ExprKind::Return(value) => self.return_expr(id, *value),
+            ExprKind::Call { callee, args } => self.call_expr(id, *callee, args),
+            ExprKind::MethodCall { receiver, method, args, .. } => self.method_expr(id, *receiver, method, args),
+            ExprKind::Field { base, name } => {
+                let value = self.expr(*base);
+                let place = value.place.map(|place| self.field_place(*base, &place, name));
+                if let Some(place) = &place
+                    && self.may_hold_filter(self.ty(*base))
+                {
+                    self.note_use(place, id);
+                }
+                Value { place, is_owned: true, ..Value::default() }
+            }
+            ExprKind::Index { base, index } => self.index_expr(id, *base, *index),
+            ExprKind::Reference { raw, value, .. } => {
+                let value = self.expr(*value);
+                if *raw && let Some(place) = &value.place {
+                    let cause = Cause::Code("a raw pointer".to_owned());
+                    self.emit(Effect::Unknown { places: vec![place.clone()], cause }, self.span(id));
+                }
+                Value { is_owned: false, ..value }
+            }
+            ExprKind::Deref(inner) => {
+                let value = self.expr(*inner);
+                let place = value.place.map(|place| self.deref_place(*inner, place));
+                Value { place, is_owned: true, ..Value::default() }
+            }
+            ExprKind::Not(_) => self.condition_value(id),
+            ExprKind::Negate(inner) => {
+                self.expr(*inner);
+                Value { head: self.constant_head(id), ..Value::default() }
+            }
+            ExprKind::Binary { op: "&&" | "||", .. } => self.condition_value(id),
+            ExprKind::Binary { lhs, rhs, .. } => {
+                self.expr(*lhs);
+                self.expr(*rhs);
+                Value::default()
+            }
+            ExprKind::Assign { place, value } => self.assign(id, *place, *value),
+            ExprKind::AssignOp { place, value, .. } => self.assign_op(id, *place, *value),
+            ExprKind::Range { start, end, .. } => {
+                for bound in [start, end].into_iter().flatten() {
+                    self.expr(*bound);
+                }
+                Value::default()
+            }
+            ExprKind::Closure(_) => {
+                let closure = super::ClosureRef { frame: self.frame, expr: id };
+                Value { closure: Some(closure), ..Value::default() }
+            }
+            ExprKind::Struct { fields, rest, .. } => self.struct_value(id, fields, *rest),
+            ExprKind::Tuple(parts) => self.aggregate(id, parts),
+            ExprKind::Array { elements, .. } => self.array_value(id, elements),
+            ExprKind::Repeat { value, len, .. } => {
+                self.expr(*value);
+                self.expr(*len);
+                Value::default()
+            }
+            ExprKind::Cast { value, .. } => {
+                let value = self.expr(*value);
+                Value { closure: None, ..value }
+            }
+            ExprKind::Try(inner) => self.try_expr(id, *inner),
+            ExprKind::Await(inner) => self.expr(*inner),
+            ExprKind::Macro(macro_expr) => self.macro_expr(id, macro_expr),
+            ExprKind::Opaque(call) => {
+                self.unknown_mentions(&call.mentions, Cause::Macro(call.path.clone()), call.span);
+                Value::default()
+            }
+            ExprKind::Unknown { what, mentions } => {
+                self.unknown_mentions(mentions, Cause::Code(what.clone()), self.span(id));
+                Value::default()
+            }
+        }
+    }
+
+    fn path_value(&mut self, id: ExprId) -> Value {
+        if let Some(local) = self.typed().expr_local.get(&id).copied() {
+            let var = self.var_of(local);
+            let closure = self.closures.get(&var).copied();
+            let is_owned = !matches!(self.ty(id), crate::index::Ty::Ref(..));
+            let head = self.numbers.get(&var).map(u64::to_string);
+            return Value { place: Some(Place::var(var)), is_owned, same_as: Some(var), closure, head };
+        }
+        if let Some(place) = self.path_place(id) {
+            return Value { place: Some(place), is_owned: true, ..Value::default() };
+        }
+        Value { head: self.constant_head(id), ..Value::default() }
+    }
+
+    /// What `*expr` names: the same place, through the `Deref` impl of a newtype.
+    fn deref_place(&self, inner: ExprId, place: Place) -> Place {
+        let ty = self.ty(inner);
+        if matches!(ty, crate::index::Ty::Adt(..))
+            && let Some(through) = self.deref_function(ty)
+        {
+            return self.through_deref(&place, through);
+        }
+        place
+    }
+
+    fn deref_function(&self, ty: &crate::index::Ty) -> Option<crate::index::FunctionId> {
+        let index = self.program.index;
+        index.methods(ty, "deref_mut").into_iter().chain(index.methods(ty, "deref")).next()?.function()
+    }
+
+    /// A struct literal: what its fields are given moves into the new value.
+    fn struct_value(&mut self, id: ExprId, fields: &[(String, ExprId)], rest: Option<ExprId>) -> Value {
+        let span = self.span(id);
+        let variant = match self.typed().expr_def.get(&id) {
+            Some(Def::Variant(ty, at)) => Some(self.variant_head(*ty, *at)),
+            _ => None,
+        };
+        let var = self.temporary(self.ty(id).clone(), span);
+        for (name, field) in fields {
+            let value = self.expr(*field);
+            let mut place = Place::var(var);
+            if let Some(variant) = &variant {
+                place = place.field(variant);
+            }
+            self.place_part(place.field(name), &value, *field);
+        }
+        if let Some(rest) = rest {
+            let value = self.expr(rest);
+            self.place_part(Place::var(var), &value, rest);
+        }
+        Value { place: Some(Place::var(var)), is_owned: true, head: variant, same_as: None, closure: None }
+    }
+
+    pub(super) fn aggregate(&mut self, id: ExprId, parts: &[ExprId]) -> Value {
+        let span = self.span(id);
+        let var = self.temporary(self.ty(id).clone(), span);
+        for (number, part) in parts.iter().enumerate() {
+            let value = self.expr(*part);
+            self.place_part(Place::var(var).field(&number.to_string()), &value, *part);
+        }
+        Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }
+    }
+
+    fn array_value(&mut self, id: ExprId, elements: &[ExprId]) -> Value {
+        let span = self.span(id);
+        let var = self.temporary(self.ty(id).clone(), span);
+        for (number, element) in elements.iter().enumerate() {
+            let value = self.expr(*element);
+            let key = crate::flow::IndexKey::Number(number as u64);
+            self.place_part(Place::var(var).element(key), &value, *element);
+        }
+        Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }
+    }
+
+    /// A part of a new value.
+    pub(super) fn place_part(&mut self, part: Place, value: &Value, expr: ExprId) {
+        if self.at.is_none() || (value.place.is_none() && value.closure.is_none()) || !self.may_hold_filter(self.ty(expr)) {
+            return;
+        }
+        let assignment = crate::flow::Assignment {
+            place: part,
+            from: value.place.clone(),
+            by_move: value.is_owned,
+            rebinds: true,
+            head: None,
+            same_as: None,
+        };
+        self.emit(Effect::Set(Box::new(assignment)), self.span(expr));
+    }
+
+    /// Notes that a filter is read or fed.
+    pub(super) fn note_use(&mut self, place: &Place, id: ExprId) {
+        if self.at.is_some() && place.steps.iter().any(|step| matches!(step, Projection::Field(_))) {
+            self.emit(Effect::Use { place: place.clone() }, self.span(id));
+        }
+    }
+
+    /// Whether a call runs something that never returns.
+    pub(super) fn never_returns(&self, id: ExprId) -> bool {
+        let index = self.program.index;
+        match self.typed().callees.get(&id) {
+            Some(Callee::Resolved(resolved)) => resolved
+                .targets
+                .iter()
+                .any(|target| index.function(*target).function.output == crate::syntax::tree::TypeRef::Never),
+            Some(Callee::External(path)) => matches!(
+                path.as_str(),
+                "std::process::exit" | "std::process::abort" | "std::panic::panic_any" | "std::panic::resume_unwind"
+                    | "std::hint::unreachable_unchecked"
+            ),
+            _ => false,
+        }
+    }
+}

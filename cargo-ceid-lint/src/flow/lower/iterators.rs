@@ -1,0 +1,474 @@
+//! Iterators: what a chain of adaptors runs over, and what it does when it is consumed.
+
+use super::{Builder, ClosureRef, Value};
+use crate::flow::{CycleKind, Effect, IndexKey, LoopInfo, Place, Rounds, Var};
+use crate::index::Ty;
+use crate::source::Span;
+use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
+use crate::types::Callee;
+
+/// What an iterator gives in each round.
+#[derive(Clone, Debug)]
+pub(super) enum Item {
+    /// Something that is no filter's place.
+    Opaque,
+    /// An element of a collection.
+    Element(Place),
+    /// A part of a collection: the element is in exactly one of them.
+    Chunk(Place),
+    /// The number of the round, from a first value that may be known.
+    Counter(Option<u64>),
+    /// A value made in the round.
+    Made,
+    /// Several at once.
+    Tuple(Vec<Self>),
+}
+
+/// What a chain of adaptors runs over.
+#[derive(Clone, Debug)]
+pub(super) struct Source {
+    pub(super) item: Item,
+    pub(super) rounds: Rounds,
+    pub(super) passes_over: bool,
+    /// Closures that run in each round before the item is there: `map`, `filter`, `inspect`.
+    pub(super) stages: Vec<(Stage, ClosureRef)>,
+    pub(super) text: String,
+}
+
+/// What an adaptor does with its closure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stage {
+    Map,
+    Filter,
+    Inspect,
+    /// Makes the item from nothing.
+    Make,
+}
+
+impl Source {
+    pub(super) fn bounded() -> Self {
+        Self { item: Item::Opaque, rounds: Rounds::Bounded, passes_over: false, stages: Vec::new(), text: String::new() }
+    }
+}
+
+impl Builder<'_> {
+    /// What a `for` loop or consumer runs over; evaluates what the chain begins with.
+    pub(super) fn source(&mut self, id: ExprId) -> Source {
+        let body = self.body();
+        let mut source = match &body.expr(id).kind {
+            ExprKind::MethodCall { receiver, method, args, .. } => self.adaptor(id, *receiver, method, args),
+            ExprKind::Range { start, end, inclusive } => self.range(*start, *end, *inclusive),
+            ExprKind::Reference { value, .. } => self.source(*value),
+            ExprKind::Await(inner) => {
+                let inner = self.source(*inner);
+                Source { rounds: Rounds::Unbounded, ..inner }
+            }
+            ExprKind::Call { callee, args } => self.generator(id, *callee, args),
+            ExprKind::Array { elements, .. } => {
+                let count = elements.len() as u64;
+                let value = self.expr(id);
+                let item = match value.place {
+                    Some(place) if self.may_hold_filter(self.ty(id)) => Item::Element(place),
+                    _ => Item::Opaque,
+                };
+                let rounds = if matches!(item, Item::Element(_)) { Rounds::Bounded } else { Rounds::Constant(count) };
+                Source { item, rounds, ..Source::bounded() }
+            }
+            _ => self.collection(id),
+        };
+        source.text = self.text(id);
+        source
+    }
+
+    /// A place that is iterated over.
+    fn collection(&mut self, id: ExprId) -> Source {
+        let value = self.expr(id);
+        let ty = self.ty(id).peel();
+        let is_endless = is_endless_type(ty);
+        let is_map = ty.external_name().is_some_and(|name| name.ends_with("Map"));
+        let item = match value.place {
+            Some(place) if !is_map && self.may_hold_filter(ty) => Item::Element(place),
+            _ => Item::Opaque,
+        };
+        let rounds = if is_endless {
+            Rounds::Unbounded
+        } else {
+            match ty {
+                Ty::Array(_, length) if matches!(item, Item::Opaque) => length.value.map_or(Rounds::Bounded, Rounds::Constant),
+                _ => Rounds::Bounded,
+            }
+        };
+        Source { item, rounds, ..Source::bounded() }
+    }
+
+    fn range(&mut self, start: Option<ExprId>, end: Option<ExprId>, inclusive: bool) -> Source {
+        for bound in [start, end].into_iter().flatten() {
+            self.expr(bound);
+        }
+        let first = start.and_then(|start| self.number(start));
+        let rounds = match end {
+            None => Rounds::Unbounded,
+            Some(end) => match (first, self.number(end)) {
+                (Some(first), Some(last)) => {
+                    Rounds::Constant((last + u64::from(inclusive)).saturating_sub(first))
+                }
+                _ => Rounds::Bounded,
+            },
+        };
+        Source { item: Item::Counter(first), rounds, ..Source::bounded() }
+    }
+
+    /// The whole number that an expression certainly is.
+    pub(super) fn number(&mut self, id: ExprId) -> Option<u64> {
+        let body = self.body();
+        match &body.expr(id).kind {
+            ExprKind::Literal(Literal::Int(value, _)) => *value,
+            ExprKind::Cast { value, .. } => self.number(*value),
+            ExprKind::Path(_) => match self.index_key(id)? {
+                IndexKey::Number(number) => Some(number),
+                _ => None,
+            },
+            ExprKind::MethodCall { receiver, method, .. } if method == "len" => match self.ty(*receiver).peel() {
+                Ty::Array(_, length) => length.value,
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// `repeat_with(f)`, `from_fn(f)`, `repeat(x)`, and functions that give an iterator.
+    fn generator(&mut self, id: ExprId, callee: ExprId, args: &[ExprId]) -> Source {
+        let name = match &self.body().expr(callee).kind {
+            ExprKind::Path(path) => path.last().to_owned(),
+            _ => String::new(),
+        };
+        if matches!(name.as_str(), "repeat_with" | "from_fn" | "repeat" | "successors") {
+            let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
+            let stages = values.iter().rev().find_map(|value| value.closure).map(|closure| (Stage::Make, closure));
+            return Source { item: Item::Made, rounds: Rounds::Unbounded, stages: stages.into_iter().collect(), ..Source::bounded() };
+        }
+        self.collection(id)
+    }
+
+    fn adaptor(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Source {
+        match method {
+            "iter" | "iter_mut" | "into_iter" | "by_ref" | "rev" | "peekable" | "fuse" | "copied" | "cloned" | "as_mut"
+            | "as_mut_slice" | "as_slice" | "as_ref" | "unwrap" | "each_mut" | "deref_mut" | "par_iter_mut" | "into_iter_mut" => {
+                self.source(receiver)
+            }
+            "take" => {
+                let source = self.source(receiver);
+                let count = args.first().and_then(|arg| {
+                    self.expr(*arg);
+                    self.number(*arg)
+                });
+                let rounds = match (&source.rounds, &source.item) {
+                    (Rounds::Unbounded, _) => count.map_or(Rounds::Bounded, Rounds::Constant),
+                    (Rounds::Constant(all), _) => Rounds::Constant(count.map_or(*all, |count| count.min(*all))),
+                    (Rounds::Bounded, _) => Rounds::Bounded,
+                };
+                Source { rounds, ..source }
+            }
+            "skip" | "step_by" | "chain" => {
+                let source = self.source(receiver);
+                for arg in args {
+                    self.expr(*arg);
+                }
+                let rounds = if source.rounds == Rounds::Unbounded { Rounds::Unbounded } else { Rounds::Bounded };
+                let passes_over = source.passes_over || method != "chain";
+                let item = if matches!(source.item, Item::Counter(_)) { Item::Opaque } else { source.item };
+                Source { item, rounds, passes_over, ..source }
+            }
+            "cycle" => Source { rounds: Rounds::Unbounded, ..self.source(receiver) },
+            "enumerate" => {
+                let source = self.source(receiver);
+                Source { item: Item::Tuple(vec![Item::Counter(Some(0)), source.item]), ..source }
+            }
+            "zip" => {
+                let source = self.source(receiver);
+                let other = args.first().map_or_else(Source::bounded, |arg| self.source(*arg));
+                let rounds = match (&source.rounds, &other.rounds) {
+                    (Rounds::Unbounded, rounds) | (rounds, Rounds::Unbounded) => rounds.clone(),
+                    (Rounds::Constant(a), Rounds::Constant(b)) => Rounds::Constant(*a.min(b)),
+                    _ => Rounds::Bounded,
+                };
+                let mut stages = source.stages;
+                stages.extend(other.stages);
+                Source { item: Item::Tuple(vec![source.item, other.item]), rounds, stages, ..Source::bounded() }
+            }
+            "map" | "filter" | "inspect" | "filter_map" | "take_while" | "skip_while" | "map_while" | "flat_map" | "scan" => {
+                let mut source = self.source(receiver);
+                let closure = args.iter().map(|arg| self.expr(*arg)).filter_map(|value| value.closure).last();
+                let stage = match method {
+                    "map" | "scan" | "flat_map" => Stage::Map,
+                    "inspect" => Stage::Inspect,
+                    _ => Stage::Filter,
+                };
+                source.passes_over |= stage == Stage::Filter;
+                source.stages.extend(closure.map(|closure| (stage, closure)));
+                source
+            }
+            "chunks_mut" | "chunks" | "chunks_exact_mut" | "chunks_exact" | "split_mut" => {
+                let source = self.source(receiver);
+                for arg in args {
+                    self.expr(*arg);
+                }
+                let item = match source.item {
+                    Item::Element(place) => Item::Chunk(place),
+                    other => other,
+                };
+                Source { item, ..source }
+            }
+            "values_mut" | "values" | "drain" | "keys" | "windows" | "lines" | "chars" | "bytes" | "split" => {
+                self.expr(receiver);
+                for arg in args {
+                    self.expr(*arg);
+                }
+                Source::bounded()
+            }
+            "iter_from" | "incoming" | "try_iter" | "recv_iter" => {
+                self.expr(receiver);
+                let rounds = if method == "try_iter" { Rounds::Bounded } else { Rounds::Unbounded };
+                Source { rounds, ..Source::bounded() }
+            }
+            _ => self.collection(id),
+        }
+    }
+
+    /// A method that consumes an iterator; `None` if the call is something else.
+    pub(super) fn iterator_call(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Option<Value> {
+        let consumes = matches!(
+            method,
+            "for_each" | "fold" | "sum" | "product" | "collect" | "count" | "last" | "all" | "any" | "max" | "min" | "try_for_each"
+                | "try_fold" | "find" | "position" | "partition" | "unzip" | "reduce" | "min_by" | "max_by" | "nth"
+        );
+        if !consumes || !self.is_iterator(receiver, method) || matches!(self.typed().callees.get(&id), Some(Callee::Resolved(_))) {
+            return None;
+        }
+        let source = self.source(receiver);
+        if self.at.is_none() {
+            return Some(Value::default());
+        }
+        let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
+        let closure = values.iter().rev().find_map(|value| value.closure);
+        let stops = matches!(method, "all" | "any" | "find" | "position" | "try_for_each" | "try_fold");
+        if closure.is_none() && source.stages.is_empty() {
+            return Some(Value::default());
+        }
+        let takes_state = matches!(method, "fold" | "try_fold" | "reduce");
+        self.consume(id, source, closure, takes_state, stops);
+        Some(Value::default())
+    }
+
+    /// Whether an expression is an iterator, as far as its type or its shape tells.
+    fn is_iterator(&self, id: ExprId, consumer: &str) -> bool {
+        let ty = self.ty(id).peel();
+        if matches!(ty.external_name(), Some("Iterator" | "Range")) {
+            return true;
+        }
+        if matches!(ty, Ty::Unknown) {
+            return matches!(consumer, "for_each" | "fold" | "try_for_each") || self.has_adaptor(id);
+        }
+        false
+    }
+
+    fn has_adaptor(&self, id: ExprId) -> bool {
+        match &self.body().expr(id).kind {
+            ExprKind::MethodCall { method, .. } => matches!(
+                method.as_str(),
+                "map" | "iter" | "iter_mut" | "into_iter" | "filter" | "zip" | "enumerate" | "chunks" | "chunks_mut" | "rev" | "take"
+            ),
+            _ => false,
+        }
+    }
+
+    fn consume(&mut self, id: ExprId, source: Source, closure: Option<ClosureRef>, takes_state: bool, stops: bool) {
+        let span = self.span(id);
+        let bar = closure.or_else(|| source.stages.last().map(|(_, closure)| *closure)).map_or(span, |closure| {
+            let body = self.frames[closure.frame].body;
+            match &body.expr(closure.expr).kind {
+                ExprKind::Closure(code) => code.bar,
+                _ => span,
+            }
+        });
+        self.run_loop(CycleKind::Closure, bar, None, source, |this, item, info| {
+            let Some(closure) = closure else { return };
+            let mut args = vec![item];
+            if takes_state {
+                args.insert(0, Value::default());
+            }
+            let _ = info;
+            let value = this.inline_closure(closure, &args, span);
+            if stops && this.at.is_some() {
+                let about = crate::flow::About::default();
+                let (again, stop) = this.opaque_branch(span, "the iteration goes on".to_owned(), about);
+                let _ = value;
+                this.resume(stop);
+                this.break_out(span);
+                this.resume(again);
+            }
+        });
+    }
+
+    /// A closure that runs once for each of a number of rounds.
+    pub(super) fn closure_loop(&mut self, closure: ClosureRef, source: Source, span: Span) {
+        self.run_loop(CycleKind::Closure, span, None, source, |this, item, _| {
+            this.inline_closure(closure, &[item], span);
+        });
+    }
+
+    /// The loop over a source: the rounds, their items, and the closures of the chain.
+    pub(super) fn run_loop(
+        &mut self,
+        kind: CycleKind,
+        keyword: Span,
+        label: Option<&String>,
+        source: Source,
+        inside: impl FnOnce(&mut Self, Value, crate::flow::LoopId),
+    ) {
+        if self.at.is_none() {
+            return;
+        }
+        let info = LoopInfo {
+            kind,
+            keyword,
+            parent: self.loops.last().copied(),
+            head: crate::flow::NodeId(0),
+            rounds: source.rounds.clone(),
+            items: Vec::new(),
+            counter: None,
+            bound: Vec::new(),
+            indexes: Vec::new(),
+            passes_over: source.passes_over,
+            drains: false,
+            is_foreign: self.is_foreign(),
+            text: source.text.clone(),
+        };
+        let id = self.add_loop(info);
+        self.emit(Effect::LoopEnter(id), keyword);
+        let after = self.add_node(Effect::Nothing, keyword);
+        self.loops.push(id);
+        let head = self.emit(Effect::LoopHead(id), keyword);
+        self.graph.loops[id.0 as usize].head = head;
+        let round = self.add_node(Effect::Nothing, keyword);
+        self.link(head, round);
+        self.link(head, after);
+        self.push_loop_scope(label, after, head, keyword);
+        self.resume(round);
+        let mut item = self.item_value(id, &source.item, keyword);
+        for (stage, closure) in &source.stages {
+            item = self.stage(*stage, *closure, item, head, keyword);
+        }
+        inside(self, item, id);
+        self.pop_loop_scope();
+        self.jump(head);
+        self.loops.pop();
+        self.resume(after);
+    }
+
+    /// A closure of the chain runs in the round.
+    fn stage(&mut self, stage: Stage, closure: ClosureRef, item: Value, head: crate::flow::NodeId, span: Span) -> Value {
+        let args = if stage == Stage::Make { Vec::new() } else { vec![item.clone()] };
+        let made = self.inline_closure(closure, &args, span);
+        match stage {
+            Stage::Map | Stage::Make => made,
+            Stage::Inspect => item,
+            Stage::Filter => {
+                if self.at.is_some() {
+                    let (passes, skipped) =
+                        self.opaque_branch(span, "the item passes the filter".to_owned(), crate::flow::About::default());
+                    self.resume(skipped);
+                    self.jump(head);
+                    self.resume(passes);
+                }
+                item
+            }
+        }
+    }
+
+    /// The value of a round's item, and what its variables name.
+    fn item_value(&mut self, id: crate::flow::LoopId, item: &Item, span: Span) -> Value {
+        match item {
+            Item::Opaque | Item::Made => {
+                let var = self.temporary(Ty::Unknown, span);
+                self.graph.loops[id.0 as usize].bound.push(var);
+                Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }
+            }
+            Item::Element(place) | Item::Chunk(place) => {
+                let var = self.temporary(Ty::Unknown, span);
+                let source = if matches!(item, Item::Chunk(_)) { place.clone() } else { place.element(IndexKey::Each) };
+                let info = &mut self.graph.loops[id.0 as usize];
+                info.items.push((var, source));
+                info.bound.push(var);
+                Value { place: Some(Place::var(var)), is_owned: false, ..Value::default() }
+            }
+            Item::Counter(first) => {
+                let var = self.temporary(Ty::Int, span);
+                let info = &mut self.graph.loops[id.0 as usize];
+                if info.counter.is_none() {
+                    info.counter = Some((var, *first));
+                }
+                info.bound.push(var);
+                Value { place: Some(Place::var(var)), is_owned: true, same_as: Some(var), ..Value::default() }
+            }
+            Item::Tuple(items) => {
+                let var = self.temporary(Ty::Unknown, span);
+                for (number, item) in items.iter().enumerate() {
+                    let value = self.item_value(id, item, span);
+                    let part = Place::var(var).field(&number.to_string());
+                    let assignment = crate::flow::Assignment {
+                        place: part,
+                        from: value.place,
+                        by_move: value.is_owned,
+                        rebinds: true,
+                        head: None,
+                        same_as: None,
+                    };
+                    self.emit(Effect::Set(Box::new(assignment)), span);
+                }
+                Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }
+            }
+        }
+    }
+
+    /// Binds the pattern of a `for` loop; a counter keeps being one under its own name.
+    pub(super) fn bind_item(&mut self, id: crate::flow::LoopId, pat: PatId, item: &Item, value: &Value) {
+        let mut counters: Vec<Var> = Vec::new();
+        self.counter_names(pat, item, &mut counters);
+        self.bind_pattern(pat, value);
+        let bound: Vec<Var> = self.locals_of(pat).into_iter().map(|local| self.var_of(local)).collect();
+        let info = &mut self.graph.loops[id.0 as usize];
+        info.bound.extend(bound);
+        if let Some((_, first)) = info.counter
+            && let Some(var) = counters.first()
+        {
+            info.counter = Some((*var, first));
+        }
+    }
+
+    fn counter_names(&mut self, pat: PatId, item: &Item, found: &mut Vec<Var>) {
+        let body = self.body();
+        match (&body.pat(pat).kind, item) {
+            (PatKind::Bind { .. }, Item::Counter(_)) => {
+                if let Some(local) = self.typed().pat_local.get(&pat).copied() {
+                    found.push(self.var_of(local));
+                }
+            }
+            (PatKind::Tuple(pats), Item::Tuple(items)) => {
+                for (pat, item) in pats.iter().zip(items) {
+                    self.counter_names(*pat, item, found);
+                }
+            }
+            (PatKind::Reference(inner), item) => self.counter_names(*inner, item, found),
+            _ => {}
+        }
+    }
+}
+
+/// Whether iterating over a value of the type only ends when the other side does.
+fn is_endless_type(ty: &Ty) -> bool {
+    ty.external_name().is_some_and(|name| {
+        matches!(name, "Receiver" | "UnboundedReceiver" | "Incoming" | "Ticker" | "Interval" | "Subscriber" | "IntoIter" | "Repeat")
+            && name != "IntoIter"
+    })
+}

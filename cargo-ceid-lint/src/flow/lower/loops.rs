@@ -1,0 +1,260 @@
+//! Loops: how often they run, and what their heads bind.
+
+use super::{Builder, Scope, ScopeKind, Value};
+use crate::flow::{CycleKind, Effect, IndexKey, LoopId, LoopInfo, NodeId, Place, Rounds, Var};
+use crate::index::Ty;
+use crate::source::Span;
+use crate::syntax::tree::{ExprId, ExprKind, PatId, StmtKind};
+
+impl Builder<'_> {
+    /// Whether the code stands in another function than the one whose graph is built.
+    pub(super) fn is_foreign(&self) -> bool {
+        self.frames[self.frame].function != self.graph.function
+    }
+
+    pub(super) fn push_loop_scope(&mut self, label: Option<&String>, after: NodeId, again: NodeId, span: Span) {
+        let value = self.temporary(Ty::Unknown, span);
+        let kind = ScopeKind::Breakable {
+            label: label.cloned(),
+            is_loop: true,
+            frame_depth: self.depth,
+            after,
+            again: Some(again),
+            value,
+        };
+        self.scopes.push(Scope { kind, guards: Vec::new() });
+    }
+
+    pub(super) fn pop_loop_scope(&mut self) {
+        self.scopes.pop();
+    }
+
+    /// Leaves the innermost loop.
+    pub(super) fn break_out(&mut self, _span: Span) {
+        let after = self.scopes.iter().rev().find_map(|scope| match &scope.kind {
+            ScopeKind::Breakable { is_loop: true, after, .. } => Some(*after),
+            _ => None,
+        });
+        if let Some(after) = after {
+            self.jump(after);
+        }
+        self.at = None;
+    }
+
+    fn begin_loop(&mut self, kind: CycleKind, keyword: Span, rounds: Rounds, text: String) -> LoopId {
+        let id = self.add_loop(LoopInfo {
+            kind,
+            keyword,
+            parent: self.loops.last().copied(),
+            head: NodeId(0),
+            rounds,
+            items: Vec::new(),
+            counter: None,
+            bound: Vec::new(),
+            indexes: Vec::new(),
+            passes_over: false,
+            drains: false,
+            is_foreign: self.is_foreign(),
+            text,
+        });
+        self.emit(Effect::LoopEnter(id), keyword);
+        id
+    }
+
+    pub(super) fn loop_expr(&mut self, id: ExprId, label: Option<&String>, keyword: Span, body: ExprId) -> Value {
+        let this_loop = self.begin_loop(CycleKind::Loop, keyword, Rounds::Unbounded, "loop".to_owned());
+        let after = self.add_node(Effect::Nothing, self.span(id));
+        self.loops.push(this_loop);
+        let head = self.emit(Effect::LoopHead(this_loop), keyword);
+        self.graph.loops[this_loop.0 as usize].head = head;
+        self.push_loop_scope(label, after, head, keyword);
+        let value = match self.scopes.last().map(|scope| &scope.kind) {
+            Some(ScopeKind::Breakable { value, .. }) => Some(*value),
+            _ => None,
+        };
+        self.expr(body);
+        self.pop_loop_scope();
+        self.jump(head);
+        self.loops.pop();
+        self.resume_if_reached(after);
+        Value { place: value.map(Place::var), same_as: value, ..Value::default() }
+    }
+
+    pub(super) fn while_expr(
+        &mut self,
+        id: ExprId,
+        label: Option<&String>,
+        keyword: Span,
+        condition: ExprId,
+        body: ExprId,
+    ) -> Value {
+        if let Some(value) = self.while_next(id, label, keyword, condition, body) {
+            return value;
+        }
+        let (rounds, counter) = self.rounds_of_while(condition, body);
+        let text = self.text(condition);
+        let drains = self.is_drain(condition);
+        let rounds = if drains { Rounds::Bounded } else { rounds };
+        let this_loop = self.begin_loop(CycleKind::While, keyword, rounds, text);
+        self.graph.loops[this_loop.0 as usize].counter = counter;
+        self.graph.loops[this_loop.0 as usize].drains = drains;
+        let after = self.add_node(Effect::Nothing, self.span(id));
+        self.loops.push(this_loop);
+        let head = self.emit(Effect::LoopHead(this_loop), keyword);
+        self.graph.loops[this_loop.0 as usize].head = head;
+        let done = self.add_node(Effect::Nothing, keyword);
+        self.condition(condition, done);
+        self.note_bound(this_loop, condition);
+        self.push_loop_scope(label, after, head, keyword);
+        self.expr(body);
+        self.pop_loop_scope();
+        self.jump(head);
+        self.loops.pop();
+        self.resume_if_reached(done);
+        self.jump(after);
+        self.resume_if_reached(after);
+        Value::default()
+    }
+
+    /// The names that the head of a `while let` binds.
+    fn note_bound(&mut self, this_loop: LoopId, condition: ExprId) {
+        let body = self.body();
+        let mut open = vec![condition];
+        while let Some(at) = open.pop() {
+            match &body.expr(at).kind {
+                ExprKind::Let { pat, .. } => {
+                    let vars: Vec<Var> = self.locals_of(*pat).into_iter().map(|local| self.var_of(local)).collect();
+                    self.graph.loops[this_loop.0 as usize].bound.extend(vars);
+                }
+                ExprKind::Binary { op: "&&", lhs, rhs } => open.extend([*lhs, *rhs]),
+                _ => {}
+            }
+        }
+    }
+
+    /// `while let Some(x) = iter.next()` is a `for` loop.
+    fn while_next(
+        &mut self,
+        id: ExprId,
+        label: Option<&String>,
+        keyword: Span,
+        condition: ExprId,
+        body: ExprId,
+    ) -> Option<Value> {
+        let tree = self.body();
+        let ExprKind::Let { pat, value } = &tree.expr(condition).kind else { return None };
+        let ExprKind::MethodCall { receiver, method, args, .. } = &tree.expr(*value).kind else { return None };
+        let is_iterator = matches!(self.ty(*receiver).peel().external_name(), Some("Iterator" | "Range"));
+        if method != "next" || !args.is_empty() || !is_iterator {
+            return None;
+        }
+        let crate::syntax::tree::PatKind::TupleStruct(_, inner) = &tree.pat(*pat).kind else { return None };
+        let [inner] = inner.as_slice() else { return None };
+        let source = self.source(*receiver);
+        let item = source.item.clone();
+        let inner = *inner;
+        self.run_loop(CycleKind::While, keyword, label, source, |this, value, this_loop| {
+            this.bind_item(this_loop, inner, &item, &value);
+            this.expr(body);
+        });
+        let _ = id;
+        Some(Value::default())
+    }
+
+    pub(super) fn for_expr(
+        &mut self,
+        id: ExprId,
+        label: Option<&String>,
+        keyword: Span,
+        pat: PatId,
+        iterable: ExprId,
+        body: ExprId,
+    ) -> Value {
+        let source = self.source(iterable);
+        let item = source.item.clone();
+        let is_mapped = !source.stages.is_empty();
+        self.run_loop(CycleKind::For, keyword, label, source, |this, value, this_loop| {
+            let item = if is_mapped { super::iterators::Item::Opaque } else { item };
+            this.bind_item(this_loop, pat, &item, &value);
+            this.expr(body);
+        });
+        let _ = id;
+        Value::default()
+    }
+
+    /// `while i < n { …; i += 1 }` counts; any other `while` is unbounded.
+    fn rounds_of_while(&mut self, condition: ExprId, body: ExprId) -> (Rounds, Option<(Var, Option<u64>)>) {
+        let tree = self.body();
+        let ExprKind::Binary { op, lhs, rhs } = &tree.expr(condition).kind else { return (Rounds::Unbounded, None) };
+        let (counter, limit) = match *op {
+            "<" | "<=" | "!=" => (*lhs, *rhs),
+            ">" | ">=" => (*rhs, *lhs),
+            _ => return (Rounds::Unbounded, None),
+        };
+        let Some(local) = self.typed().expr_local.get(&counter).copied() else { return (Rounds::Unbounded, None) };
+        if !self.counts_by_one(local, body) {
+            return (Rounds::Unbounded, None);
+        }
+        let var = self.var_of(local);
+        let first = self.initials.get(&var).copied();
+        let extra = u64::from(matches!(*op, "<=" | ">="));
+        let rounds = match (first, self.number(limit)) {
+            (Some(first), Some(limit)) => Rounds::Constant((limit + extra).saturating_sub(first)),
+            _ => Rounds::Bounded,
+        };
+        (rounds, Some((var, first)))
+    }
+
+    /// Whether the only thing that changes a local is one `+= 1` as a statement of the loop's own block.
+    fn counts_by_one(&self, local: crate::types::LocalId, body: ExprId) -> bool {
+        let tree = self.body();
+        let typed = self.typed();
+        let writes = tree.exprs.iter().filter(|expr| match &expr.kind {
+            ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } => typed.expr_local.get(place) == Some(&local),
+            ExprKind::Reference { mutable: true, value, .. } => typed.expr_local.get(value) == Some(&local),
+            _ => false,
+        });
+        if writes.count() != 1 {
+            return false;
+        }
+        let ExprKind::Block(block) = &tree.expr(body).kind else { return false };
+        block.stmts.iter().any(|stmt| match &stmt.kind {
+            StmtKind::Expr { expr, .. } => match &tree.expr(*expr).kind {
+                ExprKind::AssignOp { op: "+", place, value } => {
+                    typed.expr_local.get(place) == Some(&local)
+                        && matches!(&tree.expr(*value).kind, ExprKind::Literal(crate::syntax::tree::Literal::Int(Some(1), _)))
+                }
+                _ => false,
+            },
+            StmtKind::Let { .. } => false,
+        })
+    }
+
+    /// `while let Some(x) = queue.pop()` takes what is there.
+    fn is_drain(&self, condition: ExprId) -> bool {
+        let tree = self.body();
+        let ExprKind::Let { value, .. } = &tree.expr(condition).kind else { return false };
+        let mut at = *value;
+        loop {
+            match &tree.expr(at).kind {
+                ExprKind::MethodCall { receiver, method, .. } => match method.as_str() {
+                    "ok" | "unwrap" | "as_mut" | "map" | "flatten" | "borrow_mut" | "lock" => at = *receiver,
+                    name => {
+                        return matches!(
+                            name,
+                            "pop" | "pop_front" | "pop_back" | "try_recv" | "dequeue" | "try_pop" | "try_next" | "poll_next" | "next"
+                                | "try_dequeue" | "try_receive" | "take" | "pop_first" | "pop_last" | "try_iter" | "try_pop_front"
+                        );
+                    }
+                },
+                _ => return false,
+            }
+        }
+    }
+
+    /// An index that a round's counter is, for collections that it indexes.
+    #[must_use]
+    pub(super) fn counter_key(var: Var) -> IndexKey {
+        IndexKey::Var(var)
+    }
+}

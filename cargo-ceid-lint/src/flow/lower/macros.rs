@@ -1,0 +1,198 @@
+//! Macros that are read as code: which operands run, and how often.
+
+use super::{Builder, Value};
+use crate::flow::{About, CycleKind, Effect, Place, Rounds};
+use crate::syntax::tree::{ExprId, MacroExpr, MacroKind, PatId, SelectArm};
+
+impl Builder<'_> {
+    pub(super) fn macro_expr(&mut self, id: ExprId, macro_expr: &MacroExpr) -> Value {
+        let span = self.span(id);
+        match &macro_expr.kind {
+            MacroKind::All(operands) => {
+                let mut last = Value::default();
+                for operand in operands {
+                    last = self.expr(*operand);
+                }
+                match macro_expr.path.rsplit("::").next().unwrap_or("") {
+                    "dbg" | "block" | "pin" | "unwrap" | "expect" => last,
+                    _ => Value::default(),
+                }
+            }
+            MacroKind::Diverges(operands) => {
+                for operand in operands {
+                    self.expr(*operand);
+                }
+                if self.at.is_some() {
+                    self.diverge(span);
+                }
+                Value::default()
+            }
+            MacroKind::Assert(condition) => {
+                let failed = self.add_node(Effect::Nothing, span);
+                self.condition(*condition, failed);
+                let holds = self.at;
+                self.resume_if_reached(failed);
+                if self.at.is_some() {
+                    self.diverge(span);
+                }
+                self.at = holds;
+                Value::default()
+            }
+            MacroKind::AssertCompare(left, right) => {
+                self.expr(*left);
+                self.expr(*right);
+                Value::default()
+            }
+            MacroKind::DebugOnly(operands) => {
+                // A release build does not have it; the rule `debug_only_update` looks at it.
+                self.maybe(id, operands, "a debug build runs it");
+                Value::default()
+            }
+            MacroKind::Logging(operands) => {
+                self.maybe(id, operands, "the log level is on");
+                Value::default()
+            }
+            MacroKind::ReturnsErr(operands) => {
+                for operand in operands {
+                    self.expr(*operand);
+                }
+                if self.at.is_some() {
+                    self.emit(Effect::Nothing, span);
+                    self.return_value(Value { head: Some("-".to_owned()), ..Value::default() }, span, true);
+                }
+                Value::default()
+            }
+            MacroKind::Ensure(condition) => {
+                let failed = self.add_node(Effect::Nothing, span);
+                self.condition(*condition, failed);
+                let holds = self.at;
+                self.resume_if_reached(failed);
+                if self.at.is_some() {
+                    self.return_value(Value { head: Some("-".to_owned()), ..Value::default() }, span, true);
+                }
+                self.at = holds;
+                Value::default()
+            }
+            MacroKind::Join { operands, .. } => self.aggregate(id, operands),
+            MacroKind::Select(arms) => self.select(id, arms),
+            MacroKind::Ceid { token, filters } => {
+                if let Some(token) = token {
+                    self.expr(*token);
+                }
+                let mut places = Vec::new();
+                for (name, place) in filters {
+                    let value = self.expr(*place);
+                    if let Some(place) = value.place {
+                        places.push((name.clone(), place));
+                    }
+                }
+                if self.at.is_some() {
+                    self.guard_scope(span, &places);
+                }
+                Value::default()
+            }
+            MacroKind::EachCycle { names, control, body } => self.each_cycle(id, names, *control, *body),
+        }
+    }
+
+    /// Operands that run or not.
+    fn maybe(&mut self, id: ExprId, operands: &[ExprId], text: &str) {
+        if self.at.is_none() || operands.is_empty() {
+            return;
+        }
+        let span = self.span(id);
+        let before = self.graph.nodes.len();
+        let (runs, skipped) = self.opaque_branch(span, text.to_owned(), About { is_constant: true, ..About::default() });
+        let after = self.add_node(Effect::Nothing, span);
+        self.resume(runs);
+        for operand in operands {
+            self.expr(*operand);
+        }
+        self.jump(after);
+        self.resume(skipped);
+        self.jump(after);
+        self.resume(after);
+        let _ = before;
+    }
+
+    /// `select!`: one arm runs.
+    fn select(&mut self, id: ExprId, arms: &[SelectArm]) -> Value {
+        let span = self.span(id);
+        let join = self.new_join(self.ty(id).clone(), span);
+        for (number, arm) in arms.iter().enumerate() {
+            if self.at.is_none() {
+                break;
+            }
+            let mut next = None;
+            if number + 1 < arms.len() {
+                let place = arm.future.unwrap_or(arm.body);
+                let mut about = self.about(place);
+                about.is_event = true;
+                let (yes, no) = self.opaque_branch(self.span(place), self.text(place), about);
+                next = Some(no);
+                self.resume(yes);
+            }
+            let value = arm.future.map(|future| self.expr(future)).unwrap_or_default();
+            if let Some(pat) = arm.pat {
+                self.bind_pattern(pat, &value);
+            }
+            if let Some(condition) = arm.condition {
+                self.expr(condition);
+            }
+            let value = self.expr(arm.body);
+            self.end_branch(&join, &value, self.span(arm.body));
+            self.at = next;
+        }
+        self.close_join(&join)
+    }
+
+    /// `each_cycle!(f in control => { … })`: a loop whose every round is guarded.
+    fn each_cycle(&mut self, id: ExprId, names: &[PatId], control: ExprId, body: ExprId) -> Value {
+        let span = self.span(id);
+        self.expr(control);
+        let source = super::iterators::Source { rounds: Rounds::Unbounded, ..super::iterators::Source::bounded() };
+        let first = names.first().copied();
+        self.run_loop(CycleKind::Loop, span, None, source, |this, _, _| {
+            this.open_block();
+            if let Some(pat) = first {
+                this.guard_set(pat, span);
+            }
+            this.expr(body);
+            this.close_block(span);
+        });
+        Value::default()
+    }
+
+    /// The filters of a set, updated when the round ends.
+    pub(super) fn guard_set(&mut self, pat: PatId, span: crate::source::Span) {
+        let Some(local) = self.typed().pat_local.get(&pat).copied() else { return };
+        let var = self.var_of(local);
+        let outer = self.loops.last().and_then(|id| self.graph.loop_info(*id).parent);
+        self.graph.vars[var.0 as usize].in_loop = outer;
+        let ty = self.typed().local(local).ty.peel().clone();
+        let name = self.typed().local(local).name.clone();
+        let places: Vec<(String, Place)> = self
+            .filter_fields(&ty)
+            .into_iter()
+            .map(|field| (format!("{name}.{field}"), Place::var(var).field(&field)))
+            .collect();
+        self.guard_scope(span, &places);
+    }
+
+    /// The fields of a type that are filters.
+    fn filter_fields(&self, ty: &crate::index::Ty) -> Vec<String> {
+        let crate::index::Ty::Adt(id, _) = ty else { return Vec::new() };
+        let index = self.program.index;
+        match &index.type_def(*id).shape {
+            crate::index::Shape::Struct(fields) => fields
+                .fields
+                .iter()
+                .filter(|field| {
+                    index.field_ty(ty, None, &field.name).is_some_and(|ty| crate::flow::place::holds_filter(index, &ty))
+                })
+                .map(|field| field.name.clone())
+                .collect(),
+            crate::index::Shape::Enum(_) => Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,370 @@
+//! From a typed body to its control-flow graph. Decides nothing about filters: it only says what happens where.
+
+mod builtins;
+mod calls;
+mod closures;
+mod conditions;
+mod exits;
+mod expr;
+mod guards;
+mod iterators;
+mod loops;
+mod macros;
+mod patterns;
+mod places;
+mod subjects;
+mod values;
+
+use std::collections::{HashMap, HashSet};
+
+use super::{
+    Assignment, Cause, ControlFlowGraph, Effect, GuardId, GuardInfo, Head, LoopId, LoopInfo, Node, NodeId, Place, Program, Var,
+    VarInfo,
+};
+use crate::index::{FunctionId, Ty};
+use crate::source::Span;
+use crate::syntax::tree::{Body, ExprId, ExprKind};
+use crate::types::{LocalId, TypedBody};
+
+/// How many nodes a graph may have; more is said to be too large.
+const MAX_NODES: usize = 200_000;
+
+/// How deep functions and closures are inlined.
+const MAX_INLINE: u32 = 8;
+
+/// The control flow of a function; `None` for a signature.
+#[must_use]
+pub fn lower_function(program: &Program<'_>, id: FunctionId) -> Option<ControlFlowGraph> {
+    let def = program.index.function(id);
+    let body = def.function.body.as_ref()?;
+    let typed = program.typed(id)?;
+    let mut builder = Builder::new(program, id, body, typed);
+    builder.lower_root(body);
+    Some(builder.finish())
+}
+
+/// The code that is lowered: a body with its types, and the variables that stand for its locals.
+struct Frame<'a> {
+    function: FunctionId,
+    body: &'a Body,
+    typed: &'a TypedBody,
+    vars: HashMap<LocalId, Var>,
+    /// The locals that are assigned or borrowed mutably somewhere.
+    mutated: HashSet<LocalId>,
+}
+
+impl<'a> Frame<'a> {
+    fn new(function: FunctionId, body: &'a Body, typed: &'a TypedBody) -> Self {
+        Self { function, body, typed, vars: HashMap::new(), mutated: mutated_locals(body, typed) }
+    }
+}
+
+/// The locals of a body that are assigned or borrowed mutably somewhere.
+fn mutated_locals(body: &Body, typed: &TypedBody) -> HashSet<LocalId> {
+    let targets = body.exprs.iter().filter_map(|expr| match &expr.kind {
+        ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } => Some(*place),
+        ExprKind::Reference { mutable: true, value, .. } => Some(*value),
+        _ => None,
+    });
+    targets.filter_map(|target| typed.expr_local.get(&target).copied()).collect()
+}
+
+/// A closure: the frame it was written in, and its expression.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct ClosureRef {
+    frame: usize,
+    expr: ExprId,
+}
+
+/// Something that is left by `return`, `break` or `?`.
+struct Scope {
+    kind: ScopeKind,
+    guards: Vec<GuardId>,
+}
+
+enum ScopeKind {
+    /// A block: its guards end with it.
+    Block,
+    /// A loop, or a block with a label: where `break` and `continue` go, and what holds the value.
+    Breakable { label: Option<String>, is_loop: bool, frame_depth: u32, after: NodeId, again: Option<NodeId>, value: Var },
+    /// The body of a function or closure that is inlined, or of a `try` or `async` block: where `return` or `?` goes.
+    Body { catches_return: bool, after: NodeId, value: Var },
+}
+
+/// What an expression evaluates to, as far as filters go.
+#[derive(Clone, Debug, Default)]
+struct Value {
+    /// The place whose instances it carries.
+    place: Option<Place>,
+    /// Whether it is the place itself, not a reference to it.
+    is_owned: bool,
+    /// Its head, if it is constant.
+    head: Option<Head>,
+    /// A variable with the same head.
+    same_as: Option<Var>,
+    /// The closure it is.
+    closure: Option<ClosureRef>,
+}
+
+struct Builder<'a> {
+    program: &'a Program<'a>,
+    graph: ControlFlowGraph,
+    frames: Vec<Frame<'a>>,
+    frame: usize,
+    depth: u32,
+    scopes: Vec<Scope>,
+    loops: Vec<LoopId>,
+    /// The node to which the next one is linked; `None` where nothing leads any more.
+    at: Option<NodeId>,
+    /// Which successor of `at` the next node becomes.
+    closures: HashMap<Var, ClosureRef>,
+    /// Whole numbers that variables are known to have at this point of the text.
+    numbers: HashMap<Var, u64>,
+    /// The numbers that variables were declared with, even if they change.
+    initials: HashMap<Var, u64>,
+    guards_of: HashMap<Var, GuardId>,
+    subjects: HashMap<String, super::SubjectId>,
+    inlining: Vec<FunctionId>,
+    /// Whether something leads to each node.
+    reached: Vec<bool>,
+}
+
+impl<'a> Builder<'a> {
+    fn new(program: &'a Program<'a>, function: FunctionId, body: &'a Body, typed: &'a TypedBody) -> Self {
+        let graph = ControlFlowGraph {
+            function,
+            nodes: Vec::new(),
+            vars: Vec::new(),
+            params: Vec::new(),
+            loops: Vec::new(),
+            subjects: Vec::new(),
+            guards: Vec::new(),
+            truncated: None,
+        };
+        Self {
+            program,
+            graph,
+            frames: vec![Frame::new(function, body, typed)],
+            frame: 0,
+            depth: 0,
+            scopes: Vec::new(),
+            loops: Vec::new(),
+            at: None,
+            closures: HashMap::new(),
+            numbers: HashMap::new(),
+            initials: HashMap::new(),
+            guards_of: HashMap::new(),
+            subjects: HashMap::new(),
+            inlining: vec![function],
+            reached: Vec::new(),
+        }
+    }
+
+    fn lower_root(&mut self, body: &'a Body) {
+        let function = self.graph.function;
+        let span = self.program.index.function(function).function.head;
+        self.emit(Effect::Nothing, span);
+        for (number, pat) in body.params.iter().enumerate() {
+            let ty = self.param_ty(*pat);
+            let name = self.param_name(*pat);
+            let var = self.new_var(name, ty, self.body().pat(*pat).span);
+            self.graph.vars[var.0 as usize].param = Some(number);
+            self.graph.params.push(var);
+            if let Some(local) = self.typed().pat_local.get(pat) {
+                self.frames[0].vars.insert(*local, var);
+            } else {
+                let value = Value { place: Some(Place::var(var)), ..Value::default() };
+                self.bind_pattern(*pat, &value);
+            }
+        }
+        self.open_block();
+        let value = self.expr(body.root);
+        self.close_block(span);
+        self.leave_function(value, self.span_end(span, body.root));
+    }
+
+    fn span_end(&self, _head: Span, root: ExprId) -> Span {
+        let span = self.body().expr(root).span;
+        Span::new(span.file, span.end.saturating_sub(1), span.end)
+    }
+
+    fn param_ty(&self, pat: crate::syntax::tree::PatId) -> Ty {
+        self.typed().pat_local.get(&pat).map_or(Ty::Unknown, |local| self.typed().local(*local).ty.clone())
+    }
+
+    fn param_name(&self, pat: crate::syntax::tree::PatId) -> String {
+        self.typed().pat_local.get(&pat).map_or_else(String::new, |local| self.typed().local(*local).name.clone())
+    }
+
+    fn finish(self) -> ControlFlowGraph {
+        self.graph
+    }
+
+    fn body(&self) -> &'a Body {
+        self.frames[self.frame].body
+    }
+
+    fn typed(&self) -> &'a TypedBody {
+        self.frames[self.frame].typed
+    }
+
+    fn ty(&self, id: ExprId) -> &'a Ty {
+        self.typed().ty(id)
+    }
+
+    fn span(&self, id: ExprId) -> Span {
+        self.body().expr(id).span
+    }
+
+    fn text(&self, id: ExprId) -> String {
+        shorten(self.program.sources.snippet(self.span(id)))
+    }
+
+    /// Adds a node that nothing leads to yet.
+    fn add_node(&mut self, effect: Effect, span: Span) -> NodeId {
+        let id = NodeId(u32::try_from(self.graph.nodes.len()).expect("fewer than 2^32 nodes"));
+        let in_loop = self.loops.last().copied();
+        self.graph.nodes.push(Node { effect, span, next: Vec::new(), in_loop });
+        self.reached.push(false);
+        id
+    }
+
+    /// Adds a node behind the current one and goes on from it. Nothing is added where nothing leads.
+    fn emit(&mut self, effect: Effect, span: Span) -> NodeId {
+        if self.graph.nodes.is_empty() {
+            let id = self.add_node(effect, span);
+            self.at = Some(id);
+            return id;
+        }
+        if self.graph.nodes.len() >= MAX_NODES && self.graph.truncated.is_none() {
+            let limit = format!("the function has more than {MAX_NODES} steps");
+            self.graph.truncated = Some(Cause::Limit(limit));
+        }
+        let id = self.add_node(effect, span);
+        if let Some(at) = self.at {
+            self.link(at, id);
+            self.at = Some(id);
+        }
+        id
+    }
+
+    fn link(&mut self, from: NodeId, to: NodeId) {
+        self.graph.nodes[from.0 as usize].next.push(to);
+        self.reached[to.0 as usize] = true;
+    }
+
+    /// Leads the current point to a node, and nothing behind it.
+    fn jump(&mut self, to: NodeId) {
+        if let Some(at) = self.at.take() {
+            self.link(at, to);
+        }
+    }
+
+    /// Goes on from a node that was added before.
+    fn resume(&mut self, node: NodeId) {
+        self.at = Some(node);
+    }
+
+    /// Whether the limits of the analysis are reached.
+    fn is_full(&self) -> bool {
+        self.graph.truncated.is_some()
+    }
+
+    fn new_var(&mut self, name: String, ty: Ty, span: Span) -> Var {
+        let id = Var(u32::try_from(self.graph.vars.len()).expect("fewer than 2^32 variables"));
+        let in_loop = self.loops.last().copied();
+        let declared = self.at.unwrap_or(NodeId(0));
+        self.graph.vars.push(VarInfo { name, ty, span, in_loop, declared, param: None });
+        id
+    }
+
+    /// Whether the local that a variable stands for changes somewhere.
+    fn is_mutated(&self, var: Var) -> bool {
+        let frame = &self.frames[self.frame];
+        frame.vars.iter().any(|(local, own)| *own == var && frame.mutated.contains(local))
+    }
+
+    /// A variable for a value in between.
+    fn temporary(&mut self, ty: Ty, span: Span) -> Var {
+        self.new_var(String::new(), ty, span)
+    }
+
+    /// The variable of a local of the current frame.
+    fn var_of(&mut self, local: LocalId) -> Var {
+        if let Some(var) = self.frames[self.frame].vars.get(&local) {
+            return *var;
+        }
+        let info = self.typed().local(local);
+        let var = self.new_var(info.name.clone(), info.ty.clone(), info.span);
+        self.frames[self.frame].vars.insert(local, var);
+        var
+    }
+
+    /// Gives a variable a value.
+    fn set(&mut self, var: Var, value: &Value, span: Span) {
+        if let Some(closure) = value.closure {
+            self.closures.insert(var, closure);
+        } else {
+            self.closures.remove(&var);
+        }
+        self.numbers.remove(&var);
+        if let Some(number) = value.head.as_deref().and_then(|head| head.parse().ok()) {
+            self.initials.entry(var).or_insert(number);
+            if !self.is_mutated(var) {
+                self.numbers.insert(var, number);
+            }
+        }
+        if let Some(guard) = value.place.as_ref().and_then(|place| place.base_var()).and_then(|var| self.guards_of.get(&var)).copied() {
+            self.guards_of.insert(var, guard);
+        }
+        let assignment = Assignment {
+            place: Place::var(var),
+            from: value.place.clone(),
+            by_move: value.is_owned,
+            rebinds: true,
+            head: value.head.clone(),
+            same_as: value.same_as,
+        };
+        self.emit(Effect::Set(Box::new(assignment)), span);
+    }
+
+    fn open_block(&mut self) {
+        self.scopes.push(Scope { kind: ScopeKind::Block, guards: Vec::new() });
+    }
+
+    /// Ends the innermost block: its guards are dropped.
+    fn close_block(&mut self, span: Span) {
+        if let Some(scope) = self.scopes.pop() {
+            self.end_guards(&scope.guards, span);
+        }
+    }
+
+    fn end_guards(&mut self, guards: &[GuardId], span: Span) {
+        if self.at.is_none() {
+            return;
+        }
+        for guard in guards.iter().rev() {
+            let info: &GuardInfo = &self.graph.guards[guard.0 as usize];
+            if info.dropped.is_none() && info.forgotten.is_none() {
+                self.end_guard(*guard, span);
+            }
+        }
+    }
+
+    fn add_loop(&mut self, info: LoopInfo) -> LoopId {
+        let id = LoopId(u32::try_from(self.graph.loops.len()).expect("fewer than 2^32 loops"));
+        self.graph.loops.push(info);
+        id
+    }
+}
+
+/// A piece of source text on one line, cut where it gets long.
+fn shorten(text: &str) -> String {
+    const MAX: usize = 48;
+    let line: String = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    if line.chars().count() <= MAX {
+        return line;
+    }
+    let cut: String = line.chars().take(MAX - 1).collect();
+    format!("{cut}…")
+}

@@ -1,0 +1,442 @@
+//! Patterns: what they ask, and what their names then mean.
+
+use super::subjects::Pure;
+use super::{Builder, Value};
+use crate::flow::{About, Effect, Head, NodeId, Place, Test, Var};
+use crate::index::{Def, Shape};
+use crate::source::Span;
+use crate::syntax::tree::{Arm, ExprId, PatId, PatKind};
+use crate::types::LocalId;
+
+/// What is matched: its value, and what tells it from other values.
+#[derive(Clone, Debug, Default)]
+struct Matched {
+    value: Value,
+    pure: Option<Pure>,
+    total: Option<Vec<Head>>,
+    about: About,
+    text: String,
+    span: Option<Span>,
+}
+
+impl Builder<'_> {
+    pub(super) fn match_expr(&mut self, id: ExprId, scrutinee: ExprId, arms: &[Arm]) -> Value {
+        let span = self.span(id);
+        let matched = self.matched(scrutinee);
+        if self.at.is_none() {
+            return Value::default();
+        }
+        let join = self.new_join(self.ty(id).clone(), span);
+        let is_select = is_event_source(&matched.about);
+        for (number, arm) in arms.iter().enumerate() {
+            let next = self.add_node(Effect::Nothing, span);
+            if let Some(cfg) = &arm.cfg {
+                let (present, absent) = self.branch_on_cfg(cfg, self.body().pat(arm.pat).span);
+                self.link(absent, next);
+                self.resume(present);
+            }
+            let mut own = matched.clone();
+            own.about.is_event |= is_select;
+            own.span = Some(self.body().pat(arm.pat).span);
+            own.text = format!("{} is {}", matched.text, self.pattern_text(arm.pat));
+            self.test_pattern(arm.pat, &own, next);
+            if let Some(guard) = arm.guard {
+                self.condition(guard, next);
+            }
+            let value = self.expr(arm.body);
+            self.end_branch(&join, &value, self.span(arm.body));
+            self.resume_if_reached(next);
+            if number + 1 == arms.len() && self.at.is_some() {
+                // A match has an arm for every value.
+                self.emit(Effect::End, span);
+                self.at = None;
+            }
+        }
+        self.close_join(&join)
+    }
+
+    fn pattern_text(&self, pat: PatId) -> String {
+        super::shorten(self.program.sources.snippet(self.body().pat(pat).span))
+    }
+
+    /// Evaluates what is matched.
+    fn matched(&mut self, scrutinee: ExprId) -> Matched {
+        let pure = self.pure(scrutinee);
+        let about = self.about(scrutinee);
+        let value = self.expr(scrutinee);
+        let text = self.text(scrutinee);
+        let total = self.total_heads(self.ty(scrutinee));
+        let pure = pure.or_else(|| value.same_as.map(|var| self.pure_var(var)));
+        Matched { value, pure, total, about, text, span: None }
+    }
+
+    /// `let PAT = value` in a condition: goes on where it matches, leads to `no` where it does not.
+    pub(super) fn match_pattern(&mut self, pat: PatId, expr: ExprId, value: &Value, span: Span, no: NodeId) {
+        if self.at.is_none() {
+            return;
+        }
+        let pure = self.pure(expr).or_else(|| value.same_as.map(|var| self.pure_var(var)));
+        let mut about = self.about(expr);
+        about.is_presence = true;
+        let total = self.total_heads(self.ty(expr));
+        let text = format!("let {} = {}", self.pattern_text(pat), self.text(expr));
+        let matched = Matched { value: value.clone(), pure, total, about, text, span: Some(span) };
+        self.test_pattern(pat, &matched, no);
+    }
+
+    /// Asks whether a value matches; binds the names where it does.
+    fn test_pattern(&mut self, pat: PatId, matched: &Matched, no: NodeId) {
+        if self.at.is_none() {
+            return;
+        }
+        let binds: Vec<Var> = self.locals_of(pat).into_iter().map(|local| self.var_of(local)).collect();
+        let mut matched = matched.clone();
+        matched.about.binds = binds;
+        self.ask(pat, &matched, no);
+        self.bind_pattern(pat, &matched.value);
+    }
+
+    fn ask(&mut self, pat: PatId, matched: &Matched, no: NodeId) {
+        let body = self.body();
+        let span = matched.span.unwrap_or(body.pat(pat).span);
+        match &body.pat(pat).kind {
+            PatKind::Wild | PatKind::Rest => {}
+            PatKind::Bind { sub, .. } => {
+                if let Some(def) = self.typed().pat_def.get(&pat).cloned() {
+                    let head = self.def_head(&def, &self.pattern_text(pat));
+                    self.ask_heads(&[head], true, matched, span, no);
+                } else if let Some(sub) = sub {
+                    self.ask(*sub, matched, no);
+                }
+            }
+            PatKind::Reference(inner) => self.ask(*inner, matched, no),
+            PatKind::Path(path) => {
+                let head = match self.typed().pat_def.get(&pat).cloned() {
+                    Some(def) => self.def_head(&def, &path.text()),
+                    None => path.text(),
+                };
+                self.ask_heads(&[head], true, matched, span, no);
+            }
+            PatKind::TupleStruct(_, pats) => {
+                let inner: Vec<(String, PatId)> = pats.iter().enumerate().map(|(at, pat)| (at.to_string(), *pat)).collect();
+                self.ask_variant(pat, &inner, matched, span, no);
+            }
+            PatKind::Struct(_, fields) => self.ask_variant(pat, fields, matched, span, no),
+            PatKind::Tuple(pats) => {
+                for (number, inner) in pats.iter().enumerate() {
+                    let part = self.part(matched, &number.to_string(), false);
+                    self.ask(*inner, &part, no);
+                }
+            }
+            PatKind::Or(pats) => self.ask_any(pats, matched, span, no),
+            PatKind::Literal(text) => self.ask_heads(&[text.clone()], true, matched, span, no),
+            PatKind::Slice(pats) => {
+                let is_plain = pats.iter().all(|pat| self.is_irrefutable(*pat));
+                let is_array = matches!(&matched.value.place, Some(_)) && is_plain && pats.iter().any(|pat| {
+                    matches!(self.body().pat(*pat).kind, PatKind::Rest)
+                }) && pats.len() == 1;
+                if !is_array {
+                    self.ask_opaque(matched, span, no);
+                }
+            }
+            PatKind::Range(_) | PatKind::Unknown => self.ask_opaque(matched, span, no),
+        }
+    }
+
+    fn ask_opaque(&mut self, matched: &Matched, span: Span, no: NodeId) {
+        if self.at.is_none() {
+            return;
+        }
+        let (yes, failed) = self.opaque_branch(span, matched.text.clone(), matched.about.clone());
+        self.link(failed, no);
+        self.resume(yes);
+    }
+
+    fn ask_heads(&mut self, heads: &[Head], exact: bool, matched: &Matched, span: Span, no: NodeId) {
+        if self.at.is_none() {
+            return;
+        }
+        let about = About {
+            is_presence: matched.about.is_presence || heads.iter().any(|head| head == "+" || head == "-"),
+            heads: heads.to_vec(),
+            ..matched.about.clone()
+        };
+        let (yes, failed) = match &matched.pure {
+            Some(pure) => {
+                let id = self.subject(pure.clone(), matched.total.clone());
+                for head in matched.total.iter().flatten() {
+                    self.head_bit(id, head);
+                }
+                self.branch_on_subject(id, heads, exact, span, matched.text.clone(), about)
+            }
+            None => {
+                self.branch(Test { subject: None, holds: u32::MAX, fails: u32::MAX, span, text: matched.text.clone(), about })
+            }
+        };
+        self.link(failed, no);
+        self.resume(yes);
+    }
+
+    fn ask_variant(&mut self, pat: PatId, inner: &[(String, PatId)], matched: &Matched, span: Span, no: NodeId) {
+        let def = self.typed().pat_def.get(&pat).cloned();
+        let is_struct = matches!(&def, Some(Def::Type(id)) if matches!(self.program.index.type_def(*id).shape, Shape::Struct(_)));
+        let is_single = matches!(&def, Some(Def::Variant(id, _))
+            if matches!(&self.program.index.type_def(*id).shape, Shape::Enum(variants) if variants.len() == 1));
+        let exact = inner.iter().all(|(_, pat)| self.is_irrefutable(*pat));
+        if !is_struct && !is_single {
+            let head = match &def {
+                Some(def) => self.def_head(def, ""),
+                None => self.path_text(pat),
+            };
+            self.ask_heads(&[head], exact, matched, span, no);
+        }
+        let is_transparent = matches!(&def, Some(Def::External(_)));
+        for (name, pat) in inner {
+            if !self.is_irrefutable(*pat) {
+                let part = self.part(matched, name, is_transparent);
+                self.ask(*pat, &part, no);
+            }
+        }
+    }
+
+    fn path_text(&self, pat: PatId) -> String {
+        match &self.body().pat(pat).kind {
+            PatKind::TupleStruct(path, _) | PatKind::Struct(path, _) | PatKind::Path(path) => match path.last() {
+                "Some" | "Ok" => "+".to_owned(),
+                "None" | "Err" => "-".to_owned(),
+                _ => path.text(),
+            },
+            _ => String::new(),
+        }
+    }
+
+    /// A part of what is matched.
+    fn part(&mut self, matched: &Matched, name: &str, is_transparent: bool) -> Matched {
+        let place = matched.value.place.as_ref().map(|place| if is_transparent { place.clone() } else { place.field(name) });
+        let value = Value { place, is_owned: matched.value.is_owned, ..Value::default() };
+        let pure = matched.pure.as_ref().map(|pure| Pure {
+            key: format!("{}.{name}{}", pure.key, if is_transparent { "!" } else { "" }),
+            reads: pure.reads.clone(),
+            var: None,
+        });
+        Matched { value, pure, total: None, ..matched.clone() }
+    }
+
+    /// `a | b`: one question if only heads are asked for, one after the other otherwise.
+    fn ask_any(&mut self, pats: &[PatId], matched: &Matched, span: Span, no: NodeId) {
+        let heads: Vec<Option<Head>> = pats.iter().map(|pat| self.plain_head(*pat)).collect();
+        if let Some(heads) = heads.into_iter().collect::<Option<Vec<Head>>>() {
+            return self.ask_heads(&heads, true, matched, span, no);
+        }
+        let matches = self.add_node(Effect::Nothing, span);
+        for (number, pat) in pats.iter().enumerate() {
+            let last = number + 1 == pats.len();
+            let next = if last { no } else { self.add_node(Effect::Nothing, span) };
+            self.ask(*pat, matched, next);
+            self.bind_pattern(*pat, &matched.value);
+            self.jump(matches);
+            if !last {
+                self.resume_if_reached(next);
+            }
+        }
+        self.resume_if_reached(matches);
+    }
+
+    /// The head that a pattern asks for, if it asks for nothing else and binds no parts.
+    fn plain_head(&self, pat: PatId) -> Option<Head> {
+        match &self.body().pat(pat).kind {
+            PatKind::Literal(text) => Some(text.clone()),
+            PatKind::Path(path) => match self.typed().pat_def.get(&pat) {
+                Some(def) => Some(self.def_head(def, &path.text())),
+                None => Some(path.text()),
+            },
+            PatKind::Bind { .. } => self.typed().pat_def.get(&pat).map(|def| self.def_head(def, &self.pattern_text(pat))),
+            PatKind::TupleStruct(_, pats) if pats.iter().all(|pat| matches!(self.body().pat(*pat).kind, PatKind::Wild | PatKind::Rest)) => {
+                self.typed().pat_def.get(&pat).map(|def| self.def_head(def, ""))
+            }
+            PatKind::Struct(_, fields) if fields.is_empty() => {
+                self.typed().pat_def.get(&pat).map(|def| self.def_head(def, ""))
+            }
+            PatKind::Reference(inner) => self.plain_head(*inner),
+            _ => None,
+        }
+    }
+
+    fn def_head(&self, def: &Def, text: &str) -> Head {
+        match def {
+            Def::Variant(ty, at) => self.variant_head(*ty, *at),
+            Def::External(path) => super::subjects::external_head(path),
+            _ => text.to_owned(),
+        }
+    }
+
+    fn is_irrefutable(&self, pat: PatId) -> bool {
+        match &self.body().pat(pat).kind {
+            PatKind::Wild | PatKind::Rest => true,
+            PatKind::Bind { sub, .. } => {
+                !self.typed().pat_def.contains_key(&pat) && sub.is_none_or(|sub| self.is_irrefutable(sub))
+            }
+            PatKind::Reference(inner) => self.is_irrefutable(*inner),
+            PatKind::Tuple(pats) => pats.iter().all(|pat| self.is_irrefutable(*pat)),
+            PatKind::Struct(_, fields) => self.is_struct_pat(pat) && fields.iter().all(|(_, pat)| self.is_irrefutable(*pat)),
+            PatKind::TupleStruct(_, pats) => self.is_struct_pat(pat) && pats.iter().all(|pat| self.is_irrefutable(*pat)),
+            PatKind::Path(_)
+            | PatKind::Or(_)
+            | PatKind::Slice(_)
+            | PatKind::Literal(_)
+            | PatKind::Range(_)
+            | PatKind::Unknown => false,
+        }
+    }
+
+    fn is_struct_pat(&self, pat: PatId) -> bool {
+        matches!(self.typed().pat_def.get(&pat),
+            Some(Def::Type(id)) if matches!(self.program.index.type_def(*id).shape, Shape::Struct(_)))
+    }
+
+    /// The locals that a pattern binds.
+    pub(super) fn locals_of(&self, pat: PatId) -> Vec<LocalId> {
+        let mut found = Vec::new();
+        let mut open = vec![pat];
+        while let Some(pat) = open.pop() {
+            if let Some(local) = self.typed().pat_local.get(&pat) {
+                found.push(*local);
+            }
+            match &self.body().pat(pat).kind {
+                PatKind::Bind { sub, .. } => open.extend(*sub),
+                PatKind::Tuple(pats) | PatKind::TupleStruct(_, pats) | PatKind::Or(pats) | PatKind::Slice(pats) => {
+                    open.extend(pats.iter().rev());
+                }
+                PatKind::Struct(_, fields) => open.extend(fields.iter().rev().map(|(_, pat)| *pat)),
+                PatKind::Reference(inner) => open.push(*inner),
+                _ => {}
+            }
+        }
+        found
+    }
+
+    /// Binds the names of a pattern to the parts of a value.
+    pub(super) fn bind_pattern(&mut self, pat: PatId, value: &Value) {
+        if self.at.is_none() {
+            return;
+        }
+        let body = self.body();
+        let span = body.pat(pat).span;
+        match &body.pat(pat).kind {
+            PatKind::Bind { by_ref, sub, .. } => {
+                if let Some(local) = self.typed().pat_local.get(&pat).copied() {
+                    let var = self.redeclare(local);
+                    let by_reference = *by_ref || self.typed().local(local).by_ref;
+                    let is_reference = matches!(self.typed().local(local).ty, crate::index::Ty::Ref(..));
+                    let value = Value { is_owned: value.is_owned && !by_reference && !is_reference, ..value.clone() };
+                    self.set(var, &value, span);
+                }
+                if let Some(sub) = sub {
+                    self.bind_pattern(*sub, value);
+                }
+            }
+            PatKind::Reference(inner) => self.bind_pattern(*inner, value),
+            PatKind::Tuple(pats) => {
+                let rest = pats.iter().position(|pat| matches!(body.pat(*pat).kind, PatKind::Rest));
+                for (number, inner) in pats.iter().enumerate() {
+                    if rest.is_none_or(|rest| number < rest) {
+                        self.bind_part(*inner, value, &number.to_string());
+                    }
+                }
+            }
+            PatKind::TupleStruct(_, pats) => match self.typed().pat_def.get(&pat).cloned() {
+                Some(Def::Variant(ty, at)) => {
+                    let variant = self.variant_head(ty, at);
+                    for (number, inner) in pats.iter().enumerate() {
+                        let part = part_of(value, &[&variant, &number.to_string()]);
+                        self.bind_pattern(*inner, &part);
+                    }
+                }
+                Some(Def::Type(_)) => {
+                    for (number, inner) in pats.iter().enumerate() {
+                        self.bind_part(*inner, value, &number.to_string());
+                    }
+                }
+                _ => {
+                    // `Some(x)`, `Ok(x)`: the payload is the same instance.
+                    for inner in pats {
+                        self.bind_pattern(*inner, &Value { same_as: None, head: None, ..value.clone() });
+                    }
+                }
+            },
+            PatKind::Struct(_, fields) => {
+                let variant = match self.typed().pat_def.get(&pat).cloned() {
+                    Some(Def::Variant(ty, at)) => Some(self.variant_head(ty, at)),
+                    _ => None,
+                };
+                for (name, inner) in fields {
+                    let part = match &variant {
+                        Some(variant) => part_of(value, &[variant, name]),
+                        None => part_of(value, &[name]),
+                    };
+                    self.bind_pattern(*inner, &part);
+                }
+            }
+            PatKind::Slice(pats) => {
+                for (number, inner) in pats.iter().enumerate() {
+                    let place = value.place.as_ref().map(|place| place.element(crate::flow::IndexKey::Number(number as u64)));
+                    let rest = pats[..number].iter().any(|pat| matches!(body.pat(*pat).kind, PatKind::Rest));
+                    let place = if rest {
+                        value.place.as_ref().map(|place| place.element(crate::flow::IndexKey::Data("the end".into())))
+                    } else {
+                        place
+                    };
+                    self.bind_pattern(*inner, &Value { place, is_owned: value.is_owned, ..Value::default() });
+                }
+            }
+            PatKind::Or(pats) => {
+                if let Some(first) = pats.first() {
+                    self.bind_pattern(*first, value);
+                }
+            }
+            PatKind::Wild
+            | PatKind::Rest
+            | PatKind::Path(_)
+            | PatKind::Literal(_)
+            | PatKind::Range(_)
+            | PatKind::Unknown => {}
+        }
+    }
+
+    fn bind_part(&mut self, pat: PatId, value: &Value, name: &str) {
+        self.bind_pattern(pat, &part_of(value, &[name]));
+    }
+
+    /// The variable of a local at the point where it is declared.
+    fn redeclare(&mut self, local: LocalId) -> Var {
+        let known = self.frames[self.frame].vars.contains_key(&local);
+        let var = self.var_of(local);
+        if !known {
+            return var;
+        }
+        let in_loop = self.loops.last().copied();
+        let declared = self.at.unwrap_or(NodeId(0));
+        let info = &mut self.graph.vars[var.0 as usize];
+        if info.param.is_none() {
+            info.in_loop = in_loop;
+            info.declared = declared;
+        }
+        var
+    }
+}
+
+fn part_of(value: &Value, names: &[&str]) -> Value {
+    let place = value.place.as_ref().map(|place| names.iter().fold(place.clone(), |place, name| place.field(name)));
+    Value { place, is_owned: value.is_owned, ..Value::default() }
+}
+
+/// Whether a match chooses between events: on the result of an awaited `select`, or of a receiver.
+fn is_event_source(about: &About) -> bool {
+    about.names.iter().any(|name| {
+        matches!(
+            name.as_str(),
+            "select" | "select3" | "select4" | "select_array" | "recv" | "receive" | "next_event" | "wait_event" | "poll_event"
+                | "try_recv" | "recv_timeout" | "next_message"
+        )
+    })
+}

@@ -1,0 +1,306 @@
+//! Expressions that are places: variables, fields, elements, through references, pointers, options and locks.
+
+use std::sync::Arc;
+
+use super::{Builder, Value};
+use crate::flow::{Cause, Effect, IndexKey, Place, Projection};
+use crate::index::{Def, FunctionId, Ty};
+use crate::syntax::tree::{ExprId, ExprKind, Literal, Path};
+
+impl Builder<'_> {
+    /// The place of an expression that has no effects of its own; emits nothing.
+    pub(super) fn static_place(&mut self, id: ExprId) -> Option<Place> {
+        let body = self.body();
+        match &body.expr(id).kind {
+            ExprKind::Path(_) => self.path_place(id),
+            ExprKind::Field { base, name } => {
+                let place = self.static_place(*base)?;
+                Some(self.field_place(*base, &place, name))
+            }
+            ExprKind::Index { base, index } => {
+                let place = self.static_place(*base)?;
+                let key = self.index_key(*index)?;
+                Some(place.element(key))
+            }
+            ExprKind::Deref(inner) | ExprKind::Reference { value: inner, .. } => self.static_place(*inner),
+            _ => None,
+        }
+    }
+
+    pub(super) fn path_place(&mut self, id: ExprId) -> Option<Place> {
+        if let Some(local) = self.typed().expr_local.get(&id).copied() {
+            return Some(Place::var(self.var_of(local)));
+        }
+        match self.typed().expr_def.get(&id) {
+            Some(Def::Value(value)) if self.program.index.value(*value).item.is_static => Some(Place::of_static(*value)),
+            _ => None,
+        }
+    }
+
+    /// A field of a place, through the `Deref` impls of newtypes.
+    pub(super) fn field_place(&self, base: ExprId, place: &Place, name: &str) -> Place {
+        let mut ty = self.ty(base).peel().clone();
+        let mut place = place.clone();
+        for _ in 0..4 {
+            match &ty {
+                Ty::External(_, args) if !args.is_empty() => ty = args[0].peel().clone(),
+                Ty::Adt(..) if self.program.index.field_ty(&ty, None, name).is_none() => {
+                    let Some((target, through)) = self.deref_target(&ty) else { break };
+                    place = self.through_deref(&place, through);
+                    ty = target.peel().clone();
+                }
+                _ => break,
+            }
+        }
+        place.field(name)
+    }
+
+    fn deref_target(&self, ty: &Ty) -> Option<(Ty, FunctionId)> {
+        let index = self.program.index;
+        let target = index.project(ty, "Target");
+        let through = index.methods(ty, "deref_mut").into_iter().chain(index.methods(ty, "deref")).next()?.function()?;
+        (target != Ty::Unknown).then_some((target, through))
+    }
+
+    /// The place that a `deref` or `deref_mut` of the analysed code hands out: the field its body names.
+    pub(super) fn through_deref(&self, place: &Place, function: FunctionId) -> Place {
+        let Some(body) = &self.program.index.function(function).function.body else { return place.clone() };
+        let mut id = body.root;
+        let mut steps = Vec::new();
+        loop {
+            match &body.expr(id).kind {
+                ExprKind::Block(block) if block.stmts.is_empty() => match block.tail {
+                    Some(tail) => id = tail,
+                    None => break,
+                },
+                ExprKind::Reference { value, .. } | ExprKind::Deref(value) => id = *value,
+                ExprKind::Field { base, name } => {
+                    steps.push(Projection::Field(Arc::from(name.as_str())));
+                    id = *base;
+                }
+                _ => break,
+            }
+        }
+        steps.reverse();
+        place.join(&steps)
+    }
+
+    /// Which element an index names; `None` for a range, which names the whole.
+    pub(super) fn index_key(&mut self, id: ExprId) -> Option<IndexKey> {
+        let body = self.body();
+        match &body.expr(id).kind {
+            ExprKind::Literal(Literal::Int(Some(value), _)) => Some(IndexKey::Number(*value)),
+            ExprKind::Range { .. } => None,
+            ExprKind::Cast { value, .. } | ExprKind::Reference { value, .. } | ExprKind::Deref(value) => {
+                self.index_key(*value).map(|key| match key {
+                    IndexKey::Named(_) => IndexKey::Named(self.text(id).into()),
+                    other => other,
+                })
+            }
+            ExprKind::Path(path) => Some(self.index_path(id, path)),
+            _ => Some(IndexKey::Data(self.text(id).into())),
+        }
+    }
+
+    fn index_path(&mut self, id: ExprId, path: &Path) -> IndexKey {
+        if let Some(local) = self.typed().expr_local.get(&id).copied() {
+            let var = self.var_of(local);
+            if let Some(number) = self.numbers.get(&var) {
+                return IndexKey::Number(*number);
+            }
+            return IndexKey::Var(var);
+        }
+        match self.typed().expr_def.get(&id) {
+            Some(Def::Value(value)) if !self.program.index.value(*value).item.is_static => {
+                let names: Vec<String> = path.segments.iter().map(|segment| segment.name.clone()).collect();
+                let scope = self.program.index.scope_of(self.frames[self.frame].function);
+                match self.program.index.const_value(&scope, &names) {
+                    Some(number) => IndexKey::Number(number),
+                    None => IndexKey::Named(path.text().into()),
+                }
+            }
+            Some(Def::Variant(..)) => IndexKey::Named(path.text().into()),
+            _ if path.segments.first().is_some_and(|first| first.name == "Self") => {
+                let names: Vec<String> = path.segments.iter().map(|segment| segment.name.clone()).collect();
+                let scope = self.program.index.scope_of(self.frames[self.frame].function);
+                match self.program.index.const_value(&scope, &names) {
+                    Some(number) => IndexKey::Number(number),
+                    None => IndexKey::Named(path.text().into()),
+                }
+            }
+            _ => IndexKey::Data(self.text(id).into()),
+        }
+    }
+
+    /// `base[index]`, with the effects of both.
+    pub(super) fn index_expr(&mut self, id: ExprId, base: ExprId, index: ExprId) -> Value {
+        let value = self.expr(base);
+        let index_value = self.expr(index);
+        let Some(place) = value.place else { return Value::default() };
+        let is_map = self.ty(base).peel().external_name().is_some_and(|name| name.ends_with("Map"));
+        let key = if is_map { Some(IndexKey::Data(self.text(index).into())) } else { self.index_key(index) };
+        let place = match key {
+            None => place,
+            Some(key) => {
+                let key = self.settle_key(key, index_value.place.as_ref());
+                self.note_indexing(&key, &place);
+                place.element(key)
+            }
+        };
+        let _ = id;
+        Value { place: Some(place), is_owned: true, ..Value::default() }
+    }
+
+    /// A variable names an element for certain if it counts a loop or is a parameter; otherwise it depends on data.
+    fn settle_key(&self, key: IndexKey, value: Option<&Place>) -> IndexKey {
+        match key {
+            IndexKey::Var(var) => {
+                let is_counter = self.graph.loops.iter().any(|info| info.counter.is_some_and(|(counter, _)| counter == var));
+                let is_param = self.graph.var(var).param.is_some();
+                // A parameter of an inlined function or closure is what was passed for it.
+                let is_bound = value.is_some_and(|place| place.base_var() == Some(var));
+                if is_counter || (is_param && is_bound) {
+                    key
+                } else {
+                    IndexKey::Data(self.graph.var(var).name.clone().into())
+                }
+            }
+            other => other,
+        }
+    }
+
+    /// Notes that an open loop's counter is an index of the collection.
+    pub(super) fn note_indexing(&mut self, key: &IndexKey, collection: &Place) {
+        let IndexKey::Var(var) = key else { return };
+        for info in &mut self.graph.loops {
+            if info.counter.is_some_and(|(counter, _)| counter == *var) && !info.indexes.contains(collection) {
+                info.indexes.push(collection.clone());
+            }
+        }
+    }
+
+    /// `place = value` and destructuring assignments.
+    pub(super) fn assign(&mut self, id: ExprId, target: ExprId, value: ExprId) -> Value {
+        let body = self.body();
+        let given = self.expr(value);
+        if self.at.is_none() {
+            return Value::default();
+        }
+        let span = self.span(id);
+        if let (ExprKind::Tuple(places), ExprKind::Tuple(_)) = (&body.expr(target).kind, &body.expr(value).kind) {
+            for (number, place) in places.iter().enumerate() {
+                let part = given.place.as_ref().map(|place| place.field(&number.to_string()));
+                let part = Value { place: part, is_owned: true, ..Value::default() };
+                self.assign_to(*place, &part, span);
+            }
+            return Value::default();
+        }
+        self.assign_to(target, &given, span);
+        Value::default()
+    }
+
+    fn assign_to(&mut self, target: ExprId, value: &Value, span: crate::source::Span) {
+        let body = self.body();
+        if let ExprKind::Path(path) = &body.expr(target).kind
+            && path.ident() == Some("_")
+        {
+            return;
+        }
+        let is_path = matches!(body.expr(target).kind, ExprKind::Path(_));
+        let is_reference = matches!(self.ty(target), Ty::Ref(..));
+        if is_path && let Some(local) = self.typed().expr_local.get(&target).copied() {
+            let var = self.var_of(local);
+            let head = value.head.clone();
+            if is_reference || !self.may_hold_filter(self.ty(target)) {
+                self.set(var, &Value { head, ..value.clone() }, span);
+                return;
+            }
+        }
+        let place = self.expr(target).place;
+        let Some(place) = place else { return };
+        if let Some(var) = place.base_var()
+            && place.steps.is_empty()
+        {
+            self.numbers.remove(&var);
+        }
+        let assignment = crate::flow::Assignment {
+            place,
+            from: value.place.clone(),
+            by_move: value.is_owned,
+            rebinds: is_reference,
+            head: value.head.clone(),
+            same_as: value.same_as,
+        };
+        self.emit(Effect::Write(Box::new(assignment)), span);
+    }
+
+    /// `place += value`
+    pub(super) fn assign_op(&mut self, id: ExprId, target: ExprId, value: ExprId) -> Value {
+        self.expr(value);
+        let span = self.span(id);
+        let place = self.expr(target).place;
+        if let Some(place) = place {
+            if let Some(var) = place.base_var() {
+                self.numbers.remove(&var);
+            }
+            let assignment = crate::flow::Assignment {
+                place,
+                from: None,
+                by_move: true,
+                rebinds: false,
+                head: None,
+                same_as: None,
+            };
+            self.emit(Effect::Write(Box::new(assignment)), span);
+        }
+        Value::default()
+    }
+
+    /// Says that nothing is known of what happens to what these identifiers name.
+    pub(super) fn unknown_mentions(&mut self, mentions: &[String], cause: Cause, span: crate::source::Span) {
+        let places = self.mentioned_places(mentions);
+        if !places.is_empty() && self.at.is_some() {
+            self.emit(Effect::Unknown { places, cause }, span);
+        }
+    }
+
+    /// The variables in scope with these names.
+    fn mentioned_places(&mut self, mentions: &[String]) -> Vec<Place> {
+        let frame = &self.frames[self.frame];
+        let mut places: Vec<Place> = frame
+            .vars
+            .values()
+            .filter(|var| mentions.contains(&self.graph.var(**var).name))
+            .map(|var| Place::var(*var))
+            .collect();
+        places.sort();
+        places.dedup();
+        places
+    }
+
+    /// Whether a value of the type may hold or refer to a filter.
+    pub(super) fn may_hold_filter(&self, ty: &Ty) -> bool {
+        self.holds(ty, 0)
+    }
+
+    fn holds(&self, ty: &Ty, depth: u32) -> bool {
+        if depth > 6 {
+            return true;
+        }
+        match ty {
+            Ty::Int | Ty::Float | Ty::Bool | Ty::Str | Ty::Char | Ty::Never | Ty::FunctionItem(_) => false,
+            Ty::Ref(_, inner) | Ty::Pointer(inner) | Ty::Array(inner, _) | Ty::Slice(inner) => self.holds(inner, depth + 1),
+            Ty::Tuple(parts) => parts.iter().any(|part| self.holds(part, depth + 1)),
+            Ty::External(path, args) => match path.rsplit("::").next().unwrap_or("") {
+                "String" | "Duration" | "Instant" | "Range" => false,
+                _ => {
+                    path.starts_with("?::")
+                        || args.iter().any(|arg| self.holds(arg, depth + 1))
+                        || self.program.index.filter_spec(ty).is_some()
+                }
+            },
+            Ty::Adt(..) => crate::flow::place::holds_filter(self.program.index, ty),
+            Ty::Unknown | Ty::Var(_) | Ty::Param(_) | Ty::Opaque(_) | Ty::Function(..) | Ty::Closure(_) => true,
+        }
+    }
+}

@@ -1,0 +1,401 @@
+//! What conditions are about: pure expressions in one spelling, so that branches on the same value are told to be so.
+
+use super::Builder;
+use crate::flow::test::MAX_HEADS;
+use crate::flow::{About, Effect, Head, NodeId, Place, Subject, SubjectId, Test, Var};
+use crate::index::{Def, Shape, Ty};
+use crate::source::Span;
+use crate::syntax::tree::{CfgKey, ExprId, ExprKind, Literal, Path};
+use crate::types::Callee;
+
+/// A pure expression: its spelling with variables by number, and the places it reads.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Pure {
+    pub(super) key: String,
+    pub(super) reads: Vec<Place>,
+    pub(super) var: Option<Var>,
+}
+
+impl Builder<'_> {
+    /// The subject with that key; made when it is new.
+    pub(super) fn subject(&mut self, pure: Pure, total: Option<Vec<Head>>) -> SubjectId {
+        if let Some(id) = self.subjects.get(&pure.key) {
+            return *id;
+        }
+        let id = SubjectId(u32::try_from(self.graph.subjects.len()).expect("fewer than 2^32 subjects"));
+        let heads = Vec::new();
+        let subject = Subject { key: pure.key.clone(), reads: pure.reads, var: pure.var, heads, total };
+        self.graph.subjects.push(subject);
+        self.subjects.insert(pure.key, id);
+        id
+    }
+
+    /// The bit of a head of a subject; heads beyond the limit share one.
+    pub(super) fn head_bit(&mut self, id: SubjectId, head: &str) -> Option<u32> {
+        let subject = &mut self.graph.subjects[id.0 as usize];
+        if let Some(at) = subject.heads.iter().position(|known| known == head) {
+            return Some(1 << at);
+        }
+        if subject.heads.len() >= MAX_HEADS {
+            return None;
+        }
+        subject.heads.push(head.to_owned());
+        Some(1 << (subject.heads.len() - 1))
+    }
+
+    /// Adds a branch; answers the nodes behind 'it holds' and 'it does not'.
+    pub(super) fn branch(&mut self, test: Test) -> (NodeId, NodeId) {
+        let span = test.span;
+        let branch = self.emit(Effect::Branch(test), span);
+        let yes = self.add_node(Effect::Nothing, span);
+        let no = self.add_node(Effect::Nothing, span);
+        self.link(branch, yes);
+        self.link(branch, no);
+        self.at = None;
+        (yes, no)
+    }
+
+    /// A branch whose answer is not correlated with anything.
+    pub(super) fn opaque_branch(&mut self, span: Span, text: String, about: About) -> (NodeId, NodeId) {
+        self.branch(Test { subject: None, holds: u32::MAX, fails: u32::MAX, span, text, about })
+    }
+
+    /// A branch that asks whether the subject has one of these heads. `exact` if nothing else is asked.
+    pub(super) fn branch_on_subject(
+        &mut self,
+        id: SubjectId,
+        heads: &[Head],
+        exact: bool,
+        span: Span,
+        text: String,
+        mut about: About,
+    ) -> (NodeId, NodeId) {
+        about.heads = heads.to_vec();
+        let mut holds = 0;
+        for head in heads {
+            match self.head_bit(id, head) {
+                Some(bit) => holds |= bit,
+                None => return self.opaque_branch(span, text, about),
+            }
+        }
+        let fails = if exact { !holds } else { u32::MAX };
+        self.branch(Test { subject: Some(id), holds, fails, span, text, about })
+    }
+
+    /// A branch on the head of a value: `+` against `-` for options and results.
+    pub(super) fn branch_on_head(
+        &mut self,
+        value: &super::Value,
+        head: &str,
+        other: &str,
+        span: Span,
+        text: String,
+        about: About,
+    ) -> (NodeId, NodeId) {
+        match value.same_as {
+            Some(var) => {
+                let pure = self.pure_var(var);
+                let total = Some(vec![head.to_owned(), other.to_owned()]);
+                let id = self.subject(pure, total);
+                self.head_bit(id, other);
+                self.branch_on_subject(id, &[head.to_owned()], true, span, text, about)
+            }
+            None => self.opaque_branch(span, text, about),
+        }
+    }
+
+    pub(super) fn pure_var(&self, var: Var) -> Pure {
+        Pure { key: format!("v{}", var.0), reads: vec![Place::var(var)], var: Some(var) }
+    }
+
+    pub(super) fn branch_on_cfg(&mut self, key: &CfgKey, span: Span) -> (NodeId, NodeId) {
+        let pure = Pure { key: format!("#[cfg({})]", key.key), ..Pure::default() };
+        let id = self.subject(pure, Some(vec!["true".to_owned(), "false".to_owned()]));
+        self.head_bit(id, "true");
+        self.head_bit(id, "false");
+        let head = if key.negated { "false" } else { "true" };
+        let about = About { is_constant: true, ..About::default() };
+        self.branch_on_subject(id, &[head.to_owned()], true, span, format!("#[cfg({})]", key.key), about)
+    }
+
+    /// The expression in one spelling, if it is pure: it reads places, and gives the same as long as they are not written.
+    pub(super) fn pure(&mut self, id: ExprId) -> Option<Pure> {
+        let body = self.body();
+        match &body.expr(id).kind {
+            ExprKind::Path(path) => self.pure_path(id, path),
+            ExprKind::Literal(literal) => Some(Pure { key: literal_text(literal), ..Pure::default() }),
+            ExprKind::Field { .. } | ExprKind::Index { .. } => {
+                let place = self.static_place(id)?;
+                Some(Pure { key: place_key(&place), reads: vec![place], var: None })
+            }
+            ExprKind::Deref(inner) | ExprKind::Reference { value: inner, raw: false, .. } => self.pure(*inner),
+            ExprKind::Cast { value, .. } => self.pure(*value),
+            ExprKind::Not(inner) => self.pure_unary("!", *inner),
+            ExprKind::Negate(inner) => self.pure_unary("-", *inner),
+            ExprKind::Binary { op, lhs, rhs } => {
+                let left = self.pure(*lhs)?;
+                let right = self.pure(*rhs)?;
+                let mut reads = left.reads;
+                reads.extend(right.reads);
+                Some(Pure { key: format!("({} {op} {})", left.key, right.key), reads, var: None })
+            }
+            ExprKind::MethodCall { receiver, method, args, .. } => {
+                if !self.is_pure_method(id, method) {
+                    return None;
+                }
+                let base = self.pure(*receiver)?;
+                let mut key = format!("{}.{method}(", base.key);
+                let mut reads = base.reads;
+                for arg in args {
+                    let arg = self.pure(*arg)?;
+                    key.push_str(&arg.key);
+                    key.push(',');
+                    reads.extend(arg.reads);
+                }
+                key.push(')');
+                Some(Pure { key, reads, var: None })
+            }
+            _ => None,
+        }
+    }
+
+    fn pure_unary(&mut self, op: &str, inner: ExprId) -> Option<Pure> {
+        let inner = self.pure(inner)?;
+        Some(Pure { key: format!("{op}{}", inner.key), reads: inner.reads, var: None })
+    }
+
+    fn pure_path(&mut self, id: ExprId, path: &Path) -> Option<Pure> {
+        if let Some(local) = self.typed().expr_local.get(&id).copied() {
+            let var = self.var_of(local);
+            return Some(self.pure_var(var));
+        }
+        match self.typed().expr_def.get(&id) {
+            Some(Def::Value(value)) => {
+                let item = &self.program.index.value(*value).item;
+                // A static may be changed by someone else.
+                (!item.is_static).then(|| Pure { key: path.text(), ..Pure::default() })
+            }
+            Some(Def::Variant(..) | Def::External(_) | Def::Type(_)) => Some(Pure { key: path.text(), ..Pure::default() }),
+            _ => None,
+        }
+    }
+
+    /// Methods that read a value and nothing else.
+    fn is_pure_method(&self, id: ExprId, method: &str) -> bool {
+        let known = matches!(
+            method,
+            "is_some" | "is_none" | "is_ok" | "is_err" | "is_empty" | "len" | "abs" | "is_nan" | "is_finite" | "as_ref" | "is_positive"
+                | "is_negative" | "min" | "max" | "is_multiple_of" | "as_deref" | "signum" | "get" | "clone" | "to_owned"
+                | "is_sign_negative" | "is_sign_positive" | "rem_euclid" | "contains" | "contains_key" | "is_infinite"
+        );
+        match self.typed().callees.get(&id) {
+            Some(Callee::Builtin) => known,
+            Some(Callee::Resolved(resolved)) => match resolved.targets.as_slice() {
+                [target] => self.is_pure_function(*target, 0),
+                _ => false,
+            },
+            _ => known && method != "get",
+        }
+    }
+
+    /// Whether a function takes `&self` and only reads fields: its body is one pure expression.
+    fn is_pure_function(&self, id: crate::index::FunctionId, depth: u32) -> bool {
+        let def = self.program.index.function(id);
+        if depth > 3 || def.function.receiver != Some(crate::syntax::tree::Receiver::Shared) {
+            return false;
+        }
+        let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(id)) else { return false };
+        body.exprs.iter().enumerate().all(|(number, expr)| match &expr.kind {
+            ExprKind::Path(_)
+            | ExprKind::Literal(_)
+            | ExprKind::Field { .. }
+            | ExprKind::Binary { .. }
+            | ExprKind::Not(_)
+            | ExprKind::Negate(_)
+            | ExprKind::Deref(_)
+            | ExprKind::Cast { .. }
+            | ExprKind::Let { .. }
+            | ExprKind::Match { .. }
+            | ExprKind::Reference { mutable: false, .. } => true,
+            ExprKind::Block(block) => block.stmts.is_empty(),
+            ExprKind::MethodCall { method, .. } => {
+                let id = ExprId(u32::try_from(number).unwrap_or(u32::MAX));
+                match typed.callees.get(&id) {
+                    Some(Callee::Resolved(resolved)) => match resolved.targets.as_slice() {
+                        [target] => self.is_pure_function(*target, depth + 1),
+                        _ => false,
+                    },
+                    Some(Callee::Builtin) => {
+                        matches!(method.as_str(), "is_some" | "is_none" | "is_ok" | "is_err" | "abs" | "is_empty" | "len")
+                    }
+                    _ => false,
+                }
+            }
+            _ => false,
+        })
+    }
+
+    /// The head of a constant expression: a literal, a variant, a constant.
+    pub(super) fn constant_head(&self, id: ExprId) -> Option<Head> {
+        let body = self.body();
+        match &body.expr(id).kind {
+            ExprKind::Literal(literal) => Some(literal_text(literal)),
+            ExprKind::Negate(inner) => match &body.expr(*inner).kind {
+                ExprKind::Literal(literal) => Some(format!("-{}", literal_text(literal))),
+                _ => None,
+            },
+            ExprKind::Reference { value, .. } => self.constant_head(*value),
+            ExprKind::Path(path) => match self.typed().expr_def.get(&id) {
+                Some(Def::Variant(ty, at)) => Some(self.variant_head(*ty, *at)),
+                Some(Def::External(external)) => Some(external_head(external)),
+                Some(Def::Value(value)) => {
+                    let item = &self.program.index.value(*value).item;
+                    (!item.is_static).then(|| path.text())
+                }
+                Some(Def::Type(_)) => Some(path.text()),
+                _ => None,
+            },
+            ExprKind::Struct { .. } | ExprKind::Call { .. } => self.constructor_head(id),
+            _ => None,
+        }
+    }
+
+    /// The head of `Some(x)`, `Variant { … }`.
+    fn constructor_head(&self, id: ExprId) -> Option<Head> {
+        let def = match &self.body().expr(id).kind {
+            ExprKind::Struct { .. } => self.typed().expr_def.get(&id)?.clone(),
+            _ => match self.typed().callees.get(&id)? {
+                Callee::Constructor(Some(def)) => def.clone(),
+                _ => return None,
+            },
+        };
+        match def {
+            Def::Variant(ty, at) => Some(self.variant_head(ty, at)),
+            Def::External(path) => Some(external_head(&path)),
+            _ => None,
+        }
+    }
+
+    pub(super) fn variant_head(&self, ty: crate::index::TypeId, at: usize) -> Head {
+        match &self.program.index.type_def(ty).shape {
+            Shape::Enum(variants) => variants[at].name.clone(),
+            Shape::Struct(_) => String::new(),
+        }
+    }
+
+    /// All heads that a value of the type can have.
+    pub(super) fn total_heads(&self, ty: &Ty) -> Option<Vec<Head>> {
+        match ty.peel() {
+            Ty::Bool => Some(vec!["true".to_owned(), "false".to_owned()]),
+            Ty::Adt(id, _) => match &self.program.index.type_def(*id).shape {
+                Shape::Enum(variants) => Some(variants.iter().map(|variant| variant.name.clone()).collect()),
+                Shape::Struct(_) => None,
+            },
+            Ty::External(path, _) if path.ends_with("::Option") || path.ends_with("::Result") || path.ends_with("::LockResult") => {
+                Some(vec!["+".to_owned(), "-".to_owned()])
+            }
+            _ => None,
+        }
+    }
+
+    /// What a condition reads and calls, for telling gates.
+    pub(super) fn about(&mut self, id: ExprId) -> About {
+        let mut about = About::default();
+        self.collect_about(id, &mut about, 0);
+        about
+    }
+
+    pub(super) fn about_presence(&mut self, id: ExprId, binds: Vec<Var>) -> About {
+        let mut about = self.about(id);
+        about.is_presence = true;
+        about.binds = binds;
+        about
+    }
+
+    fn collect_about(&mut self, id: ExprId, about: &mut About, depth: u32) {
+        if depth > 64 {
+            return;
+        }
+        if let Some(place) = self.static_place(id) {
+            if let Some(crate::flow::Projection::Field(name)) = place.steps.last() {
+                about.names.push(name.to_string());
+            }
+            about.reads.push(place);
+        }
+        let body = self.body();
+        match &body.expr(id).kind {
+            ExprKind::MethodCall { receiver, method, args, .. } => {
+                about.names.push(method.clone());
+                about.is_remainder |= matches!(method.as_str(), "is_multiple_of" | "rem_euclid");
+                self.collect_about(*receiver, about, depth + 1);
+                for arg in args {
+                    self.collect_about(*arg, about, depth + 1);
+                }
+            }
+            ExprKind::Call { callee, args } => {
+                if let ExprKind::Path(path) = &body.expr(*callee).kind {
+                    about.names.push(path.last().to_owned());
+                }
+                for arg in args {
+                    self.collect_about(*arg, about, depth + 1);
+                }
+            }
+            ExprKind::Binary { op, lhs, rhs } => {
+                about.is_comparison |= matches!(*op, "<" | "<=" | ">" | ">=");
+                about.is_remainder |= *op == "%";
+                self.collect_about(*lhs, about, depth + 1);
+                self.collect_about(*rhs, about, depth + 1);
+            }
+            ExprKind::Path(path) => {
+                if !self.typed().expr_local.contains_key(&id) {
+                    about.names.push(path.last().to_owned());
+                }
+            }
+            ExprKind::Field { base, .. } => self.collect_about(*base, about, depth + 1),
+            ExprKind::Not(inner)
+            | ExprKind::Negate(inner)
+            | ExprKind::Deref(inner)
+            | ExprKind::Try(inner)
+            | ExprKind::Await(inner)
+            | ExprKind::Cast { value: inner, .. }
+            | ExprKind::Reference { value: inner, .. } => self.collect_about(*inner, about, depth + 1),
+            ExprKind::Tuple(parts) => {
+                for part in parts {
+                    self.collect_about(*part, about, depth + 1);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// The spelling of a literal as a head.
+pub(super) fn literal_text(literal: &Literal) -> Head {
+    match literal {
+        Literal::Int(Some(value), _) => value.to_string(),
+        Literal::Int(None, _) => "big".to_owned(),
+        Literal::Float(text) | Literal::Char(text) => text.clone(),
+        Literal::Bool(value) => value.to_string(),
+        Literal::Str(text) => format!("{text:?}"),
+        Literal::Bytes => "bytes".to_owned(),
+    }
+}
+
+/// The head of a constructor outside the analysed code.
+pub(super) fn external_head(path: &str) -> Head {
+    match path.rsplit("::").next().unwrap_or(path) {
+        "Some" | "Ok" => "+".to_owned(),
+        "None" | "Err" => "-".to_owned(),
+        name => name.to_owned(),
+    }
+}
+
+/// The spelling of a place that tells subjects apart.
+pub(super) fn place_key(place: &Place) -> String {
+    if place.steps.is_empty()
+        && let Some(var) = place.base_var()
+    {
+        return format!("v{}", var.0);
+    }
+    place.spell(&|var| format!("v{}", var.0), &|id| format!("s{}", id.0))
+}

@@ -1,0 +1,139 @@
+//! Blocks, statements, and values that come from several branches.
+
+use super::{Builder, Value};
+use crate::flow::{Effect, NodeId, Place, Var};
+use crate::index::Ty;
+use crate::source::Span;
+use crate::syntax::tree::{Block, BlockKind, CfgKey, ExprId, PatKind, Stmt, StmtKind};
+
+/// Branches that meet again, with the variable that holds the value.
+pub(super) struct Join {
+    pub(super) after: NodeId,
+    pub(super) value: Var,
+}
+
+impl Builder<'_> {
+    /// A point where branches meet again.
+    pub(super) fn new_join(&mut self, ty: Ty, span: Span) -> Join {
+        let value = self.temporary(ty, span);
+        let after = self.add_node(Effect::Nothing, span);
+        Join { after, value }
+    }
+
+    /// Ends a branch with its value.
+    pub(super) fn end_branch(&mut self, join: &Join, value: &Value, span: Span) {
+        if self.at.is_none() {
+            return;
+        }
+        self.set(join.value, value, span);
+        self.jump(join.after);
+    }
+
+    /// Goes on where branches met; nothing follows if none arrived.
+    pub(super) fn close_join(&mut self, join: &Join) -> Value {
+        self.resume_if_reached(join.after);
+        self.numbers.remove(&join.value);
+        let closure = self.closures.get(&join.value).copied();
+        Value { place: Some(Place::var(join.value)), same_as: Some(join.value), closure, ..Value::default() }
+    }
+
+    pub(super) fn block(&mut self, id: ExprId, block: &Block) -> Value {
+        let span = self.span(id);
+        let catches = matches!(block.kind, BlockKind::Async | BlockKind::Try);
+        if catches {
+            let is_async = block.kind == BlockKind::Async;
+            return self.inline_body(self.ty(id).clone(), span, is_async, |this| this.plain_block(block, span));
+        }
+        match &block.label {
+            Some(label) => self.labelled_block(id, label.clone(), block),
+            None => self.plain_block(block, span),
+        }
+    }
+
+    pub(super) fn plain_block(&mut self, block: &Block, span: Span) -> Value {
+        self.open_block();
+        for stmt in &block.stmts {
+            if self.is_full() {
+                break;
+            }
+            self.stmt(stmt);
+        }
+        let value = block.tail.map(|tail| self.expr(tail)).unwrap_or_default();
+        let end = Span::new(span.file, span.end.saturating_sub(1), span.end);
+        self.close_block(end);
+        value
+    }
+
+    fn stmt(&mut self, stmt: &Stmt) {
+        match &stmt.cfg {
+            None => self.stmt_inner(stmt),
+            Some(key) => {
+                let span = stmt.span;
+                self.if_cfg(key, span, |this| this.stmt_inner(stmt));
+            }
+        }
+    }
+
+    /// Code that is there or not: the two ways are correlated with every other use of the same `#[cfg]`.
+    pub(super) fn if_cfg(&mut self, key: &CfgKey, span: Span, inside: impl FnOnce(&mut Self)) {
+        let (present, absent) = self.branch_on_cfg(key, span);
+        let after = self.add_node(Effect::Nothing, span);
+        self.resume(present);
+        inside(self);
+        self.jump(after);
+        self.resume(absent);
+        self.jump(after);
+        self.resume(after);
+    }
+
+    fn stmt_inner(&mut self, stmt: &Stmt) {
+        match &stmt.kind {
+            StmtKind::Let { pat, init, otherwise, .. } => match (init, otherwise) {
+                (Some(init), Some(otherwise)) => self.let_else(*pat, *init, *otherwise),
+                (Some(init), None) => self.let_stmt(*pat, *init, stmt.span),
+                (None, _) => {
+                    for local in self.locals_of(*pat) {
+                        self.var_of(local);
+                    }
+                }
+            },
+            StmtKind::Expr { expr, .. } => {
+                let value = self.expr(*expr);
+                self.discard(*expr, &value, stmt.span);
+            }
+        }
+    }
+
+    fn let_stmt(&mut self, pat: crate::syntax::tree::PatId, init: ExprId, span: Span) {
+        let value = self.expr(init);
+        if self.at.is_none() {
+            // The names are still bound, so that what follows can be read.
+            for local in self.locals_of(pat) {
+                self.var_of(local);
+            }
+            return;
+        }
+        if matches!(self.body().pat(pat).kind, PatKind::Wild) {
+            self.discard_wild(init, &value, span);
+            return;
+        }
+        if self.is_guard(init) {
+            self.bind_guard(pat, init, &value);
+        }
+        self.bind_pattern(pat, &value);
+    }
+
+    fn let_else(&mut self, pat: crate::syntax::tree::PatId, init: ExprId, otherwise: ExprId) {
+        let value = self.expr(init);
+        let span = self.body().pat(pat).span.to(self.span(init));
+        let failed = self.add_node(Effect::Nothing, self.span(otherwise));
+        self.match_pattern(pat, init, &value, span, failed);
+        let matched = self.at;
+        self.resume(failed);
+        self.expr(otherwise);
+        if self.at.is_some() {
+            self.emit(Effect::Diverge, span);
+        }
+        self.at = matched;
+    }
+}

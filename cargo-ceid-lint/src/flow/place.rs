@@ -1,0 +1,249 @@
+//! Places: where an instance of a filter lives.
+
+use std::sync::Arc;
+
+use super::Var;
+use crate::index::ValueId;
+
+/// A variable or static, and the way from it to a part.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Place {
+    /// Where it begins.
+    pub base: Base,
+    /// The steps. References, pointers, options and locks add none.
+    pub steps: Vec<Projection>,
+}
+
+/// Where a place begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Base {
+    /// A variable.
+    Var(Var),
+    /// A static.
+    Static(ValueId),
+}
+
+/// A step into a place.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Projection {
+    /// A field, a tuple's number, or a variant of an enum.
+    Field(Arc<str>),
+    /// An element of a collection.
+    Index(IndexKey),
+}
+
+/// Which element.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum IndexKey {
+    /// A number.
+    Number(u64),
+    /// A constant expression by its spelling: `Axis::Roll as usize`.
+    Named(Arc<str>),
+    /// The value of a variable.
+    Var(Var),
+    /// Each one: the element stands for all.
+    Each,
+    /// One that depends on data, by its spelling.
+    Data(Arc<str>),
+}
+
+/// How an access relates to an instance.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Relation {
+    /// The access is the instance, or the instance lies in it by these steps.
+    Holds(Vec<Projection>),
+    /// It may be; the spelling of the index that decides.
+    MayHold(Arc<str>, Vec<Projection>),
+    /// The access is a part of the instance.
+    Part,
+    /// They have nothing to do with each other.
+    Apart,
+}
+
+impl Place {
+    /// The whole of a variable.
+    #[must_use]
+    pub fn var(var: Var) -> Self {
+        Self { base: Base::Var(var), steps: Vec::new() }
+    }
+
+    /// The whole of a static.
+    #[must_use]
+    pub fn of_static(id: ValueId) -> Self {
+        Self { base: Base::Static(id), steps: Vec::new() }
+    }
+
+    /// A part of this place.
+    #[must_use]
+    pub fn field(&self, name: &str) -> Self {
+        self.step(Projection::Field(Arc::from(name)))
+    }
+
+    /// An element of this place.
+    #[must_use]
+    pub fn element(&self, key: IndexKey) -> Self {
+        self.step(Projection::Index(key))
+    }
+
+    fn step(&self, step: Projection) -> Self {
+        let mut steps = self.steps.clone();
+        steps.push(step);
+        Self { base: self.base, steps }
+    }
+
+    /// This place with more steps behind it.
+    #[must_use]
+    pub fn join(&self, more: &[Projection]) -> Self {
+        let mut steps = self.steps.clone();
+        steps.extend_from_slice(more);
+        Self { base: self.base, steps }
+    }
+
+    /// The variable it begins with.
+    #[must_use]
+    pub fn base_var(&self) -> Option<Var> {
+        match self.base {
+            Base::Var(var) => Some(var),
+            Base::Static(_) => None,
+        }
+    }
+
+    /// How an access of this place relates to an instance with that name. `value` tells the number that a variable has now.
+    #[must_use]
+    pub fn relate(&self, instance: &Self, value: &dyn Fn(Var) -> Option<u64>) -> Relation {
+        if self.base != instance.base {
+            return Relation::Apart;
+        }
+        let mut doubt: Option<Arc<str>> = None;
+        for (step, own) in self.steps.iter().zip(&instance.steps) {
+            match (step, own) {
+                (Projection::Field(left), Projection::Field(right)) if left == right => {}
+                (Projection::Index(left), Projection::Index(right)) => match left.relate(right, value) {
+                    Some(true) => {}
+                    Some(false) => return Relation::Apart,
+                    None => doubt = Some(doubt.unwrap_or_else(|| left.spelling(&|_| String::from("i")).into())),
+                },
+                _ => return Relation::Apart,
+            }
+        }
+        if self.steps.len() > instance.steps.len() {
+            return Relation::Part;
+        }
+        let rest = instance.steps[self.steps.len()..].to_vec();
+        match doubt {
+            None => Relation::Holds(rest),
+            Some(text) => Relation::MayHold(text, rest),
+        }
+    }
+
+    /// Whether one of the two places lies in the other, as far as can be known.
+    #[must_use]
+    pub fn overlaps(&self, other: &Self) -> bool {
+        self.base == other.base
+            && self.steps.iter().zip(&other.steps).all(|(left, right)| match (left, right) {
+                (Projection::Field(left), Projection::Field(right)) => left == right,
+                (Projection::Index(left), Projection::Index(right)) => left.relate(right, &|_| None) != Some(false),
+                _ => false,
+            })
+    }
+
+    /// The place as the source spells it.
+    #[must_use]
+    pub fn spell(&self, var: &dyn Fn(Var) -> String, of_static: &dyn Fn(ValueId) -> String) -> String {
+        let mut text = match self.base {
+            Base::Var(id) => var(id),
+            Base::Static(id) => of_static(id),
+        };
+        for step in &self.steps {
+            match step {
+                Projection::Field(name) => {
+                    text.push('.');
+                    text.push_str(name);
+                }
+                Projection::Index(key) => {
+                    text.push('[');
+                    text.push_str(&key.spelling(var));
+                    text.push(']');
+                }
+            }
+        }
+        text
+    }
+
+    /// Whether some step stands for each element of a collection.
+    #[must_use]
+    pub fn stands_for_each(&self) -> bool {
+        self.steps.iter().any(|step| matches!(step, Projection::Index(IndexKey::Each)))
+    }
+}
+
+impl IndexKey {
+    /// Whether two keys name the same element: `None` if that cannot be known.
+    #[must_use]
+    pub fn relate(&self, other: &Self, value: &dyn Fn(Var) -> Option<u64>) -> Option<bool> {
+        let number = |key: &Self| match key {
+            Self::Number(number) => Some(*number),
+            Self::Var(var) => value(*var),
+            Self::Named(_) | Self::Each | Self::Data(_) => None,
+        };
+        if self == other {
+            return match self {
+                Self::Data(_) => None,
+                _ => Some(true),
+            };
+        }
+        if let (Some(left), Some(right)) = (number(self), number(other)) {
+            return Some(left == right);
+        }
+        match (self, other) {
+            (Self::Named(_), Self::Named(_)) => Some(false),
+            _ => None,
+        }
+    }
+
+    fn spelling(&self, var: &dyn Fn(Var) -> String) -> String {
+        match self {
+            Self::Number(number) => number.to_string(),
+            Self::Named(text) | Self::Data(text) => text.to_string(),
+            Self::Var(id) => var(*id),
+            Self::Each => "*".to_owned(),
+        }
+    }
+}
+
+/// Whether a type of the analysed code is a filter or has one among its fields.
+#[must_use]
+pub fn holds_filter(index: &crate::index::Index, ty: &crate::index::Ty) -> bool {
+    holds_at(index, ty, 0)
+}
+
+/// How deep fields are followed: more is a type that contains itself.
+const MAX_DEPTH: u32 = 6;
+
+fn holds_at(index: &crate::index::Index, ty: &crate::index::Ty, depth: u32) -> bool {
+    use crate::index::{Shape, Ty};
+    if depth > MAX_DEPTH {
+        return false;
+    }
+    if index.filter_spec(ty).is_some() {
+        return true;
+    }
+    match ty {
+        Ty::Adt(id, _) => {
+            let fields = |variant: Option<usize>, fields: &crate::syntax::tree::Fields| {
+                fields.fields.iter().any(|field| {
+                    index.field_ty(ty, variant, &field.name).is_some_and(|ty| holds_at(index, &ty, depth + 1))
+                })
+            };
+            match &index.type_def(*id).shape {
+                Shape::Struct(shape) => fields(None, shape),
+                Shape::Enum(variants) => {
+                    variants.iter().enumerate().any(|(at, variant)| fields(Some(at), &variant.fields))
+                }
+            }
+        }
+        Ty::Ref(_, inner) | Ty::Array(inner, _) | Ty::Slice(inner) => holds_at(index, inner, depth + 1),
+        Ty::Tuple(parts) | Ty::External(_, parts) => parts.iter().any(|part| holds_at(index, part, depth + 1)),
+        _ => false,
+    }
+}

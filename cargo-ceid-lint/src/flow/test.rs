@@ -1,0 +1,98 @@
+//! What branches ask: a subject, and which of its heads take the branch. Branches on the same subject are correlated.
+
+use super::{Place, Var};
+use crate::source::Span;
+
+/// Something that branches ask about: a variable, a pure expression, the result of a call.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct SubjectId(pub u32);
+
+/// The head of a value: a variant, a literal, a truth value. `Some` and `Ok` are `+`, `None` and `Err` are `-`, because methods
+/// such as `ok()` turn one into the other.
+pub type Head = String;
+
+/// The bit for every head that is not in a subject's list.
+pub const OTHER_HEADS: u32 = 1 << 31;
+
+/// How many heads of a subject are told apart; the others are one.
+pub(super) const MAX_HEADS: usize = 31;
+
+/// What branches ask about.
+#[derive(Clone, Debug)]
+pub struct Subject {
+    /// What tells subjects apart.
+    pub key: String,
+    /// The places that its value depends on; when one is written, nothing is known of the subject any more.
+    pub reads: Vec<Place>,
+    /// The variable whose value it is, if it is one.
+    pub var: Option<Var>,
+    /// The heads that something asks for or assigns, in the order of their bits.
+    pub heads: Vec<Head>,
+    /// Whether the heads are all there are (once they are all listed).
+    pub total: Option<Vec<Head>>,
+}
+
+impl Subject {
+    /// The heads that the subject can have when nothing is known of it.
+    #[must_use]
+    pub fn anything(&self) -> u32 {
+        let listed = bits(self.heads.len());
+        match &self.total {
+            Some(all) if all.iter().all(|head| self.heads.contains(head)) => listed,
+            _ => listed | OTHER_HEADS,
+        }
+    }
+
+    /// The bit of a head.
+    #[must_use]
+    pub fn bit(&self, head: &str) -> u32 {
+        match self.heads.iter().position(|known| known == head) {
+            Some(at) => 1 << at,
+            None => OTHER_HEADS,
+        }
+    }
+}
+
+fn bits(count: usize) -> u32 {
+    if count >= MAX_HEADS { !OTHER_HEADS } else { (1 << count) - 1 }
+}
+
+/// A question with two answers.
+#[derive(Clone, Debug)]
+pub struct Test {
+    /// What is asked about; `None` if nothing is known of it.
+    pub subject: Option<SubjectId>,
+    /// The heads with which the test can hold.
+    pub holds: u32,
+    /// The heads with which it can fail.
+    pub fails: u32,
+    /// The condition or pattern.
+    pub span: Span,
+    /// The condition as a reader reads it: `armed`, `let Some(z) = gps.read()`.
+    pub text: String,
+    /// What kind of question it is, and what it is asked of.
+    pub about: About,
+}
+
+/// What a test is about, for telling gates.
+#[derive(Clone, Debug, Default)]
+pub struct About {
+    /// The places that the condition reads.
+    pub reads: Vec<Place>,
+    /// The variables that a pattern binds when it matches.
+    pub binds: Vec<Var>,
+    /// Whether it takes an `Option` or `Result` apart, or asks which it is; `?` included.
+    pub is_presence: bool,
+    /// The names of functions and methods called in it, and of fields read.
+    pub names: Vec<String>,
+    /// Whether it compares with `<`, `<=`, `>`, `>=`.
+    pub is_comparison: bool,
+    /// Whether it contains `%` or `is_multiple_of`.
+    pub is_remainder: bool,
+    /// Whether it is an arm of a choice between events.
+    pub is_event: bool,
+    /// Whether it is a constant expression, or asks for `#[cfg]`.
+    pub is_constant: bool,
+    /// The heads asked for, if it is a pattern or comparison with a constant.
+    pub heads: Vec<Head>,
+}

@@ -1,0 +1,109 @@
+//! Which types are filters, and what their update law is.
+
+use super::{Index, MethodOwner, TraitId, TraitName, Ty, is_sampled_filter_path};
+
+/// A filter type, or a trait whose types are filters, with its law.
+#[derive(Clone, Debug)]
+pub struct FilterSpec {
+    /// What it is known by.
+    pub subject: Subject,
+    /// The halves of the law; most laws have one.
+    pub law: Vec<LawGroup>,
+    /// Methods that reset the whole state; a reset of a type known by trait is judged by its body.
+    pub resets: Vec<String>,
+}
+
+/// What a filter type is known by.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Subject {
+    /// Every type that implements the trait.
+    Trait(TraitName),
+}
+
+/// A law, or a half of one: its methods are alternatives, one of which runs.
+#[derive(Clone, Debug)]
+pub struct LawGroup {
+    /// The methods.
+    pub methods: Vec<String>,
+    /// How often one of them may run.
+    pub multiplicity: Multiplicity,
+}
+
+/// How often a half of a law may run in a cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Multiplicity {
+    /// Exactly once.
+    Once,
+    /// Not twice.
+    AtMostOnce,
+    /// As often as one likes.
+    Any,
+}
+
+/// A filter is known by `SampledFilter`: ceid-core's, or a trait of that name in the analysed code.
+pub(super) fn specs(index: &Index) -> Vec<FilterSpec> {
+    let mut traits: Vec<TraitName> = (0u32..)
+        .zip(&index.traits)
+        .filter(|(_, def)| def.name == "SampledFilter")
+        .map(|(number, _)| TraitName::Local(TraitId(number)))
+        .collect();
+    for def in &index.impls {
+        if let Some(TraitName::External(path)) = &def.implements
+            && is_sampled_filter_path(path)
+        {
+            traits.push(TraitName::External(path.clone()));
+        }
+    }
+    traits.push(TraitName::External("ceid_core::SampledFilter".to_owned()));
+    traits.dedup();
+    traits
+        .into_iter()
+        .map(|name| FilterSpec {
+            subject: Subject::Trait(name),
+            law: vec![LawGroup { methods: vec!["update".to_owned()], multiplicity: Multiplicity::Once }],
+            resets: vec!["reset".to_owned()],
+        })
+        .collect()
+}
+
+impl Index {
+    /// What is known of a type as a filter; `None` if it is none.
+    #[must_use]
+    pub fn filter_spec(&self, ty: &Ty) -> Option<&FilterSpec> {
+        if !matches!(ty, Ty::Adt(..) | Ty::External(..) | Ty::Param(_) | Ty::Opaque(_)) {
+            return None;
+        }
+        self.specs.iter().find(|spec| match &spec.subject {
+            Subject::Trait(name) => self.implements(ty, name),
+        })
+    }
+
+    /// The half of the law that a method of a filter runs: its number, if it is one.
+    #[must_use]
+    pub fn law_group(&self, spec: &FilterSpec, method: &str, owner: &MethodOwner) -> Option<usize> {
+        let Subject::Trait(of) = &spec.subject;
+        // A method of the same name of another trait is another method.
+        if owner.of_trait().is_some_and(|name| name != of && !self.is_filter_trait(name)) {
+            return None;
+        }
+        spec.law.iter().position(|group| group.methods.iter().any(|name| name == method))
+    }
+
+    /// Whether a trait makes filters of its types.
+    #[must_use]
+    pub fn is_filter_trait(&self, name: &TraitName) -> bool {
+        self.specs.iter().any(|spec| matches!(&spec.subject, Subject::Trait(of) if of == name))
+    }
+
+    /// How many filter types the analysed code has.
+    #[must_use]
+    pub fn filter_type_count(&self) -> usize {
+        (0u32..)
+            .zip(&self.types)
+            .filter(|(number, def)| {
+                let args = vec![Ty::Unknown; def.generics.params.len()];
+                self.filter_spec(&Ty::Adt(super::TypeId(*number), args)).is_some()
+            })
+            .count()
+    }
+}

@@ -1,0 +1,67 @@
+//! What is known of crates whose sources are not read: the prelude, and ceid-core's names.
+
+/// Where a name of the standard prelude comes from.
+pub(super) fn prelude(name: &str) -> Option<&'static str> {
+    Some(match name {
+        "Option" => "std::option::Option",
+        "Some" => "std::option::Option::Some",
+        "None" => "std::option::Option::None",
+        "Result" => "std::result::Result",
+        "Ok" => "std::result::Result::Ok",
+        "Err" => "std::result::Result::Err",
+        "Box" => "std::boxed::Box",
+        "Vec" => "std::vec::Vec",
+        "String" => "std::string::String",
+        "Iterator" => "std::iter::Iterator",
+        "IntoIterator" => "std::iter::IntoIterator",
+        "FnMut" => "std::ops::FnMut",
+        "FnOnce" => "std::ops::FnOnce",
+        "Fn" => "std::ops::Fn",
+        "drop" => "std::mem::drop",
+        "Default" => "std::default::Default",
+        "Clone" => "std::clone::Clone",
+        "Copy" => "std::marker::Copy",
+        "Send" => "std::marker::Send",
+        "Sync" => "std::marker::Sync",
+        "Drop" => "std::ops::Drop",
+        "From" => "std::convert::From",
+        "Into" => "std::convert::Into",
+        _ => return None,
+    })
+}
+
+/// One spelling for paths that mean the same: `core` and `alloc` are `std`, ceid-core's names stand at its root.
+pub(super) fn canonical(path: &str) -> String {
+    let mut parts: Vec<&str> = path.split("::").collect();
+    if matches!(parts.first(), Some(&("core" | "alloc"))) {
+        parts[0] = "std";
+    }
+    if parts.first() == Some(&"ceid_core") && parts.len() > 2 && parts[1] == "prelude" {
+        parts.remove(1);
+    }
+    parts.join("::")
+}
+
+/// The names that ceid-core exports.
+const CEID_CORE: &[&str] = &[
+    "SampledFilter", "Tick", "Rate", "Hz", "Cyclic", "CycleGuard", "CycleInfo", "Clock", "Free", "Cycle", "Counted",
+    "RealtimeFunctionality", "RealtimeThread", "Flow",
+];
+
+/// What a glob import of an unread crate's module brings in under that name, as far as it is known.
+pub(super) fn glob_member(module: &str, name: &str) -> Option<String> {
+    let is_ceid_core = module == "ceid_core" || module.starts_with("ceid_core::");
+    (is_ceid_core && CEID_CORE.contains(&name)).then(|| format!("ceid_core::{name}"))
+}
+
+/// Whether a path outside the analysed code is ceid-core's trait of filters.
+#[must_use]
+pub fn is_sampled_filter_path(path: &str) -> bool {
+    path.starts_with("ceid_core::") && path.ends_with("::SampledFilter")
+}
+
+/// Whether a path is the type of ceid-core's named guard.
+#[must_use]
+pub fn is_guard_type(path: &str) -> bool {
+    path.starts_with("ceid_core::") && path.ends_with("::CycleGuard")
+}

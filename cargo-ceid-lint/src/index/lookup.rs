@@ -1,0 +1,258 @@
+//! Impls and methods of a type. Follows no references: that is the inference's work.
+
+use super::{FunctionId, ImplId, Index, Owner, TraitName, TraitRef, Ty};
+use crate::syntax::tree::TypeRef;
+
+/// Where a method was found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum MethodOwner {
+    /// In an impl without a trait.
+    Inherent(FunctionId),
+    /// In an impl of a trait, or as the trait's default for the type.
+    Implemented(TraitName, FunctionId),
+    /// In the declaration of a trait that bounds a parameter or object: every impl may be meant.
+    Declared(TraitName, Option<FunctionId>),
+}
+
+impl MethodOwner {
+    /// The function or signature.
+    #[must_use]
+    pub fn function(&self) -> Option<FunctionId> {
+        match self {
+            Self::Inherent(id) | Self::Implemented(_, id) => Some(*id),
+            Self::Declared(_, id) => *id,
+        }
+    }
+
+    /// The trait it belongs to.
+    #[must_use]
+    pub fn of_trait(&self) -> Option<&TraitName> {
+        match self {
+            Self::Inherent(_) => None,
+            Self::Implemented(name, _) | Self::Declared(name, _) => Some(name),
+        }
+    }
+}
+
+impl Index {
+    /// Resolves the types and traits of all impls.
+    pub(super) fn link(&mut self) {
+        for number in 0..self.impls.len() {
+            let id = ImplId(u32::try_from(number).expect("fewer than 2^32 impls"));
+            let def = self.impl_def(id);
+            let scope = self.scope(def.module, Owner::Module, Some(&def.generics));
+            let self_ty = self.lower(&def.self_ref, &scope);
+            let implements = def.trait_path.as_ref().and_then(|path| self.trait_name(def.module, path));
+            match &self_ty {
+                Ty::Adt(ty, _) => self.impls_of_type.entry(*ty).or_default().push(id),
+                Ty::External(path, _) => self.impls_of_external.entry(path.clone()).or_default().push(id),
+                _ => self.impls_of_any.push(id),
+            }
+            if let Some(TraitName::Local(of)) = implements {
+                self.impls_of_trait.entry(of).or_default().push(id);
+            }
+            let def = &mut self.impls[number];
+            def.self_ty = self_ty;
+            def.implements = implements;
+        }
+    }
+
+    /// The impls whose type this is, blanket impls included whose bounds hold.
+    #[must_use]
+    pub fn impls_of(&self, ty: &Ty) -> Vec<ImplId> {
+        let mut impls = match ty {
+            Ty::Adt(id, _) => self.impls_of_type.get(id).cloned().unwrap_or_default(),
+            Ty::External(path, _) => self.impls_of_external.get(path).cloned().unwrap_or_default(),
+            _ => Vec::new(),
+        };
+        impls.extend(self.impls_of_any.iter().filter(|id| self.blanket_holds(**id, ty)));
+        impls
+    }
+
+    /// Whether an impl for a parameter, reference, array or tuple covers the type.
+    fn blanket_holds(&self, id: ImplId, ty: &Ty) -> bool {
+        let def = self.impl_def(id);
+        match (&def.self_ty, ty) {
+            (Ty::Param(param), Ty::Adt(..) | Ty::External(..)) => {
+                // An impl that asks for itself would never end.
+                param.bounds.iter().all(|bound| Some(&bound.name) != def.implements.as_ref() && self.implements(ty, &bound.name))
+            }
+            (Ty::Array(..), Ty::Array(..)) | (Ty::Slice(_), Ty::Slice(_)) => true,
+            (Ty::Tuple(left), Ty::Tuple(right)) => left.len() == right.len(),
+            (Ty::Opaque(left), Ty::Opaque(right)) => left == right,
+            _ => false,
+        }
+    }
+
+    /// Whether the type implements the trait, as far as the analysed code tells.
+    #[must_use]
+    pub fn implements(&self, ty: &Ty, name: &TraitName) -> bool {
+        match ty {
+            Ty::Param(param) => self.bounds_imply(&param.bounds, name, 0) || self.blanket_gives(&param.bounds, name),
+            Ty::Opaque(bounds) => self.bounds_imply(bounds, name, 0) || self.blanket_gives(bounds, name),
+            Ty::Adt(..) | Ty::External(..) => {
+                self.impls_of(ty).iter().any(|id| self.impl_def(*id).implements.as_ref() == Some(name))
+                    || matches!(name, TraitName::External(path) if is_auto(path))
+            }
+            _ => false,
+        }
+    }
+
+    fn bounds_imply(&self, bounds: &[TraitRef], name: &TraitName, depth: u32) -> bool {
+        depth < 8
+            && bounds.iter().any(|bound| {
+                bound.name == *name
+                    || match bound.name {
+                        TraitName::Local(id) => {
+                            let def = self.trait_def(id);
+                            let scope = self.scope(def.module, Owner::Module, Some(&def.generics));
+                            self.bounds_imply(&self.lower_bounds(&def.supertraits, &scope, 0), name, depth + 1)
+                        }
+                        TraitName::External(_) => false,
+                    }
+            })
+    }
+
+    /// Whether a blanket impl gives the trait to everything that has these bounds.
+    fn blanket_gives(&self, bounds: &[TraitRef], name: &TraitName) -> bool {
+        self.impls_of_any.iter().any(|id| {
+            let def = self.impl_def(*id);
+            let Ty::Param(param) = &def.self_ty else { return false };
+            def.implements.as_ref() == Some(name)
+                && !param.bounds.is_empty()
+                && param.bounds.iter().all(|asked| self.bounds_imply(bounds, &asked.name, 0))
+        })
+    }
+
+    /// What the parameters of an impl stand for when its type is this one.
+    #[must_use]
+    pub fn impl_args(&self, id: ImplId, ty: &Ty) -> Vec<(String, Ty)> {
+        let def = self.impl_def(id);
+        let mut map = Vec::new();
+        match_params(&def.self_ty, ty, &mut map);
+        map
+    }
+
+    /// The methods of that name of a type: inherent ones, then those of its traits.
+    #[must_use]
+    pub fn methods(&self, ty: &Ty, name: &str) -> Vec<MethodOwner> {
+        match ty {
+            Ty::Param(param) => self.bound_methods(&param.bounds, name, 0),
+            Ty::Opaque(bounds) => self.bound_methods(bounds, name, 0),
+            _ => self.impl_methods(ty, name),
+        }
+    }
+
+    fn impl_methods(&self, ty: &Ty, name: &str) -> Vec<MethodOwner> {
+        let impls = self.impls_of(ty);
+        let mut found = Vec::new();
+        for id in &impls {
+            let def = self.impl_def(*id);
+            if def.trait_path.is_none()
+                && let Some(function) = def.methods.get(name)
+            {
+                found.push(MethodOwner::Inherent(*function));
+            }
+        }
+        for id in &impls {
+            let def = self.impl_def(*id);
+            let Some(implements) = &def.implements else { continue };
+            if let Some(function) = def.methods.get(name) {
+                found.push(MethodOwner::Implemented(implements.clone(), *function));
+            } else if let TraitName::Local(of) = implements
+                && let Some(function) = self.trait_def(*of).methods.get(name)
+            {
+                found.push(MethodOwner::Implemented(implements.clone(), *function));
+            } else if let TraitName::External(path) = implements
+                && super::is_sampled_filter_path(path)
+                && name == "update"
+            {
+                found.push(MethodOwner::Declared(implements.clone(), None));
+            }
+        }
+        found
+    }
+
+    fn bound_methods(&self, bounds: &[TraitRef], name: &str, depth: u32) -> Vec<MethodOwner> {
+        let mut found = Vec::new();
+        if depth > 8 {
+            return found;
+        }
+        for bound in bounds {
+            match &bound.name {
+                TraitName::Local(id) => {
+                    let def = self.trait_def(*id);
+                    if let Some(function) = def.methods.get(name) {
+                        found.push(MethodOwner::Declared(bound.name.clone(), Some(*function)));
+                    }
+                    let scope = self.scope(def.module, Owner::Module, Some(&def.generics));
+                    let supertraits = self.lower_bounds(&def.supertraits, &scope, 0);
+                    found.extend(self.bound_methods(&supertraits, name, depth + 1));
+                    // A blanket impl gives its methods to everything that has the bound.
+                    for blanket in &self.impls_of_any {
+                        let def = self.impl_def(*blanket);
+                        if let (Ty::Param(param), Some(implements)) = (&def.self_ty, &def.implements)
+                            && param.bounds.iter().any(|asked| asked.name == bound.name)
+                            && let Some(function) = def.methods.get(name)
+                        {
+                            found.push(MethodOwner::Implemented(implements.clone(), *function));
+                        }
+                    }
+                }
+                TraitName::External(path) => {
+                    if super::is_sampled_filter_path(path) && name == "update" {
+                        found.push(MethodOwner::Declared(bound.name.clone(), None));
+                    }
+                }
+            }
+        }
+        found
+    }
+
+    /// Every body that a method declared by a trait may run: the impls' own, or the default where an impl has none.
+    #[must_use]
+    pub fn implementations(&self, name: &TraitName, method: &str) -> Vec<FunctionId> {
+        let TraitName::Local(id) = name else { return Vec::new() };
+        let default = self.trait_def(*id).methods.get(method).copied();
+        let mut found: Vec<FunctionId> = Vec::new();
+        let impls = self.impls_of_trait.get(id).map_or(&[][..], Vec::as_slice);
+        for impl_id in impls {
+            let own = self.impl_def(*impl_id).methods.get(method).copied();
+            if let Some(function) = own.or(default)
+                && !found.contains(&function)
+            {
+                found.push(function);
+            }
+        }
+        found
+    }
+
+    /// Whether the type has an impl that is not for a concrete type only: `impl Trait for T`.
+    #[must_use]
+    pub fn is_blanket(&self, id: ImplId) -> bool {
+        matches!(self.impl_def(id).self_ref, TypeRef::Path(_)) && matches!(self.impl_def(id).self_ty, Ty::Param(_))
+    }
+}
+
+/// Binds the parameters of a pattern type to the parts of a type.
+fn match_params(pattern: &Ty, ty: &Ty, map: &mut Vec<(String, Ty)>) {
+    match (pattern, ty) {
+        (Ty::Param(param), ty) if *ty != Ty::Unknown => map.push((param.name.clone(), ty.clone())),
+        (Ty::Adt(_, left), Ty::Adt(_, right))
+        | (Ty::External(_, left), Ty::External(_, right))
+        | (Ty::Tuple(left), Ty::Tuple(right)) => {
+            for (left, right) in left.iter().zip(right) {
+                match_params(left, right, map);
+            }
+        }
+        (Ty::Ref(_, left), Ty::Ref(_, right))
+        | (Ty::Array(left, _), Ty::Array(right, _))
+        | (Ty::Slice(left), Ty::Slice(right)) => match_params(left, right, map),
+        _ => {}
+    }
+}
+
+/// Traits that are taken to hold for every type.
+fn is_auto(path: &str) -> bool {
+    matches!(path, "std::marker::Send" | "std::marker::Sync" | "std::marker::Sized" | "std::marker::Unpin")
+}

@@ -1,0 +1,194 @@
+//! What a path means in a module: `use`, globs, re-exports, `crate`, `self`, `super`, extern crates, the prelude.
+
+use super::known;
+use super::{CrateId, Def, Entry, Index, ModuleId, Shape};
+
+/// Types and values have names of their own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Namespace {
+    /// Modules, types, traits.
+    Type,
+    /// Functions, constants, statics, tuple structs.
+    Value,
+}
+
+/// How many links of a chain of imports are followed: more is a cycle.
+const MAX_LINKS: u32 = 32;
+
+impl Index {
+    /// What the path means in the module; `None` if nothing is found.
+    #[must_use]
+    pub fn resolve(&self, module: ModuleId, path: &[String], namespace: Namespace) -> Option<Def> {
+        self.resolve_path(module, path, namespace, 0)
+    }
+
+    fn resolve_path(&self, module: ModuleId, path: &[String], namespace: Namespace, links: u32) -> Option<Def> {
+        if links > MAX_LINKS {
+            return None;
+        }
+        let (first, rest) = path.split_first()?;
+        let first_namespace = if rest.is_empty() { namespace } else { Namespace::Type };
+        let mut def = match first.as_str() {
+            "crate" | "$crate" => Def::Module(self.crate_of(module).root),
+            "self" => Def::Module(self.enclosing(module)),
+            "super" => Def::Module(self.module(self.enclosing(module)).parent.map(|up| self.enclosing(up))?),
+            "" => {
+                let (name, rest) = rest.split_first()?;
+                let start = self.extern_crate(self.module(module).krate, name)?;
+                return self.resolve_rest(start, rest, namespace, links);
+            }
+            name => self.resolve_first(module, name, first_namespace, rest.is_empty(), links)?,
+        };
+        if matches!(first.as_str(), "crate" | "self" | "super" | "$crate") && rest.is_empty() {
+            return Some(def);
+        }
+        if first == "super" {
+            let mut rest = rest;
+            while let (Some((next, more)), Def::Module(at)) = (rest.split_first(), &def)
+                && next == "super"
+            {
+                def = Def::Module(self.module(*at).parent.map(|up| self.enclosing(up))?);
+                rest = more;
+            }
+            return self.resolve_rest(def, rest, namespace, links);
+        }
+        self.resolve_rest(def, rest, namespace, links)
+    }
+
+    fn resolve_first(
+        &self,
+        module: ModuleId,
+        name: &str,
+        namespace: Namespace,
+        is_last: bool,
+        links: u32,
+    ) -> Option<Def> {
+        let mut scope = Some(module);
+        while let Some(at) = scope {
+            if let Some(def) = self.name_in(at, name, namespace, links) {
+                return Some(def);
+            }
+            let module = self.module(at);
+            scope = if module.is_block { module.parent } else { None };
+        }
+        if (!is_last || namespace == Namespace::Type)
+            && let Some(def) = self.extern_crate(self.module(module).krate, name)
+        {
+            return Some(def);
+        }
+        known::prelude(name).map(|path| Def::External(path.to_owned()))
+    }
+
+    fn resolve_rest(&self, start: Def, rest: &[String], namespace: Namespace, links: u32) -> Option<Def> {
+        let mut def = start;
+        for (number, name) in rest.iter().enumerate() {
+            let namespace = if number + 1 == rest.len() { namespace } else { Namespace::Type };
+            def = self.member(&def, name, namespace, links)?;
+        }
+        Some(def)
+    }
+
+    fn member(&self, def: &Def, name: &str, namespace: Namespace, links: u32) -> Option<Def> {
+        match def {
+            Def::Module(module) => self.name_in(*module, name, namespace, links),
+            Def::Type(id) => match &self.type_def(*id).shape {
+                Shape::Enum(variants) => {
+                    variants.iter().position(|variant| variant.name == name).map(|number| Def::Variant(*id, number))
+                }
+                Shape::Struct(_) => None,
+            },
+            Def::Alias(id) => {
+                let alias = &self.aliases[id.0 as usize];
+                let crate::syntax::tree::TypeRef::Path(path) = &alias.ty else { return None };
+                let target = self.resolve_path(alias.module, &segments(path), Namespace::Type, links + 1)?;
+                self.member(&target, name, namespace, links + 1)
+            }
+            Def::External(path) => Some(Def::External(known::canonical(&format!("{path}::{name}")))),
+            Def::Variant(..) | Def::Trait(_) | Def::Function(_) | Def::Value(_) => None,
+        }
+    }
+
+    /// A name in a module: its own items and imports first, then globs.
+    fn name_in(&self, module: ModuleId, name: &str, namespace: Namespace, links: u32) -> Option<Def> {
+        if links > MAX_LINKS {
+            return None;
+        }
+        let data = self.module(module);
+        match data.names.get(&(namespace, name.to_owned())) {
+            Some(Entry::Def(def)) => return Some(def.clone()),
+            Some(Entry::Import(path)) => {
+                let found = self.resolve_import(module, path, namespace, links + 1);
+                if found.is_some() {
+                    return found;
+                }
+            }
+            None => {}
+        }
+        for glob in &data.globs {
+            let found = match self.resolve_import(module, glob, Namespace::Type, links + 1) {
+                Some(Def::Module(target)) if target != module => self.name_in(target, name, namespace, links + 1),
+                Some(Def::External(path)) => known::glob_member(&path, name).map(Def::External),
+                Some(target @ (Def::Type(_) | Def::Alias(_))) => self.member(&target, name, namespace, links + 1),
+                _ => None,
+            };
+            if found.is_some() {
+                return found;
+            }
+        }
+        None
+    }
+
+    /// The path of a `use`. A name that it binds itself must not be found through the import of the same name.
+    fn resolve_import(&self, module: ModuleId, path: &[String], namespace: Namespace, links: u32) -> Option<Def> {
+        let first = path.first()?;
+        let own = self.module(module).names.get(&(Namespace::Type, first.clone()));
+        if let Some(Entry::Import(target)) = own
+            && target == path
+        {
+            // `use tokio;` or `use a::b as a;`: the first name is a crate.
+            let start = self.extern_crate(self.module(module).krate, first)?;
+            return self.resolve_rest(start, &path[1..], namespace, links);
+        }
+        if let Some(Entry::Import(target)) = own
+            && target.first() == Some(first)
+        {
+            // `use pid::Pid; use pid as pid;` and the like: the crate is meant.
+            if let Some(start) = self.extern_crate(self.module(module).krate, first) {
+                return self.resolve_rest(start, &path[1..], namespace, links);
+            }
+        }
+        self.resolve_path(module, path, namespace, links)
+    }
+
+    fn extern_crate(&self, krate: CrateId, name: &str) -> Option<Def> {
+        let info = &self.crates[krate.0 as usize];
+        match info.externs.get(name) {
+            Some((Some(id), _)) => return Some(Def::Module(self.crates[id.0 as usize].root)),
+            Some((None, package)) => return Some(Def::External(known::canonical(&package.replace('-', "_")))),
+            None => {}
+        }
+        let is_known = matches!(name, "std" | "core" | "alloc" | "ceid_core");
+        is_known.then(|| Def::External(known::canonical(name)))
+    }
+
+    /// The module itself, or the one around a block.
+    fn enclosing(&self, module: ModuleId) -> ModuleId {
+        let mut at = module;
+        while self.module(at).is_block
+            && let Some(parent) = self.module(at).parent
+        {
+            at = parent;
+        }
+        at
+    }
+}
+
+/// The names of a path.
+pub(super) fn segments(path: &crate::syntax::tree::Path) -> Vec<String> {
+    let mut names = Vec::new();
+    if path.global {
+        names.push(String::new());
+    }
+    names.extend(path.segments.iter().map(|segment| segment.name.clone()));
+    names
+}

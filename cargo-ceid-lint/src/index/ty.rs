@@ -1,0 +1,492 @@
+//! Types with their names resolved, and how a written type becomes one. Infers nothing.
+
+use std::sync::Arc;
+
+use super::names::segments;
+use super::{Def, FunctionId, ImplId, Index, ModuleId, Namespace, Owner, TraitId, TypeId};
+use crate::syntax::tree::{Bound, ConstText, GenericArg, Generics, Path, Segment, TypeRef};
+
+/// A type.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Ty {
+    /// Cannot be known.
+    Unknown,
+    /// Not known yet: a variable of the inference.
+    Var(u32),
+    /// A struct, union or enum of the analysed code, with its arguments.
+    Adt(TypeId, Vec<Ty>),
+    /// A type of a crate whose sources are not read, by its path.
+    External(String, Vec<Ty>),
+    /// `&T`, `&mut T`
+    Ref(bool, Box<Ty>),
+    /// A raw pointer.
+    Pointer(Box<Ty>),
+    /// A tuple.
+    Tuple(Vec<Ty>),
+    /// An array.
+    Array(Box<Ty>, Length),
+    /// A slice.
+    Slice(Box<Ty>),
+    /// A generic parameter with its bounds.
+    Param(Arc<ParamTy>),
+    /// `impl Trait`, `dyn Trait`, or an associated type of which only the bounds are known.
+    Opaque(Arc<Vec<TraitRef>>),
+    /// `fn(A) -> B`
+    Function(Vec<Ty>, Box<Ty>),
+    /// A function by its name.
+    FunctionItem(FunctionId),
+    /// A closure of the same body, by the number of its expression.
+    Closure(u32),
+    /// An integer.
+    Int,
+    /// A float.
+    Float,
+    /// A truth value.
+    Bool,
+    /// `str`
+    Str,
+    /// A character.
+    Char,
+    /// `!`
+    Never,
+}
+
+/// The length of an array.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
+pub struct Length {
+    /// The value, if it is known.
+    pub value: Option<u64>,
+    /// The spelling.
+    pub text: String,
+}
+
+/// A generic parameter.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct ParamTy {
+    /// Its name.
+    pub name: String,
+    /// Its bounds.
+    pub bounds: Vec<TraitRef>,
+}
+
+/// A trait by its name.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum TraitName {
+    /// Of the analysed code.
+    Local(TraitId),
+    /// Of a crate whose sources are not read, by its path.
+    External(String),
+}
+
+/// A bound.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct TraitRef {
+    /// The trait.
+    pub name: TraitName,
+    /// Its type arguments.
+    pub args: Vec<Ty>,
+    /// Its associated types as far as the bound names them.
+    pub assoc: Vec<(String, Ty)>,
+}
+
+impl Ty {
+    /// The unit type.
+    #[must_use]
+    pub fn unit() -> Self {
+        Self::Tuple(Vec::new())
+    }
+
+    /// A type of the standard library with one argument.
+    #[must_use]
+    pub fn std(path: &str, args: Vec<Self>) -> Self {
+        Self::External(path.to_owned(), args)
+    }
+
+    /// The type behind all references.
+    #[must_use]
+    pub fn peel(&self) -> &Self {
+        let mut ty = self;
+        while let Self::Ref(_, inner) = ty {
+            ty = inner;
+        }
+        ty
+    }
+
+    /// The last name of a type outside the analysed code.
+    #[must_use]
+    pub fn external_name(&self) -> Option<&str> {
+        match self {
+            Self::External(path, _) => path.rsplit("::").next(),
+            _ => None,
+        }
+    }
+
+    /// The same type with parameters replaced by name.
+    #[must_use]
+    pub fn substitute(&self, map: &[(String, Self)]) -> Self {
+        if map.is_empty() {
+            return self.clone();
+        }
+        let all = |types: &[Self]| types.iter().map(|ty| ty.substitute(map)).collect::<Vec<_>>();
+        match self {
+            Self::Param(param) => {
+                map.iter().find(|(name, _)| *name == param.name).map_or_else(|| self.clone(), |(_, ty)| ty.clone())
+            }
+            Self::Adt(id, args) => Self::Adt(*id, all(args)),
+            Self::External(path, args) => Self::External(path.clone(), all(args)),
+            Self::Ref(mutable, inner) => Self::Ref(*mutable, Box::new(inner.substitute(map))),
+            Self::Pointer(inner) => Self::Pointer(Box::new(inner.substitute(map))),
+            Self::Tuple(types) => Self::Tuple(all(types)),
+            Self::Array(inner, length) => Self::Array(Box::new(inner.substitute(map)), length.clone()),
+            Self::Slice(inner) => Self::Slice(Box::new(inner.substitute(map))),
+            Self::Function(params, output) => Self::Function(all(params), Box::new(output.substitute(map))),
+            Self::Opaque(bounds) => {
+                let replaced = bounds.iter().map(|bound| TraitRef {
+                    name: bound.name.clone(),
+                    args: all(&bound.args),
+                    assoc: bound.assoc.iter().map(|(name, ty)| (name.clone(), ty.substitute(map))).collect(),
+                });
+                Self::Opaque(Arc::new(replaced.collect()))
+            }
+            Self::Unknown
+            | Self::Var(_)
+            | Self::FunctionItem(_)
+            | Self::Closure(_)
+            | Self::Int
+            | Self::Float
+            | Self::Bool
+            | Self::Str
+            | Self::Char
+            | Self::Never => self.clone(),
+        }
+    }
+}
+
+/// Where a written type is read.
+#[derive(Clone, Debug)]
+pub struct TyScope<'a> {
+    /// The module.
+    pub module: ModuleId,
+    /// What `Self` means.
+    pub self_ty: Option<Ty>,
+    /// The trait in whose declaration it stands.
+    pub self_trait: Option<TraitId>,
+    /// The impl in which it stands.
+    pub self_impl: Option<ImplId>,
+    /// The parameters in scope, innermost first.
+    pub generics: Vec<&'a Generics>,
+}
+
+/// How deep types are followed: more is a cycle of aliases.
+const MAX_DEPTH: u32 = 24;
+
+impl Index {
+    /// The scope of a function's, constant's or type's signature.
+    #[must_use]
+    pub fn scope<'a>(&'a self, module: ModuleId, owner: Owner, generics: Option<&'a Generics>) -> TyScope<'a> {
+        let mut all: Vec<&Generics> = generics.into_iter().collect();
+        let mut scope = TyScope { module, self_ty: None, self_trait: None, self_impl: None, generics: Vec::new() };
+        match owner {
+            Owner::Module => {}
+            Owner::Impl(id) => {
+                let def = self.impl_def(id);
+                all.push(&def.generics);
+                scope.self_ty = Some(def.self_ty.clone());
+                scope.self_impl = Some(id);
+            }
+            Owner::Trait(id) => {
+                let def = self.trait_def(id);
+                all.push(&def.generics);
+                let own = TraitRef { name: TraitName::Local(id), args: Vec::new(), assoc: Vec::new() };
+                scope.self_ty =
+                    Some(Ty::Param(Arc::new(ParamTy { name: "Self".to_owned(), bounds: vec![own] })));
+                scope.self_trait = Some(id);
+            }
+        }
+        scope.generics = all;
+        scope
+    }
+
+    /// The written type with its names resolved.
+    #[must_use]
+    pub fn lower(&self, ty: &TypeRef, scope: &TyScope<'_>) -> Ty {
+        self.lower_at(ty, scope, 0)
+    }
+
+    fn lower_at(&self, ty: &TypeRef, scope: &TyScope<'_>, depth: u32) -> Ty {
+        if depth > MAX_DEPTH {
+            return Ty::Unknown;
+        }
+        let go = |inner: &TypeRef| self.lower_at(inner, scope, depth + 1);
+        match ty {
+            TypeRef::Path(path) => self.lower_path(path, scope, depth + 1),
+            TypeRef::Reference { mutable, inner } => Ty::Ref(*mutable, Box::new(go(inner))),
+            TypeRef::Pointer(inner) => Ty::Pointer(Box::new(go(inner))),
+            TypeRef::Tuple(types) => Ty::Tuple(types.iter().map(go).collect()),
+            TypeRef::Array(inner, length) => Ty::Array(Box::new(go(inner)), self.length(length, scope)),
+            TypeRef::Slice(inner) => Ty::Slice(Box::new(go(inner))),
+            TypeRef::ImplTrait(bounds) | TypeRef::DynTrait(bounds) => {
+                Ty::Opaque(Arc::new(self.lower_bounds(bounds, scope, depth + 1)))
+            }
+            TypeRef::FnPointer(params, output) => {
+                Ty::Function(params.iter().map(go).collect(), Box::new(go(output)))
+            }
+            TypeRef::Never => Ty::Never,
+            TypeRef::Infer | TypeRef::Unknown => Ty::Unknown,
+        }
+    }
+
+    /// The length of an array: a literal, or a constant of the analysed code that is one.
+    #[must_use]
+    pub fn length(&self, length: &ConstText, scope: &TyScope<'_>) -> Length {
+        let value = length.value.or_else(|| {
+            let names: Vec<String> = length.text.split("::").map(str::to_owned).collect();
+            self.const_value(scope, &names)
+        });
+        Length { value, text: length.text.clone() }
+    }
+
+    /// The value of an integer constant of the analysed code.
+    #[must_use]
+    pub fn const_value(&self, scope: &TyScope<'_>, names: &[String]) -> Option<u64> {
+        let value = if let [owner, name] = names
+            && owner == "Self"
+        {
+            *self.impl_def(scope.self_impl?).consts.get(name)?
+        } else {
+            match self.resolve(scope.module, names, Namespace::Value)? {
+                Def::Value(id) => id,
+                _ => return None,
+            }
+        };
+        let body = self.value(value).item.value.as_ref()?;
+        match &body.expr(body.root).kind {
+            crate::syntax::tree::ExprKind::Literal(crate::syntax::tree::Literal::Int(value, _)) => *value,
+            _ => None,
+        }
+    }
+
+    pub(super) fn lower_bounds(&self, bounds: &[Bound], scope: &TyScope<'_>, depth: u32) -> Vec<TraitRef> {
+        bounds.iter().filter_map(|bound| self.lower_bound(bound, scope, depth)).collect()
+    }
+
+    fn lower_bound(&self, bound: &Bound, scope: &TyScope<'_>, depth: u32) -> Option<TraitRef> {
+        let name = self.trait_name(scope.module, bound)?;
+        let mut args = Vec::new();
+        let mut assoc = Vec::new();
+        for arg in &bound.segments.last()?.args {
+            match arg {
+                GenericArg::Type(ty) => args.push(self.lower_at(ty, scope, depth + 1)),
+                GenericArg::Assoc(name, ty) => assoc.push((name.clone(), self.lower_at(ty, scope, depth + 1))),
+                GenericArg::Const(_) | GenericArg::Constraint(..) => {}
+            }
+        }
+        Some(TraitRef { name, args, assoc })
+    }
+
+    /// The trait that a path names.
+    #[must_use]
+    pub fn trait_name(&self, module: ModuleId, path: &Path) -> Option<TraitName> {
+        match self.resolve(module, &segments(path), Namespace::Type) {
+            Some(Def::Trait(id)) => Some(TraitName::Local(id)),
+            Some(Def::External(path)) => Some(TraitName::External(path)),
+            Some(_) => None,
+            None => Some(TraitName::External(path.text())),
+        }
+    }
+
+    fn lower_path(&self, path: &Path, scope: &TyScope<'_>, depth: u32) -> Ty {
+        if depth > MAX_DEPTH {
+            return Ty::Unknown;
+        }
+        if let Some(self_ty) = &path.self_ty {
+            let base = self.lower_at(self_ty, scope, depth + 1);
+            return self.project(&base, path.last());
+        }
+        let [first, rest @ ..] = path.segments.as_slice() else { return Ty::Unknown };
+        if !path.global {
+            let base = match first.name.as_str() {
+                "Self" => scope.self_ty.clone(),
+                name => self.generic_param(name, scope, depth),
+            };
+            if let Some(base) = base {
+                return match rest {
+                    [] => base,
+                    [assoc] => self.project_in(&base, &assoc.name, scope, depth),
+                    _ => Ty::Unknown,
+                };
+            }
+            if rest.is_empty()
+                && let Some(primitive) = primitive(&first.name)
+            {
+                return primitive;
+            }
+        }
+        let args = self.lower_args(path.segments.last(), scope, depth);
+        match self.resolve(scope.module, &segments(path), Namespace::Type) {
+            Some(Def::Type(id)) => Ty::Adt(id, self.complete_args(id, args)),
+            Some(Def::Alias(id)) => {
+                let alias = &self.aliases[id.0 as usize];
+                let inner = TyScope {
+                    module: alias.module,
+                    self_ty: None,
+                    self_trait: None,
+                    self_impl: None,
+                    generics: vec![&alias.generics],
+                };
+                let target = self.lower_at(&alias.ty, &inner, depth + 1);
+                target.substitute(&named_args(&alias.generics, &args))
+            }
+            Some(Def::Trait(id)) => {
+                Ty::Opaque(Arc::new(vec![TraitRef { name: TraitName::Local(id), args, assoc: Vec::new() }]))
+            }
+            Some(Def::External(path)) => Ty::External(path, args),
+            Some(Def::Module(_) | Def::Variant(..) | Def::Function(_) | Def::Value(_)) => Ty::Unknown,
+            None => Ty::External(format!("?::{}", path.text()), args),
+        }
+    }
+
+    fn lower_args(&self, segment: Option<&Segment>, scope: &TyScope<'_>, depth: u32) -> Vec<Ty> {
+        let args = segment.map_or(&[][..], |segment| &segment.args);
+        args.iter()
+            .filter_map(|arg| match arg {
+                GenericArg::Type(ty) => Some(self.lower_at(ty, scope, depth + 1)),
+                GenericArg::Const(_) => Some(Ty::Unknown),
+                GenericArg::Assoc(..) | GenericArg::Constraint(..) => None,
+            })
+            .collect()
+    }
+
+    fn complete_args(&self, id: TypeId, mut args: Vec<Ty>) -> Vec<Ty> {
+        let wanted = self.type_def(id).generics.params.len();
+        args.resize(wanted, Ty::Unknown);
+        args
+    }
+
+    fn generic_param(&self, name: &str, scope: &TyScope<'_>, depth: u32) -> Option<Ty> {
+        let mut bounds = Vec::new();
+        let mut found = false;
+        for generics in &scope.generics {
+            for param in generics.params.iter().filter(|param| param.name == name && !param.is_const) {
+                found = true;
+                bounds.extend(self.lower_bounds(&param.bounds, scope, depth + 8));
+            }
+            for (subject, more) in &generics.predicates {
+                if matches!(subject, TypeRef::Path(path) if path.ident() == Some(name)) {
+                    bounds.extend(self.lower_bounds(more, scope, depth + 8));
+                }
+            }
+        }
+        found.then(|| Ty::Param(Arc::new(ParamTy { name: name.to_owned(), bounds })))
+    }
+
+    fn project_in(&self, base: &Ty, name: &str, scope: &TyScope<'_>, depth: u32) -> Ty {
+        let found = self.project(base, name);
+        if found != Ty::Unknown {
+            return found;
+        }
+        if let Some(id) = scope.self_impl
+            && scope.self_ty.as_ref() == Some(base)
+            && let Some(ty) = self.impl_def(id).types.get(name)
+        {
+            return self.lower_at(ty, scope, depth + 1);
+        }
+        Ty::Unknown
+    }
+
+    /// An associated type of a type: what an impl says, or the bounds that the trait asks for.
+    #[must_use]
+    pub fn project(&self, base: &Ty, name: &str) -> Ty {
+        let bounds = match base {
+            Ty::Param(param) => &param.bounds,
+            Ty::Opaque(bounds) => &**bounds,
+            _ => {
+                for id in self.impls_of(base) {
+                    let def = self.impl_def(id);
+                    if let Some(ty) = def.types.get(name) {
+                        let scope = self.scope(def.module, Owner::Impl(id), None);
+                        return self.lower(ty, &scope).substitute(&self.impl_args(id, base));
+                    }
+                }
+                return Ty::Unknown;
+            }
+        };
+        for bound in bounds {
+            if let Some((_, ty)) = bound.assoc.iter().find(|(assoc, _)| assoc == name) {
+                return ty.clone();
+            }
+            if let TraitName::Local(id) = bound.name {
+                let def = self.trait_def(id);
+                if let Some(bounds) = def.types.get(name) {
+                    let scope = self.scope(def.module, Owner::Module, Some(&def.generics));
+                    return Ty::Opaque(Arc::new(self.lower_bounds(bounds, &scope, 0)));
+                }
+            }
+        }
+        Ty::Unknown
+    }
+
+    /// The type of a field; `variant` is the number of an enum's variant.
+    #[must_use]
+    pub fn field_ty(&self, ty: &Ty, variant: Option<usize>, field: &str) -> Option<Ty> {
+        let Ty::Adt(id, args) = ty else { return None };
+        let def = self.type_def(*id);
+        let fields = match (&def.shape, variant) {
+            (super::Shape::Struct(fields), None) => fields,
+            (super::Shape::Enum(variants), Some(number)) => &variants.get(number)?.fields,
+            _ => return None,
+        };
+        let field = fields.fields.iter().find(|candidate| candidate.name == field)?;
+        let scope = self.scope(def.module, Owner::Module, Some(&def.generics));
+        let scope = TyScope { self_ty: Some(ty.clone()), ..scope };
+        Some(self.lower(&field.ty, &scope).substitute(&named_args(&def.generics, args)))
+    }
+
+    /// The name of a type as a reader knows it: `KalmanF`, `Pid<f32>` without its arguments.
+    #[must_use]
+    pub fn type_name(&self, ty: &Ty) -> String {
+        match ty {
+            Ty::Adt(id, _) => self.type_def(*id).name.clone(),
+            Ty::External(path, _) => path.rsplit("::").next().unwrap_or(path).to_owned(),
+            Ty::Ref(_, inner) | Ty::Pointer(inner) => self.type_name(inner),
+            Ty::Param(param) => param.name.clone(),
+            Ty::Opaque(bounds) => {
+                let names: Vec<String> = bounds.iter().map(|bound| self.trait_text(&bound.name)).collect();
+                format!("dyn {}", names.join(" + "))
+            }
+            Ty::Array(inner, _) | Ty::Slice(inner) => self.type_name(inner),
+            _ => "_".to_owned(),
+        }
+    }
+
+    /// The last name of a trait.
+    #[must_use]
+    pub fn trait_text(&self, name: &TraitName) -> String {
+        match name {
+            TraitName::Local(id) => self.trait_def(*id).name.clone(),
+            TraitName::External(path) => path.rsplit("::").next().unwrap_or(path).to_owned(),
+        }
+    }
+}
+
+/// Parameters and the arguments given for them, by name.
+pub(super) fn named_args(generics: &Generics, args: &[Ty]) -> Vec<(String, Ty)> {
+    generics
+        .params
+        .iter()
+        .zip(args)
+        .filter(|(_, ty)| **ty != Ty::Unknown)
+        .map(|(param, ty)| (param.name.clone(), ty.clone()))
+        .collect()
+}
+
+fn primitive(name: &str) -> Option<Ty> {
+    Some(match name {
+        "u8" | "u16" | "u32" | "u64" | "u128" | "usize" | "i8" | "i16" | "i32" | "i64" | "i128" | "isize" => Ty::Int,
+        "f32" | "f64" => Ty::Float,
+        "bool" => Ty::Bool,
+        "str" => Ty::Str,
+        "char" => Ty::Char,
+        _ => return None,
+    })
+}

@@ -1,0 +1,247 @@
+//! What methods of the standard library (and of crates that follow its shapes) give back.
+
+use crate::index::Ty;
+
+/// Pointers and wrappers that hand out their content by themselves (`Deref`).
+#[must_use]
+pub fn is_pointer(name: &str) -> bool {
+    matches!(
+        name,
+        "Box" | "Rc" | "Arc" | "Pin" | "MutexGuard" | "RwLockReadGuard" | "RwLockWriteGuard" | "RefMut" | "Ref"
+            | "ManuallyDrop" | "Cow" | "LockResult" | "MappedMutexGuard" | "Guard" | "Reverse" | "Wrapping" | "AssertUnwindSafe"
+            | "OwnedMutexGuard" | "SpinMutexGuard" | "LazyLock" | "Lazy" | "LazyCell" | "CachePadded"
+    )
+}
+
+/// Wrappers whose payload is the same instance as the wrapper: looking through them changes no name.
+#[must_use]
+pub fn is_transparent(name: &str) -> bool {
+    is_pointer(name) || is_cell(name) || matches!(name, "Option" | "Result" | "MaybeUninit" | "Poll" | "OnceCell" | "OnceLock" | "StaticCell")
+}
+
+/// Cells and locks.
+pub(super) fn is_cell(name: &str) -> bool {
+    matches!(
+        name,
+        "Mutex" | "RwLock" | "RefCell" | "Cell" | "UnsafeCell" | "SpinMutex" | "FairMutex" | "ReentrantMutex" | "CriticalSectionMutex"
+            | "NoopMutex" | "ThreadModeMutex" | "BlockingMutex" | "AtomicRefCell" | "Locked" | "SyncUnsafeCell"
+    )
+}
+
+/// Whether a method name locks or borrows the content of a cell.
+pub(super) fn opens_cell(method: &str) -> bool {
+    matches!(
+        method,
+        "lock" | "try_lock" | "write" | "read" | "try_write" | "try_read" | "borrow_mut" | "borrow" | "try_borrow_mut"
+            | "try_borrow" | "get_mut" | "lock_arc" | "blocking_lock" | "borrow_ref_mut" | "borrow_ref" | "as_ptr"
+            | "lock_owned" | "blocking_write" | "blocking_read" | "upgradable_read"
+    )
+}
+
+/// An iterator over items of a type.
+pub(super) fn iterator(item: Ty) -> Ty {
+    Ty::std("std::iter::Iterator", vec![item])
+}
+
+fn option(inner: Ty) -> Ty {
+    Ty::std("std::option::Option", vec![inner])
+}
+
+fn reference(inner: Ty) -> Ty {
+    Ty::Ref(true, Box::new(inner))
+}
+
+fn arg(args: &[Ty], at: usize) -> Ty {
+    args.get(at).cloned().unwrap_or(Ty::Unknown)
+}
+
+/// The type of the items of a collection or iterator; `by_ref` for one that is borrowed.
+pub(super) fn item_of(ty: &Ty, by_ref: bool) -> Option<Ty> {
+    let wrap = |inner: Ty| if by_ref { reference(inner) } else { inner };
+    match ty {
+        Ty::Ref(_, inner) => item_of(inner, true),
+        Ty::Array(inner, _) | Ty::Slice(inner) => Some(wrap((**inner).clone())),
+        Ty::External(path, args) => match path.rsplit("::").next().unwrap_or("") {
+            "Iterator" | "Range" => Some(arg(args, 0)),
+            "Vec" | "VecDeque" | "ArrayVec" | "SmallVec" | "Option" | "HashSet" | "BTreeSet" | "LinkedList" | "BinaryHeap"
+            | "Deque" => Some(wrap(arg(args, 0))),
+            "HashMap" | "BTreeMap" | "IndexMap" | "FnvIndexMap" | "LinearMap" => {
+                Some(Ty::Tuple(vec![wrap(arg(args, 0)), wrap(arg(args, 1))]))
+            }
+            "Box" | "Pin" | "Arc" | "Rc" | "MutexGuard" | "RefMut" | "LockResult" => item_of(&arg(args, 0), by_ref),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+/// What a method of a known wrapper, collection or iterator gives back; `None` if the method is not known.
+/// `closure` is what the first closure among the arguments gives back; `args` are the types of the arguments.
+pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&Ty>) -> Option<Ty> {
+    match receiver {
+        Ty::Array(inner, _) | Ty::Slice(inner) => sequence_method(inner, method, closure),
+        Ty::External(path, params) => {
+            let name = path.rsplit("::").next().unwrap_or("");
+            let inner = arg(params, 0);
+            match name {
+                "Option" | "Result" | "LockResult" | "Poll" => optional_method(name, &inner, params, method, args, closure),
+                "Iterator" | "Range" => iterator_method(&inner, method, args, closure),
+                "Vec" | "VecDeque" | "ArrayVec" | "SmallVec" | "Deque" => sequence_method(&inner, method, closure),
+                "HashMap" | "BTreeMap" | "IndexMap" | "FnvIndexMap" | "LinearMap" => {
+                    map_method(&inner, &arg(params, 1), method)
+                }
+                "Entry" => matches!(method, "or_insert" | "or_insert_with" | "or_default" | "or_insert_with_key")
+                    .then(|| reference(inner)),
+                "Pin" => matches!(method, "as_mut" | "get_mut" | "as_ref" | "get_unchecked_mut" | "into_inner")
+                    .then(|| reference(inner)),
+                "Box" | "Rc" | "Arc" => match method {
+                    "as_mut" | "as_ref" | "borrow_mut" | "borrow" if !is_cell_type(&inner) => Some(reference(inner)),
+                    "clone" => Some(receiver.clone()),
+                    _ => None,
+                },
+                "MaybeUninit" => matches!(method, "assume_init_mut" | "write" | "assume_init_ref" | "as_mut_ptr" | "assume_init")
+                    .then(|| reference(inner)),
+                _ if is_cell(name) => cell_method(&inner, method, closure),
+                _ => None,
+            }
+        }
+        _ => None,
+    }
+}
+
+fn is_cell_type(ty: &Ty) -> bool {
+    ty.external_name().is_some_and(is_cell)
+}
+
+fn cell_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty> {
+    if let Some(result) = closure {
+        return matches!(method, "lock" | "with" | "lock_mut" | "with_mut" | "borrow" | "write" | "read").then(|| result.clone());
+    }
+    if opens_cell(method) {
+        return Some(Ty::std("std::sync::LockResult", vec![reference(inner.clone())]));
+    }
+    match method {
+        "into_inner" | "replace" | "take" | "get" => Some(inner.clone()),
+        _ => None,
+    }
+}
+
+fn optional_method(name: &str, inner: &Ty, params: &[Ty], method: &str, args: &[Ty], closure: Option<&Ty>) -> Option<Ty> {
+    let own = |ty: Ty| {
+        if name == "Option" || name == "Poll" {
+            option(ty)
+        } else {
+            Ty::std("std::result::Result", vec![ty, arg(params, 1)])
+        }
+    };
+    Some(match method {
+        "as_mut" | "as_ref" | "as_deref_mut" | "as_deref" | "as_pin_mut" => own(reference(inner.clone())),
+        "unwrap" | "expect" | "unwrap_or" | "unwrap_or_else" | "unwrap_or_default" | "unwrap_unchecked" | "into_inner" => {
+            inner.clone()
+        }
+        "get_or_insert_with" | "get_or_insert" | "insert" | "get_or_init" | "init" => reference(inner.clone()),
+        "take" | "replace" | "ok" | "cloned" | "copied" | "or" | "or_else" | "filter" | "inspect" => option(inner.clone()),
+        "map_err" | "context" | "with_context" | "ok_or" | "ok_or_else" => {
+            Ty::std("std::result::Result", vec![inner.clone(), Ty::Unknown])
+        }
+        "map" => own(closure.cloned().unwrap_or(Ty::Unknown)),
+        "and_then" | "map_or" | "map_or_else" => closure.cloned().unwrap_or(Ty::Unknown),
+        "err" => option(arg(params, 1)),
+        "zip" => option(Ty::Tuple(vec![inner.clone(), args.first().and_then(|ty| item_of(ty, false)).unwrap_or(Ty::Unknown)])),
+        "iter" | "iter_mut" => iterator(reference(inner.clone())),
+        "into_iter" => iterator(inner.clone()),
+        "is_some" | "is_none" | "is_ok" | "is_err" | "is_some_and" | "is_ok_and" | "is_none_or" => Ty::Bool,
+        _ => return None,
+    })
+}
+
+fn sequence_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty> {
+    let slice = || reference(Ty::Slice(Box::new(inner.clone())));
+    Some(match method {
+        "iter_mut" | "iter" => iterator(reference(inner.clone())),
+        "into_iter" | "drain" => iterator(inner.clone()),
+        "get_mut" | "get" | "first_mut" | "last_mut" | "first" | "last" | "back_mut" | "front_mut" => {
+            option(reference(inner.clone()))
+        }
+        "get_unchecked_mut" | "get_unchecked" => reference(inner.clone()),
+        "pop" | "pop_front" | "pop_back" => option(inner.clone()),
+        "remove" | "swap_remove" => inner.clone(),
+        "chunks_mut" | "chunks" | "chunks_exact_mut" | "chunks_exact" | "windows" => iterator(slice()),
+        "split_at_mut" => Ty::Tuple(vec![slice(), slice()]),
+        "split_first_mut" => option(Ty::Tuple(vec![reference(inner.clone()), slice()])),
+        "as_mut_slice" | "as_slice" | "as_mut" | "as_ref" => slice(),
+        "map" | "each_mut" => closure.cloned().unwrap_or(Ty::Unknown),
+        "len" | "capacity" => Ty::Int,
+        "is_empty" | "contains" => Ty::Bool,
+        "push" | "push_back" | "insert" | "clear" | "truncate" | "swap" | "fill" | "reverse" | "extend" | "resize_with" => {
+            Ty::unit()
+        }
+        _ => return None,
+    })
+}
+
+fn map_method(key: &Ty, value: &Ty, method: &str) -> Option<Ty> {
+    Some(match method {
+        "get_mut" | "get" => option(reference(value.clone())),
+        "remove" | "insert" => option(value.clone()),
+        "values_mut" | "values" => iterator(reference(value.clone())),
+        "into_values" => iterator(value.clone()),
+        "iter_mut" | "iter" => iterator(Ty::Tuple(vec![reference(key.clone()), reference(value.clone())])),
+        "entry" => Ty::std("std::collections::Entry", vec![value.clone()]),
+        "keys" => iterator(reference(key.clone())),
+        "len" => Ty::Int,
+        "is_empty" | "contains_key" => Ty::Bool,
+        _ => return None,
+    })
+}
+
+fn iterator_method(item: &Ty, method: &str, args: &[Ty], closure: Option<&Ty>) -> Option<Ty> {
+    let other = || args.first().and_then(|ty| item_of(ty, false)).unwrap_or(Ty::Unknown);
+    Some(match method {
+        "zip" => iterator(Ty::Tuple(vec![item.clone(), other()])),
+        "enumerate" => iterator(Ty::Tuple(vec![Ty::Int, item.clone()])),
+        "rev" | "skip" | "take" | "step_by" | "cycle" | "filter" | "by_ref" | "chain" | "peekable" | "inspect" | "take_while"
+        | "skip_while" | "fuse" | "into_iter" | "cloned" | "copied" => iterator(item.clone()),
+        "map" => iterator(closure.cloned().unwrap_or(Ty::Unknown)),
+        "filter_map" | "flat_map" | "map_while" | "scan" => {
+            iterator(closure.and_then(|ty| item_of(ty, false)).unwrap_or(Ty::Unknown))
+        }
+        "next" | "last" | "nth" | "find" | "min_by_key" | "max_by_key" | "min_by" | "max_by" | "next_back" | "reduce" => {
+            option(item.clone())
+        }
+        "for_each" => Ty::unit(),
+        "fold" => args.first().cloned().unwrap_or(Ty::Unknown),
+        "count" | "position" | "len" => Ty::Int,
+        "all" | "any" => Ty::Bool,
+        "sum" | "product" | "collect" | "max" | "min" | "unzip" | "partition" | "try_for_each" | "try_fold" => Ty::Unknown,
+        _ => return None,
+    })
+}
+
+/// What the first parameter of a closure is that is passed to a method of a known type.
+pub(super) fn closure_params(receiver: &Ty, method: &str, args: &[Ty]) -> Vec<Ty> {
+    let Ty::External(path, params) = receiver else {
+        return match receiver {
+            Ty::Array(inner, _) | Ty::Slice(inner) => vec![(**inner).clone()],
+            _ => Vec::new(),
+        };
+    };
+    let name = path.rsplit("::").next().unwrap_or("");
+    let inner = arg(params, 0);
+    if is_cell(name) {
+        return vec![reference(inner)];
+    }
+    match (name, method) {
+        ("Iterator" | "Range", "fold" | "try_fold" | "scan") => vec![args.first().cloned().unwrap_or(Ty::Unknown), inner],
+        ("Iterator" | "Range", "filter" | "inspect" | "take_while" | "skip_while" | "find" | "max_by_key" | "min_by_key") => {
+            vec![Ty::Ref(false, Box::new(inner))]
+        }
+        ("Iterator" | "Range", _) => vec![inner],
+        ("Option" | "Poll", "map" | "and_then" | "map_or" | "map_or_else" | "is_some_and" | "inspect") => vec![inner],
+        ("Result" | "LockResult", "map" | "and_then" | "map_or" | "is_ok_and" | "inspect") => vec![inner],
+        ("Result", "map_err" | "or_else" | "unwrap_or_else" | "inspect_err") => vec![arg(params, 1)],
+        ("Vec", "retain" | "retain_mut" | "sort_by_key" | "drain_filter") => vec![reference(inner)],
+        ("HashMap" | "BTreeMap", "retain") => vec![reference(inner), reference(arg(params, 1))],
+        _ => Vec::new(),
+    }
+}
