@@ -74,6 +74,8 @@ pub struct ControlFlowGraph {
     pub subjects: Vec<Subject>,
     /// The guards.
     pub guards: Vec<GuardInfo>,
+    /// Which variables were computed from which: the first from the second.
+    pub derived: Vec<(Var, Var)>,
     /// Set if the function was too large or too deep to be followed to its end.
     pub truncated: Option<Cause>,
 }
@@ -186,6 +188,8 @@ pub struct Update {
     pub by_guard: bool,
     /// The variables that its arguments read.
     pub fed: Vec<Var>,
+    /// The variables that its result goes into.
+    pub into: Vec<Var>,
 }
 
 /// A value given to a place.
@@ -229,6 +233,10 @@ pub struct CallSite {
     pub text: String,
     /// Set if it is a filter's own law: only what lies inside the filter is looked at.
     pub is_law: bool,
+    /// The variables that its arguments read, `self` left out.
+    pub fed: Vec<Var>,
+    /// The variables that its result goes into.
+    pub into: Vec<Var>,
 }
 
 /// An argument of a call.

@@ -213,7 +213,7 @@ impl IndexKey {
 
 /// Whether a type of the analysed code is a filter or has one among its fields.
 #[must_use]
-pub fn holds_filter(index: &crate::index::Index, ty: &crate::index::Ty) -> bool {
+pub(crate) fn holds_filter(index: &crate::index::Index, ty: &crate::index::Ty) -> bool {
     holds_at(index, ty, 0)
 }
 

@@ -24,8 +24,8 @@ pub struct Subject {
     pub key: String,
     /// The places that its value depends on; when one is written, nothing is known of the subject any more.
     pub reads: Vec<Place>,
-    /// The variable whose value it is, if it is one.
-    pub var: Option<Var>,
+    /// The place whose value it is, if it is one.
+    pub whole: Option<Place>,
     /// The heads that something asks for or assigns, in the order of their bits.
     pub heads: Vec<Head>,
     /// Whether the heads are all there are (once they are all listed).

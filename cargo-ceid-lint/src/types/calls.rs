@@ -14,7 +14,7 @@ enum Value {
     Assoc(Vec<MethodOwner>, Option<Ty>),
     /// `Type::name` of a type outside the analysed code.
     ExternalAssoc(Ty, String),
-    Unknown(String),
+    Unknown,
 }
 
 impl Infer<'_> {
@@ -32,7 +32,7 @@ impl Infer<'_> {
                 Some(function) => Ty::FunctionItem(function),
                 None => Ty::Unknown,
             },
-            Value::ExternalAssoc(..) | Value::Unknown(_) => Ty::Unknown,
+            Value::ExternalAssoc(..) | Value::Unknown => Ty::Unknown,
         }
     }
 
@@ -101,7 +101,7 @@ impl Infer<'_> {
             if prefix.segments.is_empty() {
                 return match self.path_def(path) {
                     Some(def) => Value::Def(def),
-                    None => Value::Unknown(path.text()),
+                    None => Value::Unknown,
                 };
             }
             let names: Vec<String> = prefix.segments.iter().map(|segment| segment.name.clone()).collect();
@@ -126,7 +126,7 @@ impl Infer<'_> {
                 Ty::External(..) => Value::ExternalAssoc(owner, name),
                 _ => match self.path_def(path) {
                     Some(def) => Value::Def(def),
-                    None => Value::Unknown(path.text()),
+                    None => Value::Unknown,
                 },
             };
         }
@@ -235,7 +235,7 @@ impl Infer<'_> {
                 self.call_assoc(id, owner, ty, path.last(), args, expected)
             }
             Value::ExternalAssoc(ty, name) => self.call_external_assoc(id, ty, &name, args),
-            Value::Def(_) | Value::Unknown(_) => {
+            Value::Def(_) | Value::Unknown => {
                 for arg in args {
                     self.expr(*arg, None);
                 }

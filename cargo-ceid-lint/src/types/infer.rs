@@ -149,11 +149,6 @@ impl Infer<'_> {
         }
     }
 
-    /// The type of an expression that was walked, with its outermost variable replaced.
-    pub(super) fn known(&self, id: ExprId) -> Ty {
-        self.variables.shallow(&self.typed.expr_ty[id.0 as usize])
-    }
-
     /// The scope of an owner's own signature.
     pub(super) fn owner_scope(&self, module: ModuleId, owner: Owner) -> TyScope<'_> {
         self.index.scope(module, owner, None)

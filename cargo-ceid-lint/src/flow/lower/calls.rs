@@ -3,7 +3,7 @@
 use super::{Builder, Value};
 use crate::flow::{Argument, CallSite, Cause, Effect, IndexKey, Place, Update, Var};
 use crate::index::{Def, FunctionId, Ty};
-use crate::syntax::tree::{BlockKind, ExprId, ExprKind, TypeRef};
+use crate::syntax::tree::{BlockKind, ExprId, ExprKind};
 use crate::types::{Callee, Resolved};
 
 impl Builder<'_> {
@@ -143,12 +143,13 @@ impl Builder<'_> {
         };
         let mut fed = Vec::new();
         for arg in exprs.iter().skip(usize::from(resolved.has_receiver)) {
-            fed.extend(self.about(*arg).reads.iter().filter_map(Place::base_var));
+            fed.extend(self.reads_of(*arg));
         }
+        let into = self.targets.clone();
         // What lies inside a composite filter is updated by its law's body.
         let result = self.emit_call(id, &resolved.targets, exprs, values, true);
         if let Some(place) = self_place {
-            let update = Update { place, law, method, by_guard: false, fed };
+            let update = Update { place, law, method, by_guard: false, fed, into };
             self.emit(Effect::Update(update), self.span(id));
         }
         let is_owned = !matches!(self.ty(id), Ty::Ref(..));
@@ -162,13 +163,23 @@ impl Builder<'_> {
             .iter()
             .zip(values)
             .map(|(expr, value)| Argument {
-                place: value.place.clone().filter(|_| self.may_hold_filter(self.ty(*expr))),
+                place: value.place.clone().filter(|_| !is_plain(self.ty(*expr))),
                 index: self.argument_index(*expr, value),
                 is_shared: self.is_shared(*expr),
             })
             .collect();
         let text = self.text(id);
-        let site = CallSite { targets: targets.to_vec(), args, result, text, is_law };
+        let mut fed = Vec::new();
+        for arg in exprs.iter().skip(1) {
+            fed.extend(self.reads_of(*arg));
+        }
+        if !matches!(self.body().expr(id).kind, ExprKind::MethodCall { .. })
+            && let Some(first) = exprs.first()
+        {
+            fed.extend(self.reads_of(*first));
+        }
+        let into = self.targets.clone();
+        let site = CallSite { targets: targets.to_vec(), args, result, text, is_law, fed, into };
         self.emit(Effect::Call(Box::new(site)), span);
         result
     }
@@ -206,9 +217,12 @@ impl Builder<'_> {
             }
             if let Some(place) = &value.place
                 && !self.is_shared(*expr)
-                && self.may_hold_filter(self.ty(*expr))
             {
-                places.push(place.clone());
+                if self.may_hold_filter(self.ty(*expr)) {
+                    places.push(place.clone());
+                } else if !is_plain(self.ty(*expr)) {
+                    self.written_unseen(place.clone(), span);
+                }
             }
         }
         if !places.is_empty() {
@@ -219,6 +233,13 @@ impl Builder<'_> {
         }
         // What comes back may be a borrow of what went in, but which part is not known.
         Value::default()
+    }
+
+    /// A place that something unseen may write.
+    fn written_unseen(&mut self, place: Place, span: crate::source::Span) {
+        let assignment =
+            crate::flow::Assignment { place, from: None, by_move: true, rebinds: true, head: None, same_as: None };
+        self.emit(Effect::Write(Box::new(assignment)), span);
     }
 
     /// A method of a type that is not known, or that the type does not have in the analysed code.
@@ -462,8 +483,11 @@ pub(super) fn path_tail(path: &str) -> String {
     parts[parts.len().saturating_sub(2)..].join("::")
 }
 
-/// Whether a function's written output is nothing.
-#[must_use]
-pub(super) fn gives_nothing(output: &TypeRef) -> bool {
-    *output == TypeRef::unit()
+/// Whether a value of the type is a copy through which nothing is written.
+fn is_plain(ty: &Ty) -> bool {
+    match ty {
+        Ty::Int | Ty::Float | Ty::Bool | Ty::Str | Ty::Char | Ty::Never => true,
+        Ty::Ref(mutable, inner) => !mutable && is_plain(inner),
+        _ => false,
+    }
 }

@@ -158,7 +158,7 @@ impl Builder<'_> {
         reads.extend(right.reads);
         let key = format!("({} {symbol} {})", left.key, right.key);
         let total = Some(vec!["true".to_owned(), "false".to_owned()]);
-        (Some((Pure { key, reads, var: None }, total)), vec!["true".to_owned()], negated)
+        (Some((Pure { key, reads, whole: None }, total)), vec!["true".to_owned()], negated)
     }
 
     /// `x.is_some()` and its kin.

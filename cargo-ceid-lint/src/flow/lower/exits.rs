@@ -1,7 +1,7 @@
 //! Ways out: `break`, `continue`, `return`, `?`, and the bodies they leave.
 
 use super::{Builder, Scope, ScopeKind, Value};
-use crate::flow::{Effect, NodeId, Place, Returned};
+use crate::flow::{Effect, NodeId, Returned};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{Block, ExprId};
@@ -123,6 +123,13 @@ impl Builder<'_> {
     /// The end of the function's own graph.
     pub(super) fn leave_function(&mut self, value: Value, span: Span) {
         if self.at.is_some() {
+            if let Some(var) = value.same_as {
+                let total = self.total_heads(&self.graph.var(var).ty.clone());
+                let subject = self.subject(self.pure_var(var), total.clone());
+                for head in total.iter().flatten() {
+                    self.head_bit(subject, head);
+                }
+            }
             let returned = Returned { place: value.place, head: value.head, same_as: value.same_as };
             self.emit(Effect::Return(returned), span);
         }
@@ -151,17 +158,5 @@ impl Builder<'_> {
     pub(super) fn diverge(&mut self, span: Span) {
         self.emit(Effect::Diverge, span);
         self.at = None;
-    }
-
-    /// The place of a value, where it must have one.
-    pub(super) fn place_of_value(&mut self, value: &Value, ty: Ty, span: Span) -> Place {
-        match &value.place {
-            Some(place) => place.clone(),
-            None => {
-                let var = self.temporary(ty, span);
-                self.set(var, value, span);
-                Place::var(var)
-            }
-        }
     }
 }

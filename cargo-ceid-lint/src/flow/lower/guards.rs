@@ -76,7 +76,7 @@ impl Builder<'_> {
         let holds = self.graph.guards[guard.0 as usize].holds.clone();
         for var in holds {
             let update =
-                Update { place: Place::var(var), law: 0, method: "update".to_owned(), by_guard: true, fed: Vec::new() };
+                Update { place: Place::var(var), law: 0, method: "update".to_owned(), by_guard: true, fed: Vec::new(), into: Vec::new() };
             self.emit(Effect::Update(update), span);
         }
         self.emit(Effect::GuardEnd(guard), span);

@@ -1,7 +1,7 @@
 //! Loops: how often they run, and what their heads bind.
 
 use super::{Builder, Scope, ScopeKind, Value};
-use crate::flow::{CycleKind, Effect, IndexKey, LoopId, LoopInfo, NodeId, Place, Rounds, Var};
+use crate::flow::{CycleKind, Effect, LoopId, LoopInfo, NodeId, Place, Rounds, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, PatId, StmtKind};
@@ -250,11 +250,5 @@ impl Builder<'_> {
                 _ => return false,
             }
         }
-    }
-
-    /// An index that a round's counter is, for collections that it indexes.
-    #[must_use]
-    pub(super) fn counter_key(var: Var) -> IndexKey {
-        IndexKey::Var(var)
     }
 }

@@ -125,6 +125,8 @@ struct Builder<'a> {
     guards_of: HashMap<Var, GuardId>,
     subjects: HashMap<String, super::SubjectId>,
     inlining: Vec<FunctionId>,
+    /// The variables that the value of the expression at hand goes into.
+    targets: Vec<Var>,
     /// Whether something leads to each node.
     reached: Vec<bool>,
 }
@@ -139,6 +141,7 @@ impl<'a> Builder<'a> {
             loops: Vec::new(),
             subjects: Vec::new(),
             guards: Vec::new(),
+            derived: Vec::new(),
             truncated: None,
         };
         Self {
@@ -156,6 +159,7 @@ impl<'a> Builder<'a> {
             guards_of: HashMap::new(),
             subjects: HashMap::new(),
             inlining: vec![function],
+            targets: Vec::new(),
             reached: Vec::new(),
         }
     }
@@ -196,7 +200,57 @@ impl<'a> Builder<'a> {
         self.typed().pat_local.get(&pat).map_or_else(String::new, |local| self.typed().local(*local).name.clone())
     }
 
-    fn finish(self) -> ControlFlowGraph {
+    /// The variables that an expression reads anywhere in it. Children stand before their parents.
+    fn reads_of(&mut self, id: ExprId) -> Vec<Var> {
+        let body = self.body();
+        let span = body.expr(id).span;
+        let mut vars = Vec::new();
+        for number in (0..=id.0).rev() {
+            let expr = ExprId(number);
+            if !span.contains(body.expr(expr).span) {
+                break;
+            }
+            if let Some(local) = self.typed().expr_local.get(&expr).copied() {
+                vars.push(self.var_of(local));
+            }
+        }
+        vars
+    }
+
+    /// Notes that variables are computed from what an expression reads.
+    fn derive(&mut self, vars: &[Var], from: ExprId) {
+        for read in self.reads_of(from) {
+            self.graph.derived.extend(vars.iter().map(|var| (*var, read)));
+        }
+    }
+
+    /// Gives every variable whose value flows into a subject a subject of its own, with the same heads.
+    fn finish(mut self) -> ControlFlowGraph {
+        let copies: Vec<(Var, Var)> = self
+            .graph
+            .nodes
+            .iter()
+            .filter_map(|node| match &node.effect {
+                Effect::Set(set) if set.place.steps.is_empty() => Some((set.place.base_var()?, set.same_as?)),
+                _ => None,
+            })
+            .collect();
+        for _ in 0..8 {
+            let mut changed = false;
+            for (to, from) in &copies {
+                let Some(to) = self.subjects.get(&format!("v{}", to.0)).copied() else { continue };
+                let subject = self.graph.subjects[to.0 as usize].clone();
+                let known = self.subjects.contains_key(&format!("v{}", from.0));
+                let source = self.subject(self.pure_var(*from), subject.total.clone());
+                changed |= !known;
+                for head in &subject.heads {
+                    self.head_bit(source, head);
+                }
+            }
+            if !changed {
+                break;
+            }
+        }
         self.graph
     }
 
@@ -316,6 +370,9 @@ impl<'a> Builder<'a> {
         }
         if let Some(guard) = value.place.as_ref().and_then(|place| place.base_var()).and_then(|var| self.guards_of.get(&var)).copied() {
             self.guards_of.insert(var, guard);
+        }
+        if let Some(from) = value.place.as_ref().and_then(Place::base_var).or(value.same_as) {
+            self.graph.derived.push((var, from));
         }
         let assignment = Assignment {
             place: Place::var(var),

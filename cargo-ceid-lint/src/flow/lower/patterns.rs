@@ -2,7 +2,7 @@
 
 use super::subjects::Pure;
 use super::{Builder, Value};
-use crate::flow::{About, Effect, Head, NodeId, Place, Test, Var};
+use crate::flow::{About, Effect, Head, NodeId, Test, Var};
 use crate::index::{Def, Shape};
 use crate::source::Span;
 use crate::syntax::tree::{Arm, ExprId, PatId, PatKind};
@@ -37,6 +37,8 @@ impl Builder<'_> {
             }
             let mut own = matched.clone();
             own.about.is_event |= is_select;
+            let bound: Vec<Var> = self.locals_of(arm.pat).into_iter().map(|local| self.var_of(local)).collect();
+            self.derive(&bound, scrutinee);
             own.span = Some(self.body().pat(arm.pat).span);
             own.text = format!("{} is {}", matched.text, self.pattern_text(arm.pat));
             self.test_pattern(arm.pat, &own, next);
@@ -75,6 +77,8 @@ impl Builder<'_> {
         if self.at.is_none() {
             return;
         }
+        let bound: Vec<Var> = self.locals_of(pat).into_iter().map(|local| self.var_of(local)).collect();
+        self.derive(&bound, expr);
         let pure = self.pure(expr).or_else(|| value.same_as.map(|var| self.pure_var(var)));
         let mut about = self.about(expr);
         about.is_presence = true;
@@ -217,7 +221,7 @@ impl Builder<'_> {
         let pure = matched.pure.as_ref().map(|pure| Pure {
             key: format!("{}.{name}{}", pure.key, if is_transparent { "!" } else { "" }),
             reads: pure.reads.clone(),
-            var: None,
+            whole: None,
         });
         Matched { value, pure, total: None, ..matched.clone() }
     }

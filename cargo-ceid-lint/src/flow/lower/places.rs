@@ -182,7 +182,11 @@ impl Builder<'_> {
     /// `place = value` and destructuring assignments.
     pub(super) fn assign(&mut self, id: ExprId, target: ExprId, value: ExprId) -> Value {
         let body = self.body();
+        let bases = self.reads_of(target);
+        self.derive(&bases, value);
+        let outer = std::mem::replace(&mut self.targets, bases);
         let given = self.expr(value);
+        self.targets = outer;
         if self.at.is_none() {
             return Value::default();
         }
@@ -236,10 +240,16 @@ impl Builder<'_> {
 
     /// `place += value`
     pub(super) fn assign_op(&mut self, id: ExprId, target: ExprId, value: ExprId) -> Value {
+        let bases = self.reads_of(target);
+        self.derive(&bases, value);
+        let outer = std::mem::replace(&mut self.targets, bases);
         self.expr(value);
+        self.targets = outer;
         let span = self.span(id);
         let place = self.expr(target).place;
-        if let Some(place) = place {
+        if let Some(place) = place
+            && self.at.is_some()
+        {
             if let Some(var) = place.base_var() {
                 self.numbers.remove(&var);
             }

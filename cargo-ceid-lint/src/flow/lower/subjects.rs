@@ -13,7 +13,7 @@ use crate::types::Callee;
 pub(super) struct Pure {
     pub(super) key: String,
     pub(super) reads: Vec<Place>,
-    pub(super) var: Option<Var>,
+    pub(super) whole: Option<Place>,
 }
 
 impl Builder<'_> {
@@ -24,7 +24,7 @@ impl Builder<'_> {
         }
         let id = SubjectId(u32::try_from(self.graph.subjects.len()).expect("fewer than 2^32 subjects"));
         let heads = Vec::new();
-        let subject = Subject { key: pure.key.clone(), reads: pure.reads, var: pure.var, heads, total };
+        let subject = Subject { key: pure.key.clone(), reads: pure.reads, whole: pure.whole, heads, total };
         self.graph.subjects.push(subject);
         self.subjects.insert(pure.key, id);
         id
@@ -105,7 +105,7 @@ impl Builder<'_> {
     }
 
     pub(super) fn pure_var(&self, var: Var) -> Pure {
-        Pure { key: format!("v{}", var.0), reads: vec![Place::var(var)], var: Some(var) }
+        Pure { key: format!("v{}", var.0), reads: vec![Place::var(var)], whole: Some(Place::var(var)) }
     }
 
     pub(super) fn branch_on_cfg(&mut self, key: &CfgKey, span: Span) -> (NodeId, NodeId) {
@@ -126,7 +126,7 @@ impl Builder<'_> {
             ExprKind::Literal(literal) => Some(Pure { key: literal_text(literal), ..Pure::default() }),
             ExprKind::Field { .. } | ExprKind::Index { .. } => {
                 let place = self.static_place(id)?;
-                Some(Pure { key: place_key(&place), reads: vec![place], var: None })
+                Some(Pure { key: place_key(&place), reads: vec![place.clone()], whole: Some(place) })
             }
             ExprKind::Deref(inner) | ExprKind::Reference { value: inner, raw: false, .. } => self.pure(*inner),
             ExprKind::Cast { value, .. } => self.pure(*value),
@@ -137,7 +137,7 @@ impl Builder<'_> {
                 let right = self.pure(*rhs)?;
                 let mut reads = left.reads;
                 reads.extend(right.reads);
-                Some(Pure { key: format!("({} {op} {})", left.key, right.key), reads, var: None })
+                Some(Pure { key: format!("({} {op} {})", left.key, right.key), reads, whole: None })
             }
             ExprKind::MethodCall { receiver, method, args, .. } => {
                 if !self.is_pure_method(id, method) {
@@ -153,7 +153,7 @@ impl Builder<'_> {
                     reads.extend(arg.reads);
                 }
                 key.push(')');
-                Some(Pure { key, reads, var: None })
+                Some(Pure { key, reads, whole: None })
             }
             _ => None,
         }
@@ -161,7 +161,7 @@ impl Builder<'_> {
 
     fn pure_unary(&mut self, op: &str, inner: ExprId) -> Option<Pure> {
         let inner = self.pure(inner)?;
-        Some(Pure { key: format!("{op}{}", inner.key), reads: inner.reads, var: None })
+        Some(Pure { key: format!("{op}{}", inner.key), reads: inner.reads, whole: None })
     }
 
     fn pure_path(&mut self, id: ExprId, path: &Path) -> Option<Pure> {

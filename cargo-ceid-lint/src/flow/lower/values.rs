@@ -105,7 +105,11 @@ impl Builder<'_> {
     }
 
     fn let_stmt(&mut self, pat: crate::syntax::tree::PatId, init: ExprId, span: Span) {
+        let bound: Vec<Var> = self.locals_of(pat).into_iter().map(|local| self.var_of(local)).collect();
+        self.derive(&bound, init);
+        let outer = std::mem::replace(&mut self.targets, bound);
         let value = self.expr(init);
+        self.targets = outer;
         if self.at.is_none() {
             // The names are still bound, so that what follows can be read.
             for local in self.locals_of(pat) {
@@ -124,6 +128,8 @@ impl Builder<'_> {
     }
 
     fn let_else(&mut self, pat: crate::syntax::tree::PatId, init: ExprId, otherwise: ExprId) {
+        let bound: Vec<Var> = self.locals_of(pat).into_iter().map(|local| self.var_of(local)).collect();
+        self.derive(&bound, init);
         let value = self.expr(init);
         let span = self.body().pat(pat).span.to(self.span(init));
         let failed = self.add_node(Effect::Nothing, self.span(otherwise));
