@@ -24,5 +24,6 @@ pub mod prelude {
 /// What the macros of this crate expand to; not for use by hand.
 #[doc(hidden)]
 pub mod __private {
-    pub use crate::filter::{Field, field_name_hash, is_registered_once};
+    pub use crate::cycle::Guarded;
+    pub use crate::filter::{Field, divided_rate, field_name_hash, is_registered_once};
 }

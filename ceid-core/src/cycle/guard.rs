@@ -31,6 +31,12 @@ impl<'c, R: Rate> Cycle<'c, R> {
         self.info
     }
 
+    #[doc(hidden)]
+    #[inline]
+    pub const fn rate(&self) -> PhantomData<R> {
+        PhantomData
+    }
+
     /// Makes the guard of this cycle: the filters are updated when it is dropped.
     ///
     /// Prefer [`ceid!`](crate::ceid), whose guard has no name and so can be neither dropped early nor forgotten.
@@ -39,6 +45,19 @@ impl<'c, R: Rate> Cycle<'c, R> {
         CycleGuard { filters, info: self.info, rate: PhantomData }
     }
 }
+
+/// What [`ceid!`](crate::ceid) calls on each name of its list: a method, so that it borrows variables and references
+/// alike, and so that compile errors point at the name.
+#[doc(hidden)]
+pub trait Guarded<R: Rate>: SampledFilter<R> {
+    /// Borrows the filter for one cycle.
+    #[inline]
+    fn guarded_at(&mut self, _: PhantomData<R>) -> &mut Self {
+        self
+    }
+}
+
+impl<R: Rate, F: SampledFilter<R> + ?Sized> Guarded<R> for F {}
 
 impl<R: Rate> fmt::Debug for Cycle<'_, R> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -69,8 +69,9 @@ macro_rules! each_cycle {
 /// From this line to the end of the enclosing block, each name is a plain `&mut` to its filter, so the statements that
 /// follow need no change. At the end of the block the laws run once each, in the order of the list, on every way out.
 ///
-/// - `name = place` guards a field or an element under a name. A variable that is itself a reference is guarded as
-///   `kf = *kf`.
+/// - `name = place` guards a field under a name: `kf = self.kf`. Of an array, guard the whole, or take it apart first:
+///   `let [left, right] = &mut wheels;`.
+/// - A variable may own the filter, or hold a `&mut`, `Box`, `RefMut` or `MutexGuard` of it.
 /// - The token `cycle` is moved: a second guard in the same cycle, or a guard in an inner loop, does not compile.
 /// - One list holds up to 16 filters; a list entry may be an array, a tuple, or a [`filters!`](crate::filters) set.
 /// - Write it as the first statement of the loop: a `continue` above it leaves the cycle without an update (linter
@@ -81,22 +82,31 @@ macro_rules! each_cycle {
 #[doc(alias = "cyclicExecution")]
 #[macro_export]
 macro_rules! ceid {
-    ($cycle:expr => $($name:ident $(= $place:expr)?),+ $(,)?) => {
-        let mut parts = ( $( &mut $crate::__place!($name $(= $place)?), )+ );
-        let mut guard = $crate::Cycle::guard($cycle, &mut parts);
+    ($cycle:expr => $($filters:tt)+) => {
+        $crate::__ceid!($cycle; [] $($filters)+);
+    };
+}
+
+// Writes `kf` as `kf = kf`, and then makes the guard.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __ceid {
+    ($cycle:expr; [$($name:ident = $place:expr,)+]) => {
+        let cycle: $crate::Cycle<'_, _> = $cycle;
+        let rate = cycle.rate();
+        let mut parts = {
+            use $crate::__private::Guarded as _;
+            ( $( $place.guarded_at(rate), )+ )
+        };
+        let mut guard = cycle.guard(&mut parts);
         let &mut ( $( &mut ref mut $name, )+ ) = guard.filters();
         // Registering a filter is a use of it, also when the body does not touch it.
         $( let _ = &$name; )+
     };
-}
-
-#[doc(hidden)]
-#[macro_export]
-macro_rules! __place {
-    ($name:ident) => {
-        $name
+    ($cycle:expr; [$($done:tt)*] $name:tt = $place:expr $(, $($rest:tt)*)?) => {
+        $crate::__ceid!($cycle; [$($done)* $name = $place,] $($($rest)*)?);
     };
-    ($name:ident = $place:expr) => {
-        $place
+    ($cycle:expr; [$($done:tt)*] $name:tt $(, $($rest:tt)*)?) => {
+        $crate::__ceid!($cycle; [$($done)* $name = $name,] $($($rest)*)?);
     };
 }

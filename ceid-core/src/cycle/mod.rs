@@ -8,4 +8,4 @@ mod macros;
 
 pub use clock::{Clock, CycleInfo, Free, Take};
 pub use driver::Cyclic;
-pub use guard::{Cycle, CycleGuard};
+pub use guard::{Cycle, CycleGuard, Guarded};

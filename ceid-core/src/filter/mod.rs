@@ -9,7 +9,7 @@ mod set;
 mod tick;
 
 pub use divider::Divider;
-pub use set::{Field, Registers, field_name_hash, is_registered_once};
+pub use set::{Field, Registers, divided_rate, field_name_hash, is_registered_once};
 pub use tick::Tick;
 
 use crate::rate::Rate;
@@ -59,8 +59,8 @@ use crate::rate::Rate;
 /// law would run twice per cycle.
 #[doc(alias = "sampled-time filter")]
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` has no update law for a cycle at `{R}`",
-    label = "cannot be updated once per cycle at `{R}`",
+    message = "`{Self}` is not a sampled-time filter at the rate `{R}`",
+    label = "has no update law for this rate",
     note = "a law that works at every rate: `impl<R: Rate> SampledFilter<R> for ...`",
     note = "a law designed for another rate: register it in a set of that rate, or with `every N` in a faster set",
     note = "a shared handle (`Rc`, `Arc`, `&RefCell`, `&Mutex`) is never a filter, because two handles could run one law twice in a cycle: let the set own the filter"
@@ -70,5 +70,6 @@ pub trait SampledFilter<R: Rate> {
     ///
     /// Called by the guard at the end of each cycle. The body runs on the control path, so it should neither block nor
     /// allocate. A panic in it leaves the laws after it in the same cycle unrun.
-    fn update(&mut self, tick: Tick<'_, R>);
+    // The line below is what compile errors quote when a law is called by hand.
+    fn update(&mut self, tick: Tick<'_, R>); // only a guard has a tick: register the filter with `filters!` or `ceid!`
 }

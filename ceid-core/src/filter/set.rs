@@ -52,8 +52,8 @@ macro_rules! filters {
 
         // Items, not expressions in a function: `cargo check` and editors evaluate these.
         const _: () = {
-            let hz: u32 = <$crate::Hz<$hz> as $crate::Rate>::HZ;
-            let _ = hz;
+            let hz: u32 = $hz;
+            assert!(hz > 0, concat!("`", stringify!($set), "` cannot run at 0 Hz: use a rate of at least 1 Hz"));
             $($(
                 let every: u32 = $every;
                 assert!(
@@ -83,7 +83,7 @@ macro_rules! filters {
             fn update(&mut self, tick: $crate::Tick<'_, $crate::Hz<$hz>>) {
                 // Each divider is bound to the name of its filter.
                 let ( $($( $crate::__first!($field, $every), )?)* ) = &mut self.__dividers;
-                $( let tick = $crate::__update_field!(tick, self.$field $(, $field every $every)?); )*
+                $( let tick = $crate::__update_field!(tick, $filter, self.$field $(, $field every $every)?); )*
                 tick.done();
             }
         }
@@ -100,7 +100,7 @@ macro_rules! filters {
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __rate {
-    ($hz:literal, every $every:literal) => { $crate::Hz<{ $hz / $every }> };
+    ($hz:literal, every $every:literal) => { $crate::Hz<{ $crate::__private::divided_rate($hz, $every) }> };
 }
 
 #[doc(hidden)]
@@ -114,11 +114,12 @@ macro_rules! __first {
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __update_field {
-    ($tick:ident, $place:expr) => {
-        $tick.then(&mut $place)
+    // The type is spelt out, so that a compile error points at it.
+    ($tick:ident, $filter:ty, $place:expr) => {
+        $tick.then::<$filter>(&mut $place)
     };
-    ($tick:ident, $place:expr, $divider:ident every $every:literal) => {
-        $tick.every($divider, &mut $place)
+    ($tick:ident, $filter:ty, $place:expr, $divider:ident every $every:literal) => {
+        $tick.every::<_, $filter>($divider, &mut $place)
     };
 }
 
@@ -155,6 +156,16 @@ macro_rules! assert_updated_once {
     note = "declare it in `filters! {{ struct {Self} ... }}` and pass it to `{Self}::register`"
 )]
 pub trait Registers<F: ?Sized, Field> {}
+
+/// The rate of a filter that runs every `every` cycles; a zero is reported by the assertion in `filters!` alone.
+#[doc(hidden)]
+#[must_use]
+pub const fn divided_rate(hz: u32, every: u32) -> u32 {
+    match hz.checked_div(every) {
+        Some(divided) => divided,
+        None => hz,
+    }
+}
 
 /// A field of a set, told from the others by a hash of its name, so that a type in two fields is ambiguous.
 #[doc(hidden)]

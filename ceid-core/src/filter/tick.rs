@@ -37,8 +37,10 @@ pub struct Tick<'p, R> {
 }
 
 impl<'p, R: Rate> Tick<'p, R> {
+    // Compile errors quote the next line to whoever calls this.
+    #[rustfmt::skip]
     #[inline]
-    pub(crate) const fn new() -> Self {
+    pub(crate) const fn new() -> Self { // only a guard makes ticks: register the filter with `filters!` or `ceid!`
         Self { parts: PhantomData }
     }
 
