@@ -237,3 +237,66 @@ fn the_driver_may_be_a_field_or_a_new_value() {
     each_cycle!(_f in Cyclic::new(log.filter("x"), Free::<Hz<1>>::new().take(2)) => {});
     assert_eq!(log.take(), "x x");
 }
+
+#[test]
+fn the_migration_form_takes_whatever_lends_its_filter() {
+    let log = Log::default();
+    let cell = std::cell::RefCell::new(log.filter("cell"));
+    let lock = std::sync::Mutex::new(log.filter("lock"));
+    let mut boxed = Box::new(log.filter("boxed"));
+    let mut owned = vec![log.filter("first"), log.filter("second")];
+    let mut present = Some(log.filter("present"));
+    let mut clock = Free::<Hz<1000>>::new().take(1);
+    while let Some(cycle) = clock.next_cycle() {
+        let mut lock = lock.lock().unwrap();
+        let mut cell = cell.borrow_mut();
+        let slice = &mut owned[..];
+        ceid!(cycle => cell, lock, boxed, slice, present,);
+        cell.read();
+        lock.read();
+        slice[0].read();
+        *present = None;
+        log.push("body");
+    }
+    assert_eq!(log.take(), "body cell lock boxed first second");
+}
+
+#[cfg(feature = "alloc")]
+#[test]
+fn the_migration_form_takes_a_boxed_trait_object() {
+    let log = Log::default();
+    let mut boxed: Box<dyn SampledFilter<Hz<1000>>> = Box::new(log.filter("boxed"));
+    let mut clock = Free::<Hz<1000>>::new().take(2);
+    while let Some(cycle) = clock.next_cycle() {
+        ceid!(cycle => boxed);
+    }
+    assert_eq!(log.take(), "boxed boxed");
+}
+
+#[test]
+fn the_migration_form_takes_sixteen_filters() {
+    let log = Log::default();
+    let [
+        mut a,
+        mut b,
+        mut c,
+        mut d,
+        mut e,
+        mut f,
+        mut g,
+        mut h,
+        mut i,
+        mut j,
+        mut k,
+        mut l,
+        mut m,
+        mut n,
+        mut o,
+        mut p,
+    ] = ["a", "b", "c", "d", "e", "f", "g", "h", "i", "j", "k", "l", "m", "n", "o", "p"].map(|name| log.filter(name));
+    let mut clock = Free::<Hz<1000>>::new().take(1);
+    while let Some(cycle) = clock.next_cycle() {
+        ceid!(cycle => a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p);
+    }
+    assert_eq!(log.take(), "a b c d e f g h i j k l m n o p");
+}

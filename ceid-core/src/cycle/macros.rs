@@ -71,7 +71,8 @@ macro_rules! each_cycle {
 ///
 /// - `name = place` guards a field under a name: `kf = self.kf`. Of an array, guard the whole, or take it apart first:
 ///   `let [left, right] = &mut wheels;`.
-/// - A variable may own the filter, or hold a `&mut`, `Box`, `RefMut` or `MutexGuard` of it.
+/// - A variable may own the filter, or hold a `&mut`, `Box`, `RefMut` or `MutexGuard` of it (`Box<dyn ...>` with the
+///   feature `alloc`). To replace a filter as a whole, write `*kf = KalmanF::new()`.
 /// - The token `cycle` is moved: a second guard in the same cycle, or a guard in an inner loop, does not compile.
 /// - One list holds up to 16 filters; a list entry may be an array, a tuple, or a [`filters!`](crate::filters) set.
 /// - Write it as the first statement of the loop: a `continue` above it leaves the cycle without an update (linter

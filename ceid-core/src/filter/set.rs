@@ -27,7 +27,8 @@
 ///   visible as the struct, `const`, and does not allocate.
 /// - `every 10` runs the law in the first cycle and in every tenth after it. The filter is then updated at 100 Hz, and
 ///   its `dt` is 10 ms. A divider that does not divide the rate is a compile error, which `cargo check` shows.
-/// - Attributes and visibilities are yours, as in any struct; `#[derive]` works.
+/// - Attributes and visibilities are yours, as in any struct; `#[derive]` works. `#[cfg]` works on the whole set, not on
+///   a field: for a filter that may be absent, use `Option`.
 /// - The set implements [`SampledFilter`](crate::SampledFilter), so a set can be a field of a set.
 ///
 /// This is the variadic `CEID<KalmanF, ParticleF>` of the paper (Figure A5), with the list written once.
