@@ -40,7 +40,8 @@ pub trait Rate: Copy + Debug + Send + Sync + 'static {
 
 /// A rate of `N` releases per second.
 ///
-/// `Hz<0>` can be named but not used: every use of its rate is a compile error.
+/// `Hz<0>` can be named but not used: every use of its rate is a compile error, shown by `cargo build` (in
+/// [`filters!`](crate::filters), by `cargo check` as well).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Hz<const N: u32>;
 

@@ -244,7 +244,7 @@ fn the_migration_form_takes_whatever_lends_its_filter() {
     let cell = std::cell::RefCell::new(log.filter("cell"));
     let lock = std::sync::Mutex::new(log.filter("lock"));
     let mut boxed = Box::new(log.filter("boxed"));
-    let mut owned = vec![log.filter("first"), log.filter("second")];
+    let mut owned = [log.filter("first"), log.filter("second")];
     let mut present = Some(log.filter("present"));
     let mut clock = Free::<Hz<1000>>::new().take(1);
     while let Some(cycle) = clock.next_cycle() {
