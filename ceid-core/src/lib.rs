@@ -1,1 +1,29 @@
+#![doc = include_str!("../README.md")]
 #![no_std]
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+#![warn(clippy::std_instead_of_core, clippy::alloc_instead_of_core)]
+
+#[cfg(feature = "alloc")]
+extern crate alloc;
+
+pub mod cycle;
+pub mod filter;
+pub mod rate;
+
+pub use cycle::{Clock, Cycle, CycleGuard, CycleInfo, Cyclic, Free, Take};
+pub use filter::{Divider, SampledFilter, Tick};
+pub use rate::{Hz, Rate};
+
+/// Everything a control loop needs, for `use ceid_core::prelude::*;`.
+pub mod prelude {
+    pub use crate::{Clock, CycleInfo, Cyclic, Free, Hz, Rate, SampledFilter, Tick};
+    pub use crate::{assert_updated_once, ceid, each_cycle, filters};
+}
+
+/// What the macros of this crate expand to; not for use by hand.
+#[doc(hidden)]
+pub mod __private {
+    pub use crate::cycle::Guarded;
+    pub use crate::filter::{Field, divided_rate, field_name_hash, is_registered_once};
+}

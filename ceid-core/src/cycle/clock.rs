@@ -1,0 +1,141 @@
+//! Clocks: what releases a cycle. The clocks of this file count and never wait.
+
+use core::marker::PhantomData;
+
+use super::Cycle;
+use crate::rate::Rate;
+
+/// Releases control cycles, one after the other.
+///
+/// An implementation waits as its world waits (a timer interrupt, `clock_nanosleep`, a message) and MUST keep these
+/// rules:
+///
+/// - `n` of the first cycle is 0 or more, and grows by `1 + missed` from one cycle to the next, so that
+///   cycles run + releases missed = releases.
+/// - Lateness and missed releases are reported in [`CycleInfo`], never hidden by changing `n`.
+/// - After the first `None` it returns `None` for ever.
+///
+/// ```
+/// use ceid_core::prelude::*;
+/// use std::time::{Duration, Instant};
+///
+/// /// Sleeps until the next release, and keeps the phase when it is late.
+/// struct Sleep { start: Instant, next: u64 }
+///
+/// impl Clock for Sleep {
+///     type Rate = Hz<100>;
+///
+///     fn wait(&mut self) -> Option<CycleInfo> {
+///         let elapsed = self.start.elapsed().as_nanos() as u64;
+///         let mut info = CycleInfo { n: self.next, ..CycleInfo::default() };
+///         while Hz::<100>::release_ns(info.n + 1) <= elapsed {
+///             info.n += 1;
+///             info.missed += 1;
+///         }
+///         info.release_ns = Hz::<100>::release_ns(info.n);
+///         std::thread::sleep(Duration::from_nanos(info.release_ns.saturating_sub(elapsed)));
+///         info.late_ns = (self.start.elapsed().as_nanos() as u64).saturating_sub(info.release_ns);
+///         self.next = info.n + 1;
+///         Some(info)
+///     }
+/// }
+///
+/// let mut clock = Sleep { start: Instant::now(), next: 0 }.take(3);
+/// while let Some(cycle) = clock.next_cycle() {
+///     assert!(cycle.info().release_ns >= cycle.info().n * 10_000_000);
+/// }
+/// ```
+pub trait Clock {
+    /// The nominal rate of the cycles.
+    type Rate: Rate;
+
+    /// Waits for the next release, and describes it; `None` ends the loop.
+    ///
+    /// This is for implementing a clock. To run one, use [`Cyclic`](crate::Cyclic) or
+    /// [`next_cycle`](Clock::next_cycle).
+    fn wait(&mut self) -> Option<CycleInfo>;
+
+    /// Waits for the next release, and returns the token that [`ceid!`](crate::ceid) takes; `None` ends the loop.
+    ///
+    /// Blocks as long as [`wait`](Clock::wait) does. Not to be overridden.
+    #[must_use = "a cycle that is not passed to `ceid!` updates no filter"]
+    #[inline]
+    fn next_cycle(&mut self) -> Option<Cycle<'_, Self::Rate>> {
+        self.wait().map(Cycle::new)
+    }
+
+    /// Ends after `cycles` more cycles: for tests, simulations, and loops with an end.
+    #[inline]
+    fn take(self, cycles: u64) -> Take<Self>
+    where
+        Self: Sized,
+    {
+        Take { clock: self, remaining: cycles }
+    }
+}
+
+/// What a clock says about one cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct CycleInfo {
+    /// The number of this release, counted from 0, missed releases included.
+    pub n: u64,
+    /// When this release was due, in nanoseconds after release 0.
+    pub release_ns: u64,
+    /// How long after its release the cycle really began, in nanoseconds; 0 for clocks that only count.
+    pub late_ns: u64,
+    /// How many releases passed without a cycle since the previous cycle.
+    pub missed: u64,
+}
+
+/// A clock that never waits and never ends: each cycle is released as soon as the one before it is over.
+///
+/// For loops that are paced by something else (a blocking read, an interrupt that calls), and for simulated time: the
+/// times it reports are nominal, so two runs are alike. Does not allocate, does not block.
+#[derive(Debug, Clone)]
+pub struct Free<R> {
+    next: u64,
+    rate: PhantomData<R>,
+}
+
+impl<R: Rate> Free<R> {
+    /// A clock before its first cycle, which will have the number 0.
+    #[must_use]
+    #[inline]
+    pub const fn new() -> Self {
+        Self { next: 0, rate: PhantomData }
+    }
+}
+
+impl<R: Rate> Default for Free<R> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<R: Rate> Clock for Free<R> {
+    type Rate = R;
+
+    #[inline]
+    fn wait(&mut self) -> Option<CycleInfo> {
+        let n = self.next;
+        self.next += 1;
+        Some(CycleInfo { n, release_ns: R::release_ns(n), ..CycleInfo::default() })
+    }
+}
+
+/// A clock that ends after some cycles, made by [`Clock::take`].
+#[derive(Debug, Clone)]
+pub struct Take<C> {
+    clock: C,
+    remaining: u64,
+}
+
+impl<C: Clock> Clock for Take<C> {
+    type Rate = C::Rate;
+
+    #[inline]
+    fn wait(&mut self) -> Option<CycleInfo> {
+        self.remaining = self.remaining.checked_sub(1)?;
+        self.clock.wait()
+    }
+}

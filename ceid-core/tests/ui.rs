@@ -1,0 +1,111 @@
+//! What must not compile, and what its author reads then. Every case has a twin in `tests/ui/pass`, which does the
+//! same thing right.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// The compiler whose words the `.stderr` files hold. Others say the same in other words.
+const PINNED: &str = "rustc 1.95.";
+
+#[test]
+fn rejected_programs_are_rejected_with_their_error_codes() {
+    let library = compile_library();
+    for case in rejected() {
+        let output = compile(&library, &case);
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success(), "{} compiles", case.display());
+        let recorded = fs::read_to_string(case.with_extension("stderr")).expect("each case has its text");
+        for code in error_codes(&recorded) {
+            assert!(stderr.contains(&code), "{} fails without {code}:\n{stderr}", case.display());
+        }
+    }
+}
+
+#[test]
+fn rejected_programs_say_what_to_do() {
+    if version().starts_with(PINNED) {
+        let cases = trybuild::TestCases::new();
+        for area in areas() {
+            cases.compile_fail(format!("{}/*.rs", area.display()));
+        }
+    }
+}
+
+#[test]
+fn their_twins_compile_and_run() {
+    let cases = trybuild::TestCases::new();
+    cases.pass("tests/ui/pass/*.rs");
+}
+
+#[test]
+fn each_rejected_program_has_a_twin() {
+    let names = |cases: Vec<PathBuf>| -> BTreeSet<_> {
+        cases.iter().map(|case| case.file_name().expect("a case is a file").to_owned()).collect()
+    };
+    assert_eq!(names(rejected()), names(sources(&root().join("pass"))));
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ui")
+}
+
+fn areas() -> Vec<PathBuf> {
+    entries(&root()).into_iter().filter(|area| !area.ends_with("pass")).collect()
+}
+
+fn rejected() -> Vec<PathBuf> {
+    areas().iter().flat_map(|area| sources(area)).collect()
+}
+
+fn sources(area: &Path) -> Vec<PathBuf> {
+    entries(area).into_iter().filter(|file| file.extension().is_some_and(|extension| extension == "rs")).collect()
+}
+
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    let mut entries: Vec<_> = fs::read_dir(folder)
+        .expect("the folder of the cases is there")
+        .map(|entry| entry.expect("it can be read").path())
+        .collect();
+    entries.sort();
+    entries
+}
+
+fn error_codes(text: &str) -> BTreeSet<String> {
+    text.split("error[").skip(1).filter_map(|rest| rest.split_once(']')).map(|(code, _)| code.to_owned()).collect()
+}
+
+fn rustc() -> Command {
+    Command::new(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()))
+}
+
+fn version() -> String {
+    let output = rustc().arg("--version").output().expect("rustc can be started");
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// The library has no dependencies, so one call of the compiler builds it.
+fn compile_library() -> PathBuf {
+    let library = Path::new(env!("CARGO_TARGET_TMPDIR")).join("libceid_core.rmeta");
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs");
+    let output = rustc()
+        .args(["--edition=2024", "--crate-type=lib", "--crate-name=ceid_core", "--emit=metadata", "-o"])
+        .args([&library, &source])
+        .output()
+        .expect("rustc can be started");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    library
+}
+
+/// Checks a program as `cargo check` does, without generating code.
+fn compile(library: &Path, case: &Path) -> Output {
+    rustc()
+        .args(["--edition=2024", "--crate-type=bin", "--crate-name=case", "--emit=metadata", "--extern"])
+        .arg(format!("ceid_core={}", library.display()))
+        .arg("--out-dir")
+        .arg(env!("CARGO_TARGET_TMPDIR"))
+        .arg(case)
+        .output()
+        .expect("rustc can be started")
+}

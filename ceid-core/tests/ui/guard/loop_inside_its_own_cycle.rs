@@ -1,0 +1,24 @@
+//! E7: a driver cannot run another cycle inside a cycle.
+
+use ceid_core::prelude::*;
+
+struct KalmanF(f64);
+
+impl<R: Rate> SampledFilter<R> for KalmanF {
+    fn update(&mut self, tick: Tick<'_, R>) {
+        self.0 += tick.dt();
+    }
+}
+
+filters! { struct Filters @ 1000 Hz { kf: KalmanF; pf: KalmanF } }
+
+fn main() {
+    let mut control = Cyclic::new(Filters::register(KalmanF(0.0), KalmanF(0.0)), Free::<Hz<1000>>::new().take(3));
+    each_cycle!(f in control => {
+        f.kf.0 = 0.0;
+        each_cycle!(g in control => {
+            g.kf.0 = 0.0;
+        });
+        f.pf.0 = 0.0;
+    });
+}

@@ -1,0 +1,18 @@
+//! Every declared filter is registered.
+
+use ceid_core::prelude::*;
+
+struct KalmanF(f64);
+
+impl<R: Rate> SampledFilter<R> for KalmanF {
+    fn update(&mut self, tick: Tick<'_, R>) {
+        self.0 += tick.dt();
+    }
+}
+
+filters! { struct Filters @ 1000 Hz { kf: KalmanF; pf: KalmanF } }
+
+fn main() {
+    let filters = Filters::register(KalmanF(1.0), KalmanF(2.0));
+    assert_eq!((filters.kf.0, filters.pf.0), (1.0, 2.0));
+}

@@ -1,0 +1,18 @@
+//! The assertion tells an array of filters from a filter.
+
+use ceid_core::prelude::*;
+
+struct KalmanF(f64);
+
+impl<R: Rate> SampledFilter<R> for KalmanF {
+    fn update(&mut self, tick: Tick<'_, R>) {
+        self.0 += tick.dt();
+    }
+}
+
+filters! { struct Filters @ 1000 Hz { kf: KalmanF; pf: [KalmanF; 2] } }
+assert_updated_once!(Filters, KalmanF);
+
+fn main() {
+    let _filters = Filters::register(KalmanF(0.0), [KalmanF(0.0), KalmanF(0.0)]);
+}

@@ -1,0 +1,17 @@
+//! Set and clock have the same rate.
+
+use ceid_core::prelude::*;
+
+struct KalmanF(f64);
+
+impl<R: Rate> SampledFilter<R> for KalmanF {
+    fn update(&mut self, tick: Tick<'_, R>) {
+        self.0 += tick.dt();
+    }
+}
+
+filters! { struct Filters @ 1000 Hz { kf: KalmanF; pf: KalmanF } }
+
+fn main() {
+    let _control = Cyclic::new(Filters::register(KalmanF(0.0), KalmanF(0.0)), Free::<Hz<1000>>::new());
+}

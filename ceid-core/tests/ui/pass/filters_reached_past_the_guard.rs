@@ -1,0 +1,22 @@
+//! Inside a cycle, the filters are read through the guard, after it through the driver.
+
+use ceid_core::prelude::*;
+
+struct KalmanF(f64);
+
+impl<R: Rate> SampledFilter<R> for KalmanF {
+    fn update(&mut self, tick: Tick<'_, R>) {
+        self.0 += tick.dt();
+    }
+}
+
+filters! { struct Filters @ 1000 Hz { kf: KalmanF; pf: KalmanF } }
+
+fn main() {
+    let mut control = Cyclic::new(Filters::register(KalmanF(0.0), KalmanF(0.0)), Free::<Hz<1000>>::new().take(3));
+    each_cycle!(f in control => {
+        let before = f.kf.0;
+        f.pf.0 = before;
+    });
+    assert_eq!(control.filters().pf.0, 0.003);
+}

@@ -1,0 +1,22 @@
+//! What the macro hands out may be moved: the laws run all the same.
+
+use ceid_core::prelude::*;
+
+struct KalmanF(f64);
+
+impl<R: Rate> SampledFilter<R> for KalmanF {
+    fn update(&mut self, tick: Tick<'_, R>) {
+        self.0 += tick.dt();
+    }
+}
+
+filters! { struct Filters @ 1000 Hz { kf: KalmanF; pf: KalmanF } }
+
+fn main() {
+    let mut control = Cyclic::new(Filters::register(KalmanF(0.0), KalmanF(0.0)), Free::<Hz<1000>>::new().take(3));
+    each_cycle!(f in control => {
+        let moved = f;
+        moved.kf.0 = 0.0;
+    });
+    assert_eq!(control.filters().kf.0, 0.001);
+}

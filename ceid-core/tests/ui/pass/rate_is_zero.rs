@@ -1,0 +1,17 @@
+//! The slowest set runs at 1 Hz.
+
+use ceid_core::prelude::*;
+
+struct KalmanF(f64);
+
+impl<R: Rate> SampledFilter<R> for KalmanF {
+    fn update(&mut self, tick: Tick<'_, R>) {
+        self.0 += tick.dt();
+    }
+}
+
+filters! { struct Filters @ 1 Hz { kf: KalmanF } }
+
+fn main() {
+    let _filters = Filters::register(KalmanF(0.0));
+}

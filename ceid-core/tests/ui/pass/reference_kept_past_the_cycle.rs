@@ -1,0 +1,25 @@
+//! A value can be kept past the cycle.
+
+use ceid_core::prelude::*;
+
+struct KalmanF(f64);
+
+impl<R: Rate> SampledFilter<R> for KalmanF {
+    fn update(&mut self, tick: Tick<'_, R>) {
+        self.0 += tick.dt();
+    }
+}
+
+filters! { struct Filters @ 1000 Hz { kf: KalmanF; pf: KalmanF } }
+
+fn main() {
+    let mut control = Cyclic::new(Filters::register(KalmanF(0.0), KalmanF(0.0)), Free::<Hz<1000>>::new().take(3));
+    let mut kept = None;
+    each_cycle!(f in control => {
+        if let Some(old) = kept {
+            f.kf.0 = old;
+        }
+        kept = Some(f.pf.0);
+    });
+    assert_eq!(kept, Some(0.001 + 0.001));
+}

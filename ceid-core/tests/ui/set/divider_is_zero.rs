@@ -1,0 +1,15 @@
+//! E11: a filter cannot run every 0 cycles.
+
+use ceid_core::prelude::*;
+
+struct KalmanF(f64);
+
+impl<R: Rate> SampledFilter<R> for KalmanF {
+    fn update(&mut self, tick: Tick<'_, R>) {
+        self.0 += tick.dt();
+    }
+}
+
+filters! { struct Filters @ 1000 Hz { kf: KalmanF, every 0 } }
+
+fn main() {}
