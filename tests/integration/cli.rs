@@ -61,7 +61,8 @@ fn machine_output_is_on_stdout_and_human_output_on_stderr() {
 #[test]
 fn path_argument_restricts_what_is_reported() {
     let module = format!("mod a;\n{GUILTY}");
-    let directory = temporary_package("cli_path", &[("src/lib.rs", module.as_bytes()), ("src/a.rs", GUILTY.as_bytes())]);
+    let directory =
+        temporary_package("cli_path", &[("src/lib.rs", module.as_bytes()), ("src/a.rs", GUILTY.as_bytes())]);
     let all = run(&directory, ["--message-format", "json"]).findings().expect("the package is readable");
     assert_eq!(all.len(), 2);
     let one = run(&directory, ["--message-format", "json", "src/a.rs"]).findings().expect("the package is readable");

@@ -8,8 +8,10 @@ use crate::support::{RULES, root, workspace};
 
 fn texts() -> Vec<(String, String)> {
     let directory = root().join("cargo-ceid-lint/src/rules");
-    let mut paths: Vec<PathBuf> =
-        std::fs::read_dir(directory).expect("the rules are there").map(|entry| entry.expect("readable").path()).collect();
+    let mut paths: Vec<PathBuf> = std::fs::read_dir(directory)
+        .expect("the rules are there")
+        .map(|entry| entry.expect("readable").path())
+        .collect();
     paths.retain(|path| path.extension().is_some_and(|extension| extension == "md"));
     paths.sort();
     let read = |path: &PathBuf| {

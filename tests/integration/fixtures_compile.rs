@@ -47,8 +47,10 @@ fn cases_compile() {
     paths.sort();
     for path in &paths {
         let rule = path.parent().and_then(Path::file_name).expect("a case lies in its rule's folder");
-        let name = format!("{}__{}", rule.to_string_lossy(), path.file_stem().expect("it has a name").to_string_lossy());
-        write!(manifest, "\n[[example]]\nname = \"{name}\"\npath = {path:?}\ncrate-type = [\"lib\"]\n").expect("a String");
+        let name =
+            format!("{}__{}", rule.to_string_lossy(), path.file_stem().expect("it has a name").to_string_lossy());
+        write!(manifest, "\n[[example]]\nname = \"{name}\"\npath = {path:?}\ncrate-type = [\"lib\"]\n")
+            .expect("a String");
     }
     workspace::write(&directory, "Cargo.toml", manifest.as_bytes());
     workspace::write(&directory, "src/lib.rs", b"");

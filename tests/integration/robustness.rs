@@ -34,16 +34,22 @@ fn missing_module() {
 
 #[test]
 fn file_that_is_not_utf_8() {
-    let files: [(&str, &[u8]); 3] =
-        [("src/lib.rs", b"mod good;\nmod odd;\n"), ("src/good.rs", GUILTY.as_bytes()), ("src/odd.rs", b"// caf\xe9\nfn f() {}\n")];
+    let files: [(&str, &[u8]); 3] = [
+        ("src/lib.rs", b"mod good;\nmod odd;\n"),
+        ("src/good.rs", GUILTY.as_bytes()),
+        ("src/odd.rs", b"// caf\xe9\nfn f() {}\n"),
+    ];
     check_rest_is_checked(&temporary_package("not_utf_8", &files), "src/odd.rs");
 }
 
 #[test]
 fn nesting_beyond_the_depth_limit() {
     let deep = format!("pub fn f() -> u8 {{ {}1{} }}\n", "(".repeat(5_000), ")".repeat(5_000));
-    let files: [(&str, &[u8]); 3] =
-        [("src/lib.rs", b"mod good;\nmod deep;\n"), ("src/good.rs", GUILTY.as_bytes()), ("src/deep.rs", deep.as_bytes())];
+    let files: [(&str, &[u8]); 3] = [
+        ("src/lib.rs", b"mod good;\nmod deep;\n"),
+        ("src/good.rs", GUILTY.as_bytes()),
+        ("src/deep.rs", deep.as_bytes()),
+    ];
     check_rest_is_checked(&temporary_package("deep_nesting", &files), "src/deep.rs");
 }
 

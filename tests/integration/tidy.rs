@@ -8,8 +8,25 @@ use crate::support::{RULES, root};
 
 /// The modules from the lowest floor up: each imports only from lower ones and from itself.
 const FLOORS: &[&str] = &[
-    "source", "diagnostic", "config", "project", "syntax", "index", "types", "flow", "dataflow", "calls", "count",
-    "suppress", "rules", "fix", "baseline", "pipeline", "report", "lsp", "cli",
+    "source",
+    "diagnostic",
+    "config",
+    "project",
+    "syntax",
+    "index",
+    "types",
+    "flow",
+    "dataflow",
+    "calls",
+    "count",
+    "suppress",
+    "rules",
+    "fix",
+    "baseline",
+    "pipeline",
+    "report",
+    "lsp",
+    "cli",
 ];
 
 /// Crates that are somebody's business alone, with the modules that may name them.
@@ -25,7 +42,8 @@ const OWNERS: &[(&str, &[&str])] = &[
 const STD_OWNERS: &[(&str, &[&str])] = &[("process", &["project", "cli"])];
 
 /// Files of more than 500 lines, with the reason.
-const LONG_FILES: &[(&str, &str)] = &[];
+const LONG_FILES: &[(&str, &str)] =
+    &[("syntax/tree/body.rs", "the vocabulary of bodies: data types and their documentation, no logic")];
 
 struct File {
     /// Path below `src`, with `/`.
@@ -135,9 +153,10 @@ fn dependencies_stay_with_their_owners() {
     let mut failures = Vec::new();
     for file in sources() {
         for (first, second) in Paths::of(&file).0 {
-            let owners = OWNERS.iter().find(|(name, _)| *name == first).or_else(|| {
-                STD_OWNERS.iter().find(|(name, _)| first == "std" && *name == second)
-            });
+            let owners = OWNERS
+                .iter()
+                .find(|(name, _)| *name == first)
+                .or_else(|| STD_OWNERS.iter().find(|(name, _)| first == "std" && *name == second));
             if owners.is_some_and(|(_, owners)| !owners.contains(&file.module.as_str()) && file.module != "main") {
                 failures.push(format!("{}: `{first}::{second}` is not the business of `{}`", file.name, file.module));
             }

@@ -94,15 +94,22 @@ impl ReportLine {
     fn parse(text: &str) -> Result<Self, String> {
         let any = |word: &str| (word != "_").then(|| word.to_owned());
         let words: Vec<&str> = text.split_whitespace().collect();
-        let (&[place, kind, name, verdict, counts], gate) = (match words.split_at_checked(5) {
+        let (&[place, kind, name, verdict, counts], gate) = match words.split_at_checked(5) {
             Some((head, [])) => (head.try_into().expect("five words"), None),
             Some((head, [gate])) => (head.try_into().expect("five words"), Some((*gate).to_owned())),
-            _ => return Err("expected `report: <line-or-function> <kind> <name> <verdict> <counts> [<gate>]`".to_owned()),
-        });
+            _ => {
+                return Err(
+                    "expected `report: <line-or-function> <kind> <name> <verdict> <counts> [<gate>]`".to_owned()
+                );
+            }
+        };
         let counts = match counts {
             "_" => None,
             list => Some(
-                list.split(',').map(str::parse).collect::<Result<_, _>>().map_err(|_| format!("bad counts `{list}`"))?,
+                list.split(',')
+                    .map(str::parse)
+                    .collect::<Result<_, _>>()
+                    .map_err(|_| format!("bad counts `{list}`"))?,
             ),
         };
         let place = match place.parse() {
@@ -200,7 +207,10 @@ mod tests {
 
     #[test]
     fn arrows_point_to_other_lines() {
-        check("//~vv missed_update\na();\nloop {\n//~^ skipped_update\n", &[(4, "missed_update"), (4, "skipped_update")]);
+        check(
+            "//~vv missed_update\na();\nloop {\n//~^ skipped_update\n",
+            &[(4, "missed_update"), (4, "skipped_update")],
+        );
     }
 
     #[test]
@@ -240,14 +250,17 @@ mod tests {
         };
         assert!(line.matches(&pair));
         assert!(ReportLine::parse("Quad::run loop _ skipped _").expect("well formed").matches(&pair));
-        for other in ["13 loop self.axes.roll skipped 0,1", "14 while self.axes.roll skipped 0,1", "14 loop _ gated _ time"] {
+        for other in
+            ["13 loop self.axes.roll skipped 0,1", "14 while self.axes.roll skipped 0,1", "14 loop _ gated _ time"]
+        {
             assert!(!ReportLine::parse(other).expect("well formed").matches(&pair), "{other}");
         }
     }
 
     #[test]
     fn difference_names_both_directions() {
-        let case = Case::parse("//! A case.\n//@ finds: skipped_update\nf(); //~ repeated_update\n").expect("well formed");
+        let case =
+            Case::parse("//! A case.\n//@ finds: skipped_update\nf(); //~ repeated_update\n").expect("well formed");
         assert_eq!(difference(&case, &[finding(9, "skipped_update"), finding(3, "repeated_update")]), "");
         let text = difference(&case, &[finding(3, "missed_update"), finding(9, "skipped_update")]);
         assert_eq!(text, "  missing:    line 3: repeated_update\n  unexpected: line 3: missed_update: \n");

@@ -70,11 +70,13 @@ pub(crate) fn run<S: AsRef<OsStr>>(directory: &Path, args: impl IntoIterator<Ite
 
 /// Runs a command that ends in the program, without colours and without the caller's settings.
 pub(crate) fn run_command(command: &mut Command) -> Run {
-    let quiet = ["CARGO_TERM_COLOR", "CARGO_BUILD_TARGET", "CLICOLOR", "CLICOLOR_FORCE", "GITHUB_STEP_SUMMARY", "RUSTFLAGS"];
+    let quiet =
+        ["CARGO_TERM_COLOR", "CARGO_BUILD_TARGET", "CLICOLOR", "CLICOLOR_FORCE", "GITHUB_STEP_SUMMARY", "RUSTFLAGS"];
     for name in quiet {
         command.env_remove(name);
     }
-    let Output { status, stdout, stderr } = command.env("NO_COLOR", "1").output().expect("the program was built and starts");
+    let Output { status, stdout, stderr } =
+        command.env("NO_COLOR", "1").output().expect("the program was built and starts");
     Run {
         code: status.code(),
         stdout: String::from_utf8(stdout).expect("stdout is UTF-8"),

@@ -14,7 +14,9 @@ pub(crate) fn committed(name: &str) -> PathBuf {
 pub(crate) fn temporary(name: &str) -> PathBuf {
     let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     match fs::remove_dir_all(&directory) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => panic!("cannot empty {}: {error}", directory.display()),
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            panic!("cannot empty {}: {error}", directory.display())
+        }
         _ => {}
     }
     fs::create_dir_all(&directory).expect("the target directory is writable");
