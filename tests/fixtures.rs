@@ -3,7 +3,7 @@
 #[path = "support/mod.rs"]
 mod support;
 
-use std::fmt::Write as _;
+use std::fmt::{self, Write as _};
 use std::path::Path;
 
 use support::case::{Case, difference};
@@ -15,20 +15,42 @@ datatest_stable::harness! {
 
 fn case_holds(path: &Path) -> datatest_stable::Result<()> {
     let path = path.canonicalize()?;
-    let text = std::fs::read_to_string(&path)?;
-    let case = Case::parse(&text)?;
-
-    let run = check_file(&path);
-    let mut failures = difference(&case, &run.findings()?);
-    if !case.reports.is_empty() {
-        let pairs = report_file(&path).pairs()?;
-        for expected in case.reports.iter().filter(|expected| !pairs.iter().any(|pair| expected.matches(pair))) {
-            writeln!(failures, "  missing in the report: {expected}")?;
-            for pair in pairs.iter().filter(|pair| expected.is_about(pair)) {
-                writeln!(failures, "    but there is: {pair}")?;
-            }
-        }
+    match compare(&path) {
+        Ok(failures) if failures.is_empty() => Ok(()),
+        Ok(failures) | Err(failures) => Err(Failure(format!("{}\n{failures}", path.display())).into()),
     }
-
-    if failures.is_empty() { Ok(()) } else { Err(format!("{}\n{failures}", path.display()).into()) }
 }
+
+/// What is missing and what is too much, one line each.
+fn compare(path: &Path) -> Result<String, String> {
+    let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
+    let case = Case::parse(&text)?;
+    let mut failures = difference(&case, &check_file(path).findings()?);
+    if case.reports.is_empty() {
+        return Ok(failures);
+    }
+    let pairs = report_file(path).pairs()?;
+    for expected in case.reports.iter().filter(|expected| !pairs.iter().any(|pair| expected.matches(pair))) {
+        let nearest = pairs.iter().filter(|pair| expected.is_about(pair)).map(|pair| format!("    there is: {pair}\n"));
+        let nearest: String = nearest.collect();
+        write!(failures, "  missing in the report: {expected}\n{nearest}").expect("a String takes all text");
+    }
+    Ok(failures)
+}
+
+/// An error whose debug form, which the harness prints, keeps its line breaks.
+struct Failure(String);
+
+impl fmt::Debug for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Failure {}
