@@ -1,0 +1,85 @@
+//! The command line: both ways to call it, and the flags that editors send.
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::support::program::{program, run, run_command};
+use crate::support::workspace::{GUILTY, committed, temporary_package};
+
+#[test]
+fn cargo_subcommand_and_program_are_alike() {
+    let directory = committed("figure3_legacy");
+    let args = ["--message-format", "json"];
+    let direct = run_command(Command::new(program()).args(args).current_dir(&directory));
+
+    let bin = program().parent().expect("it lies in a directory").to_path_buf();
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let paths = std::iter::once(bin).chain(std::env::split_paths(&path));
+    let path = std::env::join_paths(paths).expect("no path holds a separator");
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let by_cargo =
+        run_command(Command::new(cargo).arg("ceid-lint").args(args).current_dir(&directory).env("PATH", path));
+
+    direct.assert_code(100);
+    by_cargo.assert_code(100);
+    assert_eq!(by_cargo.stdout, direct.stdout);
+    assert_eq!(run(&directory, args).stdout, direct.stdout);
+}
+
+#[test]
+fn flags_of_rust_analyzer_are_understood() {
+    let directory = committed("figure3_legacy");
+    let manifest = directory.join("Cargo.toml").display().to_string();
+    let flags = ["--workspace", "--message-format=json", "--manifest-path", &manifest, "--keep-going", "--all-targets"];
+    let run = run(Path::new(env!("CARGO_TARGET_TMPDIR")), flags);
+    run.assert_code(100);
+
+    let mut rules = Vec::new();
+    for message in cargo_metadata::Message::parse_stream(run.stdout.as_bytes()) {
+        match message.expect("every line is a message") {
+            cargo_metadata::Message::CompilerMessage(message) => {
+                rules.extend(message.message.code.map(|code| code.code));
+            }
+            cargo_metadata::Message::TextLine(line) => panic!("`{line}` is no message of cargo"),
+            _ => {}
+        }
+    }
+    rules.sort();
+    assert_eq!(rules, ["ceid::missed_update", "ceid::repeated_update"]);
+}
+
+#[test]
+fn machine_output_is_on_stdout_and_human_output_on_stderr() {
+    let directory = temporary_package("cli_streams", &[("src/lib.rs", GUILTY.as_bytes())]);
+    let human = run(&directory, [""; 0]);
+    assert_eq!(human.stdout, "");
+    human.assert_stderr("repeated_update").assert_stderr("src/lib.rs:7");
+    let json = run(&directory, ["--message-format", "json"]);
+    assert!(!json.stderr.contains("src/lib.rs:7"), "{}", json.stderr);
+}
+
+#[test]
+fn path_argument_restricts_what_is_reported() {
+    let module = format!("mod a;\n{GUILTY}");
+    let directory =
+        temporary_package("cli_path", &[("src/lib.rs", module.as_bytes()), ("src/a.rs", GUILTY.as_bytes())]);
+    let all = run(&directory, ["--message-format", "json"]).findings().expect("the package is readable");
+    assert_eq!(all.len(), 2);
+    let one = run(&directory, ["--message-format", "json", "src/a.rs"]).findings().expect("the package is readable");
+    assert_eq!(one.iter().map(|finding| finding.file.as_str()).collect::<Vec<_>>(), ["src/a.rs"]);
+}
+
+#[test]
+fn output_is_the_same_each_time() {
+    let directory = committed("two_crates");
+    let first = run(&directory, ["--workspace", "--message-format", "json"]);
+    let second = run(&directory, ["--workspace", "--message-format", "json"]);
+    assert_eq!(first.stdout, second.stdout);
+}
+
+#[test]
+fn package_can_be_chosen() {
+    let directory = committed("two_crates");
+    let run = run(&directory, ["-p", "estimators", "--message-format", "json"]);
+    assert_eq!(run.findings().expect("the package is readable"), []);
+}

@@ -1,0 +1,70 @@
+//! Every case file is real Rust: one throw-away package holds them all as examples and is checked by cargo.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::support::{root, workspace};
+
+/// Runs `cargo check --offline`; the manifest decides what is checked.
+#[track_caller]
+fn cargo_check(manifest: &Path, target: &str, flags: &[&str]) {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let output = Command::new(cargo)
+        .args(["check", "--offline", "--quiet", "--manifest-path"])
+        .arg(manifest)
+        .arg("--target-dir")
+        .arg(Path::new(env!("CARGO_TARGET_TMPDIR")).join(target))
+        .args(flags)
+        .env("RUSTFLAGS", "-Awarnings")
+        .output()
+        .expect("cargo is installed");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+fn cases(directory: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(directory).expect("the fixtures are readable") {
+        let path = entry.expect("the fixtures are readable").path();
+        if path.is_dir() {
+            cases(&path, found);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn cases_compile() {
+    let root = root();
+    let directory = workspace::temporary("fixtures_compile");
+    let core = root.join("ceid-core");
+    let mut manifest = format!(
+        "[workspace]\n\n[package]\nname = \"fixtures\"\nversion = \"0.0.0\"\nedition = \"2024\"\n\n[dependencies]\n\
+         ceid-core = {{ path = {core:?} }}\n"
+    );
+    let mut paths = Vec::new();
+    cases(&root.join("fixtures/rules"), &mut paths);
+    paths.sort();
+    for path in &paths {
+        let rule = path.parent().and_then(Path::file_name).expect("a case lies in its rule's folder");
+        let name =
+            format!("{}__{}", rule.to_string_lossy(), path.file_stem().expect("it has a name").to_string_lossy());
+        write!(manifest, "\n[[example]]\nname = \"{name}\"\npath = {path:?}\ncrate-type = [\"lib\"]\n")
+            .expect("a String");
+    }
+    workspace::write(&directory, "Cargo.toml", manifest.as_bytes());
+    workspace::write(&directory, "src/lib.rs", b"");
+    // The versions are those of this workspace, so that nothing has to be looked up.
+    std::fs::copy(root.join("Cargo.lock"), directory.join("Cargo.lock")).expect("the workspace has a lock file");
+    cargo_check(&directory.join("Cargo.toml"), "fixtures_compile_target", &["--examples", "--keep-going"]);
+}
+
+#[test]
+fn workspaces_compile() {
+    for name in ["figure3_legacy", "figure3_guarded", "two_crates", "path_modules", "configured"] {
+        let manifest = workspace::committed(name).join("Cargo.toml");
+        cargo_check(&manifest, "fixtures_compile_target", &["--workspace"]);
+    }
+    let manifest = workspace::committed("path_modules").join("Cargo.toml");
+    cargo_check(&manifest, "fixtures_compile_target", &["--features", "turbo"]);
+}

@@ -1,0 +1,14 @@
+//! Tests of the whole program, by topic.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod cli;
+mod dogfood;
+mod exit_status;
+mod explain;
+mod fixtures_compile;
+mod messages;
+mod robustness;
+mod tidy;
+mod workspaces;

@@ -1,0 +1,72 @@
+//! Each committed workspace gives the findings of its `expected.txt`, and no others.
+
+use std::path::Path;
+
+use crate::support::program::{Run, run};
+use crate::support::{root, workspace};
+
+/// `file:line rule` of each finding, sorted, files relative to the workspace.
+fn lines(run: &Run, directory: &Path) -> Vec<String> {
+    let prefix = format!("{}/", directory.display()).replace('\\', "/");
+    let findings = run.findings().unwrap_or_else(|error| panic!("{error}"));
+    let mut lines: Vec<String> = findings
+        .iter()
+        .map(|finding| {
+            let file = finding.file.strip_prefix(&prefix).unwrap_or(&finding.file);
+            format!("{file}:{} {}", finding.line, finding.rule)
+        })
+        .collect();
+    lines.sort();
+    lines
+}
+
+#[track_caller]
+fn check(name: &str) {
+    check_with(name, "expected.txt", &[]);
+}
+
+#[track_caller]
+fn check_with(name: &str, expected: &str, flags: &[&str]) {
+    let directory = workspace::committed(name);
+    let expected = std::fs::read_to_string(directory.join(expected)).expect("the workspace says what it expects");
+    let run = run(&directory, ["--workspace", "--message-format", "json"].iter().chain(flags));
+    assert_eq!(lines(&run, &directory), expected.lines().collect::<Vec<_>>());
+}
+
+#[test]
+fn legacy_robot_of_figure_3() {
+    check("figure3_legacy");
+}
+
+#[test]
+fn guarded_robot_of_figure_3() {
+    check("figure3_guarded");
+}
+
+#[test]
+fn finding_across_two_crates() {
+    check("two_crates");
+}
+
+#[test]
+fn modules_by_path_and_by_feature() {
+    check("path_modules");
+    check_with("path_modules", "expected.turbo.txt", &["--features", "turbo"]);
+}
+
+#[test]
+fn filters_declared_by_configuration() {
+    check("configured");
+}
+
+#[test]
+fn every_workspace_that_expects_something_is_tested() {
+    let tests = include_str!("workspaces.rs");
+    for entry in std::fs::read_dir(root().join("fixtures/workspaces")).expect("the workspaces are committed") {
+        let directory = entry.expect("the directory is readable").path();
+        let name = directory.file_name().expect("it has a name").to_string_lossy().into_owned();
+        if directory.join("expected.txt").exists() {
+            assert!(tests.contains(&format!("check(\"{name}\")")), "`{name}` has no test");
+        }
+    }
+}

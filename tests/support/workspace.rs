@@ -1,0 +1,55 @@
+//! Workspaces to check: the committed ones, and throw-away ones made by a test.
+
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+/// The directory of a committed workspace.
+pub(crate) fn committed(name: &str) -> PathBuf {
+    let directory = super::root().join("fixtures/workspaces").join(name);
+    assert!(directory.is_dir(), "no workspace `{name}`");
+    directory
+}
+
+/// A throw-away directory below the target directory, emptied first.
+pub(crate) fn temporary(name: &str) -> PathBuf {
+    let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    match fs::remove_dir_all(&directory) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            panic!("cannot empty {}: {error}", directory.display())
+        }
+        _ => {}
+    }
+    fs::create_dir_all(&directory).expect("the target directory is writable");
+    directory.canonicalize().expect("it was just made")
+}
+
+/// A throw-away package of one library whose files are given as path and content.
+pub(crate) fn temporary_package(name: &str, files: &[(&str, &[u8])]) -> PathBuf {
+    let directory = temporary(name);
+    let manifest = format!("[workspace]\n\n[package]\nname = \"{name}\"\nversion = \"0.0.0\"\nedition = \"2024\"\n");
+    write(&directory, "Cargo.toml", manifest.as_bytes());
+    for (path, content) in files {
+        write(&directory, path, content);
+    }
+    directory
+}
+
+/// Writes a file and the directories above it.
+pub(crate) fn write(directory: &Path, path: &str, content: &[u8]) {
+    let path = directory.join(path);
+    fs::create_dir_all(path.parent().expect("a file lies in a directory")).expect("the directory is writable");
+    fs::write(path, content).expect("the directory is writable");
+}
+
+/// A module with one certain finding, `repeated_update` on line 7.
+pub(crate) const GUILTY: &str = "\
+pub trait SampledFilter { fn update(&mut self); }
+pub struct Kalman;
+impl SampledFilter for Kalman { fn update(&mut self) {} }
+pub fn run(mut kf: Kalman) {
+    loop {
+        kf.update();
+        kf.update();
+    }
+}
+";
