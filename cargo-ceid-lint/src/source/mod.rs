@@ -1,11 +1,13 @@
 //! Text and places in it: which files were read, where a byte is, how a place is shown. Knows no syntax.
 
 mod line_index;
+mod read;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 pub use line_index::{LineColumn, LineIndex};
+pub use read::{DiskSource, FileSet, MAX_FILE_BYTES, MemorySource, ReadError, ReadSource};
 
 /// A file of a [`SourceMap`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

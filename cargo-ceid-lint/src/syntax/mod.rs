@@ -1,9 +1,26 @@
 //! Parsed files: the module tree of a crate as our own [`tree`], `cfg` in three values, macros read as code. Never fails:
-//! what cannot be read or parsed becomes a [`Problem`](crate::diagnostic::Problem), and the rest goes on.
+//! what cannot be read or parsed becomes a [`Problem`], and the rest goes on.
 
 pub mod tree;
 
-use tree::Item;
+mod cfg_eval;
+mod depth;
+mod lower;
+mod macros;
+mod modules;
+mod stack;
+mod text;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::diagnostic::Problem;
+use crate::project::CfgValues;
+use crate::source::{FileSet, MemorySource, SourceMap};
+pub use depth::{Excess, MAX_LINKS, MAX_NESTING, TooDeep, check_depth};
+use modules::Loader;
+pub use stack::with_large_stack;
+use tree::{Attribute, Item};
 
 /// A crate whose module tree was followed from its root.
 #[derive(Clone, Debug)]
@@ -14,4 +31,50 @@ pub struct ParsedCrate {
     pub target: usize,
     /// The items of the root module.
     pub items: Vec<Item>,
+}
+
+/// The root module of a crate.
+#[derive(Clone, Debug, Default)]
+pub struct RootModule {
+    /// Its inner attributes: `#![allow(…)]`, `#![no_std]`.
+    pub attributes: Vec<Attribute>,
+    /// Its items.
+    pub items: Vec<Item>,
+}
+
+/// The items of the crate with that root file, its modules included. Files are read through `files`, once each.
+///
+/// `edition` is "2015", "2018", "2021" or "2024": in "2015", every `use` path begins at the crate root, so that it gets the
+/// empty first segment of a leading `::`.
+pub fn parse_crate(
+    root_file: &Path,
+    edition: &str,
+    cfg: &CfgValues,
+    files: &mut FileSet,
+    problems: &mut Vec<Problem>,
+) -> Vec<Item> {
+    parse_root(root_file, edition, cfg, files, problems).items
+}
+
+/// As [`parse_crate`], with the attributes of the crate.
+pub fn parse_root(
+    root_file: &Path,
+    edition: &str,
+    cfg: &CfgValues,
+    files: &mut FileSet,
+    problems: &mut Vec<Problem>,
+) -> RootModule {
+    // A fresh thread also means that the parser's own map of texts is dropped when the crate is done.
+    with_large_stack(|| Loader::new(cfg, edition, files, problems).root(root_file))
+}
+
+/// The items of a text that is shown as `name`, with modules from nowhere: for tests of this floor and of those above it.
+pub fn parse_source(name: &str, text: &str, cfg: &CfgValues, map: &mut SourceMap) -> (Vec<Item>, Vec<Problem>) {
+    let mut source = MemorySource::default();
+    source.insert(Path::new(name), Arc::from(text));
+    let mut files = FileSet::new(std::mem::take(map), Box::new(source));
+    let mut problems = Vec::new();
+    let items = parse_crate(Path::new(name), "2024", cfg, &mut files, &mut problems);
+    *map = files.into_map();
+    (items, problems)
 }

@@ -4,7 +4,7 @@ use super::{CfgKey, ConstText, Item, OpaqueMacro, Path, TypeRef};
 use crate::source::Span;
 
 /// An expression of a [`Body`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ExprId(pub u32);
 
 /// A pattern of a [`Body`].
@@ -22,12 +22,6 @@ pub struct Body {
     pub exprs: Vec<Expr>,
     /// All patterns; children come before their parents.
     pub pats: Vec<Pat>,
-}
-
-impl Default for ExprId {
-    fn default() -> Self {
-        Self(0)
-    }
 }
 
 impl Body {

@@ -1,0 +1,248 @@
+//! Known macros, read as code. Never expands anything: a macro whose tokens do not have the expected shape is opaque, and
+//! so is one that the crate defines itself under a known name.
+
+mod ceid;
+mod cfg_if;
+mod operands;
+mod select;
+mod statics;
+
+use syn::parse::{Parse, Parser as _};
+
+use self::operands::{LogOperands, MatchesOperands, Operands, VecOperands};
+use super::cfg_eval::{Presence, evaluate};
+use super::lower::{BodyLowerer, Lowerer, name, path_text};
+use super::text::mentions;
+use super::tree::{ExprId, ExprKind, Item, Literal, MacroExpr, MacroKind};
+use crate::source::Span;
+pub(super) use cfg_if::CfgBranch;
+
+/// Crates whose macros are known by their path: `tracing::info!`.
+const KNOWN_CRATES: &[&str] = &[
+    "alloc",
+    "anyhow",
+    "ceid_core",
+    "cfg_if",
+    "color_eyre",
+    "core",
+    "cortex_m_semihosting",
+    "defmt",
+    "esp_println",
+    "eyre",
+    "futures",
+    "futures_lite",
+    "futures_util",
+    "lazy_static",
+    "log",
+    "nb",
+    "pin_utils",
+    "rtt_target",
+    "semihosting",
+    "std",
+    "tokio",
+    "tracing",
+    "ufmt",
+];
+
+/// What shape a macro's operands have, and what it does with them.
+#[derive(Clone, Copy)]
+enum Shape {
+    All,
+    Harmless,
+    Diverges,
+    Assert,
+    AssertCompare,
+    DebugOnly,
+    DebugCompare,
+    Logging,
+    ReturnsErr,
+    Ensure,
+    Join { fallible: bool },
+    Select,
+    Matches,
+    Vec,
+    Try,
+    Unwrap,
+    CfgFlag,
+    Ceid,
+    EachCycle,
+    Assembly,
+}
+
+/// The table of the known macros that stand where expressions stand.
+fn shape(name: &str) -> Option<Shape> {
+    Some(match name {
+        "print" | "println" | "eprint" | "eprintln" | "format" | "write" | "writeln" | "format_args" | "dbg" => {
+            Shape::All
+        }
+        "rprint" | "rprintln" | "rdbg" | "hprint" | "hprintln" | "heprint" | "heprintln" | "hdbg" => Shape::All,
+        "uprint" | "uprintln" | "uwrite" | "uwriteln" | "udbg" => Shape::All,
+        "anyhow" | "eyre" | "format_err" | "block" | "pin" | "pin_mut" => Shape::All,
+        "concat" | "stringify" | "include_str" | "include_bytes" | "env" | "option_env" | "line" | "file"
+        | "column" | "module_path" | "compile_error" | "const_format_args" => Shape::Harmless,
+        "panic" | "todo" | "unimplemented" | "unreachable" => Shape::Diverges,
+        "assert" => Shape::Assert,
+        "assert_eq" | "assert_ne" => Shape::AssertCompare,
+        "debug_assert" => Shape::DebugOnly,
+        "debug_assert_eq" | "debug_assert_ne" => Shape::DebugCompare,
+        "trace" | "debug" | "info" | "warn" | "error" | "log" | "event" | "span" | "log_enabled" => Shape::Logging,
+        "trace_span" | "debug_span" | "info_span" | "warn_span" | "error_span" => Shape::Logging,
+        "bail" => Shape::ReturnsErr,
+        "ensure" => Shape::Ensure,
+        "join" => Shape::Join { fallible: false },
+        "try_join" => Shape::Join { fallible: true },
+        "select" | "select_biased" => Shape::Select,
+        "matches" => Shape::Matches,
+        "vec" => Shape::Vec,
+        "try" | "ready" => Shape::Try,
+        "unwrap" | "expect" => Shape::Unwrap,
+        "cfg" => Shape::CfgFlag,
+        "ceid" => Shape::Ceid,
+        "each_cycle" => Shape::EachCycle,
+        "asm" | "global_asm" | "naked_asm" | "llvm_asm" => Shape::Assembly,
+        _ => return None,
+    })
+}
+
+impl Lowerer<'_, '_> {
+    /// The name by which a macro is known, if it is not the crate's own.
+    fn known_name(&self, mac: &syn::Macro) -> Option<String> {
+        let mut segments = mac.path.segments.iter().map(|segment| name(&segment.ident));
+        let (first, last) = (segments.next()?, segments.next_back());
+        match last {
+            None => (!self.loader.own_macros.contains(&first)).then_some(first),
+            Some(last) => KNOWN_CRATES.contains(&first.as_str()).then_some(last),
+        }
+    }
+
+    /// Adds the items that a known macro declares; gives false if it is not known or has another shape.
+    pub(super) fn known_item_macro(&mut self, mac: &syn::Macro, out: &mut Vec<Item>) -> bool {
+        match self.known_name(mac).as_deref() {
+            Some("cfg_if") => self.cfg_if_items(mac, out),
+            Some("thread_local" | "lazy_static") => self.macro_statics(mac, out),
+            Some("filters") => self.filter_sets(mac, out),
+            Some("include") => self.include_items(mac, out),
+            _ => false,
+        }
+    }
+
+    /// `include!("items.rs")` of a file that is there.
+    fn include_items(&mut self, mac: &syn::Macro, out: &mut Vec<Item>) -> bool {
+        let Ok(path) = syn::parse2::<syn::LitStr>(mac.tokens.clone()) else { return false };
+        let place = self.path_span(&mac.path);
+        let Some(items) = self.loader.include(&path.value(), place) else { return false };
+        out.extend(items);
+        true
+    }
+}
+
+impl BodyLowerer<'_, '_, '_> {
+    /// A macro where an expression stands.
+    pub(super) fn macro_expr(&mut self, mac: &syn::Macro) -> ExprId {
+        if let Some(branches) = self.low.cfg_if_branches(mac) {
+            return self.cfg_if_expr(mac, branches);
+        }
+        self.known_macro(mac).unwrap_or_else(|| self.opaque_macro(mac))
+    }
+
+    pub(super) fn opaque_macro(&mut self, mac: &syn::Macro) -> ExprId {
+        let opaque = self.low.opaque(mac);
+        let span = opaque.span;
+        self.add(ExprKind::Opaque(Box::new(opaque)), span)
+    }
+
+    /// `None` if it is not known, or its tokens have another shape.
+    fn known_macro(&mut self, mac: &syn::Macro) -> Option<ExprId> {
+        let shape = shape(&self.low.known_name(mac)?)?;
+        let span = self.low.path_span(&mac.path).to(self.span(mac.delimiter.span().close()));
+        let kind = match shape {
+            Shape::All => MacroKind::All(self.operands(mac)?),
+            Shape::Harmless => MacroKind::All(Vec::new()),
+            Shape::Diverges => MacroKind::Diverges(self.operands(mac)?),
+            Shape::Assert => MacroKind::Assert(self.first(mac)?),
+            Shape::Ensure => MacroKind::Ensure(self.first(mac)?),
+            Shape::AssertCompare => {
+                let [left, right] = self.first_two(mac)?;
+                MacroKind::AssertCompare(left, right)
+            }
+            Shape::DebugOnly => MacroKind::DebugOnly(vec![self.first(mac)?]),
+            Shape::DebugCompare => MacroKind::DebugOnly(self.first_two(mac)?.to_vec()),
+            Shape::Logging => {
+                let operands = parse::<LogOperands>(mac)?;
+                MacroKind::Logging(self.exprs(&operands.0))
+            }
+            Shape::ReturnsErr => MacroKind::ReturnsErr(self.operands(mac)?),
+            Shape::Join { fallible } => MacroKind::Join { operands: self.operands(mac)?, fallible },
+            Shape::Select => MacroKind::Select(self.select_arms(mac)?),
+            Shape::Ceid => self.ceid(mac)?,
+            Shape::EachCycle => self.each_cycle(mac)?,
+            Shape::Unwrap => {
+                // The value is that of the first operand, which therefore comes last.
+                let mut operands = parse::<Operands>(mac)?.0;
+                if operands.is_empty() {
+                    return None;
+                }
+                operands.rotate_left(1);
+                MacroKind::All(self.exprs(&operands))
+            }
+            Shape::Matches => return self.matches(mac, span),
+            Shape::Vec => return self.vec(mac, span),
+            Shape::Try => {
+                let value = self.first(mac)?;
+                return Some(self.add(ExprKind::Try(value), span));
+            }
+            Shape::CfgFlag => match evaluate(&mac.tokens, self.low.cfg()) {
+                Presence::Present => return Some(self.add(ExprKind::Literal(Literal::Bool(true)), span)),
+                Presence::Absent => return Some(self.add(ExprKind::Literal(Literal::Bool(false)), span)),
+                Presence::Maybe(_) => MacroKind::All(Vec::new()),
+            },
+            Shape::Assembly => {
+                let kind = ExprKind::Unknown { what: "inline assembly".to_owned(), mentions: mentions(&mac.tokens) };
+                return Some(self.add(kind, span));
+            }
+        };
+        let path = path_text(&mac.path);
+        Some(self.add(ExprKind::Macro(Box::new(MacroExpr { path, kind })), span))
+    }
+
+    fn operands(&mut self, mac: &syn::Macro) -> Option<Vec<ExprId>> {
+        let operands = parse::<Operands>(mac)?;
+        Some(self.exprs(&operands.0))
+    }
+
+    /// The first operand; the message behind it only matters where nothing follows.
+    fn first(&mut self, mac: &syn::Macro) -> Option<ExprId> {
+        let operands = parse::<Operands>(mac)?;
+        Some(self.expr(operands.0.first()?))
+    }
+
+    fn first_two(&mut self, mac: &syn::Macro) -> Option<[ExprId; 2]> {
+        let operands = parse::<Operands>(mac)?;
+        let (left, right) = (operands.0.first()?, operands.0.get(1)?);
+        Some([self.expr(left), self.expr(right)])
+    }
+
+    fn matches(&mut self, mac: &syn::Macro, span: Span) -> Option<ExprId> {
+        let operands = parse::<MatchesOperands>(mac)?;
+        let value = self.expr(&operands.value);
+        let pat = self.pat(&operands.pat);
+        let lhs = self.add(ExprKind::Let { pat, value }, span);
+        let Some(guard) = &operands.guard else { return Some(lhs) };
+        let rhs = self.expr(guard);
+        Some(self.add(ExprKind::Binary { op: "&&", lhs, rhs }, span))
+    }
+
+    fn vec(&mut self, mac: &syn::Macro, span: Span) -> Option<ExprId> {
+        let kind = match parse::<VecOperands>(mac)? {
+            VecOperands::List(elements) => ExprKind::Array { elements: self.exprs(&elements), is_vec: true },
+            VecOperands::Repeat(value, len) => {
+                ExprKind::Repeat { value: self.expr(&value), len: self.expr(&len), is_vec: true }
+            }
+        };
+        Some(self.add(kind, span))
+    }
+}
+
+fn parse<T: Parse>(mac: &syn::Macro) -> Option<T> {
+    T::parse.parse2(mac.tokens.clone()).ok()
+}

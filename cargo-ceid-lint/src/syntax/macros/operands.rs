@@ -1,0 +1,150 @@
+//! The operands of formatting, logging and the like. Never reads format strings.
+
+use syn::ext::IdentExt as _;
+use syn::parse::{Parse, ParseStream};
+use syn::{Expr, Ident, Pat, Token};
+
+/// `a, b, name = c,`
+pub(super) struct Operands(pub(super) Vec<Expr>);
+
+impl Parse for Operands {
+    fn parse(input: ParseStream<'_>) -> syn::Result<Self> {
+        let mut operands = Vec::new();
+        if input.peek(Ident) && input.peek2(Token![;]) && input.fork().parse::<Ident>()? == "biased" {
+            // `join!(biased; a, b)` polls in the order written.
+            input.parse::<Ident>()?;
+            input.parse::<Token![;]>()?;
+        }
+        while !input.is_empty() {
+            if input.peek(Ident::peek_any) && input.peek2(Token![=]) && !input.peek2(Token![==]) {
+                input.call(Ident::parse_any)?;
+                input.parse::<Token![=]>()?;
+            }
+            operands.push(input.parse()?);
+            if input.is_empty() {
+                break;
+            }
+            input.parse::<Token![,]>()?;
+        }
+        Ok(Self(operands))
+    }
+}
+
+/// `target: t, Level::INFO, name = a, other.name = ?b, %c, key:? = d; "{}", e`
+pub(super) struct LogOperands(pub(super) Vec<Expr>);
+
+impl Parse for LogOperands {
+    fn parse(input: ParseStream<'_>) -> syn::Result<Self> {
+        let mut operands = Vec::new();
+        while !input.is_empty() {
+            if input.peek(syn::token::Brace) {
+                // `tracing::info!({ a = 1 }, "text")`
+                let fields;
+                syn::braced!(fields in input);
+                operands.extend(Self::parse(&fields)?.0);
+            } else {
+                skip_field_name(input)?;
+                skip_capture(input)?;
+                operands.push(input.parse()?);
+            }
+            if input.is_empty() {
+                break;
+            }
+            if input.parse::<Option<Token![;]>>()?.is_none() {
+                input.parse::<Token![,]>()?;
+            }
+        }
+        Ok(Self(operands))
+    }
+}
+
+/// `name =`, `"name" =`, `a.b =`, `name:? =`, and `target:`-like words.
+fn skip_field_name(input: ParseStream<'_>) -> syn::Result<()> {
+    let ahead = input.fork();
+    if ahead.peek(syn::LitStr) {
+        ahead.parse::<syn::LitStr>()?;
+    } else if ahead.peek(Ident::peek_any) {
+        ahead.call(Ident::parse_any)?;
+        while ahead.peek(Token![.]) && ahead.peek2(Ident::peek_any) {
+            ahead.parse::<Token![.]>()?;
+            ahead.call(Ident::parse_any)?;
+        }
+    } else {
+        return Ok(());
+    }
+    if ahead.peek(Token![:]) && !ahead.peek(Token![::]) {
+        ahead.parse::<Token![:]>()?;
+        let word = ahead.peek(Ident) && ahead.peek2(Token![=]);
+        if word {
+            ahead.parse::<Ident>()?;
+        } else {
+            skip_capture(&ahead)?;
+        }
+        if !ahead.peek(Token![=]) || ahead.peek(Token![==]) {
+            // `target: "motor"`: the operand begins behind the colon.
+            input.call(Ident::parse_any)?;
+            input.parse::<Token![:]>()?;
+            return Ok(());
+        }
+    }
+    if ahead.peek(Token![=]) && !ahead.peek(Token![==]) && !ahead.peek(Token![=>]) {
+        ahead.parse::<Token![=]>()?;
+        syn::parse::discouraged::Speculative::advance_to(input, &ahead);
+    }
+    Ok(())
+}
+
+/// The `?` or `%` before a value that is recorded.
+fn skip_capture(input: ParseStream<'_>) -> syn::Result<()> {
+    if input.peek(Token![?]) {
+        input.parse::<Token![?]>()?;
+    } else if input.peek(Token![%]) {
+        input.parse::<Token![%]>()?;
+    }
+    Ok(())
+}
+
+/// `value, pattern if guard`
+pub(super) struct MatchesOperands {
+    pub(super) value: Expr,
+    pub(super) pat: Pat,
+    pub(super) guard: Option<Expr>,
+}
+
+impl Parse for MatchesOperands {
+    fn parse(input: ParseStream<'_>) -> syn::Result<Self> {
+        let value = input.parse()?;
+        input.parse::<Token![,]>()?;
+        let pat = Pat::parse_multi_with_leading_vert(input)?;
+        let guard = match input.parse::<Option<Token![if]>>()? {
+            Some(_) => Some(input.parse()?),
+            None => None,
+        };
+        input.parse::<Option<Token![,]>>()?;
+        Ok(Self { value, pat, guard })
+    }
+}
+
+/// `a, b` or `value; len`
+pub(super) enum VecOperands {
+    List(Vec<Expr>),
+    Repeat(Box<Expr>, Box<Expr>),
+}
+
+impl Parse for VecOperands {
+    fn parse(input: ParseStream<'_>) -> syn::Result<Self> {
+        let mut elements = Vec::new();
+        while !input.is_empty() {
+            let element: Expr = input.parse()?;
+            if elements.is_empty() && input.parse::<Option<Token![;]>>()?.is_some() {
+                return Ok(Self::Repeat(Box::new(element), input.parse()?));
+            }
+            elements.push(element);
+            if input.is_empty() {
+                break;
+            }
+            input.parse::<Token![,]>()?;
+        }
+        Ok(Self::List(elements))
+    }
+}
