@@ -15,7 +15,7 @@ use crate::project::CfgValues;
 use crate::source::{FileId, FileSet, ReadError, Span};
 
 /// How many files a crate may load: files that include each other twice would double with each step.
-const MAX_LOADS: usize = 50_000;
+const MAX_LOADS: usize = 20_000;
 
 /// How deep files may load files.
 const MAX_FILE_DEPTH: usize = 200;

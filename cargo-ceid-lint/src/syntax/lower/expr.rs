@@ -491,21 +491,21 @@ fn operator(op: &syn::BinOp) -> Option<(&'static str, bool)> {
 /// The attributes that decide whether an element or statement is there: the parser hangs them on its leftmost part.
 pub(super) fn expr_attributes(expr: &syn::Expr) -> &[syn::Attribute] {
     use syn::Expr as E;
-    macro_rules! attrs {
-        ($($kind:ident)*) => {
-            match expr {
-                $(E::$kind(expr) => &expr.attrs,)*
-                _ => &[],
-            }
-        };
-    }
-    let mut expr = expr;
+    let mut leftmost = expr;
     loop {
-        expr = match expr {
+        leftmost = match leftmost {
             E::Assign(assign) if assign.attrs.is_empty() => &assign.left,
             E::Binary(binary) if binary.attrs.is_empty() => &binary.left,
             E::Cast(cast) if cast.attrs.is_empty() => &cast.expr,
             _ => break,
+        };
+    }
+    macro_rules! attrs {
+        ($($kind:ident)*) => {
+            match leftmost {
+                $(E::$kind(own) => &own.attrs,)*
+                _ => &[],
+            }
         };
     }
     attrs!(
