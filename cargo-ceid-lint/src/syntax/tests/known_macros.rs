@@ -48,6 +48,7 @@ fn logging_in_all_its_spellings() {
         "event!log(Level::INFO, (a==b));span!log(&p, Level::INFO, \"s\", x);",
     );
     check("info!({ a = b }, \"text\"); error!(name: \"n\", c);", "info!log(b, \"text\");error!log(\"n\", c);");
+    check("info!({ NAME } = a, { b = c, { NAME } = ?d }, \"text\");", "info!log(a, c, d, \"text\");");
     check("info!(a::b, c);", "info!log(a::b, c);");
 }
 
@@ -68,6 +69,8 @@ fn values_and_patterns() {
     check("if matches!(a, Some(b) | None if b > 1) { c }", "if ((let Some(b)|None=a)&&(b>1)) {c}");
     check("matches!(a, B)", "(let B=a)");
     check("nb::block!(a.read())?; r#try!(b); pin!(c);", "nb::block!all(a.read())?;b?;pin!all(c);");
+    check("core::ptr::addr_of_mut!(A.b); addr_of!(c);", "&raw mut A.b;&raw c;");
+    check("assert_matches!(a, Some(_) if b, \"c\");", "assert_matches!assert(((let Some(_)=a)&&b));");
     check("core::arch::asm!(\"nop\", in(reg) kf)", "unknown inline assembly(reg kf)");
 }
 

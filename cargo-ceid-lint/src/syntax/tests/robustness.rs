@@ -134,9 +134,9 @@ fn text_that_is_not_code() {
     check("\u{feff}", &[]);
     check("#!", &[]);
     check("#!/bin/sh", &[]);
-    check("\0", &["cannot parse string into token stream"]);
-    check("fn f() {", &["cannot parse string into token stream"]);
-    check("fn f(", &["cannot parse string into token stream"]);
+    check("\0", &["unbalanced bracket or invalid token"]);
+    check("fn f() {", &["unbalanced bracket or invalid token"]);
+    check("fn f(", &["unbalanced bracket or invalid token"]);
     check("fn", &["unexpected end of input, expected identifier"]);
 }
 
@@ -155,4 +155,42 @@ fn damaged_text_is_read_or_refused() {
             let _ = parse(&damaged);
         }
     }
+}
+
+/// Files of the disk that are no text, endless, or their own ancestors.
+#[test]
+#[cfg(unix)]
+fn odd_files_are_problems() -> std::io::Result<()> {
+    use std::os::unix::fs::symlink;
+    let root = std::env::temp_dir().join(format!("ceid-lint-odd-files-{}", std::process::id()));
+    std::fs::create_dir_all(root.join("a"))?;
+    let modules = "mod a; mod b; #[path = \"/dev/zero\"] mod c; mod d; #[path = \"a\"] mod e; mod f; mod g; struct S;";
+    std::fs::write(root.join("lib.rs"), modules)?;
+    std::fs::write(root.join("a/mod.rs"), "mod a;")?;
+    std::fs::write(root.join("b.rs"), b"fn f() { \xff }")?;
+    std::fs::write(root.join("g.rs"), "fn f() { \0 }")?;
+    let links = [(".", "a/a"), ("d.rs", "d.rs"), ("nowhere.rs", "f.rs")];
+    for (target, link) in links {
+        let _ = std::fs::remove_file(root.join(link));
+        symlink(target, root.join(link))?;
+    }
+    let mut files = FileSet::new(SourceMap::new(root.clone()), Box::new(crate::source::DiskSource));
+    let mut problems = Vec::new();
+    let items = parse_crate(&root.join("lib.rs"), "2024", &values(), &mut files, &mut problems);
+    std::fs::remove_dir_all(&root)?;
+    let shown: Vec<String> = problems.iter().map(|problem| format!("{}: {}", problem.file, problem.message)).collect();
+    assert_eq!(items.last().map(|item| item.name.as_str()), Some("S"));
+    assert_eq!(
+        shown,
+        [
+            "a/mod.rs: circular modules: `a/mod.rs` -> `a/mod.rs`",
+            "b.rs: not valid UTF-8 (byte 9)",
+            "/dev/zero: not a regular file",
+            "d.rs: Too many levels of symbolic links (os error 40)",
+            "a: not a regular file",
+            "lib.rs: file not found for module `f`: `f.rs`",
+            "g.rs: unbalanced bracket or invalid token",
+        ]
+    );
+    Ok(())
 }
