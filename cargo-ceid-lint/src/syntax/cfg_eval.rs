@@ -39,10 +39,6 @@ impl Presence {
     }
 
     /// `None` if it is absent; else the key if it is uncertain.
-    #[expect(
-        clippy::option_option,
-        reason = "absent, certain and uncertain are three answers, used with `?` and `let else`"
-    )]
     pub(super) fn key(self) -> Option<Option<CfgKey>> {
         match self {
             Self::Absent => None,

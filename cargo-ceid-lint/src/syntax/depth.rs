@@ -205,8 +205,10 @@ impl Scan<'_> {
         }
         // These words open something that is read by recursion with the largest frames.
         let weight = match word {
-            b"if" | b"match" | b"while" | b"for" | b"return" | b"break" | b"yield" | b"become" | b"let" => 4,
-            b"fn" | b"impl" | b"dyn" | b"async" | b"move" | b"static" | b"const" | b"unsafe" | b"box" => 2,
+            b"if" | b"match" | b"while" | b"for" | b"return" | b"break" | b"yield" | b"let" => 4,
+            // The parser copies all that follows these two, each time.
+            b"become" | b"box" => 60,
+            b"fn" | b"impl" | b"dyn" | b"async" | b"move" | b"static" | b"const" | b"unsafe" => 2,
             _ => 1,
         };
         self.add(weight, 0);

@@ -11,6 +11,9 @@ mod modules;
 mod stack;
 mod text;
 
+#[cfg(test)]
+mod tests;
+
 use std::path::Path;
 use std::sync::Arc;
 

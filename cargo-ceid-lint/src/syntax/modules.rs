@@ -15,7 +15,7 @@ use crate::project::CfgValues;
 use crate::source::{FileId, FileSet, ReadError, Span};
 
 /// How many files a crate may load: files that include each other twice would double with each step.
-const MAX_LOADS: usize = 50_000;
+const MAX_LOADS: usize = 20_000;
 
 /// How deep files may load files.
 const MAX_FILE_DEPTH: usize = 200;
@@ -183,7 +183,9 @@ impl<'a> Loader<'a> {
             self.problem(Some(Span::new(file, at, at + 1)), message, Some(help));
             return None;
         }
-        let parsed = code.parse::<TokenStream>().map_err(syn::Error::from).and_then(|tokens| {
+        let unreadable =
+            |error: proc_macro2::LexError| syn::Error::new(error.span(), "unbalanced bracket or invalid token");
+        let parsed = code.parse::<TokenStream>().map_err(unreadable).and_then(|tokens| {
             collect_macro_names(&tokens, &mut self.own_macros);
             syn::parse2::<syn::File>(tokens)
         });

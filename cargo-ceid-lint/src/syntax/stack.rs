@@ -1,8 +1,9 @@
 //! A thread whose stack is large enough for the longest expression that is read. Never decides what is too long: see
 //! [`depth`](super::depth).
 
-/// The stack of the thread in bytes. Pages that are not touched cost nothing but addresses.
-const STACK_BYTES: usize = if cfg!(target_pointer_width = "64") { 1024 * 1024 * 1024 } else { 128 * 1024 * 1024 };
+/// The stack of the thread in bytes: in a debug build, the longest input that is read takes less than half of it. Pages that
+/// are not touched cost nothing but addresses.
+const STACK_BYTES: usize = if cfg!(target_pointer_width = "64") { 512 * 1024 * 1024 } else { 256 * 1024 * 1024 };
 
 /// Runs `work` on a thread with a stack for deeply nested code, and waits for it.
 ///

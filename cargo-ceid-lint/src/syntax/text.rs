@@ -116,6 +116,8 @@ fn is_keyword(word: &str) -> bool {
         word,
         "as" | "async"
             | "await"
+            | "become"
+            | "box"
             | "break"
             | "const"
             | "continue"
@@ -131,6 +133,7 @@ fn is_keyword(word: &str) -> bool {
             | "in"
             | "let"
             | "loop"
+            | "macro"
             | "match"
             | "mod"
             | "move"
@@ -147,6 +150,7 @@ fn is_keyword(word: &str) -> bool {
             | "use"
             | "where"
             | "while"
+            | "yield"
             | "_"
     )
 }

@@ -21,10 +21,6 @@ pub(in crate::syntax) struct Attrs {
 
 impl Attrs {
     /// The key if the thing may be there; `None` if it is not.
-    #[expect(
-        clippy::option_option,
-        reason = "absent, certain and uncertain are three answers, used with `?` and `let else`"
-    )]
     pub(super) fn key(&self) -> Option<Option<CfgKey>> {
         self.presence.clone().key()
     }
@@ -52,10 +48,6 @@ impl Lowerer<'_, '_> {
     }
 
     /// Whether something with these attributes is there: `None` if not.
-    #[expect(
-        clippy::option_option,
-        reason = "absent, certain and uncertain are three answers, used with `?` and `let else`"
-    )]
     pub(super) fn cfg_key(&self, attributes: &[syn::Attribute]) -> Option<Option<CfgKey>> {
         // Most things have no attributes at all.
         if attributes.is_empty() { Some(None) } else { self.attrs(attributes).key() }

@@ -2,12 +2,12 @@
 
 use quote::ToTokens as _;
 
+use super::literal::{literal, operator};
 use super::{Lowerer, name};
 use crate::source::Span;
 use crate::syntax::text::mentions;
 use crate::syntax::tree::{
-    Arm, Block, BlockKind, Body, Closure, Expr, ExprId, ExprKind, Literal, Pat, PatId, PatKind, Path, Stmt, StmtKind,
-    TypeRef,
+    Block, BlockKind, Body, Expr, ExprId, ExprKind, Pat, PatId, PatKind, Path, Stmt, StmtKind, TypeRef,
 };
 
 /// Lowers the code of one body.
@@ -74,7 +74,7 @@ impl<'b, 'l, 'a> BodyLowerer<'b, 'l, 'a> {
         Some(self.add(ExprKind::Block(Block { stmts, ..Block::default() }), span))
     }
 
-    fn optional(&mut self, expr: Option<&syn::Expr>) -> Option<ExprId> {
+    pub(super) fn optional(&mut self, expr: Option<&syn::Expr>) -> Option<ExprId> {
         expr.map(|expr| self.expr(expr))
     }
 
@@ -291,125 +291,6 @@ impl<'b, 'l, 'a> BodyLowerer<'b, 'l, 'a> {
         self.add(ExprKind::Repeat { value, len, is_vec: false }, span)
     }
 
-    fn closure(&mut self, closure: &syn::ExprClosure) -> ExprId {
-        let mut params = Vec::new();
-        for input in &closure.inputs {
-            params.push(match input {
-                syn::Pat::Type(typed) => (self.pat(&typed.pat), self.low.ty(&typed.ty)),
-                pat => (self.pat(pat), TypeRef::Infer),
-            });
-        }
-        let body = self.expr(&closure.body);
-        let output = match &closure.output {
-            syn::ReturnType::Default => None,
-            syn::ReturnType::Type(_, ty) => Some(self.low.ty(ty)),
-        };
-        let bar = self.span(closure.inputs_begin.span);
-        let qualifiers = [closure.asyncness.map(|token| token.span), closure.capture.map(|token| token.span)];
-        let start = qualifiers.into_iter().flatten().fold(bar, |span, token| span.to(self.span(token)));
-        let span = start.to(self.outer(body));
-        let (is_move, is_async) = (closure.capture.is_some(), closure.asyncness.is_some());
-        self.add(ExprKind::Closure(Closure { params, output, body, is_move, is_async, bar }), span)
-    }
-
-    fn conditional(&mut self, conditional: &syn::ExprIf) -> ExprId {
-        let condition = self.expr(&conditional.cond);
-        let then = self.block_expr(&conditional.then_branch);
-        let otherwise = self.optional(conditional.else_branch.as_ref().map(|(_, branch)| &**branch));
-        let end = self.outer(otherwise.unwrap_or(then));
-        let span = self.span(conditional.if_token.span).to(end);
-        self.add(ExprKind::If { condition, then, otherwise }, span)
-    }
-
-    fn binding(&mut self, binding: &syn::ExprLet) -> ExprId {
-        let pat = self.pat(&binding.pat);
-        let value = self.expr(&binding.expr);
-        let span = self.span(binding.let_token.span).to(self.outer(value));
-        self.add(ExprKind::Let { pat, value }, span)
-    }
-
-    fn matching(&mut self, matching: &syn::ExprMatch) -> ExprId {
-        let scrutinee = self.expr(&matching.expr);
-        let mut arms = Vec::new();
-        for arm in &matching.arms {
-            let Some(cfg) = self.low.cfg_key(&arm.attrs) else { continue };
-            let (pat, guard) = match &arm.pat {
-                syn::Pat::Guard(guarded) => (self.pat(&guarded.pat), Some(self.expr(&guarded.guard))),
-                pat => (self.pat(pat), None),
-            };
-            let body = self.expr(&arm.body);
-            arms.push(Arm { cfg, pat, guard, body });
-        }
-        let span = self.span(matching.match_token.span).to(self.span(matching.brace_token.span.close()));
-        self.add(ExprKind::Match { scrutinee, arms }, span)
-    }
-
-    fn loop_expr(&mut self, expr: &syn::Expr) -> ExprId {
-        match expr {
-            syn::Expr::Loop(expr) => {
-                let body = self.block_expr(&expr.body);
-                let keyword = self.span(expr.loop_token.span);
-                let span = keyword.to(self.outer(body));
-                self.add(ExprKind::Loop { label: label(expr.label.as_ref()), keyword, body }, span)
-            }
-            syn::Expr::While(expr) => {
-                let condition = self.expr(&expr.cond);
-                let body = self.block_expr(&expr.body);
-                let keyword = self.span(expr.while_token.span);
-                let span = keyword.to(self.outer(body));
-                self.add(ExprKind::While { label: label(expr.label.as_ref()), keyword, condition, body }, span)
-            }
-            syn::Expr::ForLoop(expr) => {
-                let pat = self.pat(&expr.pat);
-                let iterable = self.expr(&expr.expr);
-                let body = self.block_expr(&expr.body);
-                let keyword = self.span(expr.for_token.span);
-                let span = keyword.to(self.outer(body));
-                self.add(ExprKind::For { label: label(expr.label.as_ref()), keyword, pat, iterable, body }, span)
-            }
-            other => self.unknown(other),
-        }
-    }
-
-    fn jump(&mut self, expr: &syn::Expr) -> ExprId {
-        match expr {
-            syn::Expr::Break(expr) => {
-                let value = self.optional(expr.expr.as_deref());
-                let mut span = self.span(expr.break_token.span);
-                if let Some(label) = &expr.label {
-                    span = span.to(self.span(label.ident.span()));
-                }
-                let span = value.map_or(span, |value| span.to(self.outer(value)));
-                self.add(ExprKind::Break { label: expr.label.as_ref().map(lifetime), value }, span)
-            }
-            syn::Expr::Continue(expr) => {
-                let keyword = self.span(expr.continue_token.span);
-                let span = expr.label.as_ref().map_or(keyword, |label| keyword.to(self.span(label.ident.span())));
-                self.add(ExprKind::Continue { label: expr.label.as_ref().map(lifetime) }, span)
-            }
-            syn::Expr::Return(expr) => {
-                let value = self.optional(expr.expr.as_deref());
-                let keyword = self.span(expr.return_token.span);
-                let span = value.map_or(keyword, |value| keyword.to(self.outer(value)));
-                self.add(ExprKind::Return(value), span)
-            }
-            other => self.unknown(other),
-        }
-    }
-
-    fn labelled_block(&mut self, expr: &syn::ExprBlock) -> ExprId {
-        let mut block = self.block(&expr.block);
-        block.label = label(expr.label.as_ref());
-        let span = self.span(expr.block.brace_token.span.join());
-        self.add(ExprKind::Block(block), span)
-    }
-
-    fn special_block(&mut self, keyword: proc_macro2::Span, kind: BlockKind, block: &syn::Block) -> ExprId {
-        let span = self.span(keyword).to(self.span(block.brace_token.span.close()));
-        let block = Block { kind, ..self.block(block) };
-        self.add(ExprKind::Block(block), span)
-    }
-
     pub(in crate::syntax) fn unknown(&mut self, expr: &syn::Expr) -> ExprId {
         let what = match expr {
             syn::Expr::Yield(_) => "`yield`",
@@ -425,14 +306,6 @@ fn unknown_kind(what: &str, expr: &syn::ExprBinary) -> ExprKind {
     ExprKind::Unknown { what: what.to_owned(), mentions: mentions(&expr.to_token_stream()) }
 }
 
-fn label(label: Option<&syn::Label>) -> Option<String> {
-    label.map(|label| lifetime(&label.name))
-}
-
-fn lifetime(lifetime: &syn::Lifetime) -> String {
-    name(&lifetime.ident)
-}
-
 pub(super) fn member(member: &syn::Member) -> (String, proc_macro2::Span) {
     match member {
         syn::Member::Named(ident) => (name(ident), ident.span()),
@@ -440,72 +313,24 @@ pub(super) fn member(member: &syn::Member) -> (String, proc_macro2::Span) {
     }
 }
 
-pub(super) fn literal(literal: &syn::Lit) -> Literal {
-    match literal {
-        syn::Lit::Int(int) => Literal::Int(int.base10_digits().parse().ok(), int.suffix().to_owned()),
-        syn::Lit::Float(float) => Literal::Float(float.to_string()),
-        syn::Lit::Bool(bool) => Literal::Bool(bool.value),
-        syn::Lit::Str(text) => Literal::Str(text.value()),
-        syn::Lit::Char(char) => Literal::Char(char.token().to_string()),
-        syn::Lit::Byte(byte) => Literal::Char(byte.token().to_string()),
-        _ => Literal::Bytes,
-    }
-}
-
-/// The operator without a final `=` that makes it an assignment, and whether there is one.
-fn operator(op: &syn::BinOp) -> Option<(&'static str, bool)> {
-    use syn::BinOp;
-    Some(match op {
-        BinOp::Add(_) => ("+", false),
-        BinOp::Sub(_) => ("-", false),
-        BinOp::Mul(_) => ("*", false),
-        BinOp::Div(_) => ("/", false),
-        BinOp::Rem(_) => ("%", false),
-        BinOp::And(_) => ("&&", false),
-        BinOp::Or(_) => ("||", false),
-        BinOp::BitXor(_) => ("^", false),
-        BinOp::BitAnd(_) => ("&", false),
-        BinOp::BitOr(_) => ("|", false),
-        BinOp::Shl(_) => ("<<", false),
-        BinOp::Shr(_) => (">>", false),
-        BinOp::Eq(_) => ("==", false),
-        BinOp::Lt(_) => ("<", false),
-        BinOp::Le(_) => ("<=", false),
-        BinOp::Ne(_) => ("!=", false),
-        BinOp::Ge(_) => (">=", false),
-        BinOp::Gt(_) => (">", false),
-        BinOp::AddAssign(_) => ("+", true),
-        BinOp::SubAssign(_) => ("-", true),
-        BinOp::MulAssign(_) => ("*", true),
-        BinOp::DivAssign(_) => ("/", true),
-        BinOp::RemAssign(_) => ("%", true),
-        BinOp::BitXorAssign(_) => ("^", true),
-        BinOp::BitAndAssign(_) => ("&", true),
-        BinOp::BitOrAssign(_) => ("|", true),
-        BinOp::ShlAssign(_) => ("<<", true),
-        BinOp::ShrAssign(_) => (">>", true),
-        _ => return None,
-    })
-}
-
 /// The attributes that decide whether an element or statement is there: the parser hangs them on its leftmost part.
 pub(super) fn expr_attributes(expr: &syn::Expr) -> &[syn::Attribute] {
     use syn::Expr as E;
-    macro_rules! attrs {
-        ($($kind:ident)*) => {
-            match expr {
-                $(E::$kind(expr) => &expr.attrs,)*
-                _ => &[],
-            }
-        };
-    }
-    let mut expr = expr;
+    let mut leftmost = expr;
     loop {
-        expr = match expr {
+        leftmost = match leftmost {
             E::Assign(assign) if assign.attrs.is_empty() => &assign.left,
             E::Binary(binary) if binary.attrs.is_empty() => &binary.left,
             E::Cast(cast) if cast.attrs.is_empty() => &cast.expr,
             _ => break,
+        };
+    }
+    macro_rules! attrs {
+        ($($kind:ident)*) => {
+            match leftmost {
+                $(E::$kind(own) => &own.attrs,)*
+                _ => &[],
+            }
         };
     }
     attrs!(

@@ -3,9 +3,11 @@
 
 mod assoc;
 pub(super) mod attrs;
+mod control;
 mod expr;
 mod function;
 mod items;
+mod literal;
 mod pat;
 mod path;
 mod stmt;

@@ -148,13 +148,17 @@ impl BodyLowerer<'_, '_, '_> {
     /// `box pat`, or something that is not read.
     fn verbatim_pat(&mut self, tokens: &TokenStream) -> PatId {
         let span = self.low.tokens_span(tokens);
-        let mut rest = tokens.clone().into_iter();
-        if matches!(rest.next(), Some(TokenTree::Ident(word)) if word == "box") {
-            let inner: TokenStream = rest.collect();
-            if let Ok(inner) = syn::Pat::parse_single.parse2(inner) {
-                let inner = self.pat(&inner);
-                return self.add_pat(PatKind::Reference(inner), span);
-            }
+        let mut rest = tokens.clone().into_iter().peekable();
+        let mut boxes = 0;
+        while matches!(rest.peek(), Some(TokenTree::Ident(word)) if word == "box") {
+            rest.next();
+            boxes += 1;
+        }
+        if boxes > 0
+            && let Ok(inner) = syn::Pat::parse_single.parse2(rest.collect())
+        {
+            let inner = self.pat(&inner);
+            return (0..boxes).fold(inner, |inner, _| self.add_pat(PatKind::Reference(inner), span));
         }
         self.add_pat(PatKind::Unknown, span)
     }

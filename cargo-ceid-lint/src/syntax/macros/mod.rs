@@ -21,6 +21,7 @@ pub(super) use cfg_if::CfgBranch;
 const KNOWN_CRATES: &[&str] = &[
     "alloc",
     "anyhow",
+    "assert_matches",
     "ceid_core",
     "cfg_if",
     "color_eyre",
@@ -52,6 +53,7 @@ enum Shape {
     Diverges,
     Assert,
     AssertCompare,
+    AssertMatches,
     DebugOnly,
     DebugCompare,
     Logging,
@@ -62,6 +64,7 @@ enum Shape {
     Matches,
     Vec,
     Try,
+    AddressOf { mutable: bool },
     Unwrap,
     CfgFlag,
     Ceid,
@@ -83,6 +86,7 @@ fn shape(name: &str) -> Option<Shape> {
         "panic" | "todo" | "unimplemented" | "unreachable" => Shape::Diverges,
         "assert" => Shape::Assert,
         "assert_eq" | "assert_ne" => Shape::AssertCompare,
+        "assert_matches" => Shape::AssertMatches,
         "debug_assert" => Shape::DebugOnly,
         "debug_assert_eq" | "debug_assert_ne" => Shape::DebugCompare,
         "trace" | "debug" | "info" | "warn" | "error" | "log" | "event" | "span" | "log_enabled" => Shape::Logging,
@@ -95,6 +99,8 @@ fn shape(name: &str) -> Option<Shape> {
         "matches" => Shape::Matches,
         "vec" => Shape::Vec,
         "try" | "ready" => Shape::Try,
+        "addr_of" => Shape::AddressOf { mutable: false },
+        "addr_of_mut" => Shape::AddressOf { mutable: true },
         "unwrap" | "expect" => Shape::Unwrap,
         "cfg" => Shape::CfgFlag,
         "ceid" => Shape::Ceid,
@@ -160,6 +166,7 @@ impl BodyLowerer<'_, '_, '_> {
             Shape::Harmless => MacroKind::All(Vec::new()),
             Shape::Diverges => MacroKind::Diverges(self.operands(mac)?),
             Shape::Assert => MacroKind::Assert(self.first(mac)?),
+            Shape::AssertMatches => MacroKind::Assert(self.matches(mac, span)?),
             Shape::Ensure => MacroKind::Ensure(self.first(mac)?),
             Shape::AssertCompare => {
                 let [left, right] = self.first_two(mac)?;
@@ -190,6 +197,10 @@ impl BodyLowerer<'_, '_, '_> {
             Shape::Try => {
                 let value = self.first(mac)?;
                 return Some(self.add(ExprKind::Try(value), span));
+            }
+            Shape::AddressOf { mutable } => {
+                let value = self.first(mac)?;
+                return Some(self.add(ExprKind::Reference { mutable, raw: true, value }, span));
             }
             Shape::CfgFlag => match evaluate(&mac.tokens, self.low.cfg()) {
                 Presence::Present => return Some(self.add(ExprKind::Literal(Literal::Bool(true)), span)),

@@ -37,7 +37,13 @@ impl Parse for LogOperands {
     fn parse(input: ParseStream<'_>) -> syn::Result<Self> {
         let mut operands = Vec::new();
         while !input.is_empty() {
-            if input.peek(syn::token::Brace) {
+            if input.peek(syn::token::Brace) && input.peek2(Token![=]) {
+                // `{ NAME } = value`, where a constant names the field.
+                input.parse::<proc_macro2::TokenTree>()?;
+                input.parse::<Token![=]>()?;
+                skip_capture(input)?;
+                operands.push(input.parse()?);
+            } else if input.peek(syn::token::Brace) {
                 // `tracing::info!({ a = 1 }, "text")`
                 let fields;
                 syn::braced!(fields in input);
@@ -104,7 +110,7 @@ fn skip_capture(input: ParseStream<'_>) -> syn::Result<()> {
     Ok(())
 }
 
-/// `value, pattern if guard`
+/// `value, pattern if guard`, and a message in assertions
 pub(super) struct MatchesOperands {
     pub(super) value: Expr,
     pub(super) pat: Pat,
@@ -120,7 +126,10 @@ impl Parse for MatchesOperands {
             Some(_) => Some(input.parse()?),
             None => None,
         };
-        input.parse::<Option<Token![,]>>()?;
+        if !input.is_empty() {
+            input.parse::<Token![,]>()?;
+            input.parse::<proc_macro2::TokenStream>()?;
+        }
         Ok(Self { value, pat, guard })
     }
 }

@@ -1,0 +1,130 @@
+//! Macros read as code.
+
+use super::{check_code as check, check_items, parse_ok, show};
+
+#[test]
+fn formatting_runs_its_operands() {
+    check(
+        "println!(\"{a} {}\", kf.update(x)); write!(w, \"{}\", n = b)?;",
+        "println!all(\"{a} {}\", kf.update(x));write!all(w, \"{}\", b)?;",
+    );
+    check("std::format!(\"\"); dbg!(a, b);", "std::format!all(\"\");dbg!all(a, b);");
+    check("concat!(a, b); line!();", "concat!all();line!all();");
+}
+
+#[test]
+fn assertions() {
+    check(
+        "assert!(a, \"{}\", b); assert_eq!(a, b, \"c\"); debug_assert!(a); debug_assert_ne!(a, b);",
+        "assert!assert(a);assert_eq!compare(a, b);debug_assert!debug(a);debug_assert_ne!debug(a, b);",
+    );
+    check(
+        "panic!(\"{}\", a); todo!(); unreachable!()",
+        "panic!diverges(\"{}\", a);todo!diverges();unreachable!diverges()",
+    );
+    check(
+        "defmt::assert!(a); defmt::unwrap!(a, \"b\"); unwrap!(c)",
+        "defmt::assert!assert(a);defmt::unwrap!all(\"b\", a);unwrap!all(c)",
+    );
+    check(
+        "bail!(\"a\"); ensure!(a == b, \"c\"); anyhow::bail!(d)",
+        "bail!err(\"a\");ensure!ensure((a==b));anyhow::bail!err(d)",
+    );
+}
+
+#[test]
+fn logging_in_all_its_spellings() {
+    check(
+        "info!(\"{}\", a); log::warn!(target: \"t\", \"{}\", b);",
+        "info!log(\"{}\", a);log::warn!log(\"t\", \"{}\", b);",
+    );
+    check(
+        "tracing::debug!(a, ?b, %c.d, e = f, g.h = ?i, \"j\" = k, \"text {}\", l);",
+        "tracing::debug!log(a, b, c.d, f, i, k, \"text {}\", l);",
+    );
+    check("info!(a = 1, b:? = c, d:err = e; \"text\");", "info!log(1, c, e, \"text\");");
+    check(
+        "event!(Level::INFO, a == b); span!(parent: &p, Level::INFO, \"s\", x);",
+        "event!log(Level::INFO, (a==b));span!log(&p, Level::INFO, \"s\", x);",
+    );
+    check("info!({ a = b }, \"text\"); error!(name: \"n\", c);", "info!log(b, \"text\");error!log(\"n\", c);");
+    check("info!({ NAME } = a, { b = c, { NAME } = ?d }, \"text\");", "info!log(a, c, d, \"text\");");
+    check("info!(a::b, c);", "info!log(a::b, c);");
+}
+
+#[test]
+fn select_arms() {
+    check(
+        "tokio::select! { biased; x = a.next(), if b => c(x), Some(y) = d => { e } _ = g => h, else => i }",
+        "tokio::select!select(x=a.next() if b=>c(x), Some(y)=d=>{e}, _=g=>h, =>i)",
+    );
+    check("select! { () = a => b, complete => break, default => {} }", "select!select(()=a=>b, =>break , =>{})");
+    check("select! { recv(r) -> m => kf }", "select!opaque(recv r m kf)");
+    check("join!(a, b); tokio::try_join!(biased; c, d)?;", "join!join(a, b);tokio::try_join!try_join(c, d)?;");
+}
+
+#[test]
+fn values_and_patterns() {
+    check("vec![]; vec![a, b]; vec![a; 3];", "vec[];vec[a, b];vec[a;3];");
+    check("if matches!(a, Some(b) | None if b > 1) { c }", "if ((let Some(b)|None=a)&&(b>1)) {c}");
+    check("matches!(a, B)", "(let B=a)");
+    check("nb::block!(a.read())?; r#try!(b); pin!(c);", "nb::block!all(a.read())?;b?;pin!all(c);");
+    check("core::ptr::addr_of_mut!(A.b); addr_of!(c);", "&raw mut A.b;&raw c;");
+    check("assert_matches!(a, Some(_) if b, \"c\");", "assert_matches!assert(((let Some(_)=a)&&b));");
+    check("core::arch::asm!(\"nop\", in(reg) kf)", "unknown inline assembly(reg kf)");
+}
+
+#[test]
+fn statics_declared_by_macros() {
+    check_items(
+        "thread_local! { static A: RefCell<u8> = const { b() }; pub static C: D = e }",
+        "static A:RefCell<u8>={b()}, pub static C:D=e",
+    );
+    check_items("lazy_static! { /// Doc.\n pub static ref A: Mutex<Kf> = b(); }", "pub static A:Mutex<Kf>=b()");
+    check("thread_local!(static A: u8 = 1); b", "item A;b");
+}
+
+#[test]
+fn guards() {
+    check("ceid!(cycle => kf, p = self.pf, &mut x.y,);", "ceid!ceid(cycle: kf=kf, p=self.pf, &mut x.y=&mut x.y);");
+    check("ceid_core::ceid!(c.cycle() => kf);", "ceid_core::ceid!ceid(c.cycle(): kf=kf);");
+    check("each_cycle!(f in control => { f.a(); })", "each_cycle!each(f in control: {f.a();})");
+    check(
+        "each_cycle! { f, cycle in &mut control => { break; } }",
+        "each_cycle!each(f, cycle in &mut control: {break ;})",
+    );
+    check("each_cycle!(f)", "each_cycle!opaque(f)");
+}
+
+#[test]
+fn filter_sets_are_structs() {
+    check_items(
+        "filters! { /// Set.\n #[derive(Debug)] pub struct Set @ 1000 Hz { pub kf: KalmanF; #[doc = \"\"] pf: ParticleF<3>, map: Map, every 10 } \
+         struct Other<T: A> @ RATE Hz { every: T, x: X, every N; y: Y; } }",
+        "@derive(Debug) @ceid_core::filters pub struct Set {kf:KalmanF, pf:ParticleF<3>, map:Map}, \
+         @ceid_core::filters struct Other<T:A> {every:T, x:X, y:Y}",
+    );
+    check_items("filters! { a => b }", "filters!(a b)");
+    check("ceid_core::filters! { struct S @ 10 Hz { a: A } } s()", "item S;s()");
+}
+
+#[test]
+fn the_crates_own_macros_are_not_the_known_ones() {
+    let items = parse_ok(
+        "macro_rules! info { () => {} } fn f() { info!(kf); log::info!(kf); crate::info!(kf); my::warn!(kf) }",
+    );
+    let body = show::body_of_f(&items);
+    assert_eq!(
+        show::Show { body }.expr(body.root),
+        "{info!opaque(kf);log::info!log(kf);crate::info!opaque(kf);my::warn!opaque(kf)}"
+    );
+}
+
+#[test]
+fn other_shapes_are_opaque() {
+    check(
+        "println!(a b); vec![a b]; matches!(a); assert!()",
+        "println!opaque(a b);vec!opaque(a b);matches!opaque(a);assert!opaque()",
+    );
+    check("my! { kf } other!(pf);", "my!opaque(kf) other!opaque(pf);");
+}
