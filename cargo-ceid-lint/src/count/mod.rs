@@ -1,5 +1,18 @@
-//! The analysis this tool exists for: how often each cycle updates each filter.
+//! The analysis this tool exists for: how often each cycle updates each filter. Reads graphs, never syntax.
 
+mod aliases;
+mod analyse;
+mod callgraph;
+mod counts;
+mod decide;
+mod gates;
+mod guards;
+mod instances;
+mod search;
+mod slice;
+mod summary;
 mod verdict;
 
+pub use analyse::{Analysis, GuardDefect, Unregistered, analyse};
+pub use counts::Count;
 pub use verdict::{Cycle, CycleKind, Gate, Pair, Verdict};

@@ -44,6 +44,19 @@ impl Verdict {
         }
     }
 
+    /// The rule that fires on it, if one does.
+    #[must_use]
+    pub fn rule(self) -> Option<&'static str> {
+        match self {
+            Self::Missed => Some("missed_update"),
+            Self::Repeated => Some("repeated_update"),
+            Self::Skipped => Some("skipped_update"),
+            Self::Unproved => Some("unproved_update"),
+            Self::Gated => Some("gated_update"),
+            Self::Once | Self::Guarded | Self::OnceOrReset | Self::PerSample => None,
+        }
+    }
+
     /// Whether the pair is proved to be right.
     #[must_use]
     pub fn is_proved(self) -> bool {
@@ -127,6 +140,8 @@ pub struct Pair {
     pub cause: Option<String>,
     /// The shortest path that shows the verdict; empty if there is nothing to show.
     pub witness: Vec<WitnessStep>,
+    /// Where the finding is shown: the second update, the statement that skips, the head of the cycle.
+    pub primary: Option<Span>,
     /// The reason of the suppression that hides its finding, if one does; may be empty.
     pub suppressed: Option<String>,
 }

@@ -10,6 +10,7 @@ use crate::types::TypedBody;
 
 pub use lower::lower_function;
 pub use place::{Base, IndexKey, Place, Projection, Relation};
+pub(crate) use place::holds_filter;
 pub use test::{About, Head, OTHER_HEADS, Subject, SubjectId, Test};
 
 /// What a cycle is in the source.
@@ -76,8 +77,19 @@ pub struct ControlFlowGraph {
     pub guards: Vec<GuardInfo>,
     /// Which variables were computed from which: the first from the second.
     pub derived: Vec<(Var, Var)>,
+    /// What variables were computed from: the places read, and the functions and methods called.
+    pub computed: std::collections::BTreeMap<Var, Computed>,
     /// Set if the function was too large or too deep to be followed to its end.
     pub truncated: Option<Cause>,
+}
+
+/// What a value was computed from.
+#[derive(Clone, Debug, Default)]
+pub struct Computed {
+    /// The places read.
+    pub places: Vec<Place>,
+    /// The functions and methods called.
+    pub calls: Vec<String>,
 }
 
 /// A point of the control flow.
@@ -173,6 +185,21 @@ pub enum Effect {
     Diverge,
     /// The end of code that runs elsewhere, or a point that is never reached.
     End,
+    /// Nothing, but a step that a reader of a path wants to see.
+    Mark(Mark),
+}
+
+/// A step that changes nothing but where control goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mark {
+    /// `continue`
+    Continue,
+    /// `break`
+    Break,
+    /// `return`
+    Return,
+    /// An arm of a `match`.
+    Arm,
 }
 
 /// A law that runs.
@@ -190,6 +217,8 @@ pub struct Update {
     pub fed: Vec<Var>,
     /// The variables that its result goes into.
     pub into: Vec<Var>,
+    /// What its arguments read and call.
+    pub from: Computed,
 }
 
 /// A value given to a place.
@@ -237,6 +266,8 @@ pub struct CallSite {
     pub fed: Vec<Var>,
     /// The variables that its result goes into.
     pub into: Vec<Var>,
+    /// What its arguments read and call, `self` left out.
+    pub from: Computed,
 }
 
 /// An argument of a call.

@@ -41,6 +41,8 @@ pub enum IndexKey {
     Named(Arc<str>),
     /// The value of a variable.
     Var(Var),
+    /// The value of a parameter of the function that a summary is about.
+    Param(usize),
     /// Each one: the element stands for all.
     Each,
     /// One that depends on data, by its spelling.
@@ -184,7 +186,7 @@ impl IndexKey {
         let number = |key: &Self| match key {
             Self::Number(number) => Some(*number),
             Self::Var(var) => value(*var),
-            Self::Named(_) | Self::Each | Self::Data(_) => None,
+            Self::Named(_) | Self::Each | Self::Data(_) | Self::Param(_) => None,
         };
         if self == other {
             return match self {
@@ -206,6 +208,7 @@ impl IndexKey {
             Self::Number(number) => number.to_string(),
             Self::Named(text) | Self::Data(text) => text.to_string(),
             Self::Var(id) => var(*id),
+            Self::Param(number) => format!("#{number}"),
             Self::Each => "*".to_owned(),
         }
     }

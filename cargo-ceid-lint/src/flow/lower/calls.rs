@@ -142,14 +142,18 @@ impl Builder<'_> {
             _ => String::new(),
         };
         let mut fed = Vec::new();
+        let mut from = crate::flow::Computed::default();
         for arg in exprs.iter().skip(usize::from(resolved.has_receiver)) {
             fed.extend(self.reads_of(*arg));
+            let computed = self.computed_from(*arg);
+            from.places.extend(computed.places);
+            from.calls.extend(computed.calls);
         }
         let into = self.targets.clone();
         // What lies inside a composite filter is updated by its law's body.
         let result = self.emit_call(id, &resolved.targets, exprs, values, true);
         if let Some(place) = self_place {
-            let update = Update { place, law, method, by_guard: false, fed, into };
+            let update = Update { place, law, method, by_guard: false, fed, into, from };
             self.emit(Effect::Update(update), self.span(id));
         }
         let is_owned = !matches!(self.ty(id), Ty::Ref(..));
@@ -170,8 +174,12 @@ impl Builder<'_> {
             .collect();
         let text = self.text(id);
         let mut fed = Vec::new();
+        let mut from = crate::flow::Computed::default();
         for arg in exprs.iter().skip(1) {
             fed.extend(self.reads_of(*arg));
+            let computed = self.computed_from(*arg);
+            from.places.extend(computed.places);
+            from.calls.extend(computed.calls);
         }
         if !matches!(self.body().expr(id).kind, ExprKind::MethodCall { .. })
             && let Some(first) = exprs.first()
@@ -179,7 +187,7 @@ impl Builder<'_> {
             fed.extend(self.reads_of(*first));
         }
         let into = self.targets.clone();
-        let site = CallSite { targets: targets.to_vec(), args, result, text, is_law, fed, into };
+        let site = CallSite { targets: targets.to_vec(), args, result, text, is_law, fed, into, from };
         self.emit(Effect::Call(Box::new(site)), span);
         result
     }

@@ -1,7 +1,7 @@
 //! Ways out: `break`, `continue`, `return`, `?`, and the bodies they leave.
 
 use super::{Builder, Scope, ScopeKind, Value};
-use crate::flow::{Effect, NodeId, Returned};
+use crate::flow::{Effect, Mark, NodeId, Returned};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{Block, ExprId};
@@ -47,7 +47,7 @@ impl Builder<'_> {
         let span = self.span(id);
         if let Some((at, after, var)) = self.target(label, false) {
             self.leave_scopes(at, span);
-            self.emit(Effect::Nothing, span);
+            self.emit(Effect::Mark(Mark::Break), span);
             self.set(var, &value, span);
             self.jump(after);
         }
@@ -59,7 +59,7 @@ impl Builder<'_> {
         let span = self.span(id);
         if let Some((at, again, _)) = self.target(label, true) {
             // The `continue` itself is a step of the path.
-            self.emit(Effect::Nothing, span);
+            self.emit(Effect::Mark(Mark::Continue), span);
             self.leave_scopes(at, span);
             self.jump(again);
         }
@@ -90,7 +90,7 @@ impl Builder<'_> {
     pub(super) fn return_expr(&mut self, id: ExprId, value: Option<ExprId>) -> Value {
         let value = value.map(|value| self.expr(value)).unwrap_or_default();
         let span = self.span(id);
-        self.emit(Effect::Nothing, span);
+        self.emit(Effect::Mark(Mark::Return), span);
         self.return_value(value, span, true);
         Value::default()
     }

@@ -75,8 +75,15 @@ impl Builder<'_> {
     pub(super) fn end_guard(&mut self, guard: GuardId, span: Span) {
         let holds = self.graph.guards[guard.0 as usize].holds.clone();
         for var in holds {
-            let update =
-                Update { place: Place::var(var), law: 0, method: "update".to_owned(), by_guard: true, fed: Vec::new(), into: Vec::new() };
+            let update = Update {
+                place: Place::var(var),
+                law: 0,
+                method: "update".to_owned(),
+                by_guard: true,
+                fed: Vec::new(),
+                into: Vec::new(),
+                from: crate::flow::Computed::default(),
+            };
             self.emit(Effect::Update(update), span);
         }
         self.emit(Effect::GuardEnd(guard), span);

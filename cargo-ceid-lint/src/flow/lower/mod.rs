@@ -18,7 +18,7 @@ mod values;
 use std::collections::{HashMap, HashSet};
 
 use super::{
-    Assignment, Cause, ControlFlowGraph, Effect, GuardId, GuardInfo, Head, LoopId, LoopInfo, Node, NodeId, Place, Program, Var,
+    Assignment, Cause, Computed, ControlFlowGraph, Effect, GuardId, GuardInfo, Head, LoopId, LoopInfo, Node, NodeId, Place, Program, Var,
     VarInfo,
 };
 use crate::index::{FunctionId, Ty};
@@ -142,6 +142,7 @@ impl<'a> Builder<'a> {
             subjects: Vec::new(),
             guards: Vec::new(),
             derived: Vec::new(),
+            computed: std::collections::BTreeMap::new(),
             truncated: None,
         };
         Self {
@@ -222,6 +223,32 @@ impl<'a> Builder<'a> {
         for read in self.reads_of(from) {
             self.graph.derived.extend(vars.iter().map(|var| (*var, read)));
         }
+        let computed = self.computed_from(from);
+        for var in vars {
+            let all = self.graph.computed.entry(*var).or_default();
+            all.places.extend(computed.places.iter().cloned());
+            all.calls.extend(computed.calls.iter().cloned());
+        }
+    }
+
+    /// The places that an expression reads and the functions it calls, anywhere in it.
+    fn computed_from(&mut self, id: ExprId) -> Computed {
+        let body = self.body();
+        let span = body.expr(id).span;
+        let mut computed = Computed::default();
+        for number in (0..=id.0).rev() {
+            let expr = ExprId(number);
+            if !span.contains(body.expr(expr).span) {
+                break;
+            }
+            match &body.expr(expr).kind {
+                ExprKind::MethodCall { method, .. } => computed.calls.push(method.clone()),
+                ExprKind::Path(path) if path.segments.len() > 1 => computed.calls.push(path.last().to_owned()),
+                ExprKind::Field { .. } | ExprKind::Path(_) => computed.places.extend(self.static_place(expr)),
+                _ => {}
+            }
+        }
+        computed
     }
 
     /// Gives every variable whose value flows into a subject a subject of its own, with the same heads.

@@ -2,7 +2,7 @@
 
 use super::subjects::Pure;
 use super::{Builder, Value};
-use crate::flow::{About, Effect, Head, NodeId, Test, Var};
+use crate::flow::{About, Effect, Head, Mark, NodeId, Test, Var};
 use crate::index::{Def, Shape};
 use crate::source::Span;
 use crate::syntax::tree::{Arm, ExprId, PatId, PatKind};
@@ -44,6 +44,9 @@ impl Builder<'_> {
             self.test_pattern(arm.pat, &own, next);
             if let Some(guard) = arm.guard {
                 self.condition(guard, next);
+            }
+            if self.at.is_some() {
+                self.emit(Effect::Mark(Mark::Arm), self.body().pat(arm.pat).span);
             }
             let value = self.expr(arm.body);
             self.end_branch(&join, &value, self.span(arm.body));

@@ -1,0 +1,153 @@
+//! Which places a place may be another name of, whatever the path. Knows no counts.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::summary::Summaries;
+use crate::flow::{Base, ControlFlowGraph, Effect, LoopId, Place, Projection, Var};
+
+/// The names of a function's places.
+#[derive(Debug, Default)]
+pub(super) struct Aliases {
+    /// What a variable, or a part of it, was given: the steps into the variable, and the place.
+    sources: BTreeMap<Var, Vec<(Vec<Projection>, Place)>>,
+    unnamed: BTreeSet<Var>,
+    /// Variables that hold a value of their own.
+    owning: BTreeSet<Var>,
+    /// Which variables were computed from which.
+    derived: BTreeMap<Var, BTreeSet<Var>>,
+}
+
+/// How long a chain of names is followed.
+const MAX_LINKS: u32 = 24;
+
+impl Aliases {
+    pub(super) fn of(graph: &ControlFlowGraph, summaries: &Summaries) -> Self {
+        let mut aliases = Self::default();
+        for (number, info) in (0u32..).zip(&graph.vars) {
+            if info.name.is_empty() && info.param.is_none() {
+                aliases.unnamed.insert(Var(number));
+            }
+        }
+        for node in &graph.nodes {
+            match &node.effect {
+                Effect::Set(set) => {
+                    let Some(var) = set.place.base_var() else { continue };
+                    match &set.from {
+                        Some(from) => aliases.add(graph, var, &set.place.steps, from, set.by_move, node.in_loop),
+                        None => {
+                            aliases.owning.insert(var);
+                        }
+                    }
+                }
+                Effect::Write(write) if write.rebinds => {
+                    if let (Some(var), Some(from)) = (write.place.base_var(), &write.from) {
+                        aliases.add(graph, var, &write.place.steps, from, write.by_move, node.in_loop);
+                    }
+                }
+                Effect::Call(site) => {
+                    for target in &site.targets {
+                        for (param, steps) in summaries.returns(*target) {
+                            if let Some(place) = site.args.get(*param).and_then(|arg| arg.place.as_ref()) {
+                                let from = place.join(steps);
+                                aliases.add(graph, site.result, &[], &from, false, node.in_loop);
+                            }
+                        }
+                    }
+                }
+                _ => {}
+            }
+        }
+        for info in &graph.loops {
+            for (var, place) in &info.items {
+                aliases.sources.entry(*var).or_default().push((Vec::new(), place.clone()));
+            }
+        }
+        for (to, from) in &graph.derived {
+            aliases.derived.entry(*to).or_default().insert(*from);
+        }
+        aliases
+    }
+
+    fn add(&mut self, graph: &ControlFlowGraph, var: Var, steps: &[Projection], from: &Place, by_move: bool, at: Option<LoopId>) {
+        if by_move && !self.unnamed.contains(&var) && !self.keeps_moved(graph, from, at) {
+            // What is moved into a variable lives there from now on.
+            self.owning.insert(var);
+            return;
+        }
+        let sources = self.sources.entry(var).or_default();
+        let entry = (steps.to_vec(), from.clone());
+        if !sources.contains(&entry) {
+            sources.push(entry);
+        }
+    }
+
+    /// Whether what is moved out of a place is still that place's instance: it comes from a parameter or static, which is
+    /// there after the function, or it is taken out inside a loop that the place outlives.
+    fn keeps_moved(&self, graph: &ControlFlowGraph, from: &Place, at: Option<LoopId>) -> bool {
+        let Some(var) = from.base_var() else { return true };
+        let info = graph.var(var);
+        if info.param.is_some() && !from.steps.is_empty() {
+            return true;
+        }
+        if self.unnamed.contains(&var) {
+            return true;
+        }
+        match at {
+            None => false,
+            Some(inner) => match info.in_loop {
+                None => true,
+                Some(declared) => declared != inner && graph.is_within(Some(inner), declared),
+            },
+        }
+    }
+
+    /// The places that a place may be a name of, itself if it is a name of nothing else.
+    pub(super) fn roots(&self, place: &Place) -> Vec<Place> {
+        let mut found = BTreeSet::new();
+        let mut seen = BTreeSet::new();
+        self.follow(place, 0, &mut seen, &mut found);
+        found.into_iter().collect()
+    }
+
+    fn follow(&self, place: &Place, links: u32, seen: &mut BTreeSet<Place>, found: &mut BTreeSet<Place>) {
+        if links > MAX_LINKS || !seen.insert(place.clone()) {
+            return;
+        }
+        let Base::Var(var) = place.base else {
+            found.insert(place.clone());
+            return;
+        };
+        let mut own = BTreeSet::new();
+        let mut has_source = false;
+        for (steps, source) in self.sources.get(&var).into_iter().flatten() {
+            if place.steps.len() >= steps.len() && place.steps[..steps.len()] == steps[..] {
+                has_source = true;
+                self.follow(&source.join(&place.steps[steps.len()..]), links + 1, seen, &mut own);
+            }
+        }
+        // A value in between is no place of its own where a name of the source holds it.
+        let named = !self.unnamed.contains(&var);
+        if named {
+            own.retain(|root| root.base_var().is_none_or(|base| !self.unnamed.contains(&base)));
+        }
+        if own.is_empty() || !has_source || (named && self.owning.contains(&var)) {
+            found.insert(place.clone());
+        }
+        found.append(&mut own);
+    }
+
+    /// Whether a variable was computed from one of these, by any number of steps.
+    pub(super) fn is_derived(&self, var: Var, from: &[Var]) -> bool {
+        let mut seen = BTreeSet::new();
+        let mut open = vec![var];
+        while let Some(at) = open.pop() {
+            if from.contains(&at) {
+                return true;
+            }
+            if seen.insert(at) {
+                open.extend(self.derived.get(&at).into_iter().flatten().copied());
+            }
+        }
+        false
+    }
+}

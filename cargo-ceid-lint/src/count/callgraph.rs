@@ -1,0 +1,100 @@
+//! Who may run whom, and in which order functions are looked at: callees first.
+
+use crate::flow::{ControlFlowGraph, Effect};
+use crate::index::FunctionId;
+
+/// The strongly connected components of the call graph, callees first (Tarjan's algorithm without recursion).
+pub(super) fn components(graphs: &[Option<ControlFlowGraph>]) -> Vec<Vec<FunctionId>> {
+    let calls: Vec<Vec<usize>> = graphs.iter().map(|graph| graph.as_ref().map(callees).unwrap_or_default()).collect();
+    let mut state = Tarjan {
+        calls: &calls,
+        index: vec![None; graphs.len()],
+        low: vec![0; graphs.len()],
+        on_stack: vec![false; graphs.len()],
+        stack: Vec::new(),
+        next: 0,
+        found: Vec::new(),
+    };
+    for start in 0..graphs.len() {
+        if graphs[start].is_some() && state.index[start].is_none() {
+            state.visit(start);
+        }
+    }
+    state.found
+}
+
+/// The functions that a graph calls.
+pub(super) fn callees(graph: &ControlFlowGraph) -> Vec<usize> {
+    let mut found: Vec<usize> = graph
+        .nodes
+        .iter()
+        .filter_map(|node| match &node.effect {
+            Effect::Call(site) => Some(site.targets.iter().map(|target| target.0 as usize)),
+            _ => None,
+        })
+        .flatten()
+        .collect();
+    found.sort_unstable();
+    found.dedup();
+    found
+}
+
+struct Tarjan<'a> {
+    calls: &'a [Vec<usize>],
+    index: Vec<Option<usize>>,
+    low: Vec<usize>,
+    on_stack: Vec<bool>,
+    stack: Vec<usize>,
+    next: usize,
+    found: Vec<Vec<FunctionId>>,
+}
+
+impl Tarjan<'_> {
+    fn open(&mut self, at: usize) {
+        self.index[at] = Some(self.next);
+        self.low[at] = self.next;
+        self.next += 1;
+        self.stack.push(at);
+        self.on_stack[at] = true;
+    }
+
+    fn visit(&mut self, start: usize) {
+        let mut path: Vec<(usize, usize)> = vec![(start, 0)];
+        self.open(start);
+        while let Some((at, edge)) = path.last_mut() {
+            let at = *at;
+            if let Some(next) = self.calls[at].get(*edge).copied() {
+                *edge += 1;
+                match self.index[next] {
+                    None => {
+                        self.open(next);
+                        path.push((next, 0));
+                    }
+                    Some(index) if self.on_stack[next] => self.low[at] = self.low[at].min(index),
+                    Some(_) => {}
+                }
+            } else {
+                path.pop();
+                if let Some((parent, _)) = path.last() {
+                    self.low[*parent] = self.low[*parent].min(self.low[at]);
+                }
+                if Some(self.low[at]) == self.index[at] {
+                    self.close(at);
+                }
+            }
+        }
+    }
+
+    fn close(&mut self, root: usize) {
+        let mut component = Vec::new();
+        while let Some(member) = self.stack.pop() {
+            self.on_stack[member] = false;
+            component.push(FunctionId(u32::try_from(member).unwrap_or(u32::MAX)));
+            if member == root {
+                break;
+            }
+        }
+        component.sort_unstable();
+        self.found.push(component);
+    }
+}

@@ -1,0 +1,252 @@
+//! From all ways through a cycle to a verdict, with the shortest way that shows it.
+
+use super::counts::Count;
+use super::gates;
+use super::search::{End, EndKind, Exploration, Region, Search};
+use super::summary::returned;
+use super::verdict::{Gate, Verdict};
+use crate::diagnostic::WitnessStep;
+use crate::flow::{Cause, Effect, Mark, NodeId};
+use crate::source::Span;
+
+/// What was decided for a pair.
+#[derive(Clone, Debug)]
+pub(super) struct Decision {
+    pub(super) verdict: Verdict,
+    pub(super) counts: Vec<u8>,
+    pub(super) gate: Option<Gate>,
+    pub(super) cause: Option<Cause>,
+    pub(super) witness: Vec<WitnessStep>,
+    pub(super) primary: Option<Span>,
+    pub(super) law: Option<String>,
+}
+
+/// Decides a pair of a cycle and an instance that some path of it updates.
+pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) -> Decision {
+    let exploration = explore(search, region);
+    let mut ends: Vec<End> = exploration.ends.clone();
+    if region == Region::Function && by_framework {
+        // An error, `None` or `Ready` ends the run of a cycle function.
+        for end in &mut ends {
+            if end.returned == returned::ABSENT {
+                end.kind = EndKind::Exits;
+            }
+        }
+    }
+    let completing: Vec<&End> = ends.iter().filter(|end| end.kind == EndKind::Completes).collect();
+    let mut counts: Vec<u8> = completing.iter().map(|end| end.state.count.number()).collect();
+    counts.sort_unstable();
+    counts.dedup();
+    let base = Decision {
+        verdict: Verdict::Once,
+        counts,
+        gate: None,
+        cause: None,
+        witness: Vec::new(),
+        primary: None,
+        law: law_name(search),
+    };
+    if let Some(end) = shortest(&exploration, ends.iter().filter(|end| end.state.count == Count::Many)) {
+        return repeated(search, region, &exploration, end, base);
+    }
+    if exploration.limit {
+        let cause = Cause::Limit("the cycle has too many paths".to_owned());
+        return Decision { verdict: Verdict::Unproved, cause: Some(cause), ..base };
+    }
+    if let Some(cause) = &search.graph.truncated {
+        return Decision { verdict: Verdict::Unproved, cause: Some(cause.clone()), ..base };
+    }
+    if let Some(end) = ends.iter().find(|end| end.state.unknown.is_some()) {
+        let cause = end.state.unknown.map(|cause| exploration.causes[cause as usize].clone());
+        return Decision { verdict: Verdict::Unproved, cause, ..base };
+    }
+    let skipping: Vec<&End> =
+        completing.iter().copied().filter(|end| end.state.count == Count::Zero && !end.state.reset).collect();
+    if skipping.is_empty() {
+        let resets = completing.iter().any(|end| end.state.count == Count::Zero);
+        let updates = ends.iter().filter(|end| end.state.count != Count::Zero);
+        let direct = updates.clone().any(|end| end.state.direct);
+        let verdict = match (resets, direct) {
+            (true, _) => Verdict::OnceOrReset,
+            (false, true) => Verdict::Once,
+            (false, false) if updates.count() > 0 => Verdict::Guarded,
+            (false, false) => Verdict::Once,
+        };
+        return Decision { verdict, ..base };
+    }
+    skipped(search, region, &exploration, &skipping, base)
+}
+
+fn skipped(
+    search: &Search<'_>,
+    region: Region,
+    exploration: &Exploration,
+    skipping: &[&End],
+    base: Decision,
+) -> Decision {
+    let mut kinds: Vec<(Span, Gate)> = Vec::new();
+    let mut unexplained: Vec<&End> = Vec::new();
+    for end in skipping {
+        match gates::of_end(search, region, exploration, end) {
+            Some(gate) => {
+                let span = end.state.skipped_at.map(|at| search.graph.node(at).span);
+                kinds.extend(span.map(|span| (span, gate)));
+            }
+            None => unexplained.push(end),
+        }
+    }
+    match shortest(exploration, unexplained.into_iter()) {
+        None => {
+            // Of nested gates the outer one comes first.
+            let gate = kinds.into_iter().min_by_key(|(span, _)| *span).map(|(_, gate)| gate);
+            Decision { verdict: Verdict::Gated, gate, ..base }
+        }
+        Some(end) => {
+            let witness = steps(search, region, exploration, end);
+            let primary = skip_span(search, exploration, end);
+            Decision { verdict: Verdict::Skipped, witness, primary, ..base }
+        }
+    }
+}
+
+fn repeated(search: &Search<'_>, region: Region, exploration: &Exploration, end: &End, base: Decision) -> Decision {
+    let witness = steps(search, region, exploration, end);
+    let path = exploration.path(end.at);
+    let primary = path
+        .windows(2)
+        .find(|pair| {
+            let (before, after) = (&exploration.states[pair[0]], &exploration.states[pair[1]]);
+            before.count != Count::Many && after.count == Count::Many
+        })
+        .map(|pair| search.graph.node(exploration.states[pair[0]].node).span)
+        .or_else(|| path.last().map(|at| search.graph.node(exploration.states[*at].node).span));
+    Decision { verdict: Verdict::Repeated, witness, primary, ..base }
+}
+
+/// Decides a pair that is owed an update and that nothing known updates.
+pub(super) fn decide_missed(search: &Search<'_>, region: Region, head: Span) -> Decision {
+    let exploration = explore(search, region);
+    let cause = exploration.ends.iter().find_map(|end| end.state.unknown).map(|cause| exploration.causes[cause as usize].clone());
+    let verdict = if cause.is_some() { Verdict::Unproved } else { Verdict::Missed };
+    let begins = WitnessStep { span: head, message: "no path of this cycle updates it".to_owned() };
+    Decision {
+        verdict,
+        counts: vec![0],
+        gate: None,
+        cause,
+        witness: vec![begins],
+        primary: Some(head),
+        law: law_name(search),
+    }
+}
+
+fn explore(search: &Search<'_>, region: Region) -> Exploration {
+    match region {
+        Region::Function => search.explore(region, &[(NodeId(0), None)]),
+        Region::Loop(id) => {
+            let head = search.graph.loop_info(id).head;
+            let starts: Vec<_> = search.entries(id).into_iter().map(|entry| (head, Some(entry))).collect();
+            search.explore(region, &starts)
+        }
+    }
+}
+
+/// The name of the law that runs, as the source calls it.
+fn law_name(search: &Search<'_>) -> Option<String> {
+    search.updating().iter().find_map(|id| match &search.graph.node(*id).effect {
+        Effect::Update(update) => Some(update.method.clone()),
+        _ => None,
+    })
+}
+
+fn shortest<'e>(exploration: &Exploration, ends: impl Iterator<Item = &'e End>) -> Option<&'e End> {
+    ends.min_by_key(|end| (exploration.path(end.at).len(), end.at))
+}
+
+/// The statement that skips: the way out that is taken, the arm, or the condition that fails.
+fn skip_span(search: &Search<'_>, exploration: &Exploration, end: &End) -> Option<Span> {
+    let decided = end.state.skipped_at?;
+    let nodes: Vec<NodeId> = exploration.path(end.at).iter().map(|at| exploration.states[*at].node).collect();
+    let from = nodes.iter().position(|node| *node == decided)?;
+    let behind = &nodes[from..];
+    let way_out = behind.iter().rev().find(|node| {
+        matches!(search.graph.node(**node).effect, Effect::Mark(Mark::Continue | Mark::Return | Mark::Break))
+    });
+    let arm = behind.iter().find(|node| matches!(search.graph.node(**node).effect, Effect::Mark(Mark::Arm)));
+    let is_match = matches!(&search.graph.node(decided).effect, Effect::Branch(test) if test.text.contains(" is "));
+    let shown = way_out.or(arm.filter(|_| is_match)).unwrap_or(&decided);
+    Some(search.graph.node(*shown).span)
+}
+
+/// The way as labelled steps.
+fn steps(search: &Search<'_>, region: Region, exploration: &Exploration, end: &End) -> Vec<WitnessStep> {
+    let graph = search.graph;
+    let mut steps = Vec::new();
+    let head = match region {
+        Region::Loop(id) => graph.loop_info(id).keyword,
+        Region::Function => search.program.index.function(graph.function).function.keyword,
+    };
+    steps.push(WitnessStep { span: head, message: "one control cycle begins here".to_owned() });
+    let path = exploration.path(end.at);
+    let mut updates = 0;
+    for (number, at) in path.iter().enumerate() {
+        let state = &exploration.states[*at];
+        let node = graph.node(state.node);
+        let next = path.get(number + 1).map(|next| &exploration.states[*next]);
+        let after = next.map_or(end.state.count, |next| next.count);
+        match &node.effect {
+            Effect::Update(update) if after != state.count || (state.count == Count::Many && next.is_some()) => {
+                updates += 1;
+                let how = if update.by_guard { "the guard's update".to_owned() } else { format!("{} update", ordinal(updates)) };
+                steps.push(WitnessStep { span: node.span, message: how });
+            }
+            Effect::Call(site) if after != state.count => {
+                updates += 1;
+                let often = if after == Count::Many && state.count == Count::Zero { "updates it more than once" } else { "updates it" };
+                let message = format!("{} update: `{}` {often}", ordinal(updates), site.text);
+                steps.push(WitnessStep { span: node.span, message });
+            }
+            Effect::Call(site) if state.skipped_at.is_none() && end.state.skipped_at == Some(state.node) => {
+                let message = format!("`{}` may return without the update", site.text);
+                steps.push(WitnessStep { span: node.span, message });
+            }
+            Effect::Branch(test) => {
+                let holds = next.is_none_or(|next| node.next.first() == Some(&next.node));
+                let decides = end.state.skipped_at == Some(state.node) || end.state.count == Count::Many;
+                if decides && test.text.chars().count() > 0 {
+                    steps.push(WitnessStep { span: test.span, message: condition_text(&test.text, holds) });
+                }
+            }
+            Effect::Mark(Mark::Continue) => {
+                let message = match end.state.count {
+                    Count::Zero => "`continue` ends the iteration without an update".to_owned(),
+                    _ => "`continue` ends the iteration".to_owned(),
+                };
+                steps.push(WitnessStep { span: node.span, message });
+            }
+            Effect::Mark(Mark::Return) if region == Region::Function => {
+                steps.push(WitnessStep { span: node.span, message: "`return` ends the cycle".to_owned() });
+            }
+            _ => {}
+        }
+    }
+    steps
+}
+
+fn condition_text(text: &str, holds: bool) -> String {
+    match (text.strip_prefix("let "), holds) {
+        (Some(_), true) => format!("taken when `{text}` matches"),
+        (Some(_), false) => format!("taken when `{text}` does not match"),
+        (None, true) => format!("taken when `{text}`"),
+        (None, false) => format!("taken when `{text}` does not hold"),
+    }
+}
+
+fn ordinal(number: u32) -> &'static str {
+    match number {
+        1 => "first",
+        2 => "second",
+        3 => "third",
+        _ => "another",
+    }
+}

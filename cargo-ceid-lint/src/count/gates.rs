@@ -1,0 +1,354 @@
+//! Conditions that skip an update on purpose, and what tells them from defects.
+
+use super::search::{End, Exploration, Region, Search};
+use super::verdict::Gate;
+use crate::flow::{Effect, LoopId, NodeId, Place, Rounds, Test, Var};
+
+/// Why a way does not update, if it does so on purpose; `None` for a way that updates, or that nothing explains.
+pub(super) fn of_end(search: &Search<'_>, region: Region, exploration: &Exploration, end: &End) -> Option<Gate> {
+    if end.state.count != super::counts::Count::Zero || end.state.reset {
+        return None;
+    }
+    let at = end.state.skipped_at?;
+    let gates = Gates { search, region };
+    let gate = match &search.graph.node(at).effect {
+        Effect::Branch(test) => gates.of_test(test, at),
+        Effect::Call(_) => end.state.helper_gate,
+        Effect::LoopHead(id) => gates.of_loop(*id),
+        _ => None,
+    }?;
+    // A clock that runs on while the filter stands still loses time, whatever the gate.
+    if !matches!(gate, Gate::Time | Gate::Config | Gate::Startup) && gates.advances_clock(exploration, end, at) {
+        return None;
+    }
+    Some(gate)
+}
+
+struct Gates<'s, 'a> {
+    search: &'s Search<'a>,
+    region: Region,
+}
+
+/// Names of methods and fields that tell the time.
+const CLOCKS: &[&str] = &[
+    "now", "elapsed", "millis", "micros", "duration_since", "checked_duration_since", "as_millis", "as_micros", "as_secs_f32",
+    "as_secs_f64", "as_secs", "ticks", "as_ticks", "timestamp", "time", "uptime", "get_time", "now_ms", "now_us", "is_due",
+    "has_elapsed", "deadline", "saturating_duration_since", "monotonic", "timer_count", "clock",
+];
+
+impl Gates<'_, '_> {
+    fn of_test(&self, test: &Test, at: NodeId) -> Option<Gate> {
+        let about = &test.about;
+        if about.is_constant {
+            return Some(Gate::Config);
+        }
+        if about.is_event {
+            return Some(Gate::Event);
+        }
+        if about.is_remainder {
+            return Some(Gate::Rate);
+        }
+        if about.is_presence && self.is_presence_of_filter(test) {
+            return Some(Gate::Config);
+        }
+        if about.is_presence && self.feeds_sample(test) {
+            return Some(Gate::Sample);
+        }
+        if self.tells_time(test) {
+            return Some(Gate::Time);
+        }
+        if about.is_comparison && let Some(gate) = self.counter(test) {
+            return Some(gate);
+        }
+        if self.is_readiness(test) {
+            return Some(Gate::Sample);
+        }
+        if self.is_latch(test) {
+            return Some(Gate::Startup);
+        }
+        if test.subject.is_some() && self.is_unchanging(test, at) {
+            return Some(Gate::Config);
+        }
+        None
+    }
+
+    /// An inner loop that may have no round: over samples that are there or not.
+    fn of_loop(&self, id: LoopId) -> Option<Gate> {
+        let info = self.search.graph.loop_info(id);
+        let feeds = self.fed().any(|var| self.search.aliases.is_derived(var, &info.bound));
+        (info.drains || feeds || info.rounds == Rounds::Bounded).then_some(Gate::Sample)
+    }
+
+    /// The nodes of the region.
+    fn nodes(&self) -> impl Iterator<Item = NodeId> + '_ {
+        let graph = self.search.graph;
+        graph.node_ids().filter(move |id| match self.region {
+            Region::Function => true,
+            Region::Loop(own) => graph.is_within(graph.node(*id).in_loop, own),
+        })
+    }
+
+    /// The variables that are fed to the instance: by its law, or by another method of it.
+    fn fed(&self) -> impl Iterator<Item = Var> + '_ {
+        self.nodes().flat_map(move |id| match &self.search.graph.node(id).effect {
+            Effect::Update(update) if self.is_instance(&update.place) => update.fed.clone(),
+            Effect::Call(site) if self.concerns(site) => site.fed.clone(),
+            Effect::Write(write) if self.is_part(&write.place) => {
+                let computed = write.place.base_var().and_then(|var| self.search.graph.computed.get(&var));
+                let places = computed.map(|computed| &computed.places[..]).unwrap_or_default();
+                places.iter().filter_map(Place::base_var).filter(|var| Some(*var) != write.place.base_var()).collect()
+            }
+            _ => Vec::new(),
+        })
+    }
+
+    /// The places that what is fed to the instance is computed from.
+    fn fed_places(&self) -> Vec<Place> {
+        let graph = self.search.graph;
+        let mut places = Vec::new();
+        for id in self.nodes() {
+            match &graph.node(id).effect {
+                Effect::Update(update) if self.is_instance(&update.place) => places.extend(update.from.places.iter().cloned()),
+                Effect::Call(site) if self.concerns(site) => places.extend(site.from.places.iter().cloned()),
+                _ => {}
+            }
+        }
+        let mut at = 0;
+        while at < places.len() && places.len() < 256 {
+            if let Some(var) = places[at].base_var()
+                && places[at].steps.is_empty()
+                && let Some(computed) = graph.computed.get(&var)
+            {
+                for place in &computed.places {
+                    if !places.contains(place) {
+                        places.push(place.clone());
+                    }
+                }
+            }
+            at += 1;
+        }
+        places
+    }
+
+    fn is_instance(&self, place: &Place) -> bool {
+        self.search.aliases.roots(place).iter().any(|root| root.overlaps(self.search.instance))
+    }
+
+    fn is_part(&self, place: &Place) -> bool {
+        self.search
+            .aliases
+            .roots(place)
+            .iter()
+            .any(|root| root.overlaps(self.search.instance) && root.steps.len() > self.search.instance.steps.len())
+    }
+
+    fn concerns(&self, site: &crate::flow::CallSite) -> bool {
+        site.args.iter().filter_map(|arg| arg.place.as_ref()).any(|place| self.is_instance(place))
+    }
+
+    /// Whether what is present or absent is the filter itself.
+    fn is_presence_of_filter(&self, test: &Test) -> bool {
+        let by_name = test.about.binds.iter().any(|var| self.is_instance(&Place::var(*var)));
+        let by_place = test.about.reads.iter().any(|place| {
+            self.search.aliases.roots(place).iter().any(|root| root == self.search.instance)
+        });
+        by_name || by_place
+    }
+
+    /// Whether every value that may be absent feeds this filter.
+    fn feeds_sample(&self, test: &Test) -> bool {
+        let aliases = self.search.aliases;
+        let fed: Vec<Var> = self.fed().collect();
+        let binds: Vec<Var> = if test.about.binds.is_empty() {
+            // `x.is_some()`, `x?`: the variable that is asked, or what the call's result goes into.
+            let graph = self.search.graph;
+            let asked: Vec<Var> = test.about.reads.iter().filter(|place| place.steps.is_empty()).filter_map(Place::base_var).collect();
+            let into = graph.computed.iter().filter(|(_, computed)| {
+                !computed.calls.is_empty()
+                    && test.about.names.iter().all(|name| computed.calls.contains(name) || is_question(name))
+                    && test.about.reads.iter().all(|place| computed.places.contains(place))
+                    && !test.about.reads.is_empty()
+            });
+            let into: Vec<Var> = into.map(|(var, _)| *var).collect();
+            if into.is_empty() { asked } else { into }
+        } else {
+            test.about.binds.clone()
+        };
+        let direct = self.nodes().any(|id| match &self.search.graph.node(id).effect {
+            // `f.update(imu.read()?)`
+            Effect::Update(update) if self.is_instance(&update.place) => {
+                let names = &test.about.names;
+                !names.is_empty() && names.iter().all(|name| update.from.calls.contains(name) || is_question(name))
+            }
+            _ => false,
+        });
+        direct || binds.iter().any(|bind| fed.iter().any(|var| aliases.is_derived(*var, &[*bind])))
+    }
+
+    /// A readiness test of the very object that the fed sample is read from.
+    fn is_readiness(&self, test: &Test) -> bool {
+        if test.about.is_comparison || test.about.names.is_empty() {
+            return false;
+        }
+        let fed = self.fed_places();
+        test.about.reads.iter().any(|place| {
+            let whole_self = place.steps.is_empty()
+                && place.base_var().is_some_and(|var| self.search.graph.var(var).name == "self");
+            !whole_self && fed.iter().any(|other| other == place)
+        })
+    }
+
+    fn tells_time(&self, test: &Test) -> bool {
+        let graph = self.search.graph;
+        let is_clock = |name: &str| CLOCKS.contains(&name);
+        if test.about.names.iter().any(|name| is_clock(name)) {
+            return true;
+        }
+        if !test.about.is_comparison {
+            return false;
+        }
+        test.about.reads.iter().any(|place| {
+            let typed = super::instances::place_ty(self.search.program.index, graph, place);
+            let by_type = typed.is_some_and(|ty| {
+                matches!(ty.external_name(), Some("Instant" | "Duration" | "CuDuration" | "CuTime" | "SystemTime"))
+            });
+            by_type
+                || (place.steps.is_empty()
+                    && place
+                        .base_var()
+                        .and_then(|var| graph.computed.get(&var))
+                        .is_some_and(|computed| computed.calls.iter().any(|name| is_clock(name))))
+        })
+    }
+
+    /// A counter that is compared: set back, it decimates; never set back, it counts a warm-up.
+    fn counter(&self, test: &Test) -> Option<Gate> {
+        for place in &test.about.reads {
+            let mut counts = false;
+            let mut set_back = false;
+            for id in self.nodes() {
+                if let Effect::Write(write) | Effect::Set(write) = &self.search.graph.node(id).effect
+                    && write.place == *place
+                {
+                    match &write.head {
+                        Some(_) => set_back = true,
+                        None => counts = true,
+                    }
+                }
+            }
+            if counts && set_back {
+                return Some(Gate::Rate);
+            }
+            if counts && self.only_counts_up(place) {
+                return Some(Gate::Startup);
+            }
+        }
+        None
+    }
+
+    /// Whether the only thing that changes a place in the region is that it grows.
+    fn only_counts_up(&self, place: &Place) -> bool {
+        let sources = self.search.program.sources;
+        self.nodes().all(|id| {
+            let node = self.search.graph.node(id);
+            match &node.effect {
+                Effect::Write(write) | Effect::Set(write) if write.place == *place => {
+                    let text = sources.snippet(node.span);
+                    text.contains("+= 1") || text.contains("saturating_add")
+                }
+                _ => true,
+            }
+        })
+    }
+
+    /// A truth value or option that is set once and never taken back.
+    fn is_latch(&self, test: &Test) -> bool {
+        let graph = self.search.graph;
+        let [place] = test.about.reads.as_slice() else { return false };
+        let mut heads: Vec<&str> = Vec::new();
+        for id in self.nodes() {
+            if let Effect::Write(write) | Effect::Set(write) = &graph.node(id).effect
+                && write.place == *place
+            {
+                match &write.head {
+                    Some(head) => heads.push(head),
+                    None => return false,
+                }
+            }
+        }
+        let written_elsewhere = self.calls_write(place);
+        !heads.is_empty() && heads.iter().all(|head| *head == heads[0]) && !written_elsewhere
+    }
+
+    fn calls_write(&self, place: &Place) -> bool {
+        let graph = self.search.graph;
+        self.nodes().any(|id| match &graph.node(id).effect {
+            Effect::Call(site) => site.targets.iter().any(|target| {
+                self.search.summaries.get(*target).is_some_and(|summary| {
+                    summary
+                        .writes
+                        .iter()
+                        .any(|given| super::summary::place_of(given, site).is_some_and(|written| written.overlaps(place)))
+                })
+            }),
+            Effect::Unknown { places, .. } => places.iter().any(|other| other.overlaps(place)),
+            _ => false,
+        })
+    }
+
+    /// Whether nothing in the cycle changes what the condition reads.
+    fn is_unchanging(&self, test: &Test, at: NodeId) -> bool {
+        let graph = self.search.graph;
+        let _ = at;
+        !test.about.reads.is_empty()
+            && test.about.reads.iter().all(|place| {
+                let declared_inside = match (self.region, place.base_var()) {
+                    (Region::Loop(own), Some(var)) => graph.is_within(graph.var(var).in_loop, own),
+                    (Region::Function, Some(var)) => graph.var(var).param.is_none() || place.steps.is_empty(),
+                    (_, None) => true,
+                };
+                let written = self.nodes().any(|id| match &graph.node(id).effect {
+                    Effect::Write(write) | Effect::Set(write) => write.place.overlaps(place),
+                    _ => false,
+                });
+                let is_param = place.steps.is_empty()
+                    && place.base_var().is_some_and(|var| graph.var(var).param.is_some())
+                    && self.region == Region::Function;
+                !declared_inside && !written && !is_param && !self.calls_write(place) && !self.written_by_others(place)
+            })
+    }
+
+    /// Whether another function writes the same field: a mode that is switched elsewhere.
+    fn written_by_others(&self, place: &Place) -> bool {
+        let is_field = !place.steps.is_empty() && place.base_var().is_some_and(|var| self.search.graph.var(var).param.is_some());
+        is_field && self.region == Region::Function
+    }
+
+    /// Whether the way advances a clock that the gate or the filter's step is measured with.
+    fn advances_clock(&self, exploration: &Exploration, end: &End, _at: NodeId) -> bool {
+        let graph = self.search.graph;
+        let steps = self.fed_places();
+        exploration.path(end.at).iter().any(|at| {
+            let node = graph.node(exploration.states[*at].node);
+            let Effect::Write(write) = &node.effect else { return false };
+            if write.rebinds || !is_clock_name(&write.place) {
+                return false;
+            }
+            steps.contains(&write.place)
+        })
+    }
+}
+
+fn is_question(name: &str) -> bool {
+    matches!(name, "is_some" | "is_ok" | "is_none" | "is_err" | "ok" | "as_ref" | "as_mut" | "map_err" | "await")
+}
+
+/// Whether a place is named as the time of the last step.
+fn is_clock_name(place: &Place) -> bool {
+    match place.steps.last() {
+        Some(crate::flow::Projection::Field(name)) => {
+            ["last", "prev", "time", "stamp"].iter().any(|part| name.contains(part))
+        }
+        _ => true,
+    }
+}

@@ -1,0 +1,205 @@
+//! Which instances of filters a function has to do with: those it updates, and those that lie in its variables.
+
+use std::collections::BTreeSet;
+
+use crate::flow::{Base, ControlFlowGraph, IndexKey, Place, Projection};
+use crate::index::{Index, Shape, Ty};
+use crate::types::is_transparent;
+
+/// The type of a place; `None` if some step of it cannot be followed.
+pub(super) fn place_ty(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Option<Ty> {
+    let mut ty = match place.base {
+        Base::Var(var) => graph.var(var).ty.clone(),
+        Base::Static(id) => {
+            let value = index.value(id);
+            index.lower(&value.item.ty, &index.scope(value.module, value.owner, None))
+        }
+    };
+    let mut variant = None;
+    for step in &place.steps {
+        ty = inner(&ty);
+        match step {
+            Projection::Field(name) => match (&ty, variant) {
+                (Ty::Tuple(parts), _) => ty = parts.get(name.parse::<usize>().ok()?)?.clone(),
+                (Ty::Adt(id, _), None) if matches!(index.type_def(*id).shape, Shape::Enum(_)) => {
+                    let Shape::Enum(variants) = &index.type_def(*id).shape else { return None };
+                    variant = variants.iter().position(|variant| *variant.name == **name);
+                    variant?;
+                }
+                (Ty::Adt(..), at) => {
+                    ty = index.field_ty(&ty, at, name)?;
+                    variant = None;
+                }
+                _ => return None,
+            },
+            Projection::Index(_) => {
+                ty = match &ty {
+                    Ty::Array(inner, _) | Ty::Slice(inner) => (**inner).clone(),
+                    Ty::External(path, args) => {
+                        let at = usize::from(path.ends_with("Map"));
+                        args.get(at)?.clone()
+                    }
+                    _ => return None,
+                };
+            }
+        }
+    }
+    Some(inner(&ty))
+}
+
+/// The type behind references, pointers, options and locks.
+pub(super) fn inner(ty: &Ty) -> Ty {
+    let mut ty = ty;
+    loop {
+        match ty {
+            Ty::Ref(_, inner) | Ty::Pointer(inner) => ty = inner,
+            Ty::External(path, args)
+                if is_transparent(path.rsplit("::").next().unwrap_or("")) && !args.is_empty() =>
+            {
+                ty = &args[0];
+            }
+            _ => return ty.clone(),
+        }
+    }
+}
+
+/// A filter that lies in a value of some type.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Leaf {
+    pub(super) steps: Vec<Projection>,
+    pub(super) ty: Ty,
+    /// Whether it may be absent, shared, or one of an unknown number: then nothing is owed to it as a sibling.
+    pub(super) is_uncertain: bool,
+    /// The length of the array that it is an element of.
+    pub(super) length: Option<u64>,
+}
+
+/// How deep fields are followed.
+const MAX_DEPTH: u32 = 5;
+
+/// The filters that lie in a value of a type, itself if it is one.
+pub(super) fn leaves(index: &Index, ty: &Ty) -> Vec<Leaf> {
+    let mut found = Vec::new();
+    collect(index, ty, &mut Vec::new(), false, None, 0, &mut found);
+    found
+}
+
+fn collect(
+    index: &Index,
+    ty: &Ty,
+    steps: &mut Vec<Projection>,
+    uncertain: bool,
+    length: Option<u64>,
+    depth: u32,
+    found: &mut Vec<Leaf>,
+) {
+    if depth > MAX_DEPTH {
+        return;
+    }
+    if index.filter_spec(ty).is_some() {
+        found.push(Leaf { steps: steps.clone(), ty: ty.clone(), is_uncertain: uncertain, length });
+        return;
+    }
+    match ty {
+        Ty::Ref(_, inner) => collect(index, inner, steps, uncertain, length, depth, found),
+        Ty::Adt(id, _) => {
+            let Shape::Struct(fields) = &index.type_def(*id).shape else { return };
+            for field in &fields.fields {
+                let Some(inner) = index.field_ty(ty, None, &field.name) else { continue };
+                steps.push(Projection::Field(field.name.as_str().into()));
+                collect(index, &inner, steps, uncertain, None, depth + 1, found);
+                steps.pop();
+            }
+        }
+        Ty::Tuple(parts) => {
+            for (number, part) in parts.iter().enumerate() {
+                steps.push(Projection::Field(number.to_string().into()));
+                collect(index, part, steps, uncertain, None, depth + 1, found);
+                steps.pop();
+            }
+        }
+        Ty::Array(inner, of) => {
+            steps.push(Projection::Index(IndexKey::Each));
+            collect(index, inner, steps, uncertain, of.value, depth + 1, found);
+            steps.pop();
+        }
+        Ty::Slice(inner) => {
+            steps.push(Projection::Index(IndexKey::Each));
+            collect(index, inner, steps, uncertain, None, depth + 1, found);
+            steps.pop();
+        }
+        Ty::External(path, args) => {
+            let name = path.rsplit("::").next().unwrap_or("");
+            let Some(first) = args.first() else { return };
+            if matches!(name, "Vec" | "VecDeque" | "ArrayVec" | "SmallVec" | "Deque") {
+                steps.push(Projection::Index(IndexKey::Each));
+                // A vector may be empty.
+                collect(index, first, steps, true, None, depth + 1, found);
+                steps.pop();
+            } else if matches!(name, "Box" | "Pin" | "MutexGuard" | "RefMut") {
+                collect(index, first, steps, uncertain, None, depth + 1, found);
+            } else if is_transparent(name) {
+                collect(index, first, steps, true, None, depth + 1, found);
+            }
+        }
+        _ => {}
+    }
+}
+
+/// Elements of collections: where some are named by a constant, each of them is an instance; otherwise they are one.
+pub(super) fn settle_elements(index: &Index, graph: &ControlFlowGraph, places: &BTreeSet<Place>) -> BTreeSet<Place> {
+    let mut settled = BTreeSet::new();
+    for place in places {
+        let Some(at) = place.steps.iter().position(|step| matches!(step, Projection::Index(_))) else {
+            settled.insert(place.clone());
+            continue;
+        };
+        let collection = Place { base: place.base, steps: place.steps[..at].to_vec() };
+        let rest = &place.steps[at + 1..];
+        let constants: BTreeSet<&IndexKey> = places
+            .iter()
+            .filter(|other| other.base == place.base && other.steps.len() > at && other.steps[..at] == place.steps[..at])
+            .filter_map(|other| match &other.steps[at] {
+                Projection::Index(key @ (IndexKey::Number(_) | IndexKey::Named(_))) => Some(key),
+                _ => None,
+            })
+            .collect();
+        let Projection::Index(own) = &place.steps[at] else { continue };
+        match own {
+            IndexKey::Number(_) | IndexKey::Named(_) => {
+                settled.insert(place.clone());
+            }
+            IndexKey::Var(var) if graph.var(*var).param.is_some() => {
+                settled.insert(place.clone());
+            }
+            // What data decides names no instance, where others are named for certain.
+            IndexKey::Data(_) | IndexKey::Param(_) | IndexKey::Var(_) | IndexKey::Each => {
+                if constants.is_empty() {
+                    settled.insert(collection.element(IndexKey::Each).join(rest));
+                } else {
+                    for key in constants {
+                        settled.insert(collection.element(key.clone()).join(rest));
+                    }
+                }
+            }
+        }
+    }
+    // An element that is never named while others are is an instance, too, where the array's length is known.
+    let mut more = BTreeSet::new();
+    for place in &settled {
+        let Some(at) = place.steps.iter().position(|step| matches!(step, Projection::Index(IndexKey::Number(_)))) else {
+            continue;
+        };
+        let collection = Place { base: place.base, steps: place.steps[..at].to_vec() };
+        if let Some(Ty::Array(_, length)) = place_ty(index, graph, &collection)
+            && let Some(length) = length.value
+            && length <= 64
+        {
+            for number in 0..length {
+                more.insert(collection.element(IndexKey::Number(number)).join(&place.steps[at + 1..]));
+            }
+        }
+    }
+    settled.extend(more);
+    settled
+}

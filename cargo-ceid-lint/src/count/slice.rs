@@ -1,0 +1,255 @@
+//! Which branches matter for an instance: those on which something that happens to it depends. The others are not told apart.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::flow::{ControlFlowGraph, Effect, NodeId, Place, SubjectId};
+
+/// Which nodes each branch decides over.
+#[derive(Debug)]
+pub(super) struct ControlDependence {
+    /// For each node the branches it depends on.
+    branches: Vec<Vec<u32>>,
+}
+
+impl ControlDependence {
+    pub(super) fn of(graph: &ControlFlowGraph) -> Self {
+        let after = post_dominators(graph);
+        let mut branches: Vec<Vec<u32>> = vec![Vec::new(); graph.nodes.len()];
+        for (number, node) in (0u32..).zip(&graph.nodes) {
+            if node.next.len() < 2 {
+                continue;
+            }
+            let stop = after[number as usize];
+            for next in &node.next {
+                let mut at = Some(next.0);
+                let mut steps = 0;
+                while let Some(node) = at
+                    && Some(node) != stop
+                    && steps <= graph.nodes.len()
+                {
+                    let list = &mut branches[node as usize];
+                    if !list.contains(&number) {
+                        list.push(number);
+                    }
+                    at = after[node as usize];
+                    steps += 1;
+                }
+            }
+        }
+        Self { branches }
+    }
+}
+
+/// The nearest node through which every way from a node to an exit leads. Ways that never end or that diverge do not count.
+fn post_dominators(graph: &ControlFlowGraph) -> Vec<Option<u32>> {
+    let count = graph.nodes.len();
+    let exit = u32::try_from(count).unwrap_or(u32::MAX);
+    let mut before: Vec<Vec<u32>> = vec![Vec::new(); count + 1];
+    for (number, node) in (0u32..).zip(&graph.nodes) {
+        if matches!(node.effect, Effect::Diverge | Effect::End) {
+            continue;
+        }
+        for next in &node.next {
+            before[next.0 as usize].push(number);
+        }
+        // A loop that never ends still has an end for this purpose.
+        if node.next.is_empty() || matches!(node.effect, Effect::LoopHead(_)) {
+            before[exit as usize].push(number);
+        }
+    }
+    // Cooper, Harvey and Kennedy's algorithm on the reversed graph.
+    let order = reverse_postorder(&before, exit);
+    let mut position = vec![usize::MAX; count + 1];
+    for (at, node) in order.iter().enumerate() {
+        position[*node as usize] = at;
+    }
+    let mut after: Vec<Option<u32>> = vec![None; count + 1];
+    after[exit as usize] = Some(exit);
+    let mut changed = true;
+    while changed {
+        changed = false;
+        for node in order.iter().skip(1) {
+            let mut successors: Vec<u32> = match graph.nodes.get(*node as usize) {
+                Some(info) => info.next.iter().map(|next| next.0).collect(),
+                None => Vec::new(),
+            };
+            if graph
+                .nodes
+                .get(*node as usize)
+                .is_some_and(|info| info.next.is_empty() || matches!(info.effect, Effect::LoopHead(_)))
+            {
+                successors.push(exit);
+            }
+            let mut nearest: Option<u32> = None;
+            for successor in successors {
+                if after[successor as usize].is_none() || position[successor as usize] == usize::MAX {
+                    continue;
+                }
+                nearest = Some(match nearest {
+                    None => successor,
+                    Some(other) => meet(&after, &position, other, successor),
+                });
+            }
+            if nearest.is_some() && after[*node as usize] != nearest {
+                after[*node as usize] = nearest;
+                changed = true;
+            }
+        }
+    }
+    after.truncate(count);
+    after.into_iter().map(|node| node.filter(|node| *node != exit)).collect()
+}
+
+fn meet(after: &[Option<u32>], position: &[usize], left: u32, right: u32) -> u32 {
+    let (mut left, mut right) = (left, right);
+    while left != right {
+        while position[left as usize] > position[right as usize] {
+            left = after[left as usize].unwrap_or(left);
+        }
+        while position[right as usize] > position[left as usize] {
+            right = after[right as usize].unwrap_or(right);
+        }
+    }
+    left
+}
+
+fn reverse_postorder(next: &[Vec<u32>], start: u32) -> Vec<u32> {
+    let mut seen = vec![false; next.len()];
+    let mut order = Vec::new();
+    let mut path: Vec<(u32, usize)> = vec![(start, 0)];
+    seen[start as usize] = true;
+    while let Some((node, edge)) = path.last_mut() {
+        if let Some(child) = next[*node as usize].get(*edge).copied() {
+            *edge += 1;
+            if !seen[child as usize] {
+                seen[child as usize] = true;
+                path.push((child, 0));
+            }
+        } else {
+            order.push(*node);
+            path.pop();
+        }
+    }
+    order.reverse();
+    order
+}
+
+/// How many subjects are tracked at once; the rest is not told apart.
+const MAX_TRACKED: usize = 10;
+
+/// The subjects whose heads must be known to tell the ways of an instance apart.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tracked {
+    pub(super) subjects: Vec<SubjectId>,
+    /// Subjects that would have to be tracked, beyond the limit.
+    pub(super) dropped: BTreeSet<SubjectId>,
+    /// The branches that matter.
+    pub(super) branches: BTreeSet<NodeId>,
+}
+
+/// Finds what matters, beginning with the nodes at which something happens to the instance.
+pub(super) fn tracked(
+    graph: &ControlFlowGraph,
+    dependence: &ControlDependence,
+    touching: &BTreeSet<NodeId>,
+    is_inside: &dyn Fn(NodeId) -> bool,
+) -> Tracked {
+    let assigned = assignments(graph);
+    let mut relevant: BTreeSet<NodeId> = touching.clone();
+    let mut open: Vec<NodeId> = touching.iter().copied().collect();
+    let mut tests: BTreeMap<SubjectId, u32> = BTreeMap::new();
+    let mut branches = BTreeSet::new();
+    while let Some(node) = open.pop() {
+        for branch in &dependence.branches[node.0 as usize] {
+            let branch = NodeId(*branch);
+            if !branches.insert(branch) {
+                continue;
+            }
+            if let Effect::Branch(test) = &graph.node(branch).effect
+                && let Some(subject) = test.subject
+            {
+                let count = tests.entry(subject).or_default();
+                if is_inside(branch) {
+                    *count += 1;
+                }
+                if *count <= 1 {
+                    for writer in assigned.get(&subject).into_iter().flatten() {
+                        if relevant.insert(*writer) {
+                            open.push(*writer);
+                        }
+                    }
+                }
+            }
+            if relevant.insert(branch) {
+                open.push(branch);
+            }
+        }
+        // A value that is copied from another subject matters as that subject does.
+        if let Effect::Set(set) = &graph.node(node).effect
+            && let Some(from) = set.same_as
+            && let Some(subject) = subject_of(graph, &Place::var(from))
+            && !tests.contains_key(&subject)
+        {
+            tests.insert(subject, 1);
+            for writer in assigned.get(&subject).into_iter().flatten() {
+                if relevant.insert(*writer) {
+                    open.push(*writer);
+                }
+            }
+        }
+        if let Effect::Return(value) = &graph.node(node).effect
+            && let Some(var) = value.same_as
+            && let Some(subject) = subject_of(graph, &Place::var(var))
+        {
+            let count = tests.entry(subject).or_default();
+            *count += 1;
+            if *count == 1 {
+                for writer in assigned.get(&subject).into_iter().flatten() {
+                    if relevant.insert(*writer) {
+                        open.push(*writer);
+                    }
+                }
+            }
+        }
+    }
+    let mut wanted: Vec<SubjectId> = tests
+        .iter()
+        .filter(|(subject, count)| **count >= 2 || assigned.get(subject).is_some_and(|writers| !writers.is_empty()))
+        .map(|(subject, _)| *subject)
+        .collect();
+    wanted.sort_by_key(|subject| std::cmp::Reverse(tests.get(subject).copied().unwrap_or(0)));
+    let dropped = wanted.iter().skip(MAX_TRACKED).copied().collect();
+    wanted.truncate(MAX_TRACKED);
+    wanted.sort_unstable();
+    Tracked { subjects: wanted, dropped, branches }
+}
+
+/// The nodes that give a subject a head that is known: constants, copies, results of calls.
+fn assignments(graph: &ControlFlowGraph) -> BTreeMap<SubjectId, Vec<NodeId>> {
+    let mut whole: BTreeMap<&Place, SubjectId> = BTreeMap::new();
+    for (number, subject) in (0u32..).zip(&graph.subjects) {
+        if let Some(place) = &subject.whole {
+            whole.insert(place, SubjectId(number));
+        }
+    }
+    let mut found: BTreeMap<SubjectId, Vec<NodeId>> = BTreeMap::new();
+    for id in graph.node_ids() {
+        let subject = match &graph.node(id).effect {
+            Effect::Set(set) | Effect::Write(set) if set.head.is_some() || set.same_as.is_some() => whole.get(&set.place),
+            Effect::Call(site) => whole.get(&Place::var(site.result)),
+            _ => None,
+        };
+        if let Some(subject) = subject {
+            found.entry(*subject).or_default().push(id);
+        }
+    }
+    found
+}
+
+/// The subject that is the value of a place.
+pub(super) fn subject_of(graph: &ControlFlowGraph, place: &Place) -> Option<SubjectId> {
+    (0u32..)
+        .zip(&graph.subjects)
+        .find(|(_, subject)| subject.whole.as_ref() == Some(place))
+        .map(|(number, _)| SubjectId(number))
+}

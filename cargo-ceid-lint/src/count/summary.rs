@@ -1,0 +1,291 @@
+//! What a call of a function does to the places it gets: callees first, recursion to a fixpoint.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use super::aliases::Aliases;
+use super::counts::Count;
+use super::search::{Region, Search};
+use super::verdict::Gate;
+use crate::flow::{Base, Cause, ControlFlowGraph, Effect, IndexKey, Place, Program, Projection};
+use crate::index::{FunctionId, ValueId};
+
+/// A place that a function is given: the parameter or static, and the steps into it.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) struct Given {
+    pub(super) base: GivenBase,
+    pub(super) steps: Vec<Projection>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) enum GivenBase {
+    Param(usize),
+    Static(ValueId),
+}
+
+/// One way through a function, as far as one place goes.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Outcome {
+    pub(super) count: Count,
+    pub(super) reset: bool,
+    pub(super) partly_reset: bool,
+    pub(super) unknown: Option<Cause>,
+    /// Whether some update on the way was not a guard's.
+    pub(super) direct: bool,
+    /// The heads that the result may have on this way: see [`returned`].
+    pub(super) returned: u8,
+    /// Why the way does not update, if it does so on purpose.
+    pub(super) gate: Option<Gate>,
+}
+
+/// Bits of [`Outcome::returned`].
+pub(super) mod returned {
+    pub(in crate::count) const PRESENT: u8 = 1;
+    pub(in crate::count) const ABSENT: u8 = 2;
+    pub(in crate::count) const TRUE: u8 = 4;
+    pub(in crate::count) const FALSE: u8 = 8;
+    pub(in crate::count) const OTHER: u8 = 16;
+    pub(in crate::count) const ANY: u8 = 31;
+
+    /// The bit of a head.
+    pub(in crate::count) fn bit(head: &str) -> u8 {
+        match head {
+            "+" => PRESENT,
+            "-" => ABSENT,
+            "true" => TRUE,
+            "false" => FALSE,
+            _ => OTHER,
+        }
+    }
+}
+
+/// What a function does.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Summary {
+    /// The ways through it, by place; a place that is not listed is left alone.
+    pub(super) outcomes: BTreeMap<Given, Vec<Outcome>>,
+    /// The parts of its parameters that its result may borrow.
+    pub(super) returns: BTreeSet<(usize, Vec<Projection>)>,
+    /// What it writes, for conditions that read it.
+    pub(super) writes: BTreeSet<Given>,
+    /// The heads that its result may have.
+    pub(super) heads: u8,
+    /// What it reads or feeds without updating it.
+    pub(super) uses: BTreeSet<Given>,
+}
+
+/// The summaries of all functions.
+#[derive(Debug, Default)]
+pub(super) struct Summaries {
+    of: HashMap<FunctionId, Summary>,
+}
+
+/// How many steps a place of a summary may have; a longer one comes from recursion.
+const MAX_STEPS: usize = 8;
+
+/// How often a cycle of calls is gone round.
+const MAX_ROUNDS: u32 = 8;
+
+impl Summaries {
+    pub(super) fn get(&self, id: FunctionId) -> Option<&Summary> {
+        self.of.get(&id)
+    }
+
+    pub(super) fn returns(&self, id: FunctionId) -> impl Iterator<Item = &(usize, Vec<Projection>)> {
+        self.of.get(&id).into_iter().flat_map(|summary| &summary.returns)
+    }
+
+    /// Computes the summaries of all functions, callees first.
+    pub(super) fn compute(program: &Program<'_>, graphs: &[Option<ControlFlowGraph>]) -> Self {
+        let mut summaries = Self::default();
+        for component in super::callgraph::components(graphs) {
+            for round in 0..MAX_ROUNDS {
+                let mut changed = false;
+                for id in &component {
+                    let Some(graph) = &graphs[id.0 as usize] else { continue };
+                    let summary = summaries.summarise(program, graph);
+                    if summaries.of.get(id) != Some(&summary) {
+                        summaries.of.insert(*id, summary);
+                        changed = true;
+                    }
+                }
+                let recursive = component.len() > 1 || component.iter().any(|id| calls_itself(graphs, *id));
+                if !changed || !recursive {
+                    break;
+                }
+                if round + 1 == MAX_ROUNDS {
+                    summaries.give_up(&component);
+                }
+            }
+        }
+        summaries
+    }
+
+    /// A recursion that does not settle: nothing is known of what it touches.
+    fn give_up(&mut self, component: &[FunctionId]) {
+        for id in component {
+            let Some(summary) = self.of.get_mut(id) else { continue };
+            for outcomes in summary.outcomes.values_mut() {
+                *outcomes = vec![Outcome {
+                    count: Count::Zero,
+                    reset: false,
+                    partly_reset: false,
+                    unknown: Some(Cause::Limit("the recursion is too deep to be followed".to_owned())),
+                    direct: true,
+                    returned: returned::ANY,
+                    gate: None,
+                }];
+            }
+        }
+    }
+
+    fn summarise(&self, program: &Program<'_>, graph: &ControlFlowGraph) -> Summary {
+        let aliases = Aliases::of(graph, self);
+        let mut summary = Summary { heads: 0, ..Summary::default() };
+        let mut touched: BTreeSet<Given> = BTreeSet::new();
+        for node in &graph.nodes {
+            match &node.effect {
+                Effect::Update(update) => self.touch(graph, &aliases, &update.place, &mut touched),
+                Effect::Reset { place, .. } => self.touch(graph, &aliases, place, &mut touched),
+                Effect::Unknown { places, .. } => {
+                    for place in places {
+                        self.touch(graph, &aliases, place, &mut touched);
+                    }
+                }
+                Effect::Call(site) => {
+                    for target in &site.targets {
+                        let Some(callee) = self.get(*target) else { continue };
+                        for given in callee.outcomes.keys() {
+                            if let Some(place) = place_of(given, site) {
+                                self.touch(graph, &aliases, &place, &mut touched);
+                            }
+                        }
+                        for given in &callee.writes {
+                            if let Some(place) = place_of(given, site) {
+                                self.note(graph, &aliases, &place, &mut summary.writes);
+                            }
+                        }
+                        for given in &callee.uses {
+                            if let Some(place) = place_of(given, site) {
+                                self.note(graph, &aliases, &place, &mut summary.uses);
+                            }
+                        }
+                    }
+                }
+                Effect::Write(write) => {
+                    self.note(graph, &aliases, &write.place, &mut summary.writes);
+                    if holds_filter_at(program, graph, &write.place) {
+                        self.touch(graph, &aliases, &write.place, &mut touched);
+                    }
+                }
+                Effect::Use { place } => self.note(graph, &aliases, place, &mut summary.uses),
+                Effect::Return(value) => {
+                    if let Some(place) = &value.place {
+                        for root in aliases.roots(place) {
+                            if let Some(Given { base: GivenBase::Param(param), steps }) = given(graph, &root) {
+                                summary.returns.insert((param, steps));
+                            }
+                        }
+                    }
+                    summary.heads |= match (&value.head, value.same_as) {
+                        (Some(head), _) => returned::bit(head),
+                        (None, _) => returned::ANY,
+                    };
+                }
+                _ => {}
+            }
+        }
+        // A part of a place is looked at through the place where both are touched.
+        for given in touched {
+            let instance = instance_of(graph, &given);
+            let search = Search::new(program, graph, &aliases, self, &instance, 0);
+            let outcomes = search.outcomes(Region::Function);
+            summary.outcomes.insert(given, outcomes);
+        }
+        summary
+    }
+
+    fn touch(&self, graph: &ControlFlowGraph, aliases: &Aliases, place: &Place, touched: &mut BTreeSet<Given>) {
+        self.note(graph, aliases, place, touched);
+    }
+
+    fn note(&self, graph: &ControlFlowGraph, aliases: &Aliases, place: &Place, into: &mut BTreeSet<Given>) {
+        for root in aliases.roots(place) {
+            if let Some(given) = given(graph, &root) {
+                into.insert(given);
+            }
+        }
+    }
+}
+
+fn holds_filter_at(program: &Program<'_>, graph: &ControlFlowGraph, place: &Place) -> bool {
+    super::instances::place_ty(program.index, graph, place)
+        .is_some_and(|ty| crate::flow::holds_filter(program.index, &ty))
+}
+
+fn calls_itself(graphs: &[Option<ControlFlowGraph>], id: FunctionId) -> bool {
+    graphs[id.0 as usize].as_ref().is_some_and(|graph| {
+        graph.nodes.iter().any(|node| matches!(&node.effect, Effect::Call(site) if site.targets.contains(&id)))
+    })
+}
+
+/// A place of a function as its callers know it; `None` if it is the function's own.
+pub(super) fn given(graph: &ControlFlowGraph, place: &Place) -> Option<Given> {
+    if place.steps.len() > MAX_STEPS {
+        return None;
+    }
+    let base = match place.base {
+        Base::Var(var) => GivenBase::Param(graph.var(var).param?),
+        Base::Static(id) => GivenBase::Static(id),
+    };
+    // An index that is a parameter is known to the caller by the parameter's number.
+    let steps = place
+        .steps
+        .iter()
+        .map(|step| match step {
+            Projection::Index(IndexKey::Var(var)) => match graph.var(*var).param {
+                Some(param) => Projection::Index(IndexKey::Param(param)),
+                None => Projection::Index(IndexKey::Each),
+            },
+            other => other.clone(),
+        })
+        .collect();
+    Some(Given { base, steps })
+}
+
+/// The place inside the function that callers know as given.
+pub(super) fn instance_of(graph: &ControlFlowGraph, given: &Given) -> Place {
+    let steps: Vec<Projection> = given
+        .steps
+        .iter()
+        .map(|step| match step {
+            Projection::Index(IndexKey::Param(param)) => match graph.params.get(*param) {
+                Some(var) => Projection::Index(IndexKey::Var(*var)),
+                None => step.clone(),
+            },
+            other => other.clone(),
+        })
+        .collect();
+    match given.base {
+        GivenBase::Param(param) => Place { base: Base::Var(graph.params[param]), steps },
+        GivenBase::Static(id) => Place { base: Base::Static(id), steps },
+    }
+}
+
+/// The place at a call that a callee knows as given.
+pub(super) fn place_of(given: &Given, site: &crate::flow::CallSite) -> Option<Place> {
+    let steps: Vec<Projection> = given
+        .steps
+        .iter()
+        .map(|step| match step {
+            Projection::Index(IndexKey::Param(param)) => {
+                let key = site.args.get(*param).and_then(|arg| arg.index.clone());
+                Projection::Index(key.unwrap_or_else(|| IndexKey::Data("the argument".into())))
+            }
+            other => other.clone(),
+        })
+        .collect();
+    match given.base {
+        GivenBase::Param(param) => Some(site.args.get(param)?.place.as_ref()?.join(&steps)),
+        GivenBase::Static(id) => Some(Place { base: Base::Static(id), steps }),
+    }
+}
