@@ -1,1 +1,3 @@
-//! (being built)
+//! wip
+pub mod glob;
+pub mod spelling;
