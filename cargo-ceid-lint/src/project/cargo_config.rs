@@ -69,7 +69,7 @@ fn flags(tables: &[toml::Table], path: &[&str]) -> Vec<String> {
         match value {
             Some(toml::Value::String(text)) => flags.extend(text.split_whitespace().map(str::to_owned)),
             Some(toml::Value::Array(list)) => {
-                flags.extend(list.iter().filter_map(|flag| flag.as_str().map(str::to_owned)))
+                flags.extend(list.iter().filter_map(|flag| flag.as_str().map(str::to_owned)));
             }
             _ => {}
         }

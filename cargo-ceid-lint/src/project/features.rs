@@ -26,7 +26,7 @@ pub(super) fn activate(workspace: &mut Workspace, flags: &Features) -> Result<()
         solver.required_dependencies(member);
     }
     for feature in &flags.named {
-        solver.from_command_line(feature)?;
+        solver.turn_on(feature)?;
     }
     solver.run();
     Ok(())
@@ -40,7 +40,7 @@ struct Solver<'a> {
 }
 
 impl Solver<'_> {
-    fn from_command_line(&mut self, feature: &str) -> Result<(), LoadError> {
+    fn turn_on(&mut self, feature: &str) -> Result<(), LoadError> {
         let (package, name) = feature.split_once('/').map_or((None, feature), |(package, name)| (Some(package), name));
         let mut is_known = false;
         for member in 0..self.workspace.members {

@@ -20,11 +20,7 @@ pub(super) fn packages(
     let members = &workspace.packages[..workspace.members];
     if members.is_empty() {
         let root = workspace.root.join("Cargo.toml");
-        return Err(LoadError::new(format!(
-            "`{}` is a virtual manifest, and the workspace has no members",
-            root.display()
-        ))
-        .help("name the packages in `members`, or name a directory that holds packages"));
+        notices.push(format!("`{}` is a virtual manifest, and the workspace has no members", root.display()));
     }
     if selection.workspace {
         return Ok(all_but_excluded(workspace, selection, notices));

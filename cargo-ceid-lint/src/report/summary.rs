@@ -71,10 +71,9 @@ impl Summary {
     #[must_use]
     pub fn line(&self) -> String {
         let mut line = format!("checked {} with {}", count(self.cycles, "cycle"), count(self.filters, "filter"));
-        if self.filters > 0 {
+        if let Some(decided) = ((self.proved + self.violated) * 100).checked_div(self.filters) {
             let suppressed =
                 if self.suppressed > 0 { format!(" ({} suppressed)", self.suppressed) } else { String::new() };
-            let decided = (self.proved + self.violated) * 100 / self.filters;
             line += &format!(
                 ": {} proved, {} violated{suppressed}, {} unproved ({decided} % decided)",
                 self.proved, self.violated, self.unproved

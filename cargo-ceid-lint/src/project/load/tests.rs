@@ -207,9 +207,12 @@ fn a_wrong_manifest_is_told_with_its_place() {
 }
 
 #[test]
-fn an_empty_workspace_says_so() {
+fn an_empty_workspace_says_so_and_is_no_error() {
     let tree = Tree::new(&[("Cargo.toml", "[workspace]\nmembers = []\n")]);
-    check_error(&in_tree(&tree), "the workspace has no members", "`members`");
+    let project = check(&in_tree(&tree), &[]);
+    assert!(project.notices[0].contains("the workspace has no members"));
+    let named = Selection { packages: strings(&["a"]), ..in_tree(&tree) };
+    check_error(&named, "package ID specification `a` did not match any packages", "");
 }
 
 #[test]
