@@ -33,7 +33,12 @@ pub(super) fn run(mut args: CheckArgs, matches: &ArgMatches) -> Result<ExitStatu
     let status = checked.status(args.input.no_loops, console);
     if let Format::Json(options) = format {
         let success = status == ExitStatus::Clean;
-        console.print(&json::messages(&checked.project, &checked.report, Options { success, ..options }));
+        let without_artifacts = checked.is_config_wrong;
+        console.print(&json::messages(
+            &checked.project,
+            &checked.report,
+            Options { success, without_artifacts, ..options },
+        ));
     }
     Ok(status)
 }

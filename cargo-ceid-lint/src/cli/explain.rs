@@ -24,7 +24,9 @@ pub(super) fn run(args: &ExplainArgs) -> Result<ExitStatus, String> {
     if let Some(group) = GROUPS.iter().find(|group| group.name() == name) {
         let rules = list(&mut RULES.iter().filter(|rule| rule.group == *group));
         let (level, summary) = (group.default_level().name(), group.summary());
-        console.print(&format!("# `ceid::{name}`\n\nRules that are {summary}. Default level: `{level}`.\n\n{rules}"));
+        console.print(&format!(
+            "# `ceid::{name}`\n\nWhat its rules find is {summary}. Default level: `{level}`.\n\n{rules}"
+        ));
         return Ok(ExitStatus::Clean);
     }
     if name == ALL {

@@ -60,7 +60,8 @@ impl Checked {
         }
         if self.summary.is_nothing() {
             let packages = self.project.packages.iter().filter(|package| package.is_reported).count();
-            let what = format!("nothing to check: there is no cycle and no filter in {packages} package(s)");
+            let what =
+                format!("nothing to check: there is no cycle and no filter in {}", report::count(packages, "package"));
             let help =
                 "a filter is a type with `impl SampledFilter`, or one that a `[[filter]]` of `ceid-lint.toml` names";
             match no_loops {

@@ -9,7 +9,7 @@ use super::{CfgValues, toolchain};
 /// What rustc says about the target.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TargetCfg {
-    /// The target's name, if it is known.
+    /// The target's name, if rustc knows it.
     pub(super) triple: Option<String>,
     /// What holds for every package.
     pub(super) cfg: CfgValues,
@@ -83,7 +83,8 @@ pub(super) fn read(directory: &Path, config: &CargoConfig, is_release: bool) -> 
     } else {
         cfg.flags.insert("debug_assertions".to_owned());
     }
-    TargetCfg { triple: config.target.clone().or(host), cfg, notice }
+    let triple = if notice.is_none() { config.target.clone().or(host) } else { None };
+    TargetCfg { triple, cfg, notice }
 }
 
 fn ask(directory: &Path, config: &CargoConfig, with_host: bool) -> Result<String, toolchain::Failure> {

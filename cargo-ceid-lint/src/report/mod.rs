@@ -56,6 +56,7 @@ impl Style {
 }
 
 /// `1 file`, `2 files`
-fn count(number: usize, noun: &str) -> String {
+#[must_use]
+pub fn count(number: usize, noun: &str) -> String {
     format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
 }

@@ -19,15 +19,10 @@ pub fn human(style: Style) -> String {
     text += "\n";
     for group in GROUPS {
         let name = style.paint(Paint::Bold, &format!("{:name_width$}", format!("ceid::{}", group.name())));
-        text += &format!(
-            "{name}  {:5}  {:group_width$}  rules that are {}\n",
-            group.default_level().name(),
-            "",
-            group.summary()
-        );
+        text += &format!("{name}  {:5}  {:group_width$}  {}\n", group.default_level().name(), "", group.summary());
     }
     text += &format!(
-        "{}  {:5}  {:group_width$}  all rules\n",
+        "{}  {:5}  {:group_width$}  every rule\n",
         style.paint(Paint::Bold, &format!("{:name_width$}", "ceid::all")),
         "",
         ""

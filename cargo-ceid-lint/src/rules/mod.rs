@@ -84,7 +84,7 @@ impl Group {
             Self::Suspicious => "wrong unless it was meant so",
             Self::TimeDomain => "how the cycle deals with time",
             Self::Proof => "what stands between the code and a complete proof",
-            Self::Hygiene => "suppressions that suppress nothing, or more than they say",
+            Self::Hygiene => "a suppression that suppresses nothing, or more than it says",
         }
     }
 }

@@ -31,6 +31,8 @@ pub struct Options {
     pub rendered: Rendered,
     /// Whether findings are left to the human form: `json-render-diagnostics`.
     pub without_diagnostics: bool,
+    /// Whether nothing is said to be clean, because nothing was checked.
+    pub without_artifacts: bool,
     /// Whether the run succeeded.
     pub success: bool,
 }
@@ -94,7 +96,7 @@ pub fn messages(project: &Project, report: &Report, options: Options) -> String 
     }
     for (package_at, package) in project.packages.iter().enumerate() {
         for (target_at, target) in package.targets.iter().enumerate() {
-            if target.is_reported && !unclean.contains(&(package_at, target_at)) {
+            if target.is_reported && !options.without_artifacts && !unclean.contains(&(package_at, target_at)) {
                 push(&mut text, &artifact(package, &target.cargo));
             }
         }
