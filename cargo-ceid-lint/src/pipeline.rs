@@ -1,8 +1,16 @@
 //! From a project to a report: the one function to read first.
 
-use crate::count::Cycle;
-use crate::diagnostic::{Diagnostic, Problem};
-use crate::source::SourceMap;
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::config::Config;
+use crate::count::{Cycle, analyse};
+use crate::diagnostic::{Diagnostic, Level, Problem};
+use crate::flow::{Program, lower_function};
+use crate::index::{CrateInput, Index};
+use crate::project::{Project, TargetKind};
+use crate::rules;
+use crate::source::{DiskSource, FileSet, ReadSource, SourceMap, Span};
+use crate::syntax::{parse_crate, with_large_stack};
 
 /// What a run found out.
 #[derive(Debug, Default)]
@@ -17,4 +25,110 @@ pub struct Report {
     pub problems: Vec<Problem>,
     /// How many filter types were found.
     pub filter_types: usize,
+}
+
+/// Checks a project whose files lie on the disk.
+#[must_use]
+pub fn check(project: &Project, config: &Config) -> Report {
+    check_with(project, config, Box::new(DiskSource))
+}
+
+/// Checks a project whose files are read from `source`.
+#[must_use]
+pub fn check_with(project: &Project, config: &Config, source: Box<dyn ReadSource>) -> Report {
+    let mut files = FileSet::new(SourceMap::new(project.root.clone()), source);
+    let mut problems = Vec::new();
+    let inputs = parse_all(project, &mut files, &mut problems);
+    let sources = files.into_map();
+    // Expressions nest as deep as the parser allows, and the walks over them with them.
+    let mut report = with_large_stack(|| analyse_all(project, config, inputs, sources));
+    let mut seen = BTreeSet::new();
+    problems.retain(|problem: &Problem| seen.insert((problem.file.clone(), problem.span, problem.message.clone())));
+    report.problems = problems;
+    report
+}
+
+/// Parses every crate root with its modules.
+fn parse_all(project: &Project, files: &mut FileSet, problems: &mut Vec<Problem>) -> Vec<CrateInput> {
+    let mut inputs: Vec<CrateInput> = Vec::new();
+    let mut libs: BTreeMap<usize, usize> = BTreeMap::new();
+    for (package_number, package) in project.packages.iter().enumerate() {
+        for (target_number, target) in package.targets.iter().enumerate() {
+            let mut cfg = package.cfg.clone();
+            if target.cfg_test {
+                cfg.flags.insert("test".to_owned());
+            }
+            if target.kind == TargetKind::Lib {
+                libs.insert(package_number, inputs.len());
+            }
+            inputs.push(CrateInput {
+                package: package_number,
+                target: target_number,
+                name: target.crate_name.clone(),
+                externs: BTreeMap::new(),
+                is_reported: target.is_reported && package.is_reported,
+                is_test: matches!(target.kind, TargetKind::Test | TargetKind::Bench),
+                items: parse_crate(&target.src_path, &target.edition, &cfg, files, problems),
+            });
+        }
+    }
+    for input in &mut inputs {
+        let package = &project.packages[input.package];
+        for dependency in &package.dependencies {
+            let krate = dependency.package.and_then(|package| libs.get(&package)).copied();
+            input.externs.insert(dependency.extern_name.clone(), (krate, dependency.package_name.clone()));
+        }
+        let target = &package.targets[input.target];
+        if target.kind != TargetKind::Lib
+            && let Some(own) = libs.get(&input.package)
+        {
+            let name = package.targets.iter().find(|target| target.kind == TargetKind::Lib);
+            if let Some(lib) = name {
+                input.externs.insert(lib.crate_name.clone(), (Some(*own), package.name.clone()));
+            }
+        }
+    }
+    inputs
+}
+
+fn analyse_all(project: &Project, config: &Config, inputs: Vec<CrateInput>, sources: SourceMap) -> Report {
+    let index = Index::build(inputs);
+    let bodies = Program::infer_all(&index);
+    let program = Program { index: &index, bodies: &bodies, sources: &sources };
+    let graphs: Vec<_> = index.function_ids().map(|id| lower_function(&program, id)).collect();
+    let mut analysis = analyse(&program, &graphs);
+    let is_shown = |package: usize, target: usize, span: Span| {
+        let package = &project.packages[package];
+        let path = &sources.file(span.file).path;
+        package.is_reported && package.targets[target].is_reported && project.is_wanted(path) && !config.is_excluded(path)
+    };
+    analysis.cycles.retain(|cycle| is_shown(cycle.package, cycle.target, cycle.head));
+    analysis.unregistered.retain(|filter| is_shown(filter.package, filter.target, filter.span));
+    analysis.guards.retain(|guard| is_shown(guard.package, guard.target, guard.span));
+    // A file that belongs to several targets is judged once.
+    let mut seen = BTreeSet::new();
+    analysis.cycles.retain(|cycle| seen.insert((cycle.head, cycle.function.clone())));
+    let diagnostics = with_levels(project, config, rules::findings(&analysis));
+    let filter_types = index.filter_type_count();
+    Report { diagnostics, cycles: analysis.cycles, filter_types, problems: Vec::new(), sources }
+}
+
+/// The findings at `warn` or above, sorted.
+fn with_levels(project: &Project, config: &Config, findings: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    let mut shown: Vec<Diagnostic> = findings
+        .into_iter()
+        .filter_map(|finding| {
+            let rule = rules::find(finding.rule)?;
+            let setting = rules::level_of(rule, config, &project.packages[finding.package]);
+            let level_source = setting.source;
+            (setting.level > Level::Allow).then_some(Diagnostic { level: setting.level, level_source, ..finding })
+        })
+        .collect();
+    shown.sort_by(|left, right| {
+        (left.primary.span, left.rule, &left.message).cmp(&(right.primary.span, right.rule, &right.message))
+    });
+    shown.dedup_by(|left, right| {
+        left.primary == right.primary && left.rule == right.rule && left.message == right.message
+    });
+    shown
 }

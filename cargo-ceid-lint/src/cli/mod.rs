@@ -1,6 +1,83 @@
-//! The command line: reads the arguments, runs, prints, and answers the exit code.
+//! The command line: reads the arguments, runs, prints, and answers the exit code. The only module that prints.
+
+mod args;
+mod bug;
+mod check;
+mod console;
+mod exit;
+mod explain;
+mod input;
+mod levels;
+mod report;
+mod rules;
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use clap::{ArgMatches, CommandFactory, FromArgMatches};
+
+use args::{Cli, Command};
+use console::Console;
+use exit::ExitStatus;
 
 /// Runs the program with `args`, the first of which is its own name.
-pub fn run(_args: impl IntoIterator<Item = std::ffi::OsString>) -> std::process::ExitCode {
-    std::process::ExitCode::SUCCESS
+///
+/// Never panics: a bug ends in a message that asks to report it.
+pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let args: Vec<OsString> = without_subcommand_name(args);
+    bug::caught(|| run_caught(args)).into()
+}
+
+/// cargo calls `cargo-ceid-lint ceid-lint ARGS`.
+fn without_subcommand_name(args: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
+    let mut args: Vec<OsString> = args.into_iter().collect();
+    if args.get(1).is_some_and(|name| name == "ceid-lint") {
+        args.remove(1);
+    }
+    args
+}
+
+fn run_caught(args: Vec<OsString>) -> ExitStatus {
+    let parsed = Cli::command().try_get_matches_from(args);
+    let parsed = parsed.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
+    let (cli, matches) = match parsed {
+        Ok(parsed) => parsed,
+        Err(error) => return usage(&error),
+    };
+    let result = match cli.command {
+        None => check::run(cli.check, &matches),
+        Some(Command::Check(args)) => check::run(*args, of_subcommand(&matches)),
+        Some(Command::Report(args)) => report::run(*args, of_subcommand(&matches)),
+        Some(Command::Explain(args)) => explain::run(&args),
+        Some(Command::Rules(args)) => Ok(rules::run(&args)),
+    };
+    result.unwrap_or_else(|message| usage(&Cli::command().error(clap::error::ErrorKind::InvalidValue, message)))
+}
+
+fn of_subcommand(matches: &ArgMatches) -> &ArgMatches {
+    matches.subcommand().map_or(matches, |(_, matches)| matches)
+}
+
+/// Prints help, the version, or what is wrong with the arguments.
+fn usage(error: &clap::Error) -> ExitStatus {
+    let _ = error.print();
+    if error.use_stderr() { ExitStatus::Usage } else { ExitStatus::Clean }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(args: &[&str], expected: &[&str]) {
+        assert_eq!(without_subcommand_name(args.iter().map(OsString::from)), expected);
+    }
+
+    #[test]
+    fn the_name_that_cargo_adds_is_dropped_once() {
+        check(&["cargo-ceid-lint", "ceid-lint", "-q"], &["cargo-ceid-lint", "-q"]);
+        check(&["cargo-ceid-lint", "-q"], &["cargo-ceid-lint", "-q"]);
+        check(&["cargo-ceid-lint", "ceid-lint", "ceid-lint"], &["cargo-ceid-lint", "ceid-lint"]);
+        check(&["cargo-ceid-lint"], &["cargo-ceid-lint"]);
+    }
 }

@@ -1,7 +1,29 @@
-//! Which packages and targets there are, and what `cfg` holds for them. The only module that asks cargo.
+//! Which packages and targets there are, and what `cfg` holds for them. The only module that asks cargo. Never touches the
+//! network, never builds, and leaves nothing behind in the user's tree.
+
+mod assemble;
+mod cargo_config;
+mod cfg;
+mod error;
+mod features;
+mod load;
+mod loose;
+mod manifest;
+mod metadata;
+mod package_spec;
+mod select;
+mod selection;
+mod toolchain;
+mod workspace;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+pub use error::LoadError;
+pub use load::load;
+pub use selection::{Features, Names, Selection, TargetFilter};
+
+use crate::diagnostic::Problem;
 
 /// Everything cargo knows about the workspace that the analysis needs.
 #[derive(Clone, Debug, Default)]
@@ -14,6 +36,18 @@ pub struct Project {
     pub packages: Vec<Package>,
     /// What the user should know about how the project was loaded: "cargo metadata failed (…), dependencies are not resolved".
     pub notices: Vec<String>,
+    /// Files and directories that findings are restricted to; empty for no restriction. See [`Project::is_wanted`].
+    pub only: Vec<PathBuf>,
+    /// Packages that could not be loaded while others could.
+    pub problems: Vec<Problem>,
+}
+
+impl Project {
+    /// Whether findings in the file at `path` are wanted, as far as the paths on the command line decide it.
+    #[must_use]
+    pub fn is_wanted(&self, path: &Path) -> bool {
+        self.only.is_empty() || self.only.iter().any(|wanted| path.starts_with(wanted))
+    }
 }
 
 /// A package.
@@ -27,20 +61,22 @@ pub struct Package {
     pub version: String,
     /// Its `Cargo.toml`; empty for a file checked on its own.
     pub manifest_path: PathBuf,
+    /// The root of the workspace it belongs to.
+    pub workspace_root: PathBuf,
     /// Whether findings in it are reported; sources of other packages are read for types and summaries only.
     pub is_reported: bool,
     /// The names its code can call other crates by.
     pub dependencies: Vec<Dependency>,
     /// Its targets whose sources are read.
     pub targets: Vec<Target>,
-    /// What `cfg` holds when it is built.
+    /// What `cfg` holds when it is built, `test` apart: see [`Target::cfg_test`].
     pub cfg: CfgValues,
     /// Its `[package.metadata.ceid-lint]`.
     pub metadata: Option<serde_json::Value>,
 }
 
 /// A crate that a package depends on.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Dependency {
     /// The name in `use`: the renamed one if it is renamed, `-` replaced by `_`.
     pub extern_name: String,
@@ -65,6 +101,8 @@ pub struct Target {
     pub edition: String,
     /// Whether findings in it are reported.
     pub is_reported: bool,
+    /// Whether `cfg(test)` holds: in integration tests and benchmarks only. The unit tests of a library are not read.
+    pub cfg_test: bool,
     /// The target as `cargo metadata` prints it, copied word for word into JSON messages.
     pub cargo: serde_json::Value,
 }
@@ -82,6 +120,20 @@ pub enum TargetKind {
     Test,
     /// A benchmark.
     Bench,
+}
+
+impl TargetKind {
+    /// cargo's word for it, as in "no bin target named".
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Lib => "lib",
+            Self::Bin => "bin",
+            Self::Example => "example",
+            Self::Test => "test",
+            Self::Bench => "bench",
+        }
+    }
 }
 
 /// What `cfg` holds. A name that is neither here nor known to be absent is uncertain.

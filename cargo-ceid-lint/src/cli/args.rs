@@ -1,0 +1,322 @@
+//! Every argument of the program, in one place. Never acts on them.
+
+use std::path::PathBuf;
+
+use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
+
+const ABOUT: &str = "Proves or refutes that every sampled-time filter is updated exactly once per control cycle.";
+
+const AFTER_HELP: &str = "\
+Exit codes:
+    0  nothing found at `deny`
+  100  findings at `deny`
+  101  the run could not be made, or a file could not be read or parsed (the rest is checked all the same)
+    2  wrong usage
+
+Accepted and ignored, because editors pass them to `cargo check` (the network is never used, and nothing is built):
+  --keep-going, --target-dir, --no-deps, -j, --locked, --offline, --frozen, --timings, --ignore-rust-version,
+  --future-incompat-report, --lockfile-path
+
+`cargo ceid-lint explain missed_update` explains a rule; `cargo ceid-lint rules` lists all of them.";
+
+/// The command line.
+#[derive(Debug, Parser)]
+#[command(
+    name = "cargo-ceid-lint",
+    bin_name = "cargo ceid-lint",
+    version,
+    about = ABOUT,
+    after_help = AFTER_HELP,
+    args_conflicts_with_subcommands = true,
+    disable_help_subcommand = true,
+    max_term_width = 120,
+)]
+pub(super) struct Cli {
+    #[command(subcommand)]
+    pub(super) command: Option<Command>,
+    #[command(flatten)]
+    pub(super) check: CheckArgs,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Check the filters of every control cycle (what happens without a subcommand).
+    #[command(after_help = AFTER_HELP)]
+    Check(Box<CheckArgs>),
+    /// Print the proof report: every cycle and filter with its verdict.
+    #[command(after_help = "Exit codes: 0 the report is complete, 101 it is not. A report has no findings of its own.")]
+    Report(Box<ReportArgs>),
+    /// Print the long text of a rule.
+    Explain(ExplainArgs),
+    /// Print the table of rules, their groups and default levels.
+    Rules(RulesArgs),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CheckArgs {
+    #[command(flatten)]
+    pub(super) input: Input,
+    #[command(flatten)]
+    pub(super) levels: LevelArgs,
+    #[command(flatten)]
+    pub(super) talk: Talk,
+    /// How findings are printed.
+    #[arg(long, value_name = "FORMAT", value_enum, value_delimiter = ',', help_heading = "Output")]
+    pub(super) message_format: Vec<MessageFormat>,
+    /// Levels again, as for clippy: `-- -W ceid::gated_update`.
+    #[arg(last = true, value_name = "LEVELS", help_heading = "Levels")]
+    pub(super) rest: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ReportArgs {
+    #[command(flatten)]
+    pub(super) input: Input,
+    #[command(flatten)]
+    pub(super) levels: LevelArgs,
+    #[command(flatten)]
+    pub(super) talk: Talk,
+    /// How the report is printed.
+    #[arg(long, value_name = "FORMAT", value_enum, default_value = "human", help_heading = "Output")]
+    pub(super) message_format: DataFormat,
+    #[arg(last = true, value_name = "LEVELS", hide = true)]
+    pub(super) rest: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ExplainArgs {
+    /// A rule or a group, with or without `ceid::`.
+    #[arg(value_name = "RULE")]
+    pub(super) rule: String,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct RulesArgs {
+    /// How the table is printed.
+    #[arg(long, value_name = "FORMAT", value_enum, default_value = "human")]
+    pub(super) message_format: DataFormat,
+    /// Whether colours are used.
+    #[arg(long, value_name = "WHEN", value_enum)]
+    pub(super) color: Option<ColorChoice>,
+}
+
+/// What is checked.
+#[derive(Debug, Args)]
+pub(super) struct Input {
+    /// Report only what lies in these files and directories; a `.rs` file outside any package is checked on its own.
+    #[arg(value_name = "PATH")]
+    pub(super) paths: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(super) scope: Scope,
+    #[command(flatten)]
+    pub(super) build: Build,
+    #[command(flatten)]
+    pub(super) ignored: Ignored,
+    /// What it means when there is no cycle and no filter.
+    #[arg(long, value_name = "MEANING", value_enum, default_value = "warn", help_heading = "Levels")]
+    pub(super) no_loops: NoLoops,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Packages and targets")]
+pub(super) struct Scope {
+    /// Check this package: a name, `name@version`, a pattern, or a package id.
+    #[arg(short, long, value_name = "SPEC")]
+    pub(super) package: Vec<String>,
+    /// Check all packages of the workspace.
+    #[arg(long, alias = "all")]
+    pub(super) workspace: bool,
+    /// Leave this package out; needs `--workspace`.
+    #[arg(long, value_name = "SPEC")]
+    pub(super) exclude: Vec<String>,
+    /// Check the library.
+    #[arg(long)]
+    pub(super) lib: bool,
+    /// Check all binaries.
+    #[arg(long)]
+    pub(super) bins: bool,
+    /// Check this binary.
+    #[arg(long, value_name = "NAME")]
+    pub(super) bin: Vec<String>,
+    /// Check all examples.
+    #[arg(long)]
+    pub(super) examples: bool,
+    /// Check this example.
+    #[arg(long, value_name = "NAME")]
+    pub(super) example: Vec<String>,
+    /// Check all integration tests, the library and the binaries.
+    #[arg(long)]
+    pub(super) tests: bool,
+    /// Check this integration test.
+    #[arg(long, value_name = "NAME")]
+    pub(super) test: Vec<String>,
+    /// Check all benchmarks, the library and the binaries.
+    #[arg(long)]
+    pub(super) benches: bool,
+    /// Check this benchmark.
+    #[arg(long, value_name = "NAME")]
+    pub(super) bench: Vec<String>,
+    /// Check all targets (without target flags: library, binaries and examples).
+    #[arg(long)]
+    pub(super) all_targets: bool,
+    /// Path of the `Cargo.toml`.
+    #[arg(long, value_name = "PATH")]
+    pub(super) manifest_path: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Build context")]
+pub(super) struct Build {
+    /// Features that are on, separated by spaces or commas. `-F RULE` with the name of a rule forbids that rule.
+    #[arg(short = 'F', long, value_name = "FEATURES")]
+    pub(super) features: Vec<String>,
+    /// All features are on.
+    #[arg(long)]
+    pub(super) all_features: bool,
+    /// The default features are off.
+    #[arg(long)]
+    pub(super) no_default_features: bool,
+    /// The target that decides `cfg`, instead of `build.target` or the host.
+    #[arg(long, value_name = "TRIPLE")]
+    pub(super) target: Vec<String>,
+    /// Without debug assertions, as a release build.
+    #[arg(short, long)]
+    pub(super) release: bool,
+    /// The profile: `release` and `bench` are without debug assertions.
+    #[arg(long, value_name = "NAME")]
+    pub(super) profile: Option<String>,
+    /// Override a value of cargo's configuration.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(super) config: Vec<String>,
+    /// Unstable flags, handed to cargo.
+    #[arg(short = 'Z', value_name = "FLAG")]
+    pub(super) unstable: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Levels")]
+pub(super) struct LevelArgs {
+    /// Do not show findings of this rule or group.
+    #[arg(id = "allow", short = 'A', long = "allow", value_name = "RULE")]
+    pub(super) allow: Vec<String>,
+    /// Show them.
+    #[arg(id = "warn", short = 'W', long = "warn", value_name = "RULE")]
+    pub(super) warn: Vec<String>,
+    /// Show them, and fail; `-D warnings` does so with all that are shown.
+    #[arg(id = "deny", short = 'D', long = "deny", value_name = "RULE")]
+    pub(super) deny: Vec<String>,
+    /// Show them, and fail, whatever a suppression says.
+    #[arg(id = "forbid", long = "forbid", value_name = "RULE")]
+    pub(super) forbid: Vec<String>,
+    /// Every gate and every filter that cannot be proved counts: denies `gated_update` and `unproved_update`.
+    #[arg(long)]
+    pub(super) strict: bool,
+}
+
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Output")]
+pub(super) struct Talk {
+    /// Whether colours are used.
+    #[arg(long, value_name = "WHEN", value_enum)]
+    pub(super) color: Option<ColorChoice>,
+    /// Print findings only.
+    #[arg(short, long, conflicts_with = "verbose")]
+    pub(super) quiet: bool,
+    /// Print what is checked.
+    #[arg(short, long, action = ArgAction::Count)]
+    pub(super) verbose: u8,
+    /// Show all steps of a path, not only the last ones.
+    #[arg(long)]
+    pub(super) full_trace: bool,
+    /// Print figures about the run.
+    #[arg(long)]
+    pub(super) stats: bool,
+}
+
+/// What `cargo check` takes and what has no meaning here.
+#[derive(Debug, Args)]
+pub(super) struct Ignored {
+    #[arg(long, hide = true)]
+    keep_going: bool,
+    #[arg(long, hide = true, value_name = "DIRECTORY")]
+    target_dir: Option<PathBuf>,
+    #[arg(long, hide = true)]
+    no_deps: bool,
+    #[arg(short = 'j', long = "jobs", hide = true, value_name = "N", allow_hyphen_values = true)]
+    jobs: Option<String>,
+    #[arg(long, hide = true)]
+    locked: bool,
+    #[arg(long, hide = true)]
+    offline: bool,
+    #[arg(long, hide = true)]
+    frozen: bool,
+    #[arg(long, hide = true, num_args = 0..=1, require_equals = true)]
+    timings: Option<Option<String>>,
+    #[arg(long, hide = true)]
+    ignore_rust_version: bool,
+    #[arg(long, hide = true)]
+    future_incompat_report: bool,
+    #[arg(long, hide = true, value_name = "PATH")]
+    lockfile_path: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum ColorChoice {
+    /// On a terminal.
+    Auto,
+    /// Always.
+    Always,
+    /// Never.
+    Never,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum NoLoops {
+    /// The run fails.
+    Fail,
+    /// A warning.
+    Warn,
+    /// Nothing.
+    Pass,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum DataFormat {
+    /// For people.
+    Human,
+    /// For programs.
+    Json,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum MessageFormat {
+    /// With the source, on stderr (the default).
+    Human,
+    /// One line each, on stderr.
+    Short,
+    /// cargo's JSON messages, on stdout.
+    Json,
+    /// The same, with `rendered` in one line.
+    JsonDiagnosticShort,
+    /// The same, with `rendered` in colours.
+    JsonDiagnosticRenderedAnsi,
+    /// cargo's JSON messages without findings, which are printed for people.
+    JsonRenderDiagnostics,
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_definition_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn the_help_reads_well() {
+        insta::assert_snapshot!(Cli::command().term_width(120).render_help());
+    }
+}

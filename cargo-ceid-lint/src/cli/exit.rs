@@ -1,0 +1,27 @@
+//! The exit codes, which are a contract with scripts.
+
+use std::process::ExitCode;
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ExitStatus {
+    /// 0: nothing was found at `deny`.
+    Clean,
+    /// 100: there are findings at `deny`, or nothing was checked under `--no-loops fail`.
+    Findings,
+    /// 101: the run could not be made, or a file could not be read or parsed. Wins over findings.
+    Incomplete,
+    /// 2: wrong usage.
+    Usage,
+}
+
+impl From<ExitStatus> for ExitCode {
+    fn from(status: ExitStatus) -> Self {
+        Self::from(match status {
+            ExitStatus::Clean => 0,
+            ExitStatus::Findings => 100,
+            ExitStatus::Incomplete => 101,
+            ExitStatus::Usage => 2,
+        })
+    }
+}

@@ -1,0 +1,310 @@
+//! The entries `[[filter]]`, `[[cycle]]` and `[[guard]]` as plain data. Paths are kept as they were written.
+
+use super::reader::{Table, Value};
+use super::{ConfigError, Place};
+
+/// A filter type that the trait does not tell.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FilterEntry {
+    /// What it names.
+    pub target: FilterTarget,
+    /// The law: groups of alternatives; each group is one half of the law.
+    pub law: Vec<Vec<String>>,
+    /// How often each group runs in a cycle; as many as there are groups.
+    pub multiplicity: Vec<Multiplicity>,
+    /// Where the instance is in a call of the law.
+    pub instance: InstancePlace,
+    /// The arguments that select a channel, each of which is an instance of its own.
+    pub key: Vec<u32>,
+    /// Whether the law takes `&mut self`.
+    pub receiver: Receiver,
+    /// Methods that set the whole state.
+    pub reset: Vec<String>,
+    /// Methods that set a part of the state.
+    pub partial_reset: Vec<String>,
+    /// What an `Err` of the law means.
+    pub on_err: OnErr,
+    /// Where the time step comes from.
+    pub time_base: TimeBase,
+    /// Whether it is sampled in time at all.
+    pub kind: FilterKind,
+    /// Where it stands.
+    pub place: Place,
+}
+
+/// What a `[[filter]]` names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum FilterTarget {
+    /// A type by its path.
+    Type(String),
+    /// Every type that implements the trait.
+    Trait(String),
+    /// A free function whose argument or result is the state.
+    Function(String),
+}
+
+/// How often a half of a law runs in one cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Multiplicity {
+    /// Exactly once.
+    Once,
+    /// Once or not at all.
+    AtMostOnce,
+    /// As often as the code likes.
+    Any,
+}
+
+/// Where the instance is in a call of the law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InstancePlace {
+    /// The receiver.
+    Receiver,
+    /// The argument at this position, counted from 0 without the receiver.
+    Argument(u32),
+    /// What the call returns replaces it.
+    Returned,
+}
+
+/// How the law takes its receiver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Receiver {
+    /// `&mut self`
+    Exclusive,
+    /// `&self`, with interior state.
+    Shared,
+}
+
+/// What an `Err` of the law means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OnErr {
+    /// The filter advanced all the same.
+    Updated,
+    /// The filter did not advance.
+    Untouched,
+}
+
+/// Where the time step comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TimeBase {
+    /// It is baked in, or there is none.
+    Fixed,
+    /// The caller passes it.
+    Passed,
+    /// The call measures it.
+    Inside,
+}
+
+/// Whether a type is sampled in time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FilterKind {
+    /// Once per cycle.
+    Sampled,
+    /// Driven by events: not checked.
+    Event,
+}
+
+/// A function that a framework calls once per cycle.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CycleEntry {
+    /// What it names.
+    pub target: CycleTarget,
+    /// Where it stands.
+    pub place: Place,
+}
+
+/// What a `[[cycle]]` names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum CycleTarget {
+    /// A function by its path.
+    Function(String),
+    /// A method of a trait, in every implementation.
+    Method(String),
+    /// Every function with the attribute.
+    Attribute(String),
+}
+
+/// A guard type.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GuardEntry {
+    /// The path of the type.
+    pub guard_type: String,
+    /// The associated function whose arguments are the guarded filters.
+    pub register: String,
+    /// Where it stands.
+    pub place: Place,
+}
+
+/// A path, and the key it was given by.
+fn one_of<'a>(table: &Table<'a>, keys: &[&'static str]) -> Result<(&'static str, &'a str), ConfigError> {
+    let mut given = keys.iter().filter_map(|key| Some((*key, table.get(key)?)));
+    let list = keys.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
+    let Some((key, value)) = given.next() else {
+        return Err(ConfigError::at(table.place(), format!("the entry names nothing: one of {list} is missing")));
+    };
+    if let Some((other, second)) = given.next() {
+        return Err(second.error(format!("`{other}` and `{key}` exclude each other")).help("make two entries of it"));
+    }
+    Ok((key, path(value)?))
+}
+
+fn path(value: Value<'_>) -> Result<&str, ConfigError> {
+    let text = value.string()?;
+    let is_name = |part: &str| {
+        !part.is_empty()
+            && part.chars().all(|c| c.is_alphanumeric() || c == '_')
+            && !part.starts_with(|c: char| c.is_ascii_digit())
+    };
+    if text.split("::").all(is_name) {
+        return Ok(text);
+    }
+    Err(value
+        .error(format!("`{text}` is not a path"))
+        .help("write it as in `use`, without generics: `crate::control::Pid`"))
+}
+
+fn name(value: Value<'_>) -> Result<String, ConfigError> {
+    let text = path(value)?;
+    if text.contains("::") {
+        return Err(value.error(format!("`{text}` is not a name")).help("name the method alone, as in `update`"));
+    }
+    Ok(text.to_owned())
+}
+
+fn names(value: Option<Value<'_>>) -> Result<Vec<String>, ConfigError> {
+    let Some(value) = value else { return Ok(Vec::new()) };
+    value.strings()?;
+    value.list_or_one().into_iter().map(name).collect()
+}
+
+impl FilterEntry {
+    pub(super) fn read(table: &Table<'_>) -> Result<Self, ConfigError> {
+        table.only(&[
+            "type",
+            "trait",
+            "function",
+            "law",
+            "multiplicity",
+            "instance",
+            "key",
+            "receiver",
+            "reset",
+            "partial_reset",
+            "on_err",
+            "time_base",
+            "kind",
+        ])?;
+        let (key, text) = one_of(table, &["type", "trait", "function"])?;
+        let text = text.to_owned();
+        let target = match key {
+            "type" => FilterTarget::Type(text),
+            "trait" => FilterTarget::Trait(text),
+            _ => FilterTarget::Function(text),
+        };
+        let law = law(table, &target)?;
+        let choice = |key: &str| table.get(key);
+        Ok(Self {
+            multiplicity: multiplicity(table, law.len())?,
+            law,
+            instance: choice("instance").map_or(Ok(default_instance(&target)), instance)?,
+            key: choice("key")
+                .map_or(Ok(Vec::new()), |value| value.list_or_one().into_iter().map(Value::index).collect())?,
+            receiver: choice("receiver").map_or(Ok(Receiver::Exclusive), |value| {
+                value.choice(&[("exclusive", Receiver::Exclusive), ("shared", Receiver::Shared)])
+            })?,
+            reset: names(choice("reset"))?,
+            partial_reset: names(choice("partial_reset"))?,
+            on_err: choice("on_err").map_or(Ok(OnErr::Updated), |value| {
+                value.choice(&[("updated", OnErr::Updated), ("untouched", OnErr::Untouched)])
+            })?,
+            time_base: choice("time_base").map_or(Ok(TimeBase::Fixed), |value| {
+                value.choice(&[("fixed", TimeBase::Fixed), ("passed", TimeBase::Passed), ("inside", TimeBase::Inside)])
+            })?,
+            kind: choice("kind").map_or(Ok(FilterKind::Sampled), |value| {
+                value.choice(&[("sampled", FilterKind::Sampled), ("event", FilterKind::Event)])
+            })?,
+            place: table.place(),
+            target,
+        })
+    }
+}
+
+/// The law of a function is the function; of anything else it has to be named.
+fn law(table: &Table<'_>, target: &FilterTarget) -> Result<Vec<Vec<String>>, ConfigError> {
+    if let FilterTarget::Function(path) = target {
+        if let Some(value) = table.get("law") {
+            return Err(value.error("the law of a function is the function itself").help("take `law` out"));
+        }
+        return Ok(vec![vec![path.rsplit("::").next().unwrap_or(path).to_owned()]]);
+    }
+    let value = table.required("law", "[[\"update\"]]")?;
+    let group = |group: Value<'_>| {
+        if group.value.get_ref().is_str() && value.value.get_ref().is_array() {
+            let help = "write `[[\"a\", \"b\"]]` for one law that runs by either, `[[\"a\"], [\"b\"]]` for the two halves of a law";
+            return Err(group.error("a law is a list of groups").help(help));
+        }
+        group.strings()?;
+        group.list_or_one().into_iter().map(name).collect()
+    };
+    let groups: Vec<Vec<String>> = value.list_or_one().into_iter().map(group).collect::<Result<_, ConfigError>>()?;
+    if groups.is_empty() || groups.iter().any(Vec::is_empty) {
+        return Err(value.error("the law names no method").help("name at least one, as in `law = \"update\"`"));
+    }
+    Ok(groups)
+}
+
+fn multiplicity(table: &Table<'_>, groups: usize) -> Result<Vec<Multiplicity>, ConfigError> {
+    let Some(value) = table.get("multiplicity") else { return Ok(vec![Multiplicity::Once; groups]) };
+    let choices =
+        [("once", Multiplicity::Once), ("at-most-once", Multiplicity::AtMostOnce), ("any", Multiplicity::Any)];
+    let list: Vec<Multiplicity> =
+        value.list_or_one().into_iter().map(|one| one.choice(&choices)).collect::<Result<_, ConfigError>>()?;
+    if list.len() != groups {
+        let message = format!("`law` has {groups} groups, `multiplicity` has {}", list.len());
+        return Err(value.error(message).help("give one multiplicity for each group of the law"));
+    }
+    Ok(list)
+}
+
+fn default_instance(target: &FilterTarget) -> InstancePlace {
+    match target {
+        FilterTarget::Function(_) => InstancePlace::Argument(0),
+        FilterTarget::Type(_) | FilterTarget::Trait(_) => InstancePlace::Receiver,
+    }
+}
+
+fn instance(value: Value<'_>) -> Result<InstancePlace, ConfigError> {
+    let text = value.string()?;
+    if let Some(position) = text.strip_prefix("arg(").and_then(|rest| rest.strip_suffix(')')?.trim().parse().ok()) {
+        return Ok(InstancePlace::Argument(position));
+    }
+    value.choice(&[
+        ("receiver", InstancePlace::Receiver),
+        ("arg(0)", InstancePlace::Argument(0)),
+        ("returned", InstancePlace::Returned),
+    ])
+}
+
+impl CycleEntry {
+    pub(super) fn read(table: &Table<'_>) -> Result<Self, ConfigError> {
+        table.only(&["function", "method", "attribute"])?;
+        let (key, text) = one_of(table, &["function", "method", "attribute"])?;
+        let text = text.to_owned();
+        let target = match key {
+            "function" => CycleTarget::Function(text),
+            "method" => CycleTarget::Method(text),
+            _ => CycleTarget::Attribute(text),
+        };
+        Ok(Self { target, place: table.place() })
+    }
+}
+
+impl GuardEntry {
+    pub(super) fn read(table: &Table<'_>) -> Result<Self, ConfigError> {
+        table.only(&["type", "register"])?;
+        Ok(Self {
+            guard_type: path(table.required("type", "\"crate::CycleGuard\"")?)?.to_owned(),
+            register: table.get("register").map_or(Ok("new".to_owned()), name)?,
+            place: table.place(),
+        })
+    }
+}

@@ -1,0 +1,87 @@
+//! What is wrong in the configuration, with its place and the nearest right spelling.
+
+use std::fmt;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::source::LineIndex;
+
+/// A place in a configuration file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The file.
+    pub path: PathBuf,
+    /// 1-based line.
+    pub line: u32,
+    /// 1-based column in characters.
+    pub column: u32,
+    /// The bytes it spans.
+    pub range: Range<usize>,
+}
+
+impl Place {
+    pub(super) fn new(path: &Path, text: &str, range: Range<usize>) -> Self {
+        let at = LineIndex::new(text).line_column(text, u32::try_from(range.start).unwrap_or(u32::MAX));
+        Self { path: path.to_owned(), line: at.line, column: at.column, range }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}:{}", self.path.display(), self.line, self.column)
+    }
+}
+
+/// What is wrong in the configuration.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ConfigError {
+    /// Where; `None` for a file that cannot be read, which the message names.
+    pub place: Option<Place>,
+    /// What is wrong.
+    pub message: String,
+    /// What to do next.
+    pub help: Option<String>,
+    /// The whole text, so that the place can be shown.
+    pub text: Option<Arc<str>>,
+}
+
+impl ConfigError {
+    /// An error at `place`.
+    #[must_use]
+    pub fn at(place: Place, message: impl Into<String>) -> Self {
+        Self { place: Some(place), message: message.into(), help: None, text: None }
+    }
+
+    /// The same, saying what to do next.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// The same, with "did you mean" or the list of what there is.
+    #[must_use]
+    pub fn did_you_mean(self, word: &str, known: &[&str]) -> Self {
+        match super::spelling::nearest(word, known.iter().copied()) {
+            Some(name) => self.help(format!("did you mean `{name}`?")),
+            None => self.help(format!("known are {}", list(known))),
+        }
+    }
+}
+
+fn list(names: &[&str]) -> String {
+    let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    names.join(", ")
+}
+
+impl fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.place {
+            Some(place) => write!(f, "`{place}`: {}", self.message),
+            None => f.write_str(&self.message),
+        }
+    }
+}
+
+impl std::error::Error for ConfigError {}

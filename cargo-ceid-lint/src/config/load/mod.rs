@@ -1,0 +1,160 @@
+//! Finds and reads the configuration files.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use toml::de::DeTable;
+
+use super::reader::{File, Table, Value};
+use super::{
+    Config, ConfigError, CycleEntry, FilterEntry, GuardEntry, LevelOverride, LevelSource, Presets, Section, levels,
+};
+use crate::diagnostic::Level;
+
+/// What a section holds for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Scope {
+    /// Every package of the workspace with this root.
+    Workspace(PathBuf),
+    /// The package with this manifest.
+    Package(PathBuf),
+}
+
+/// The file beside the workspace manifest.
+const FILE_NAME: &str = "ceid-lint.toml";
+
+const KEYS: &[&str] = &["presets", "exclude", "lints", "filter", "cycle", "guard"];
+
+/// Reads the configuration of the workspaces with these roots and of the packages with these manifests.
+///
+/// # Errors
+/// The first thing that is wrong, in the order of the files.
+pub fn load<'a>(
+    roots: impl IntoIterator<Item = &'a Path>,
+    manifests: impl IntoIterator<Item = &'a Path>,
+) -> Result<Config, ConfigError> {
+    let mut config = Config::default();
+    let mut done: Vec<&Path> = Vec::new();
+    for root in roots {
+        if done.contains(&root) {
+            continue;
+        }
+        done.push(root);
+        let scope = || Scope::Workspace(root.to_owned());
+        config.sections.extend(read_metadata(&root.join("Cargo.toml"), "workspace", scope())?);
+        let path = root.join(FILE_NAME);
+        if path.is_file() {
+            let text = std::fs::read_to_string(&path).map_err(|error| ConfigError {
+                place: None,
+                message: format!("cannot read `{}`: {error}", path.display()),
+                help: None,
+                text: None,
+            })?;
+            config.sections.push(read_file(&path, &text, scope())?);
+        }
+    }
+    for manifest in manifests {
+        config.sections.extend(read_metadata(manifest, "package", Scope::Package(manifest.to_owned()))?);
+    }
+    Ok(config)
+}
+
+fn read_file(path: &Path, text: &str, scope: Scope) -> Result<Section, ConfigError> {
+    let file = File { path, text };
+    with_text(text, || {
+        let table = DeTable::parse(text).map_err(|error| syntax_error(file, &error))?;
+        section(&Table { file, table: table.get_ref(), range: 0..0 }, scope)
+    })
+}
+
+/// Reads `[workspace.metadata.ceid-lint]` or `[package.metadata.ceid-lint]`, if it is there.
+fn read_metadata(manifest: &Path, owner: &str, scope: Scope) -> Result<Option<Section>, ConfigError> {
+    // A manifest that cannot be read is cargo's business, and was reported when the project was loaded.
+    let Ok(text) = std::fs::read_to_string(manifest) else { return Ok(None) };
+    if !text.contains("ceid-lint") {
+        return Ok(None);
+    }
+    let file = File { path: manifest, text: &text };
+    with_text(&text, || {
+        let Ok(root) = DeTable::parse(&text) else { return Ok(None) };
+        let metadata =
+            root.get_ref().get(owner).and_then(|owner| owner.get_ref().get("metadata")?.get_ref().get("ceid-lint"));
+        let Some(value) = metadata else { return Ok(None) };
+        let table = Value { file, value }.table("a table")?;
+        section(&table, scope).map(Some)
+    })
+}
+
+fn with_text<T>(text: &str, read: impl FnOnce() -> Result<T, ConfigError>) -> Result<T, ConfigError> {
+    read().map_err(|error| ConfigError { text: Some(Arc::from(text)), ..error })
+}
+
+fn syntax_error(file: File<'_>, error: &toml::de::Error) -> ConfigError {
+    file.error(error.span().unwrap_or(0..0), error.message().trim().to_owned())
+}
+
+fn section(table: &Table<'_>, scope: Scope) -> Result<Section, ConfigError> {
+    table.only(KEYS)?;
+    Ok(Section {
+        scope,
+        path: table.file.path.to_owned(),
+        presets: table.get("presets").map(presets).transpose()?,
+        exclude: table.get("exclude").map_or(Ok(Vec::new()), Value::strings)?,
+        lints: table.get("lints").map_or(Ok(Vec::new()), lints)?,
+        filters: entries(table, "filter", FilterEntry::read)?,
+        cycles: entries(table, "cycle", CycleEntry::read)?,
+        guards: entries(table, "guard", GuardEntry::read)?,
+    })
+}
+
+fn entries<T>(
+    table: &Table<'_>,
+    key: &str,
+    read: impl Fn(&Table<'_>) -> Result<T, ConfigError>,
+) -> Result<Vec<T>, ConfigError> {
+    let Some(value) = table.get(key) else { return Ok(Vec::new()) };
+    if value.is_table() {
+        return Err(value.error(format!("`{key}` is a list of tables")).help(format!("write `[[{key}]]`")));
+    }
+    value.list()?.into_iter().map(|entry| read(&entry.table("a table")?)).collect()
+}
+
+fn presets(value: Value<'_>) -> Result<Presets, ConfigError> {
+    if value.value.get_ref().is_array() {
+        let names = value.list()?.into_iter().map(|name| Ok((name.string()?.to_owned(), name.place())));
+        return Ok(Presets::Named(names.collect::<Result<_, ConfigError>>()?));
+    }
+    match value.string()? {
+        "auto" => Ok(Presets::Auto),
+        "none" => Ok(Presets::None),
+        word => {
+            Err(value.error(format!("unknown value `{word}`")).help("write `\"auto\"`, `\"none\"`, or a list of names"))
+        }
+    }
+}
+
+fn lints(value: Value<'_>) -> Result<Vec<LevelOverride>, ConfigError> {
+    let table = value.table("a table of rules and levels")?;
+    let mut overrides = Vec::new();
+    for (key, place, value) in table.entries() {
+        let (level, priority) = if value.is_table() {
+            let setting = value.table("a level")?;
+            setting.only(&["level", "priority"])?;
+            let priority = setting.get("priority").map_or(Ok(0), Value::integer)?;
+            (level(setting.required("level", "\"warn\"")?)?, priority)
+        } else {
+            (level(value)?, 0)
+        };
+        let name = levels::without_prefix(key).to_owned();
+        overrides.push(LevelOverride { name, level, priority, source: LevelSource::File(place) });
+    }
+    Ok(overrides)
+}
+
+fn level(value: Value<'_>) -> Result<Level, ConfigError> {
+    let levels = [Level::Allow, Level::Warn, Level::Deny, Level::Forbid];
+    value.choice(&levels.map(|level| (level.name(), level)))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,102 @@
+//! From a workspace and what was selected in it to the [`Project`] that the analysis sees.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::workspace::{Found, FoundTarget, Workspace};
+use super::{CfgValues, Dependency, Package, Project, Target, TargetKind};
+
+/// Builds the project: selected targets are reported, libraries are read for types.
+pub(super) fn project(workspace: &Workspace, cfg: &CfgValues, selected: &BTreeSet<(usize, usize)>) -> Project {
+    let by_id: BTreeMap<&str, usize> =
+        workspace.packages.iter().enumerate().map(|(at, found)| (found.id.as_str(), at)).collect();
+    let packages = workspace.packages.iter().enumerate().map(|(at, found)| Package {
+        name: found.name.clone(),
+        id: found.id.clone(),
+        version: found.version.clone(),
+        manifest_path: found.manifest_path.clone(),
+        workspace_root: workspace.root.clone(),
+        is_reported: found.targets.iter().enumerate().any(|(index, _)| selected.contains(&(at, index))),
+        dependencies: dependencies(workspace, found, &by_id),
+        targets: found
+            .targets
+            .iter()
+            .enumerate()
+            .filter(|(index, target)| target.kind == TargetKind::Lib || selected.contains(&(at, *index)))
+            .map(|(index, target)| convert(target, selected.contains(&(at, index))))
+            .collect(),
+        cfg: cfg_of(found, cfg),
+        metadata: found.metadata.clone(),
+    });
+    Project {
+        root: workspace.root.clone(),
+        target_directory: workspace.target_directory.clone(),
+        packages: packages.collect(),
+        ..Project::default()
+    }
+}
+
+fn convert(target: &FoundTarget, is_reported: bool) -> Target {
+    Target {
+        name: target.name.clone(),
+        crate_name: target.crate_name(),
+        kind: target.kind,
+        src_path: target.src_path.clone(),
+        edition: target.edition.clone(),
+        is_reported,
+        cfg_test: matches!(target.kind, TargetKind::Test | TargetKind::Bench),
+        cargo: target.cargo.clone(),
+    }
+}
+
+fn cfg_of(found: &Found, cfg: &CfgValues) -> CfgValues {
+    let mut cfg = cfg.clone();
+    cfg.values.insert("feature".to_owned(), found.active.clone());
+    cfg
+}
+
+fn dependencies(workspace: &Workspace, found: &Found, by_id: &BTreeMap<&str, usize>) -> Vec<Dependency> {
+    let mut dependencies = BTreeSet::new();
+    if workspace.is_resolved {
+        for (extern_name, id) in &found.resolved {
+            let package = by_id.get(id.as_str()).copied();
+            let package_name = package.map_or_else(|| name_in_id(id), |at| workspace.packages[at].name.clone());
+            dependencies.insert(Dependency { extern_name: extern_name.clone(), package_name, package });
+        }
+        return dependencies.into_iter().collect();
+    }
+    for dependency in &found.dependencies {
+        let package = dependency
+            .path
+            .as_ref()
+            .and_then(|path| workspace.packages.iter().position(|other| other.directory() == path));
+        let library =
+            package.and_then(|at| workspace.packages[at].targets.iter().find(|it| it.kind == TargetKind::Lib));
+        let extern_name = match (&dependency.rename, library) {
+            (None, Some(library)) => library.crate_name(),
+            _ => dependency.key().replace('-', "_"),
+        };
+        dependencies.insert(Dependency { extern_name, package_name: dependency.package_name.clone(), package });
+    }
+    dependencies.into_iter().collect()
+}
+
+/// The package's name in an id: `…#name@1.0.0`, or the last part of the path in `…/name#1.0.0`.
+fn name_in_id(id: &str) -> String {
+    let (url, fragment) = id.split_once('#').unwrap_or((id, ""));
+    match fragment.split_once('@') {
+        Some((name, _)) => name.to_owned(),
+        None => url.split('?').next().unwrap_or(url).trim_end_matches('/').rsplit('/').next().unwrap_or(url).to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_found_in_ids() {
+        assert_eq!(name_in_id("registry+https://registry.example/index#pid@4.0.0"), "pid");
+        assert_eq!(name_in_id("git+https://git.example/robots/ahrs?rev=1#0.2.0"), "ahrs");
+        assert_eq!(name_in_id("path+file:///ws/control#0.1.0"), "control");
+    }
+}

@@ -1,0 +1,197 @@
+//! Loads a project: the workspace of a manifest, or the packages and files that paths lead to.
+
+use std::path::{Path, PathBuf};
+
+use super::toolchain::Failure;
+use super::workspace::{Workspace, normalized};
+use super::{LoadError, Project, Selection, assemble, cargo_config, cfg, features, loose, manifest, metadata, select};
+use crate::diagnostic::Problem;
+
+/// Loads what the user selected.
+///
+/// # Errors
+/// If there is no manifest, if it is wrong, or if the selection names something that does not exist.
+pub fn load(selection: &Selection) -> Result<Project, LoadError> {
+    if selection.paths.is_empty() {
+        return load_workspace(&manifest_of(selection)?, selection, &[]);
+    }
+    let mut roots = loose::find(selection)?;
+    if let Some(path) = &selection.manifest_path {
+        roots.manifests = [existing(path, selection)?].into();
+        roots.files.clear();
+    }
+    load_roots(&roots, selection)
+}
+
+fn manifest_of(selection: &Selection) -> Result<PathBuf, LoadError> {
+    if let Some(path) = &selection.manifest_path {
+        return existing(path, selection);
+    }
+    manifest::nearest(&selection.current_dir).ok_or_else(|| {
+        let directory = selection.current_dir.display();
+        LoadError::new(format!("could not find `Cargo.toml` in `{directory}` or any parent directory"))
+            .help("name a file or a directory: `cargo ceid-lint .` checks every package below this one")
+    })
+}
+
+fn existing(path: &Path, selection: &Selection) -> Result<PathBuf, LoadError> {
+    let absolute = normalized(&selection.current_dir.join(path));
+    if absolute.is_file() {
+        return Ok(absolute);
+    }
+    let error = LoadError::new(format!("manifest path `{}` does not exist", path.display()));
+    Err(if absolute.is_dir() {
+        error.help(format!("did you mean `{}`?", path.join("Cargo.toml").display()))
+    } else {
+        error
+    })
+}
+
+fn load_roots(roots: &loose::Roots, selection: &Selection) -> Result<Project, LoadError> {
+    let is_alone = roots.manifests.len() + roots.files.len() == 1;
+    let mut parts: Vec<Project> = Vec::new();
+    let mut problems = Vec::new();
+    for path in &roots.manifests {
+        if parts
+            .iter()
+            .any(|part| part.packages.iter().any(|package| package.manifest_path == *path && package.is_reported))
+        {
+            continue;
+        }
+        match load_workspace(path, selection, &roots.only) {
+            Ok(part) => parts.push(part),
+            Err(error) if is_alone => return Err(error),
+            Err(error) => problems.push(problem(path, error)),
+        }
+    }
+    parts.extend(load_files(roots, selection)?);
+    let mut project = merge(parts);
+    project.only = roots.only.clone();
+    project.problems = problems;
+    Ok(project)
+}
+
+fn problem(path: &Path, error: LoadError) -> Problem {
+    Problem { file: path.to_string_lossy().replace('\\', "/"), span: None, message: error.message, help: error.help }
+}
+
+fn load_workspace(path: &Path, selection: &Selection, only: &[PathBuf]) -> Result<Project, LoadError> {
+    let directory = path.parent().unwrap_or(path);
+    // cargo looks for its configuration in the directory it runs in.
+    let run_in = if selection.current_dir.starts_with(directory) || directory.starts_with(&selection.current_dir) {
+        selection.current_dir.as_path()
+    } else {
+        directory
+    };
+    let config = cargo_config::read(run_in, &selection.cargo_options, selection.target.as_deref());
+    let target = cfg::read(run_in, &config, selection.is_release);
+    let mut notices = Vec::new();
+    let mut workspace = match metadata::load(path, run_in, selection, target.triple.as_deref(), &mut notices) {
+        Ok(workspace) => workspace,
+        Err(failure) => without_cargo(path, &failure, &mut notices)?,
+    };
+    notices.extend(target.notice);
+    if !workspace.is_resolved {
+        features::activate(&mut workspace, &selection.features)?;
+    }
+    let mut project = select_in(&workspace, selection, only, &target.cfg, &mut notices)?;
+    project.notices = notices;
+    Ok(project)
+}
+
+/// Reads the manifests when cargo cannot be run; passes on what cargo says against them when it can.
+fn without_cargo(path: &Path, failure: &Failure, notices: &mut Vec<String>) -> Result<Workspace, LoadError> {
+    match failure {
+        Failure::Refused(text) if !text.contains("believes it's in a workspace when it's not") => {
+            let text = text.strip_prefix("error: ").unwrap_or(text);
+            Err(LoadError::new(format!("cargo cannot load `{}`: {text}", path.display()))
+                .help("correct the manifest; `cargo check` reports the same"))
+        }
+        failure => {
+            let workspace = manifest::read_workspace(path)?;
+            notices
+                .push(format!("`cargo metadata` failed ({}); the manifests are read without it", failure.first_line()));
+            Ok(workspace)
+        }
+    }
+}
+
+/// One project for each file outside any package.
+fn load_files(roots: &loose::Roots, selection: &Selection) -> Result<Vec<Project>, LoadError> {
+    if roots.files.is_empty() {
+        return Ok(Vec::new());
+    }
+    let config = cargo_config::read(&selection.current_dir, &selection.cargo_options, selection.target.as_deref());
+    let target = cfg::read(&selection.current_dir, &config, selection.is_release);
+    let everything = Selection { current_dir: selection.current_dir.clone(), workspace: true, ..Selection::default() };
+    let mut parts = Vec::new();
+    for file in &roots.files {
+        let mut notices: Vec<String> = target.notice.clone().into_iter().collect();
+        let mut part = select_in(&loose::package(file), &everything, &roots.only, &target.cfg, &mut notices)?;
+        part.notices = notices;
+        parts.push(part);
+    }
+    Ok(parts)
+}
+
+fn select_in(
+    workspace: &Workspace,
+    selection: &Selection,
+    only: &[PathBuf],
+    cfg: &super::CfgValues,
+    notices: &mut Vec<String>,
+) -> Result<Project, LoadError> {
+    let packages = select::packages(workspace, selection, only, notices)?;
+    let selected = select::targets(workspace, &packages, selection, only)?;
+    for at in &packages {
+        if !selected.iter().any(|(package, _)| package == at) {
+            let name = &workspace.packages[*at].name;
+            notices.push(format!("package `{name}` has no target that is selected; `--all-targets` takes all of them"));
+        }
+    }
+    let mut project = assemble::project(workspace, cfg, &selected);
+    project.only = only.to_vec();
+    Ok(project)
+}
+
+/// Puts projects side by side. A package that several of them read is kept once, reported if one of them reports it.
+fn merge(parts: Vec<Project>) -> Project {
+    let mut parts = parts.into_iter();
+    let Some(mut merged) = parts.next() else { return Project::default() };
+    for part in parts {
+        merged.root = common(&merged.root, &part.root);
+        for notice in part.notices {
+            if !merged.notices.contains(&notice) {
+                merged.notices.push(notice);
+            }
+        }
+        let places: Vec<usize> = (0..part.packages.len())
+            .scan(merged.packages.len(), |next, at| {
+                let package = &part.packages[at];
+                let known = merged.packages.iter().position(|other| other.id == package.id);
+                Some(known.unwrap_or_else(|| {
+                    *next += 1;
+                    *next - 1
+                }))
+            })
+            .collect();
+        for (mut package, place) in part.packages.into_iter().zip(&places) {
+            for dependency in &mut package.dependencies {
+                dependency.package = dependency.package.map(|at| places[at]);
+            }
+            if *place == merged.packages.len() {
+                merged.packages.push(package);
+            } else if package.is_reported && !merged.packages[*place].is_reported {
+                merged.packages[*place] = package;
+            }
+        }
+    }
+    merged
+}
+
+fn common(a: &Path, b: &Path) -> PathBuf {
+    a.components().zip(b.components()).take_while(|(a, b)| a == b).map(|(a, _)| a).collect()
+}
+
+#[cfg(test)]
+pub(super) mod tests;

@@ -1,0 +1,220 @@
+//! The proof report: every cycle and filter with its verdict, for people and as JSON.
+
+use serde::Serialize;
+
+use super::{Paint, Style, Summary};
+use crate::count::{Cycle, Pair, Verdict};
+use crate::diagnostic::Problem;
+use crate::pipeline::Report;
+use crate::project::Project;
+use crate::source::SourceMap;
+
+#[derive(Serialize)]
+struct Proof<'a> {
+    schema: u32,
+    cycles: Vec<CycleRow<'a>>,
+    unread: Vec<Unread<'a>>,
+}
+
+#[derive(Serialize)]
+struct CycleRow<'a> {
+    package: &'a str,
+    file: &'a str,
+    line: u32,
+    column: u32,
+    kind: &'static str,
+    function: &'a str,
+    filters: Vec<PairRow<'a>>,
+}
+
+#[derive(Serialize)]
+struct PairRow<'a> {
+    name: &'a str,
+    #[serde(rename = "type")]
+    filter_type: &'a str,
+    law: &'a str,
+    verdict: &'static str,
+    counts: &'a [u8],
+    gate: Option<&'static str>,
+    rules: Vec<String>,
+    cause: Option<&'a str>,
+    suppressed: Option<&'a str>,
+}
+
+#[derive(Serialize)]
+struct Unread<'a> {
+    file: &'a str,
+    line: u32,
+    cause: &'a str,
+}
+
+/// The report as one JSON object.
+#[must_use]
+pub fn json(project: &Project, report: &Report) -> String {
+    let proof = Proof {
+        schema: 1,
+        cycles: report.cycles.iter().map(|cycle| cycle_row(project, &report.sources, cycle)).collect(),
+        unread: report.problems.iter().map(|problem| unread(&report.sources, problem)).collect(),
+    };
+    let mut text = serde_json::to_string_pretty(&proof).expect("strings and numbers are valid JSON");
+    text.push('\n');
+    text
+}
+
+fn cycle_row<'a>(project: &'a Project, sources: &'a SourceMap, cycle: &'a Cycle) -> CycleRow<'a> {
+    let place = sources.position(cycle.head);
+    CycleRow {
+        package: package_name(project, cycle),
+        file: &sources.file(cycle.head.file).name,
+        line: place.line,
+        column: place.column,
+        kind: cycle.kind.name(),
+        function: &cycle.function,
+        filters: cycle.filters.iter().map(pair_row).collect(),
+    }
+}
+
+fn package_name<'a>(project: &'a Project, cycle: &Cycle) -> &'a str {
+    project.packages.get(cycle.package).map_or("", |package| &package.name)
+}
+
+fn pair_row(pair: &Pair) -> PairRow<'_> {
+    PairRow {
+        name: &pair.name,
+        filter_type: &pair.filter_type,
+        law: &pair.law,
+        verdict: pair.verdict.name(),
+        counts: &pair.counts,
+        gate: pair.gate.map(crate::count::Gate::name),
+        rules: pair.rules.iter().map(|rule| format!("ceid::{rule}")).collect(),
+        cause: pair.cause.as_deref(),
+        suppressed: pair.suppressed.as_deref(),
+    }
+}
+
+fn unread<'a>(sources: &SourceMap, problem: &'a Problem) -> Unread<'a> {
+    Unread { file: &problem.file, line: problem.span.map_or(1, |span| sources.line(span)), cause: &problem.message }
+}
+
+/// The report for people: a line for each cycle, an aligned line for each filter, and the summary.
+#[must_use]
+pub fn human(project: &Project, report: &Report, style: Style) -> String {
+    let pairs = || report.cycles.iter().flat_map(|cycle| &cycle.filters);
+    let width = |length: &dyn Fn(&Pair) -> usize| pairs().map(length).max().unwrap_or(0);
+    let widths = Widths {
+        name: width(&|pair| pair.name.chars().count()),
+        filter_type: width(&|pair| pair.filter_type.chars().count()),
+        law: width(&|pair| pair.law.chars().count()),
+        verdict: width(&|pair| pair.verdict.name().len()),
+        counts: width(&|pair| counts(pair).len()),
+    };
+    let mut text = String::new();
+    for cycle in &report.cycles {
+        let place = report.sources.position(cycle.head);
+        let file = &report.sources.file(cycle.head.file).name;
+        let head = format!("{file}:{}:{}", place.line, place.column);
+        let (package, kind) = (package_name(project, cycle), cycle.kind.name());
+        let place = match cycle.kind {
+            crate::count::CycleKind::Function => format!("function `{}`", cycle.function),
+            _ => format!("{kind} in `{}`", cycle.function),
+        };
+        text += &format!("{} {place} ({package})\n", style.paint(Paint::Bold, &head));
+        for pair in &cycle.filters {
+            text += &format!("  {}\n", line(pair, &widths, style).trim_end());
+        }
+    }
+    for problem in &report.problems {
+        text += &format!(
+            "{} {}\n",
+            style.paint(Paint::Red, "unread:"),
+            super::short::problem(&report.sources, problem).trim_end()
+        );
+    }
+    text + &Summary::of(report).line() + "\n"
+}
+
+struct Widths {
+    name: usize,
+    filter_type: usize,
+    law: usize,
+    verdict: usize,
+    counts: usize,
+}
+
+fn line(pair: &Pair, widths: &Widths, style: Style) -> String {
+    let paint = match pair.verdict {
+        Verdict::Unproved => Paint::Yellow,
+        verdict if verdict.is_proved() => Paint::Green,
+        _ => Paint::Red,
+    };
+    let verdict = style.paint(paint, &format!("{:width$}", pair.verdict.name(), width = widths.verdict));
+    let mut remarks = Vec::new();
+    remarks.extend(pair.gate.map(|gate| format!("by a {} gate", gate.name())));
+    remarks.extend(pair.cause.clone());
+    remarks.extend(pair.rules.iter().map(|rule| format!("ceid::{rule}")));
+    remarks.extend(
+        pair.suppressed
+            .as_ref()
+            .map(|reason| if reason.is_empty() { "suppressed".to_owned() } else { format!("suppressed: {reason}") }),
+    );
+    format!(
+        "{:name$}  {:filter_type$}  {:law$}  {verdict}  {:counts$}  {}",
+        pair.name,
+        pair.filter_type,
+        pair.law,
+        counts(pair),
+        remarks.join("; "),
+        name = widths.name,
+        filter_type = widths.filter_type,
+        law = widths.law,
+        counts = widths.counts,
+    )
+}
+
+/// `0 or many`
+fn counts(pair: &Pair) -> String {
+    let words: Vec<&str> = pair
+        .counts
+        .iter()
+        .map(|count| match count {
+            0 => "0",
+            1 => "1",
+            _ => "many",
+        })
+        .collect();
+    words.join(" or ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::sample;
+
+    #[test]
+    fn the_json_form_is_the_documented_one() {
+        let (project, report) = sample::report();
+        let text = json(&project, &report);
+        let value: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let filters: usize =
+            value["cycles"].as_array().unwrap().iter().map(|cycle| cycle["filters"].as_array().unwrap().len()).sum();
+        assert_eq!(filters, report.cycles.iter().map(|cycle| cycle.filters.len()).sum::<usize>());
+        assert_eq!(value["unread"].as_array().unwrap().len(), report.problems.len());
+        let first: String = text.lines().take(24).map(|line| format!("{line}\n")).collect();
+        insta::assert_snapshot!(first);
+    }
+
+    #[test]
+    fn an_empty_report_is_valid() {
+        let text = json(&Project::default(), &Report::default());
+        assert_eq!(
+            serde_json::from_str::<serde_json::Value>(&text).unwrap(),
+            serde_json::json!({ "schema": 1, "cycles": [], "unread": [] })
+        );
+    }
+
+    #[test]
+    fn people_get_aligned_lines() {
+        let (project, report) = sample::report();
+        insta::assert_snapshot!(human(&project, &report, Style::default()));
+    }
+}

@@ -1,0 +1,45 @@
+//! One line a finding: `file:line:column: error[ceid::rule]: message`.
+
+use crate::diagnostic::{Diagnostic, Problem, Severity};
+use crate::source::SourceMap;
+
+/// A finding in one line.
+#[must_use]
+pub fn diagnostic(sources: &SourceMap, diagnostic: &Diagnostic) -> String {
+    let span = diagnostic.primary.span;
+    let place = sources.position(span);
+    let severity = diagnostic.level.severity().unwrap_or(Severity::Warning).name();
+    let file = &sources.file(span.file).name;
+    let (rule, message) = (diagnostic.rule, one_line(&diagnostic.message));
+    format!("{file}:{}:{}: {severity}[ceid::{rule}]: {message}\n", place.line, place.column)
+}
+
+/// What cannot be read or parsed, in one line.
+#[must_use]
+pub fn problem(sources: &SourceMap, problem: &Problem) -> String {
+    let message = one_line(&problem.message);
+    match problem.span.map(|span| sources.position(span)) {
+        Some(place) => format!("{}:{}:{}: error: {message}\n", problem.file, place.line, place.column),
+        None => format!("{}: error: {message}\n", problem.file),
+    }
+}
+
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::sample;
+
+    #[test]
+    fn one_line_each() {
+        let (_, report) = sample::report();
+        let findings = report.diagnostics.iter().map(|it| diagnostic(&report.sources, it));
+        let lines: Vec<String> =
+            findings.chain(report.problems.iter().map(|it| problem(&report.sources, it))).collect();
+        assert_eq!(lines.concat().lines().count(), report.diagnostics.len() + report.problems.len());
+        insta::assert_snapshot!(lines.concat());
+    }
+}

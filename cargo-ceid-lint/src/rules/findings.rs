@@ -1,0 +1,268 @@
+//! From verdicts to findings: what is said, where, and what is left out because another finding says it. Decides no verdict.
+
+use super::{Rule, find};
+use crate::count::{Analysis, Cycle, Gate, GuardDefect, Pair, Unregistered, Verdict};
+use crate::diagnostic::{Diagnostic, Facts, Label, Level, Witness, WitnessStep};
+use crate::source::Span;
+
+/// The findings of an analysis, at the level `allow`; the caller sets the levels.
+#[must_use]
+pub fn findings(analysis: &Analysis) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    for cycle in &analysis.cycles {
+        of_cycle(cycle, analysis, &mut found);
+    }
+    found.extend(analysis.unregistered.iter().filter_map(unregistered));
+    found.extend(analysis.guards.iter().filter_map(guard));
+    found
+}
+
+/// One finding for each pair that a rule fires on; siblings that go wrong together share one.
+fn of_cycle(cycle: &Cycle, analysis: &Analysis, found: &mut Vec<Diagnostic>) {
+    let mut missed: Vec<&Pair> = of_verdict(cycle, Verdict::Missed);
+    // A guard that is not there for the cycle is the cause of what the cycle misses.
+    let broken = analysis.guards.iter().find(|guard| {
+        guard.cycle == Some(cycle.head) && matches!(guard.rule, "guard_outside_cycle" | "forgotten_guard" | "guard_dropped_early")
+    });
+    if let Some(guard) = broken {
+        missed.retain(|pair| !guard.names.is_empty() && !guard.names.contains(&pair.name));
+    }
+    for pair in of_verdict(cycle, Verdict::Repeated) {
+        let sibling = missed.iter().position(|other| other.filter_type == pair.filter_type);
+        let sibling = sibling.map(|at| missed.remove(at));
+        found.extend(repeated(cycle, pair, sibling));
+    }
+    if !missed.is_empty() {
+        found.extend(missing(cycle, &missed));
+    }
+    for group in by_primary(&of_verdict(cycle, Verdict::Skipped)) {
+        found.extend(skipped(cycle, &group));
+    }
+    for pair in of_verdict(cycle, Verdict::Unproved) {
+        found.extend(unproved(cycle, pair));
+    }
+    for pair in of_verdict(cycle, Verdict::Gated) {
+        found.extend(gated(cycle, pair));
+    }
+}
+
+fn of_verdict(cycle: &Cycle, verdict: Verdict) -> Vec<&Pair> {
+    cycle.filters.iter().filter(|pair| pair.verdict == verdict).collect()
+}
+
+/// Pairs that the same statement skips.
+fn by_primary<'p>(pairs: &[&'p Pair]) -> Vec<Vec<&'p Pair>> {
+    let mut groups: Vec<Vec<&Pair>> = Vec::new();
+    for pair in pairs {
+        match groups.iter_mut().find(|group| group[0].primary == pair.primary && pair.primary.is_some()) {
+            Some(group) => group.push(pair),
+            None => groups.push(vec![pair]),
+        }
+    }
+    groups
+}
+
+const GUARD_HELP: &str =
+    "let a guard update it: `ceid_core::ceid!(cycle => …)` at the head of the cycle, and no update by hand";
+
+fn repeated(cycle: &Cycle, pair: &Pair, sibling: Option<&Pair>) -> Option<Diagnostic> {
+    let rule = find("repeated_update")?;
+    let skips = pair.counts.contains(&0);
+    let mut message = match sibling {
+        Some(sibling) => format!(
+            "`{}` is updated more than once in one cycle, and `{}` of the same type never: was `{}` meant here?",
+            pair.name, sibling.name, sibling.name
+        ),
+        None => format!("`{}` is updated more than once in one cycle", pair.name),
+    };
+    if skips {
+        message.push_str(", and not at all on another path");
+    }
+    let mut finding = start(rule, cycle, &[pair], message, pair.primary?, "updated again here");
+    finding.notes.push(format!(
+        "the update law of a sampled-time filter advances it by one sample; run twice, `{}` is ahead of its measurements",
+        pair.name
+    ));
+    match sibling {
+        Some(sibling) => finding.helps.push(format!("update `{}` here instead", sibling.name)),
+        None => finding.helps.push("keep one of the updates".to_owned()),
+    }
+    finding.helps.push(GUARD_HELP.to_owned());
+    finding.helps.push(suppression(rule));
+    if let Some(sibling) = sibling {
+        finding.facts.filters.push(sibling.name.clone());
+    }
+    Some(finding)
+}
+
+fn missing(cycle: &Cycle, pairs: &[&Pair]) -> Option<Diagnostic> {
+    let rule = find("missed_update")?;
+    let (verb, them) = if pairs.len() == 1 { ("is", "it") } else { ("are", "them") };
+    let message = format!("{} {verb} never updated in this cycle", names(pairs));
+    let label = format!("no path through this cycle updates {them}");
+    let mut finding = start(rule, cycle, pairs, message, pairs[0].primary?, &label);
+    finding.witness = Witness::default();
+    finding.notes.push(format!(
+        "a filter whose update law does not run keeps its old estimate: what is read from {them} here stands still"
+    ));
+    finding.helps.push(format!("update {them} once in every cycle, or {GUARD_HELP}"));
+    finding.helps.push(suppression(rule));
+    Some(finding)
+}
+
+fn skipped(cycle: &Cycle, pairs: &[&Pair]) -> Option<Diagnostic> {
+    let rule = find("skipped_update")?;
+    let (verb, them) = if pairs.len() == 1 { ("is", "it") } else { ("are", "them") };
+    let message = format!("{} {verb} not updated on a path through this cycle", names(pairs));
+    let mut finding = start(rule, cycle, pairs, message, pairs[0].primary?, &format!("this path goes on without updating {them}"));
+    let stands = if pairs.len() == 1 { "it stands" } else { "they stand" };
+    finding.notes.push(format!(
+        "the cycles in which {stands} still are lost: with a fixed step the filter's time runs slower than the real one"
+    ));
+    finding.helps.push(format!("update {them} before the paths part, or reset {them} on the path that skips"));
+    finding.helps.push(GUARD_HELP.to_owned());
+    finding.helps.push(suppression(rule));
+    Some(finding)
+}
+
+fn unproved(cycle: &Cycle, pair: &Pair) -> Option<Diagnostic> {
+    let rule = find("unproved_update")?;
+    let cause = pair.cause.clone().unwrap_or_default();
+    let message = format!("it cannot be proved how often `{}` is updated in one cycle: {cause}", pair.name);
+    let mut finding = start(rule, cycle, &[pair], message, cycle.head, "in this cycle");
+    finding.helps.push("make the update visible in the cycle, or let a guard run it".to_owned());
+    Some(finding)
+}
+
+fn gated(cycle: &Cycle, pair: &Pair) -> Option<Diagnostic> {
+    let rule = find("gated_update")?;
+    let kind = pair.gate.map_or("config", Gate::name);
+    let message = format!("`{}` is updated only when a {kind} gate opens", pair.name);
+    let mut finding = start(rule, cycle, &[pair], message, cycle.head, "in this cycle");
+    finding.notes.push("whenever the gate opens it is updated exactly once".to_owned());
+    Some(finding)
+}
+
+fn unregistered(filter: &Unregistered) -> Option<Diagnostic> {
+    let rule = find("unregistered_filter")?;
+    let message = format!("the filter `{}` is built, and nothing ever updates it", filter.name);
+    let mut finding = empty(rule, filter.package, filter.target);
+    finding.message = message;
+    finding.primary = Label { span: filter.span, message: "built here".to_owned() };
+    finding.notes.push("it is neither updated, nor registered with a guard, nor moved, nor returned".to_owned());
+    finding.helps.push(format!("update `{}` once in every cycle, hand it to what does, or remove it", filter.name));
+    finding.helps.push(suppression(rule));
+    finding.facts = Facts {
+        verdict: Verdict::Missed.name().to_owned(),
+        counts: vec![0],
+        filters: vec![filter.name.clone()],
+        filter_type: filter.filter_type.clone(),
+        cycle: filter.cycle,
+        cause: None,
+        function: filter.function.clone(),
+    };
+    Some(finding)
+}
+
+fn guard(defect: &GuardDefect) -> Option<Diagnostic> {
+    let rule = find(defect.rule)?;
+    let what = if defect.names.is_empty() {
+        "the filters it holds".to_owned()
+    } else {
+        quoted(&defect.names)
+    };
+    let mut finding = empty(rule, defect.package, defect.target);
+    let made = WitnessStep { span: defect.made, message: "the guard is made here".to_owned() };
+    let (message, label, note, help) = match defect.rule {
+        "guard_outside_cycle" => (
+            format!("this guard is made before the loop, so it updates {what} once at the end, not once per cycle"),
+            "made here, alive for the whole loop".to_owned(),
+            "a guard updates when it is dropped; what is dropped behind the loop updates once in all".to_owned(),
+            "make the guard at the head of the loop's body".to_owned(),
+        ),
+        "guard_dropped_early" => (
+            format!("this guard ends before the cycle does: {}", defect.what),
+            "it ends here".to_owned(),
+            format!("{what} is updated when the guard ends, with what was fed so far and not with what follows"),
+            "bind the guard to a name at the head of the cycle: `let guard = …;`".to_owned(),
+        ),
+        _ => (
+            format!("this guard is never dropped: {} keeps its destructor from running", defect.what),
+            "its destructor never runs".to_owned(),
+            format!("{what} would be updated by the destructor, so nothing updates it"),
+            "let the guard go out of scope at the end of the cycle".to_owned(),
+        ),
+    };
+    finding.message = message;
+    finding.primary = Label { span: defect.span, message: label };
+    if defect.made != defect.span {
+        finding.witness.steps.push(made);
+    }
+    if let Some(cycle) = defect.cycle {
+        finding.witness.steps.push(WitnessStep { span: cycle, message: "the cycle".to_owned() });
+    }
+    finding.notes.push(note);
+    finding.helps.push(help);
+    finding.helps.push(suppression(rule));
+    finding.facts = Facts {
+        filters: defect.names.clone(),
+        cycle: defect.cycle,
+        function: defect.function.clone(),
+        ..Facts::default()
+    };
+    Some(finding)
+}
+
+fn empty(rule: &'static Rule, package: usize, target: usize) -> Diagnostic {
+    Diagnostic {
+        rule: rule.name,
+        level: Level::Allow,
+        level_source: String::new(),
+        message: String::new(),
+        primary: Label { span: Span::new(crate::source::FileId(0), 0, 0), message: String::new() },
+        witness: Witness::default(),
+        notes: Vec::new(),
+        helps: Vec::new(),
+        suggestions: Vec::new(),
+        facts: Facts::default(),
+        package,
+        target,
+    }
+}
+
+fn start(rule: &'static Rule, cycle: &Cycle, pairs: &[&Pair], message: String, span: Span, label: &str) -> Diagnostic {
+    let first = pairs[0];
+    Diagnostic {
+        message,
+        primary: Label { span, message: label.to_owned() },
+        witness: Witness { steps: first.witness.clone() },
+        facts: Facts {
+            verdict: first.verdict.name().to_owned(),
+            counts: first.counts.clone(),
+            filters: pairs.iter().map(|pair| pair.name.clone()).collect(),
+            filter_type: first.filter_type.clone(),
+            cycle: Some(cycle.head),
+            cause: first.cause.clone(),
+            function: cycle.function.clone(),
+        },
+        ..empty(rule, cycle.package, cycle.target)
+    }
+}
+
+fn names(pairs: &[&Pair]) -> String {
+    quoted(&pairs.iter().map(|pair| pair.name.clone()).collect::<Vec<_>>())
+}
+
+/// `a`, `b` and `c`
+fn quoted(names: &[String]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    match quoted.as_slice() {
+        [] => String::new(),
+        [one] => one.clone(),
+        [all @ .., last] => format!("{} and {last}", all.join(", ")),
+    }
+}
+
+fn suppression(rule: &Rule) -> String {
+    format!("if it is meant so, lower the rule's level: `-A {}`, or `{} = \"allow\"` under `[lints]`", rule.id(), rule.name)
+}
