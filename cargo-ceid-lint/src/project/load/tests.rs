@@ -1,3 +1,5 @@
+//! Whole loads of small workspaces that are written for the purpose. Never uses the network.
+
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
