@@ -181,6 +181,13 @@ fn a_path_restricts_and_takes_its_own_package() {
 }
 
 #[test]
+fn a_directory_that_is_named_is_no_wish_for_tests() {
+    let tree = two_packages();
+    check(&Selection { paths: vec!["a".into()], ..in_tree(&tree) }, &["a lib a", "a bin a", "a example e"]);
+    check(&Selection { paths: vec![".".into()], ..in_tree(&tree) }, &["a lib a", "a bin a", "a example e", "b lib b"]);
+}
+
+#[test]
 fn a_file_outside_any_package_is_checked_on_its_own() {
     let tree = two_packages();
     let project = check(&Selection { paths: vec!["scratch/alone.rs".into()], ..in_tree(&tree) }, &["alone bin alone"]);
