@@ -1,7 +1,7 @@
 //! Which packages and targets are reported: cargo's own rules, with its words when something is not there.
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::workspace::{Found, FoundTarget, Workspace};
 use super::{LoadError, Names, Selection, TargetKind, package_spec};
@@ -11,7 +11,7 @@ use crate::config::{glob, spelling::nearest};
 pub(super) fn packages(
     workspace: &Workspace,
     selection: &Selection,
-    only: &[std::path::PathBuf],
+    only: &[PathBuf],
     notices: &mut Vec<String>,
 ) -> Result<Vec<usize>, LoadError> {
     if !selection.exclude.is_empty() && !selection.workspace {
@@ -51,7 +51,7 @@ fn all_but_excluded(workspace: &Workspace, selection: &Selection, notices: &mut 
 }
 
 /// The packages that the paths lie in, and those that lie in the paths.
-fn touched(members: &[Found], only: &[std::path::PathBuf]) -> Vec<usize> {
+fn touched(members: &[Found], only: &[PathBuf]) -> Vec<usize> {
     let mut selected = BTreeSet::new();
     for path in only {
         let inside = (0..members.len()).filter(|at| members[*at].directory().starts_with(path));
@@ -81,7 +81,7 @@ pub(super) fn targets(
     workspace: &Workspace,
     packages: &[usize],
     selection: &Selection,
-    only: &[std::path::PathBuf],
+    only: &[PathBuf],
 ) -> Result<BTreeSet<(usize, usize)>, LoadError> {
     let filter = &selection.targets;
     let mut selected = BTreeSet::new();
@@ -95,8 +95,7 @@ pub(super) fn targets(
     for at in packages {
         for (index, target) in workspace.packages[*at].targets.iter().enumerate() {
             let is_taken = if is_default {
-                // A path that is named wants its target, whatever its kind.
-                !only.is_empty() || matches!(target.kind, TargetKind::Lib | TargetKind::Bin | TargetKind::Example)
+                matches!(target.kind, TargetKind::Lib | TargetKind::Bin | TargetKind::Example) || is_meant(target, only)
             } else {
                 filter.all || is_taken_by_kind(target, selection)
             };
@@ -118,6 +117,11 @@ pub(super) fn targets(
         }
     }
     Ok(selected)
+}
+
+/// Whether a path names the target's own file or directory: who names a test wants it checked.
+fn is_meant(target: &FoundTarget, only: &[PathBuf]) -> bool {
+    target.src_path.parent().is_some_and(|directory| only.iter().any(|path| path.starts_with(directory)))
 }
 
 fn is_taken_by_kind(target: &FoundTarget, selection: &Selection) -> bool {

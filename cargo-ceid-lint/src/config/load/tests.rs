@@ -1,3 +1,5 @@
+//! The documented file is read, and every mistake in one has its place.
+
 use super::*;
 use crate::config::{CycleTarget, FilterTarget, InstancePlace, Multiplicity, TimeBase};
 

@@ -1,3 +1,5 @@
+//! Whole loads of small workspaces that are written for the purpose. Never uses the network.
+
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -176,6 +178,13 @@ fn a_path_restricts_and_takes_its_own_package() {
         &Selection { paths: vec!["a/tests/t.rs".into()], ..in_tree(&tree) },
         &["a lib a", "a bin a", "a example e", "a test t"],
     );
+}
+
+#[test]
+fn a_directory_that_is_named_is_no_wish_for_tests() {
+    let tree = two_packages();
+    check(&Selection { paths: vec!["a".into()], ..in_tree(&tree) }, &["a lib a", "a bin a", "a example e"]);
+    check(&Selection { paths: vec![".".into()], ..in_tree(&tree) }, &["a lib a", "a bin a", "a example e", "b lib b"]);
 }
 
 #[test]

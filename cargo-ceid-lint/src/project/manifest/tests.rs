@@ -1,3 +1,5 @@
+//! What the manifests say, as cargo would have told it.
+
 use super::*;
 use crate::project::load::tests::Tree;
 

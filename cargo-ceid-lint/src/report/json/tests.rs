@@ -1,3 +1,5 @@
+//! Our messages, read back by the readers that everybody else uses.
+
 use std::collections::HashSet;
 
 use cargo_metadata::Message;
