@@ -123,7 +123,7 @@ impl Infer<'_> {
         let owners = self.index.methods(&owner, &name);
         if owners.is_empty() {
             return match owner {
-                Ty::External(..) => Value::ExternalAssoc(owner, name),
+                Ty::External(..) | Ty::Adt(..) => Value::ExternalAssoc(owner, name),
                 _ => match self.path_def(path) {
                     Some(def) => Value::Def(def),
                     None => Value::Unknown,
@@ -471,6 +471,7 @@ impl Infer<'_> {
         }
         self.typed.callees.insert(id, Callee::External(path.to_owned()));
         match path {
+            "std::default::Default::default" => expected.cloned().unwrap_or(Ty::Unknown),
             "std::mem::replace" | "std::mem::take" => first.peel().clone(),
             "std::array::from_fn" => {
                 let item = self.closure_output(args.first().copied());
@@ -493,7 +494,11 @@ impl Infer<'_> {
     /// `Type::name(args)` of a type outside the analysed code.
     fn call_external_assoc(&mut self, id: ExprId, ty: Ty, name: &str, args: &[ExprId]) -> Ty {
         let given: Vec<Ty> = args.iter().map(|arg| self.expr(*arg, None)).collect();
-        let Ty::External(path, params) = &ty else { return Ty::Unknown };
+        // `Type::default()` of a derive: the type is known although the function is not.
+        let (path, params) = match &ty {
+            Ty::External(path, params) => (path.clone(), params.clone()),
+            _ => (self.index.type_name(&ty), Vec::new()),
+        };
         self.typed.callees.insert(id, Callee::External(format!("{path}::{name}")));
         let last = path.rsplit("::").next().unwrap_or("");
         let makes_itself = matches!(name, "new" | "default" | "pin" | "const_new" | "init" | "create" | "builder")
@@ -512,11 +517,11 @@ impl Infer<'_> {
                 }
                 None => first.clone(),
             };
-            return Ty::External(path.clone(), vec![inner]);
+            return Ty::External(path, vec![inner]);
         }
         if params.is_empty() && matches!(last, "Vec" | "VecDeque" | "HashMap" | "BTreeMap" | "Option" | "ArrayVec" | "IndexMap") {
             let count = if last.ends_with("Map") { 2 } else { 1 };
-            return Ty::External(path.clone(), (0..count).map(|_| self.variables.fresh()).collect());
+            return Ty::External(path, (0..count).map(|_| self.variables.fresh()).collect());
         }
         ty
     }
