@@ -113,7 +113,18 @@ impl Builder<'_> {
             return self.unknown_call(id, self.text(id), exprs, values);
         }
         if resolved.targets.is_empty() {
-            return self.unknown_call(id, self.text(id), exprs, values);
+            // Nothing implements it here: what a filter's own trait declares beside the law does not run the law, and what
+            // takes `&self` changes nothing.
+            let of_filter = resolved.owner.as_ref().and_then(crate::index::MethodOwner::of_trait);
+            let of_filter = of_filter.is_some_and(|name| self.program.index.is_filter_trait(name));
+            let reads = resolved.owner.as_ref().and_then(crate::index::MethodOwner::function).is_some_and(|function| {
+                self.program.index.function(function).function.receiver == Some(crate::syntax::tree::Receiver::Shared)
+            });
+            let skip = usize::from(resolved.has_receiver && (of_filter || reads));
+            if let Some(place) = &self_place {
+                self.emit(Effect::Use { place: place.clone() }, span);
+            }
+            return self.unknown_call(id, self.text(id), &exprs[skip..], &values[skip..]);
         }
         let result = self.emit_call(id, &resolved.targets, exprs, values, false);
         if self.never_returns(id) {

@@ -321,6 +321,7 @@ impl Builder<'_> {
                 about.names.push(name.to_string());
             }
             about.reads.push(place);
+            return;
         }
         let body = self.body();
         match &body.expr(id).kind {
