@@ -121,9 +121,6 @@ impl Builder<'_> {
             self.discard_wild(init, &value, span);
             return;
         }
-        if self.is_guard(init) {
-            self.bind_guard(pat, init, &value);
-        }
         self.bind_pattern(pat, &value);
     }
 
