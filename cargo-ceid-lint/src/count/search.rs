@@ -318,7 +318,7 @@ impl<'a> Search<'a> {
     }
 
     /// The nodes from which an update can be reached without leaving the iteration.
-    fn reach(&self, region: Region) -> Vec<bool> {
+    pub(super) fn reach(&self, region: Region) -> Vec<bool> {
         let graph = self.graph;
         let mut before: Vec<Vec<NodeId>> = vec![Vec::new(); graph.nodes.len()];
         for id in graph.node_ids() {
