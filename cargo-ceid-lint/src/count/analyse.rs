@@ -259,6 +259,12 @@ fn function_facts<'a>(
                     }
                 }
             }
+            Effect::Unknown { places: unknown, .. } => {
+                for root in unknown.iter().flat_map(|place| aliases.roots(place)) {
+                    let Some(ty) = place_ty(program.index, graph, &root) else { continue };
+                    places.extend(leaves(program.index, &ty).iter().map(|leaf| root.join(&leaf.steps)));
+                }
+            }
             _ => {}
         }
     }
@@ -313,7 +319,11 @@ fn choose_cycles(
     let is_helper = in_cycle.contains(&graph.function);
     let mut chosen: Vec<(NodeId, Option<LoopId>)> = Vec::new();
     let mut sample_loops = BTreeSet::new();
-    for node in search.updating() {
+    let mut nodes = search.updating();
+    if nodes.is_empty() {
+        nodes = search.unknown();
+    }
+    for node in nodes {
         let mut around: Vec<LoopId> = Vec::new();
         for id in graph.loops_around(node) {
             // A loop in whose body the instance is made is no cycle of it, nor is one around that.
@@ -522,6 +532,7 @@ impl Context<'_> {
                 pairs.entry(CycleId::Function).or_default().push(pair);
             }
         }
+        self.owed_elements(facts, &mut pairs);
         self.owed(facts, &mut pairs, analysis);
         super::guards::defects(self.program, facts, analysis);
         let def = index.function(graph.function);
@@ -610,17 +621,38 @@ impl Context<'_> {
                 continue;
             }
             let of_self = info.param.is_some();
-            for leaf in leaves(index, &info.ty) {
+            // The law of a filter is not owed to the filter by its own methods, but to its parts.
+            let is_own = of_self && info.name == "self" && index.filter_spec(&instances::inner(&info.ty)).is_some();
+            let all = if is_own { instances::parts(index, &info.ty) } else { leaves(index, &info.ty) };
+            for leaf in all {
                 let place = Place::var(var).join(&leaf.steps);
-                // The law of a filter is not owed to the filter by its own methods.
-                if of_self && leaf.steps.is_empty() && info.name == "self" {
-                    continue;
-                }
                 if facts.updated.iter().any(|instance| instance.place.overlaps(&place)) {
                     self.owed_after_all(facts, &place, pairs);
                     continue;
                 }
                 self.owed_instance(facts, var, &place, &leaf, pairs, analysis);
+            }
+        }
+    }
+
+    /// Elements of an array that no cycle updates while it updates others.
+    fn owed_elements(&self, facts: &FunctionFacts<'_>, pairs: &mut BTreeMap<CycleId, Vec<Pair>>) {
+        let in_collection = |place: &Place, other: &Place| {
+            place.base == other.base
+                && place.steps.len() == other.steps.len()
+                && place.steps.iter().zip(&other.steps).all(|(left, right)| {
+                    left == right || matches!((left, right), (Projection::Index(_), Projection::Index(_)))
+                })
+        };
+        for instance in facts.updated.iter().filter(|instance| instance.loops.is_empty() && !instance.function) {
+            let sibling = facts.updated.iter().find(|other| {
+                (!other.loops.is_empty() || (other.function && facts.kind == FunctionKind::Cycle))
+                    && in_collection(&instance.place, &other.place)
+            });
+            let Some(sibling) = sibling else { continue };
+            match sibling.loops.first() {
+                Some(id) => self.push_missed(facts, &instance.place, CycleId::Loop(*id), pairs),
+                None => self.push_missed(facts, &instance.place, CycleId::Function, pairs),
             }
         }
     }
@@ -702,12 +734,7 @@ impl Context<'_> {
             Some((id, _)) if is_local_filter => {
                 self.push_unregistered(facts, var, place, Some(graph.loop_info(id).keyword), analysis);
             }
-            None if is_local_filter && (uses.written || uses.fed || !uses.read) && pairs.is_empty() => {
-                self.push_unregistered(facts, var, place, None, analysis);
-            }
-            None if is_local_filter && !uses.read && !uses.fed && !uses.written => {
-                self.push_unregistered(facts, var, place, None, analysis);
-            }
+            None if is_local_filter => self.push_unregistered(facts, var, place, None, analysis),
             _ => {}
         }
     }

@@ -2,7 +2,7 @@
 
 use super::search::{End, Exploration, Region, Search};
 use super::verdict::Gate;
-use crate::flow::{Effect, LoopId, NodeId, Place, Rounds, Test, Var};
+use crate::flow::{Effect, LoopId, NodeId, Place, Test, Var};
 
 /// Why a way does not update, if it does so on purpose; `None` for a way that updates, or that nothing explains.
 pub(super) fn of_end(search: &Search<'_>, region: Region, exploration: &Exploration, end: &End) -> Option<Gate> {
@@ -36,6 +36,16 @@ const CLOCKS: &[&str] = &[
     "has_elapsed", "deadline", "saturating_duration_since", "monotonic", "timer_count", "clock",
 ];
 
+/// Parts of the names of methods that ask whether a sample is there.
+const READINESS: &[&str] =
+    &["ready", "available", "has_", "is_new", "pending", "fresh", "new_", "updated", "data", "drdy", "can_read", "poll"];
+
+/// Names of methods that receive a message or an event.
+const EVENTS: &[&str] = &[
+    "recv", "receive", "try_recv", "try_receive", "recv_timeout", "next_event", "wait_event", "poll_event", "pop", "pop_front",
+    "dequeue", "select", "select3", "select4", "next_message", "read_event", "get_event", "try_next",
+];
+
 impl Gates<'_, '_> {
     fn of_test(&self, test: &Test, at: NodeId) -> Option<Gate> {
         let about = &test.about;
@@ -54,11 +64,14 @@ impl Gates<'_, '_> {
         if about.is_presence && self.feeds_sample(test) {
             return Some(Gate::Sample);
         }
-        if self.tells_time(test) {
-            return Some(Gate::Time);
+        if self.is_event(test) {
+            return Some(Gate::Event);
         }
         if about.is_comparison && let Some(gate) = self.counter(test) {
             return Some(gate);
+        }
+        if self.tells_time(test) {
+            return Some(Gate::Time);
         }
         if self.is_readiness(test) {
             return Some(Gate::Sample);
@@ -69,6 +82,9 @@ impl Gates<'_, '_> {
         if test.subject.is_some() && self.is_unchanging(test, at) {
             return Some(Gate::Config);
         }
+        if self.is_mode(test, at) {
+            return Some(Gate::Mode);
+        }
         None
     }
 
@@ -76,7 +92,7 @@ impl Gates<'_, '_> {
     fn of_loop(&self, id: LoopId) -> Option<Gate> {
         let info = self.search.graph.loop_info(id);
         let feeds = self.fed().any(|var| self.search.aliases.is_derived(var, &info.bound));
-        (info.drains || feeds || info.rounds == Rounds::Bounded).then_some(Gate::Sample)
+        (info.drains || feeds).then_some(Gate::Sample)
     }
 
     /// The nodes of the region.
@@ -146,6 +162,31 @@ impl Gates<'_, '_> {
         site.args.iter().filter_map(|arg| arg.place.as_ref()).any(|place| self.is_instance(place))
     }
 
+    /// A choice on a value that was received in this iteration, or on the event that a handler is called with.
+    fn is_event(&self, test: &Test) -> bool {
+        let graph = self.search.graph;
+        if test.about.heads.is_empty() || test.about.is_presence {
+            return false;
+        }
+        test.about.reads.iter().any(|place| {
+            let Some(var) = place.base_var() else { return false };
+            let received = graph
+                .computed
+                .get(&var)
+                .is_some_and(|computed| computed.calls.iter().any(|name| EVENTS.contains(&name.as_str())));
+            let inside = match self.region {
+                Region::Loop(own) => graph.is_within(graph.var(var).in_loop, own),
+                Region::Function => true,
+            };
+            let info = graph.var(var);
+            let is_event_parameter = self.region == Region::Function
+                && info.param.is_some()
+                && info.name != "self"
+                && matches!(info.ty.peel(), crate::index::Ty::Adt(..));
+            (received && inside) || is_event_parameter
+        })
+    }
+
     /// Whether what is present or absent is the filter itself.
     fn is_presence_of_filter(&self, test: &Test) -> bool {
         let by_name = test.about.binds.iter().any(|var| self.is_instance(&Place::var(*var)));
@@ -187,7 +228,8 @@ impl Gates<'_, '_> {
 
     /// A readiness test of the very object that the fed sample is read from.
     fn is_readiness(&self, test: &Test) -> bool {
-        if test.about.is_comparison || test.about.names.is_empty() {
+        let asks = test.about.names.iter().any(|name| READINESS.iter().any(|part| name.contains(part)));
+        if test.about.is_comparison || test.about.is_presence || !asks {
             return false;
         }
         let fed = self.fed_places();
@@ -318,6 +360,87 @@ impl Gates<'_, '_> {
             })
     }
 
+    /// A state every transition into which, or out of which, goes with a reset of the filter.
+    fn is_mode(&self, test: &Test, at: NodeId) -> bool {
+        let graph = self.search.graph;
+        let Some(subject) = test.subject.map(|id| &graph.subjects[id.0 as usize]) else { return false };
+        let Some(place) = &subject.whole else { return false };
+        let heads = self.updating_heads(test, at);
+        let mut enters: Vec<NodeId> = Vec::new();
+        let mut leaves: Vec<NodeId> = Vec::new();
+        for id in self.nodes() {
+            match &graph.node(id).effect {
+                Effect::Write(write) | Effect::Set(write) if write.place == *place => match &write.head {
+                    Some(head) if heads.contains(head) => enters.push(id),
+                    Some(_) => leaves.push(id),
+                    None => return false,
+                },
+                _ => {}
+            }
+        }
+        if self.calls_write(place) {
+            return false;
+        }
+        let with_reset = |nodes: &[NodeId]| !nodes.is_empty() && nodes.iter().all(|node| self.is_reset_beside(*node));
+        with_reset(&enters) || with_reset(&leaves)
+    }
+
+    /// The heads of the subject with which an update can still be reached behind a branch.
+    fn updating_heads(&self, test: &Test, at: NodeId) -> Vec<String> {
+        let graph = self.search.graph;
+        let reach = self.search.reach(self.region);
+        let Some(subject) = test.subject.map(|id| &graph.subjects[id.0 as usize]) else { return Vec::new() };
+        let holds = graph.node(at).next.first().is_some_and(|next| reach[next.0 as usize]);
+        let mask = if holds { test.holds } else { test.fails };
+        let listed = subject.heads.iter().enumerate().filter(|(number, _)| mask & (1 << number) != 0);
+        listed.map(|(_, head)| head.clone()).collect()
+    }
+
+    /// Whether a full reset of the instance runs on every way through a node: in the straight line before or behind it.
+    fn is_reset_beside(&self, node: NodeId) -> bool {
+        let graph = self.search.graph;
+        let resets = |id: NodeId| match &graph.node(id).effect {
+            Effect::Reset { place, full } => *full && self.is_instance(place),
+            Effect::Write(write) if !write.rebinds => {
+                self.search.aliases.roots(&write.place).iter().any(|root| {
+                    root.base == self.search.instance.base
+                        && root.steps.len() <= self.search.instance.steps.len()
+                        && root.overlaps(self.search.instance)
+                })
+            }
+            Effect::Call(site) => site.targets.iter().all(|target| {
+                self.search.summaries.get(*target).is_some_and(|summary| {
+                    summary.outcomes.iter().any(|(given, outcomes)| {
+                        outcomes.iter().all(|outcome| outcome.reset)
+                            && super::summary::place_of(given, site).is_some_and(|place| self.is_instance(&place))
+                    })
+                })
+            }) && !site.targets.is_empty(),
+            _ => false,
+        };
+        let mut at = node;
+        for _ in 0..64 {
+            let [next] = graph.node(at).next.as_slice() else { break };
+            if resets(*next) {
+                return true;
+            }
+            at = *next;
+        }
+        let mut at = node;
+        for _ in 0..64 {
+            let before: Vec<NodeId> = graph.node_ids().filter(|id| graph.node(*id).next.contains(&at)).collect();
+            let [only] = before.as_slice() else { break };
+            if graph.node(*only).next.len() > 1 {
+                break;
+            }
+            if resets(*only) {
+                return true;
+            }
+            at = *only;
+        }
+        false
+    }
+
     /// Whether another function writes the same field: a mode that is switched elsewhere.
     fn written_by_others(&self, place: &Place) -> bool {
         let is_field = !place.steps.is_empty() && place.base_var().is_some_and(|var| self.search.graph.var(var).param.is_some());
@@ -330,25 +453,27 @@ impl Gates<'_, '_> {
         let steps = self.fed_places();
         exploration.path(end.at).iter().any(|at| {
             let node = graph.node(exploration.states[*at].node);
-            let Effect::Write(write) = &node.effect else { return false };
-            if write.rebinds || !is_clock_name(&write.place) {
-                return false;
-            }
-            steps.contains(&write.place)
+            let (Effect::Write(write) | Effect::Set(write)) = &node.effect else { return false };
+            let outlives = match (self.region, write.place.base_var()) {
+                (Region::Loop(own), Some(var)) => !graph.is_within(graph.var(var).in_loop, own),
+                (Region::Function, Some(var)) => graph.var(var).param.is_some(),
+                (_, None) => true,
+            };
+            outlives && self.is_clock_name(&write.place) && steps.contains(&write.place)
         })
+    }
+
+    /// Whether a place is named as the time of the last step.
+    fn is_clock_name(&self, place: &Place) -> bool {
+        let name = match place.steps.last() {
+            Some(crate::flow::Projection::Field(name)) => name.to_string(),
+            Some(crate::flow::Projection::Index(_)) => return false,
+            None => place.base_var().map(|var| self.search.graph.var(var).name.clone()).unwrap_or_default(),
+        };
+        ["last", "prev", "time", "stamp", "t0", "then", "previous", "tick"].iter().any(|part| name.contains(part))
     }
 }
 
 fn is_question(name: &str) -> bool {
     matches!(name, "is_some" | "is_ok" | "is_none" | "is_err" | "ok" | "as_ref" | "as_mut" | "map_err" | "await")
-}
-
-/// Whether a place is named as the time of the last step.
-fn is_clock_name(place: &Place) -> bool {
-    match place.steps.last() {
-        Some(crate::flow::Projection::Field(name)) => {
-            ["last", "prev", "time", "stamp"].iter().any(|part| name.contains(part))
-        }
-        _ => true,
-    }
 }

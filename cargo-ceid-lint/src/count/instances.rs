@@ -84,6 +84,23 @@ pub(super) fn leaves(index: &Index, ty: &Ty) -> Vec<Leaf> {
     found
 }
 
+/// The filters that lie in the fields of a filter.
+pub(super) fn parts(index: &Index, ty: &Ty) -> Vec<Leaf> {
+    let mut found = Vec::new();
+    let ty = inner(ty);
+    if let Ty::Adt(id, _) = &ty
+        && let Shape::Struct(fields) = &index.type_def(*id).shape
+    {
+        for field in &fields.fields {
+            if let Some(inner) = index.field_ty(&ty, None, &field.name) {
+                let mut steps = vec![Projection::Field(field.name.as_str().into())];
+                collect(index, &inner, &mut steps, false, None, 1, &mut found);
+            }
+        }
+    }
+    found
+}
+
 fn collect(
     index: &Index,
     ty: &Ty,

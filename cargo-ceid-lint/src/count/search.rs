@@ -201,6 +201,23 @@ impl<'a> Search<'a> {
         self.graph.node_ids().filter(|id| self.touches(*id, false)).collect()
     }
 
+    /// The nodes behind which nothing is known of it.
+    pub(super) fn unknown(&self) -> BTreeSet<NodeId> {
+        let is_unknown = |id: &NodeId| match &self.graph.node(*id).effect {
+            Effect::Unknown { places, .. } => places.iter().any(|place| self.may_be(place, false)),
+            Effect::Call(site) => site.targets.iter().any(|target| {
+                self.summaries.get(*target).is_some_and(|summary| {
+                    summary.outcomes.iter().any(|(given, outcomes)| {
+                        outcomes.iter().any(|outcome| outcome.unknown.is_some())
+                            && place_of(given, site).is_some_and(|place| self.may_be(&place, false))
+                    })
+                })
+            }),
+            _ => false,
+        };
+        self.graph.node_ids().filter(is_unknown).collect()
+    }
+
     fn touches(&self, id: NodeId, any: bool) -> bool {
         match &self.graph.node(id).effect {
             Effect::Update(update) => self.may_be(&update.place, true),
@@ -301,7 +318,7 @@ impl<'a> Search<'a> {
     }
 
     /// The nodes from which an update can be reached without leaving the iteration.
-    fn reach(&self, region: Region) -> Vec<bool> {
+    pub(super) fn reach(&self, region: Region) -> Vec<bool> {
         let graph = self.graph;
         let mut before: Vec<Vec<NodeId>> = vec![Vec::new(); graph.nodes.len()];
         for id in graph.node_ids() {
@@ -312,7 +329,10 @@ impl<'a> Search<'a> {
             }
             for next in &graph.node(id).next {
                 let ends = matches!(region, Region::Loop(own) if *next == graph.loop_info(own).head);
-                if !ends {
+                // The next round of a loop over the elements is another element's.
+                let others = matches!(&graph.node(*next).effect, Effect::LoopHead(inner)
+                    if self.covers(*inner) && graph.is_within(graph.node(id).in_loop, *inner));
+                if !ends && !others {
                     before[next.0 as usize].push(id);
                 }
             }
@@ -729,7 +749,8 @@ impl Run<'_, '_> {
                     (None, Some(var)) => self.heads_of(state, var),
                     (None, None) => returned::ANY,
                 };
-                self.end(EndKind::Completes, at, state, heads);
+                let kind = if self.region == Region::Function { EndKind::Completes } else { EndKind::Exits };
+                self.end(kind, at, state, heads);
             }
             Effect::Diverge | Effect::End => {}
         }

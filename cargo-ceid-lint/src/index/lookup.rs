@@ -91,7 +91,14 @@ impl Index {
             Ty::Param(param) => self.bounds_imply(&param.bounds, name, 0) || self.blanket_gives(&param.bounds, name),
             Ty::Opaque(bounds) => self.bounds_imply(bounds, name, 0) || self.blanket_gives(bounds, name),
             Ty::Adt(..) | Ty::External(..) => {
-                self.impls_of(ty).iter().any(|id| self.impl_def(*id).implements.as_ref() == Some(name))
+                let own = match ty {
+                    Ty::Adt(id, _) => self.impls_of_type.get(id),
+                    Ty::External(path, _) => self.impls_of_external.get(path),
+                    _ => None,
+                };
+                let of_trait = |id: &ImplId| self.impl_def(*id).implements.as_ref() == Some(name);
+                own.is_some_and(|impls| impls.iter().any(of_trait))
+                    || self.impls_of_any.iter().any(|id| of_trait(id) && self.blanket_holds(*id, ty))
                     || matches!(name, TraitName::External(path) if is_auto(path))
             }
             _ => false,

@@ -28,9 +28,10 @@ fn of_cycle(cycle: &Cycle, analysis: &Analysis, found: &mut Vec<Diagnostic>) {
         missed.retain(|pair| !guard.names.is_empty() && !guard.names.contains(&pair.name));
     }
     for pair in of_verdict(cycle, Verdict::Repeated) {
-        let sibling = missed.iter().position(|other| other.filter_type == pair.filter_type);
-        let sibling = sibling.map(|at| missed.remove(at));
-        found.extend(repeated(cycle, pair, sibling));
+        let (siblings, others): (Vec<&Pair>, Vec<&Pair>) =
+            missed.into_iter().partition(|other| other.filter_type == pair.filter_type);
+        missed = others;
+        found.extend(repeated(cycle, pair, &siblings));
     }
     if !missed.is_empty() {
         found.extend(missing(cycle, &missed));
@@ -65,15 +66,17 @@ fn by_primary<'p>(pairs: &[&'p Pair]) -> Vec<Vec<&'p Pair>> {
 const GUARD_HELP: &str =
     "let a guard update it: `ceid_core::ceid!(cycle => …)` at the head of the cycle, and no update by hand";
 
-fn repeated(cycle: &Cycle, pair: &Pair, sibling: Option<&Pair>) -> Option<Diagnostic> {
+fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair]) -> Option<Diagnostic> {
     let rule = find("repeated_update")?;
     let skips = pair.counts.contains(&0);
-    let mut message = match sibling {
-        Some(sibling) => format!(
-            "`{}` is updated more than once in one cycle, and `{}` of the same type never: was `{}` meant here?",
-            pair.name, sibling.name, sibling.name
+    let mut message = match siblings {
+        [] => format!("`{}` is updated more than once in one cycle", pair.name),
+        siblings => format!(
+            "`{}` is updated more than once in one cycle, and {} of the same type never: was `{}` meant here?",
+            pair.name,
+            names(siblings),
+            siblings[0].name
         ),
-        None => format!("`{}` is updated more than once in one cycle", pair.name),
     };
     if skips {
         message.push_str(", and not at all on another path");
@@ -83,15 +86,13 @@ fn repeated(cycle: &Cycle, pair: &Pair, sibling: Option<&Pair>) -> Option<Diagno
         "the update law of a sampled-time filter advances it by one sample; run twice, `{}` is ahead of its measurements",
         pair.name
     ));
-    match sibling {
-        Some(sibling) => finding.helps.push(format!("update `{}` here instead", sibling.name)),
-        None => finding.helps.push("keep one of the updates".to_owned()),
+    match siblings {
+        [] => finding.helps.push("keep one of the updates".to_owned()),
+        siblings => finding.helps.push(format!("update {} here instead", names(siblings))),
     }
     finding.helps.push(GUARD_HELP.to_owned());
     finding.helps.push(suppression(rule));
-    if let Some(sibling) = sibling {
-        finding.facts.filters.push(sibling.name.clone());
-    }
+    finding.facts.filters.extend(siblings.iter().map(|sibling| sibling.name.clone()));
     Some(finding)
 }
 

@@ -228,7 +228,8 @@ impl Builder<'_> {
         if self.at.is_none() {
             return Value::default();
         }
-        let about = self.about_presence(receiver, Vec::new());
+        let binds = self.closure_vars(closure);
+        let about = self.about_presence(receiver, binds);
         let pure = self.pure(receiver);
         let (present, absent) = match pure {
             Some(pure) => {

@@ -103,6 +103,17 @@ impl Builder<'_> {
         self.resume(here);
     }
 
+    /// The variables that the parameters of a closure bind.
+    pub(super) fn closure_vars(&mut self, closure: ClosureRef) -> Vec<crate::flow::Var> {
+        let body = self.frames[closure.frame].body;
+        let ExprKind::Closure(code) = &body.expr(closure.expr).kind else { return Vec::new() };
+        let outer = std::mem::replace(&mut self.frame, closure.frame);
+        let locals: Vec<_> = code.params.iter().flat_map(|(pat, _)| self.locals_of(*pat)).collect();
+        let vars = locals.into_iter().map(|local| self.var_of(local)).collect();
+        self.frame = outer;
+        vars
+    }
+
     /// The variables of its surroundings that a closure names.
     fn captured(&mut self, closure: ClosureRef) -> Vec<Place> {
         let frame = &self.frames[closure.frame];

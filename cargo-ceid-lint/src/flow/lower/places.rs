@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Builder, Value};
-use crate::flow::{Cause, Effect, IndexKey, Place, Projection};
+use crate::flow::{Cause, Effect, IndexKey, Place, Projection, Var};
 use crate::index::{Def, FunctionId, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, Literal, Path};
 
@@ -179,10 +179,27 @@ impl Builder<'_> {
         }
     }
 
+    /// The variables that an assignment changes: a local, what it refers to, or its elements; not a field's owner.
+    fn assigned_vars(&mut self, target: ExprId) -> Vec<Var> {
+        let body = self.body();
+        let mut at = target;
+        loop {
+            match &body.expr(at).kind {
+                ExprKind::Deref(inner) | ExprKind::Index { base: inner, .. } => at = *inner,
+                ExprKind::Path(_) => break,
+                _ => return Vec::new(),
+            }
+        }
+        match self.typed().expr_local.get(&at).copied() {
+            Some(local) => vec![self.var_of(local)],
+            None => Vec::new(),
+        }
+    }
+
     /// `place = value` and destructuring assignments.
     pub(super) fn assign(&mut self, id: ExprId, target: ExprId, value: ExprId) -> Value {
         let body = self.body();
-        let bases = self.reads_of(target);
+        let bases = self.assigned_vars(target);
         self.derive(&bases, value);
         let outer = std::mem::replace(&mut self.targets, bases);
         let given = self.expr(value);
@@ -240,7 +257,7 @@ impl Builder<'_> {
 
     /// `place += value`
     pub(super) fn assign_op(&mut self, id: ExprId, target: ExprId, value: ExprId) -> Value {
-        let bases = self.reads_of(target);
+        let bases = self.assigned_vars(target);
         self.derive(&bases, value);
         let outer = std::mem::replace(&mut self.targets, bases);
         self.expr(value);
