@@ -84,6 +84,20 @@ pub(super) fn leaves(index: &Index, ty: &Ty) -> Vec<Leaf> {
     found
 }
 
+/// Whether a value of the type may be, hold or refer to a filter, as far as is known.
+pub(super) fn may_hold_filter(index: &Index, ty: &Ty) -> bool {
+    match ty {
+        Ty::Unknown | Ty::Var(_) | Ty::Param(_) | Ty::Opaque(_) => true,
+        Ty::Ref(_, inner) | Ty::Pointer(inner) | Ty::Array(inner, _) | Ty::Slice(inner) => may_hold_filter(index, inner),
+        Ty::Tuple(parts) => parts.iter().any(|part| may_hold_filter(index, part)),
+        Ty::External(_, args) => index.filter_spec(ty).is_some() || args.iter().any(|arg| may_hold_filter(index, arg)),
+        Ty::Adt(_, args) => {
+            index.holds_filter(ty) || args.iter().any(|arg| may_hold_filter(index, arg))
+        }
+        _ => false,
+    }
+}
+
 /// The filters that lie in the fields of a filter.
 pub(super) fn parts(index: &Index, ty: &Ty) -> Vec<Leaf> {
     let mut found = Vec::new();
@@ -110,7 +124,7 @@ fn collect(
     depth: u32,
     found: &mut Vec<Leaf>,
 ) {
-    if depth > MAX_DEPTH {
+    if depth > MAX_DEPTH || !index.holds_filter(ty) {
         return;
     }
     if index.filter_spec(ty).is_some() {

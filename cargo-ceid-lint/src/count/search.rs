@@ -149,18 +149,6 @@ struct Run<'s, 'a> {
 }
 
 impl<'a> Search<'a> {
-    pub(super) fn new(
-        program: &'a Program<'a>,
-        graph: &'a ControlFlowGraph,
-        aliases: &'a Aliases,
-        summaries: &'a Summaries,
-        instance: &'a Place,
-        law: usize,
-    ) -> Self {
-        let dependence = std::rc::Rc::new(ControlDependence::of(graph));
-        Self::with_dependence(program, graph, aliases, summaries, instance, law, dependence)
-    }
-
     pub(super) fn with_dependence(
         program: &'a Program<'a>,
         graph: &'a ControlFlowGraph,

@@ -18,6 +18,10 @@ pub struct FilterSpec {
 pub enum Subject {
     /// Every type that implements the trait.
     Trait(TraitName),
+    /// One type of the analysed code.
+    Type(super::TypeId),
+    /// One type of a crate whose sources are not read, by its path.
+    External(String),
 }
 
 /// A law, or a half of one: its methods are alternatives, one of which runs.
@@ -67,6 +71,67 @@ pub(super) fn specs(index: &Index) -> Vec<FilterSpec> {
 }
 
 impl Index {
+    /// Makes a filter of the type or trait that a path means in the module, if it means one.
+    pub fn add_filter(&mut self, module: super::ModuleId, path: &str, law: &[Vec<String>], resets: &[String]) {
+        let names: Vec<String> = path.split("::").map(str::to_owned).collect();
+        let subject = match self.resolve(module, &names, super::Namespace::Type) {
+            Some(super::Def::Type(id)) => Subject::Type(id),
+            Some(super::Def::Trait(id)) => Subject::Trait(TraitName::Local(id)),
+            Some(super::Def::External(path)) => Subject::External(path),
+            _ => return,
+        };
+        if self.specs.iter().any(|spec| spec.subject == subject) {
+            return;
+        }
+        let law = law.iter().map(|methods| LawGroup { methods: methods.clone(), multiplicity: Multiplicity::Once }).collect();
+        self.specs.insert(0, FilterSpec { subject, law, resets: resets.to_vec() });
+    }
+
+    /// Finds the types that hold filters. Has to be called again when a filter was added.
+    pub fn find_holders(&mut self) {
+        let mut fields: Vec<(super::TypeId, Vec<Ty>)> = Vec::new();
+        for (number, def) in (0u32..).zip(&self.types) {
+            let scope = self.scope(def.module, super::Owner::Module, Some(&def.generics));
+            let of = |fields: &crate::syntax::tree::Fields| -> Vec<Ty> {
+                fields.fields.iter().map(|field| self.lower(&field.ty, &scope)).collect()
+            };
+            let all = match &def.shape {
+                super::Shape::Struct(shape) => of(shape),
+                super::Shape::Enum(variants) => variants.iter().flat_map(|variant| of(&variant.fields)).collect(),
+            };
+            fields.push((super::TypeId(number), all));
+        }
+        self.holding.clear();
+        loop {
+            let found: Vec<super::TypeId> = fields
+                .iter()
+                .filter(|(id, all)| {
+                    let args = vec![Ty::Unknown; self.type_def(*id).generics.params.len()];
+                    !self.holding.contains(id)
+                        && (self.filter_spec(&Ty::Adt(*id, args)).is_some() || all.iter().any(|ty| self.holds_filter(ty)))
+                })
+                .map(|(id, _)| *id)
+                .collect();
+            if found.is_empty() {
+                return;
+            }
+            self.holding.extend(found);
+        }
+    }
+
+    /// Whether a type is a filter or holds one, as far as is known.
+    #[must_use]
+    pub fn holds_filter(&self, ty: &Ty) -> bool {
+        match ty {
+            Ty::Adt(id, args) => self.holding.contains(id) || args.iter().any(|arg| self.holds_filter(arg)),
+            Ty::External(_, args) => self.filter_spec(ty).is_some() || args.iter().any(|arg| self.holds_filter(arg)),
+            Ty::Ref(_, inner) | Ty::Pointer(inner) | Ty::Array(inner, _) | Ty::Slice(inner) => self.holds_filter(inner),
+            Ty::Tuple(parts) => parts.iter().any(|part| self.holds_filter(part)),
+            Ty::Param(_) | Ty::Opaque(_) => self.filter_spec(ty).is_some(),
+            _ => false,
+        }
+    }
+
     /// What is known of a type as a filter; `None` if it is none.
     #[must_use]
     pub fn filter_spec(&self, ty: &Ty) -> Option<&FilterSpec> {
@@ -75,15 +140,18 @@ impl Index {
         }
         self.specs.iter().find(|spec| match &spec.subject {
             Subject::Trait(name) => self.implements(ty, name),
+            Subject::Type(id) => matches!(ty, Ty::Adt(own, _) if own == id),
+            Subject::External(path) => matches!(ty, Ty::External(own, _) if own == path),
         })
     }
 
     /// The half of the law that a method of a filter runs: its number, if it is one.
     #[must_use]
     pub fn law_group(&self, spec: &FilterSpec, method: &str, owner: &MethodOwner) -> Option<usize> {
-        let Subject::Trait(of) = &spec.subject;
         // A method of the same name of another trait is another method.
-        if owner.of_trait().is_some_and(|name| name != of && !self.is_filter_trait(name)) {
+        if let Subject::Trait(of) = &spec.subject
+            && owner.of_trait().is_some_and(|name| name != of && !self.is_filter_trait(name))
+        {
             return None;
         }
         spec.law.iter().position(|group| group.methods.iter().any(|name| name == method))
