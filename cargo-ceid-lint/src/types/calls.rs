@@ -478,6 +478,15 @@ impl Infer<'_> {
                 _ => Ty::std(wrapper, vec![other, first]),
             };
         }
+        // `Poll::Ready(x)`: a variant, because a function's name is lower case.
+        let mut names = path.rsplit("::");
+        let is_variant = names.next().is_some_and(|name| name.starts_with(char::is_uppercase))
+            && names.next().is_some_and(|name| name.starts_with(char::is_uppercase));
+        if is_variant {
+            self.typed.callees.insert(id, Callee::Constructor(Some(Def::External(path.to_owned()))));
+            let owner = path.rsplit_once("::").map_or(path, |(owner, _)| owner);
+            return Ty::std(owner, vec![first]);
+        }
         self.typed.callees.insert(id, Callee::External(path.to_owned()));
         match path {
             "std::default::Default::default" => expected.cloned().unwrap_or(Ty::Unknown),
