@@ -78,6 +78,8 @@ pub(super) struct Exploration {
     pub(super) causes: Vec<Cause>,
     /// Set if the search gave up.
     pub(super) limit: bool,
+    /// Conditions that could not be told apart, because there are too many.
+    pub(super) dropped: BTreeSet<crate::flow::SubjectId>,
 }
 
 impl Exploration {
@@ -314,6 +316,7 @@ impl<'a> Search<'a> {
                 ends: Vec::new(),
                 causes: Vec::new(),
                 limit: false,
+                dropped: BTreeSet::new(),
             },
             reach: self.reach(region),
             seen: HashMap::new(),
@@ -323,6 +326,7 @@ impl<'a> Search<'a> {
             run.start(*node, entry.as_ref());
         }
         run.go();
+        run.exploration.dropped.clone_from(&run.tracked.dropped);
         run.exploration
     }
 
