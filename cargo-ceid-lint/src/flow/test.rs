@@ -83,7 +83,7 @@ pub struct About {
     pub binds: Vec<Var>,
     /// Whether it takes an `Option` or `Result` apart, or asks which it is; `?` included.
     pub is_presence: bool,
-    /// The names of functions and methods called in it, and of fields read.
+    /// The names of functions and methods called in it.
     pub names: Vec<String>,
     /// Whether it compares with `<`, `<=`, `>`, `>=`.
     pub is_comparison: bool,

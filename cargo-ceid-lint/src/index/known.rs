@@ -44,7 +44,7 @@ pub(super) fn canonical(path: &str) -> String {
 
 /// The names that ceid-core exports.
 const CEID_CORE: &[&str] = &[
-    "SampledFilter", "Tick", "Rate", "Hz", "Cyclic", "CycleGuard", "CycleInfo", "Clock", "Free", "Cycle", "Counted",
+    "Take", "SampledFilter", "Tick", "Rate", "Hz", "Cyclic", "CycleGuard", "CycleInfo", "Clock", "Free", "Cycle", "Counted",
     "RealtimeFunctionality", "RealtimeThread", "Flow",
 ];
 

@@ -80,6 +80,7 @@ pub(super) fn item_of(ty: &Ty, by_ref: bool) -> Option<Ty> {
 pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&Ty>) -> Option<Ty> {
     match receiver {
         Ty::Array(inner, _) | Ty::Slice(inner) => sequence_method(inner, method, closure),
+        Ty::External(path, params) if path.starts_with("ceid_core::") => ceid_method(path, params, receiver, method, args),
         Ty::External(path, params) => {
             let name = path.rsplit("::").next().unwrap_or("");
             let inner = arg(params, 0);
@@ -107,6 +108,22 @@ pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&
         }
         _ => None,
     }
+}
+
+/// ceid-core's own types, where its sources are not among the analysed code.
+fn ceid_method(path: &str, params: &[Ty], receiver: &Ty, method: &str, args: &[Ty]) -> Option<Ty> {
+    let set = arg(params, 0);
+    let guard = |set: Ty| Ty::std("ceid_core::CycleGuard", vec![set]);
+    Some(match (path.rsplit("::").next().unwrap_or(""), method) {
+        ("Cyclic", "cycle") => option(guard(set)),
+        ("Cyclic" | "CycleGuard", "filters") => reference(set),
+        ("Cycle", "guard") => guard(arg(args, 0).peel().clone()),
+        (_, "next_cycle") => option(Ty::std("ceid_core::Cycle", Vec::new())),
+        (_, "take") => Ty::std("ceid_core::Take", Vec::new()),
+        (_, "by_ref" | "clock") => reference(receiver.clone()),
+        ("Cyclic", "run") => option(Ty::Unknown),
+        _ => return None,
+    })
 }
 
 fn is_cell_type(ty: &Ty) -> bool {
@@ -228,6 +245,9 @@ pub(super) fn closure_params(receiver: &Ty, method: &str, args: &[Ty]) -> Vec<Ty
     };
     let name = path.rsplit("::").next().unwrap_or("");
     let inner = arg(params, 0);
+    if path.starts_with("ceid_core::") {
+        return if method == "run" { vec![reference(inner)] } else { Vec::new() };
+    }
     if is_cell(name) {
         return vec![reference(inner)];
     }

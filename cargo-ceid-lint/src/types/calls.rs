@@ -519,6 +519,9 @@ impl Infer<'_> {
             };
             return Ty::External(path, vec![inner]);
         }
+        if path == "ceid_core::Cyclic" {
+            return Ty::External(path, given);
+        }
         if params.is_empty() && matches!(last, "Vec" | "VecDeque" | "HashMap" | "BTreeMap" | "Option" | "ArrayVec" | "IndexMap") {
             let count = if last.ends_with("Map") { 2 } else { 1 };
             return Ty::External(path, (0..count).map(|_| self.variables.fresh()).collect());
@@ -591,6 +594,7 @@ impl Infer<'_> {
         let is_builtin = matches!(ty, Ty::Int | Ty::Float | Ty::Bool | Ty::Str | Ty::Char | Ty::Tuple(_));
         self.typed.callees.insert(id, if is_builtin { Callee::Builtin } else { Callee::Unknown });
         match (ty, method) {
+            (_, "next_cycle") => Ty::std("std::option::Option", vec![Ty::std("ceid_core::Cycle", Vec::new())]),
             (_, "clone" | "to_owned") => ty.clone(),
             (Ty::Int | Ty::Float, _) if !method.starts_with("is_") => ty.clone(),
             (_, "parse" | "into" | "try_into") => {

@@ -64,6 +64,9 @@ impl Builder<'_> {
     }
 
     pub(super) fn method_expr(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
+        if let Some(value) = self.guard_call(id, receiver, method, args) {
+            return value;
+        }
         if let Some(value) = self.iterator_call(id, receiver, method, args) {
             return value;
         }
@@ -303,13 +306,17 @@ impl Builder<'_> {
             "std::mem::swap" => return self.swap(id, args),
             "std::mem::replace" | "std::mem::take" => return self.replace(id, args),
             "std::mem::drop" => {
-                let value = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
-                self.drop_value(&value, span);
+                if let Some(arg) = args.first() {
+                    let value = self.expr(*arg);
+                    self.drop_value(*arg, &value, span);
+                }
                 return Value::default();
             }
             "std::mem::forget" => {
-                let value = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
-                self.forget_value(&value, span, "mem::forget");
+                if let Some(arg) = args.first() {
+                    let value = self.expr(*arg);
+                    self.forget_value(*arg, &value, span, "`mem::forget`");
+                }
                 return Value::default();
             }
             _ => {}
@@ -337,12 +344,18 @@ impl Builder<'_> {
             && matches!(last, "new" | "pin" | "from" | "clone" | "const_new" | "new_unchecked" | "init" | "as_mut" | "get_mut");
         if wraps || matches!(path, "std::hint::black_box" | "std::convert::identity" | "std::borrow::BorrowMut::borrow_mut") {
             let value = values.into_iter().next_back().unwrap_or_default();
-            self.wrap_guard(&value, owner, span);
+            if owner == "ManuallyDrop"
+                && let Some(arg) = args.last()
+            {
+                self.forget_value(*arg, &value, span, "`ManuallyDrop`");
+            }
             return Value { closure: value.closure, ..value };
         }
         if path == "std::boxed::Box::leak" {
             let value = values.into_iter().next().unwrap_or_default();
-            self.forget_value(&value, span, "Box::leak");
+            if let Some(arg) = args.first() {
+                self.forget_value(*arg, &value, span, "`Box::leak`");
+            }
             return value;
         }
         if path.starts_with("std::") && values.iter().all(|value| value.closure.is_none()) {

@@ -11,8 +11,10 @@ impl Builder<'_> {
         let span = self.span(id);
         let join = self.new_join(self.ty(id).clone(), span);
         let no = self.add_node(crate::flow::Effect::Nothing, self.span(condition));
+        self.open_block();
         self.condition(condition, no);
         let value = self.expr(then);
+        self.close_block(self.span(then));
         self.end_branch(&join, &value, self.span(then));
         self.resume_if_reached(no);
         let value = otherwise.map(|otherwise| self.expr(otherwise)).unwrap_or_default();

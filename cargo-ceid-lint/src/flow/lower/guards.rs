@@ -4,7 +4,7 @@ use super::{Builder, Value};
 use crate::flow::{Effect, GuardId, GuardInfo, Place, Update, Var};
 use crate::index::{Ty, is_guard_type};
 use crate::source::Span;
-use crate::syntax::tree::{ExprId, PatId, PatKind};
+use crate::syntax::tree::ExprId;
 
 impl Builder<'_> {
     /// Whether an expression gives a guard that is bound to a name: ceid-core's `CycleGuard`.
@@ -51,23 +51,97 @@ impl Builder<'_> {
         }
     }
 
-    /// A named guard that a `let` binds.
-    pub(super) fn bind_guard(&mut self, pat: PatId, init: ExprId, value: &Value) {
-        let span = self.span(init);
-        let known = value.place.as_ref().and_then(Place::base_var).and_then(|var| self.guards_of.get(&var)).copied();
-        let id = known.unwrap_or_else(|| self.add_guard(span, Vec::new(), Vec::new()));
-        if let PatKind::Bind { name, .. } = &self.body().pat(pat).kind {
-            self.graph.guards[id.0 as usize].name = Some(name.clone());
+    /// The guard that a value is; one that was not seen before is made here.
+    fn guard_of(&mut self, expr: ExprId, value: &Value) -> Option<GuardId> {
+        let var = value.place.as_ref().and_then(Place::base_var);
+        if let Some(id) = var.and_then(|var| self.guards_of.get(&var)) {
+            return Some(*id);
         }
-        for local in self.locals_of(pat) {
-            let var = self.var_of(local);
+        if !self.is_guard(expr) {
+            return None;
+        }
+        let id = self.make_guard(var, self.span(expr));
+        Some(id)
+    }
+
+    /// A guard over what the call that made it was given.
+    fn make_guard(&mut self, var: Option<Var>, span: Span) -> GuardId {
+        let mut holds = Vec::new();
+        let mut names = Vec::new();
+        if let Some((name, place)) = var.and_then(|var| self.guarded.get(&var).cloned()) {
+            let held = self.temporary(Ty::Unknown, span);
+            self.set(held, &Value { place: Some(place), ..Value::default() }, span);
+            holds.push(held);
+            names.push(name);
+        }
+        let id = self.add_guard(span, holds, names);
+        if let Some(var) = var {
             self.guards_of.insert(var, id);
         }
-        if known.is_none() {
+        id
+    }
+
+    /// A variable that a guard is bound to: the guard lives to the end of the block.
+    pub(super) fn bind_guard(&mut self, var: Var, value: &Value, span: Span) {
+        if self.at.is_none() || !self.is_guard_ty(&self.graph.var(var).ty.clone()) {
+            return;
+        }
+        let made = value.place.as_ref().and_then(Place::base_var);
+        let known = made.and_then(|made| self.guards_of.get(&made)).copied();
+        let id = known.unwrap_or_else(|| self.make_guard(made, span));
+        self.guards_of.insert(var, id);
+        let info = &mut self.graph.guards[id.0 as usize];
+        if info.name.is_some() {
+            return;
+        }
+        info.name = Some(self.graph.vars[var.0 as usize].name.clone());
+        if info.forgotten.is_none() {
             self.emit(Effect::GuardStart(id), span);
             if let Some(scope) = self.scopes.last_mut() {
                 scope.guards.push(id);
             }
+        }
+    }
+
+    /// `cycle.guard(&mut filters)`: a guard that is not bound yet.
+    pub(super) fn guard_call(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Option<Value> {
+        let ty = self.ty(receiver).peel().clone();
+        let is_ceid = |ty: &Ty, name: &str| match ty {
+            Ty::External(path, _) => path == &format!("ceid_core::{name}"),
+            Ty::Adt(id, _) => {
+                let def = self.program.index.type_def(*id);
+                def.name == name && self.program.index.crate_of(def.module).name == "ceid_core"
+            }
+            _ => false,
+        };
+        match (method, args) {
+            ("guard", [arg]) if is_ceid(&ty, "Cycle") => {
+                self.expr(receiver);
+                let name = self.text(*arg).trim_start_matches("&mut ").to_owned();
+                let value = self.expr(*arg);
+                let var = self.temporary(self.ty(id).clone(), self.span(id));
+                if let Some(place) = value.place {
+                    self.guarded.insert(var, (name, place));
+                }
+                Some(Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() })
+            }
+            ("filters", []) if is_ceid(&ty, "CycleGuard") => {
+                let value = self.expr(receiver);
+                let guard = value.place.as_ref().and_then(Place::base_var).and_then(|var| self.guards_of.get(&var)).copied();
+                let held = guard.and_then(|guard| self.graph.guards[guard.0 as usize].holds.first().copied());
+                Some(held.map_or(value, |held| Value { place: Some(Place::var(held)), ..Value::default() }))
+            }
+            ("run", [arg]) if is_ceid(&ty, "Cyclic") => {
+                self.expr(receiver);
+                let closure = self.expr(*arg).closure?;
+                let set = match &ty {
+                    Ty::Adt(_, params) | Ty::External(_, params) => params.first().cloned().unwrap_or(Ty::Unknown),
+                    _ => Ty::Unknown,
+                };
+                self.guarded_closure(closure, &set, self.span(id));
+                Some(Value::default())
+            }
+            _ => None,
         }
     }
 
@@ -90,45 +164,48 @@ impl Builder<'_> {
     }
 
     /// A value that a statement drops at once.
-    pub(super) fn discard(&mut self, expr: ExprId, _value: &Value, span: Span) {
-        if self.at.is_some() && self.is_guard(expr) {
-            let id = self.add_guard(self.span(expr), Vec::new(), Vec::new());
-            self.graph.guards[id.0 as usize].dropped = Some((span, "it is never bound to a name".to_owned()));
+    pub(super) fn discard(&mut self, expr: ExprId, value: &Value, span: Span) {
+        if self.at.is_some() && self.is_guard(expr) && !self.is_bound(value) {
+            self.mark_dropped(expr, value, span, "it is never bound to a name");
         }
     }
 
     /// `let _ = value;`
     pub(super) fn discard_wild(&mut self, expr: ExprId, value: &Value, span: Span) {
-        if self.is_guard(expr) && value.place.as_ref().and_then(Place::base_var).and_then(|var| self.guards_of.get(&var)).is_none() {
-            let id = self.add_guard(self.span(expr), Vec::new(), Vec::new());
-            self.graph.guards[id.0 as usize].dropped = Some((span, "`let _` drops it at once".to_owned()));
+        if self.at.is_some() && self.is_guard(expr) && !self.is_bound(value) {
+            self.mark_dropped(expr, value, span, "`let _` drops it at once");
         }
     }
 
-    fn guard_of(&self, value: &Value) -> Option<GuardId> {
-        let var = value.place.as_ref().and_then(Place::base_var)?;
-        self.guards_of.get(&var).copied()
+    fn is_bound(&self, value: &Value) -> bool {
+        let var = value.place.as_ref().and_then(Place::base_var);
+        var.and_then(|var| self.guards_of.get(&var)).is_some_and(|id| {
+            let info = &self.graph.guards[id.0 as usize];
+            info.name.is_some() || info.forgotten.is_some() || info.dropped.is_some()
+        })
     }
 
-    /// `drop(value)`
-    pub(super) fn drop_value(&mut self, value: &Value, span: Span) {
-        let Some(guard) = self.guard_of(value) else { return };
-        if self.at.is_some() && self.graph.guards[guard.0 as usize].dropped.is_none() {
-            self.graph.guards[guard.0 as usize].dropped = Some((span, "`drop` ends it here".to_owned()));
+    fn mark_dropped(&mut self, expr: ExprId, value: &Value, span: Span, how: &str) {
+        let Some(guard) = self.guard_of(expr, value) else { return };
+        if self.graph.guards[guard.0 as usize].dropped.is_none() {
+            self.graph.guards[guard.0 as usize].dropped = Some((span, how.to_owned()));
             self.end_guard(guard, span);
         }
     }
 
-    /// A value whose destructor will never run.
-    pub(super) fn forget_value(&mut self, value: &Value, span: Span, how: &str) {
-        let Some(guard) = self.guard_of(value) else { return };
-        self.graph.guards[guard.0 as usize].forgotten = Some((span, how.to_owned()));
+    /// `drop(value)`: at the end of the cycle it changes nothing.
+    pub(super) fn drop_value(&mut self, expr: ExprId, value: &Value, span: Span) {
+        if self.at.is_some() {
+            self.mark_dropped(expr, value, span, "`drop` ends it here");
+        }
     }
 
-    /// `ManuallyDrop::new(guard)` keeps the destructor from running.
-    pub(super) fn wrap_guard(&mut self, value: &Value, owner: &str, span: Span) {
-        if owner == "ManuallyDrop" {
-            self.forget_value(value, span, "ManuallyDrop");
+    /// A value whose destructor will never run.
+    pub(super) fn forget_value(&mut self, expr: ExprId, value: &Value, span: Span, how: &str) {
+        if self.at.is_none() {
+            return;
         }
+        let Some(guard) = self.guard_of(expr, value) else { return };
+        self.graph.guards[guard.0 as usize].forgotten = Some((span, how.to_owned()));
     }
 }

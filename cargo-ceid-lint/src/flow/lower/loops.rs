@@ -103,6 +103,8 @@ impl Builder<'_> {
         let head = self.emit(Effect::LoopHead(this_loop), keyword);
         self.graph.loops[this_loop.0 as usize].head = head;
         let done = self.add_node(Effect::Nothing, keyword);
+        self.push_loop_scope(label, after, head, keyword);
+        self.open_block();
         if counter.is_some() {
             // The rounds are counted, so the condition says nothing more.
             let round = self.add_node(Effect::Nothing, keyword);
@@ -113,8 +115,8 @@ impl Builder<'_> {
             self.condition(condition, done);
         }
         self.note_bound(this_loop, condition);
-        self.push_loop_scope(label, after, head, keyword);
         self.expr(body);
+        self.close_block(keyword);
         self.pop_loop_scope();
         self.jump(head);
         self.loops.pop();

@@ -164,19 +164,43 @@ impl Builder<'_> {
     }
 
     /// The filters of a set, updated when the round ends.
-    pub(super) fn guard_set(&mut self, pat: PatId, span: crate::source::Span) {
+    fn guard_set(&mut self, pat: PatId, span: crate::source::Span) {
         let Some(local) = self.typed().pat_local.get(&pat).copied() else { return };
         let var = self.var_of(local);
+        let ty = self.typed().local(local).ty.peel().clone();
+        self.guard_fields(var, &ty, span);
+    }
+
+    /// Guards every filter that lies in a variable, which outlives the round.
+    fn guard_fields(&mut self, var: crate::flow::Var, ty: &crate::index::Ty, span: crate::source::Span) {
         let outer = self.loops.last().and_then(|id| self.graph.loop_info(*id).parent);
         self.graph.vars[var.0 as usize].in_loop = outer;
-        let ty = self.typed().local(local).ty.peel().clone();
-        let name = self.typed().local(local).name.clone();
+        let name = self.graph.var(var).name.clone();
         let places: Vec<(String, Place)> = self
-            .filter_fields(&ty)
+            .filter_fields(ty)
             .into_iter()
             .map(|field| (format!("{name}.{field}"), Place::var(var).field(&field)))
             .collect();
         self.guard_scope(span, &places);
+    }
+
+    /// `control.run(|f, info| …)`: a loop whose every round is guarded.
+    pub(super) fn guarded_closure(&mut self, closure: super::ClosureRef, set: &crate::index::Ty, span: crate::source::Span) {
+        let body = self.frames[closure.frame].body;
+        let crate::syntax::tree::ExprKind::Closure(code) = &body.expr(closure.expr).kind else { return };
+        let name = match code.params.first().map(|(pat, _)| &body.pat(*pat).kind) {
+            Some(crate::syntax::tree::PatKind::Bind { name, .. }) => name.clone(),
+            _ => String::new(),
+        };
+        let var = self.new_var(name, set.clone(), span);
+        let source = super::iterators::Source { rounds: Rounds::Unbounded, ..super::iterators::Source::bounded() };
+        self.run_loop(CycleKind::Closure, code.bar, None, source, |this, _, _| {
+            this.open_block();
+            this.guard_fields(var, set, span);
+            let filters = Value { place: Some(Place::var(var)), ..Value::default() };
+            this.inline_closure(closure, &[filters, Value::default()], span);
+            this.close_block(span);
+        });
     }
 
     /// The fields of a type that are filters.

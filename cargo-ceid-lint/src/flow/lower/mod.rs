@@ -123,6 +123,8 @@ struct Builder<'a> {
     /// The numbers that variables were declared with, even if they change.
     initials: HashMap<Var, u64>,
     guards_of: HashMap<Var, GuardId>,
+    /// What a guard that is not bound yet was given: the name and the place.
+    guarded: HashMap<Var, (String, Place)>,
     subjects: HashMap<String, super::SubjectId>,
     inlining: Vec<FunctionId>,
     /// The variables that the value of the expression at hand goes into.
@@ -158,6 +160,7 @@ impl<'a> Builder<'a> {
             numbers: HashMap::new(),
             initials: HashMap::new(),
             guards_of: HashMap::new(),
+            guarded: HashMap::new(),
             subjects: HashMap::new(),
             inlining: vec![function],
             targets: Vec::new(),

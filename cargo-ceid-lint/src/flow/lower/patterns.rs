@@ -41,6 +41,7 @@ impl Builder<'_> {
             self.derive(&bound, scrutinee);
             own.span = Some(self.body().pat(arm.pat).span);
             own.text = format!("{} is {}", matched.text, self.pattern_text(arm.pat));
+            self.open_block();
             self.test_pattern(arm.pat, &own, next);
             if let Some(guard) = arm.guard {
                 self.condition(guard, next);
@@ -49,6 +50,7 @@ impl Builder<'_> {
                 self.emit(Effect::Mark(Mark::Arm), self.body().pat(arm.pat).span);
             }
             let value = self.expr(arm.body);
+            self.close_block(self.span(arm.body));
             self.end_branch(&join, &value, self.span(arm.body));
             self.resume_if_reached(next);
             if number + 1 == arms.len() && self.at.is_some() {
@@ -337,6 +339,7 @@ impl Builder<'_> {
                     let is_reference = matches!(self.typed().local(local).ty, crate::index::Ty::Ref(..));
                     let value = Value { is_owned: value.is_owned && !by_reference && !is_reference, ..value.clone() };
                     self.set(var, &value, span);
+                    self.bind_guard(var, &value, span);
                 }
                 if let Some(sub) = sub {
                     self.bind_pattern(*sub, value);

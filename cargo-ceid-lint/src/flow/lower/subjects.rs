@@ -317,9 +317,6 @@ impl Builder<'_> {
             return;
         }
         if let Some(place) = self.static_place(id) {
-            if let Some(crate::flow::Projection::Field(name)) = place.steps.last() {
-                about.names.push(name.to_string());
-            }
             about.reads.push(place);
             return;
         }
