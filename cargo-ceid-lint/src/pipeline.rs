@@ -103,6 +103,9 @@ fn analyse_all(project: &Project, config: &Config, inputs: Vec<CrateInput>, sour
             add_entry(project, &mut index, section, entry);
         }
     }
+    if is_configured {
+        index.find_holders();
+    }
     let bodies = Program::infer_all(&index);
     let program = Program { index: &index, bodies: &bodies, sources: &sources };
     let graphs: Vec<_> = index.function_ids().map(|id| lower_function(&program, id)).collect();

@@ -92,7 +92,7 @@ pub(super) fn may_hold_filter(index: &Index, ty: &Ty) -> bool {
         Ty::Tuple(parts) => parts.iter().any(|part| may_hold_filter(index, part)),
         Ty::External(_, args) => index.filter_spec(ty).is_some() || args.iter().any(|arg| may_hold_filter(index, arg)),
         Ty::Adt(_, args) => {
-            crate::flow::holds_filter(index, ty) || args.iter().any(|arg| may_hold_filter(index, arg))
+            index.holds_filter(ty) || args.iter().any(|arg| may_hold_filter(index, arg))
         }
         _ => false,
     }
@@ -124,7 +124,7 @@ fn collect(
     depth: u32,
     found: &mut Vec<Leaf>,
 ) {
-    if depth > MAX_DEPTH {
+    if depth > MAX_DEPTH || !index.holds_filter(ty) {
         return;
     }
     if index.filter_spec(ty).is_some() {

@@ -228,7 +228,7 @@ impl Summaries {
 
 fn holds_filter_at(program: &Program<'_>, graph: &ControlFlowGraph, place: &Place) -> bool {
     super::instances::place_ty(program.index, graph, place)
-        .is_some_and(|ty| crate::flow::holds_filter(program.index, &ty))
+        .is_some_and(|ty| program.index.holds_filter(&ty))
 }
 
 fn calls_itself(graphs: &[Option<ControlFlowGraph>], id: FunctionId) -> bool {

@@ -10,7 +10,6 @@ use crate::types::TypedBody;
 
 pub use lower::lower_function;
 pub use place::{Base, IndexKey, Place, Projection, Relation};
-pub(crate) use place::holds_filter;
 pub use test::{About, Head, OTHER_HEADS, Subject, SubjectId, Test};
 
 /// What a cycle is in the source.

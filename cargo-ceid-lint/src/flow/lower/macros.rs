@@ -212,7 +212,7 @@ impl Builder<'_> {
                 .fields
                 .iter()
                 .filter(|field| {
-                    index.field_ty(ty, None, &field.name).is_some_and(|ty| crate::flow::place::holds_filter(index, &ty))
+                    index.field_ty(ty, None, &field.name).is_some_and(|ty| index.holds_filter(&ty))
                 })
                 .map(|field| field.name.clone())
                 .collect(),

@@ -326,7 +326,7 @@ impl Builder<'_> {
                         || self.program.index.filter_spec(ty).is_some()
                 }
             },
-            Ty::Adt(..) => crate::flow::place::holds_filter(self.program.index, ty),
+            Ty::Adt(..) => self.program.index.holds_filter(ty),
             Ty::Unknown | Ty::Var(_) | Ty::Param(_) | Ty::Opaque(_) | Ty::Function(..) | Ty::Closure(_) => true,
         }
     }
