@@ -16,16 +16,10 @@ const FLOORS: &[&str] = &[
     "index",
     "types",
     "flow",
-    "dataflow",
-    "calls",
     "count",
-    "suppress",
     "rules",
-    "fix",
-    "baseline",
     "pipeline",
     "report",
-    "lsp",
     "cli",
 ];
 
