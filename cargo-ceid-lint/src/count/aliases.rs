@@ -46,10 +46,10 @@ impl Aliases {
                 }
                 Effect::Call(site) => {
                     for target in &site.targets {
-                        for (param, steps) in summaries.returns(*target) {
-                            if let Some(place) = site.args.get(*param).and_then(|arg| arg.place.as_ref()) {
-                                let from = place.join(steps);
-                                aliases.add(graph, site.result, &[], &from, false, node.in_loop);
+                        for borrow in summaries.returns(*target) {
+                            if let Some(place) = site.args.get(borrow.param).and_then(|arg| arg.place.as_ref()) {
+                                let from = place.join(&borrow.steps);
+                                aliases.add(graph, site.result, &borrow.part, &from, false, node.in_loop);
                             }
                         }
                     }
@@ -107,6 +107,28 @@ impl Aliases {
         let mut seen = BTreeSet::new();
         self.follow(place, 0, &mut seen, &mut found);
         found.into_iter().collect()
+    }
+
+    /// The parts of a place that are names of other places, with those places; the whole if it is one.
+    pub(super) fn parts(&self, place: &Place) -> Vec<(Vec<Projection>, Place)> {
+        let mut found: Vec<(Vec<Projection>, Place)> =
+            self.roots(place).into_iter().map(|root| (Vec::new(), root)).collect();
+        let mut open = vec![(Vec::new(), place.clone(), 0)];
+        while let Some((part, place, links)) = open.pop() {
+            let Some(var) = place.base_var().filter(|_| links < 6) else { continue };
+            for (steps, source) in self.sources.get(&var).into_iter().flatten() {
+                if steps.len() > place.steps.len() && steps[..place.steps.len()] == place.steps[..] {
+                    let mut inner: Vec<Projection> = Clone::clone(&part);
+                    inner.extend_from_slice(&steps[place.steps.len()..]);
+                    found.extend(self.roots(source).into_iter().map(|root| (inner.clone(), root)));
+                } else if steps.is_empty() {
+                    open.push((part.clone(), source.join(&place.steps), links + 1));
+                }
+            }
+        }
+        found.sort();
+        found.dedup();
+        found
     }
 
     fn follow(&self, place: &Place, links: u32, seen: &mut BTreeSet<Place>, found: &mut BTreeSet<Place>) {

@@ -189,7 +189,9 @@ fn function_kind(index: &Index, graph: &ControlFlowGraph, called: &BTreeSet<Func
     if is_cycle_function(index, id) {
         return FunctionKind::Cycle;
     }
-    if called.contains(&id) || is_constructor(index, id) || index.function(id).name == "main" {
+    // A function with a loop that never ends is not called once per cycle.
+    let is_endless = graph.loops.iter().any(|info| info.rounds == Rounds::Unbounded && !info.is_foreign);
+    if called.contains(&id) || is_constructor(index, id) || index.function(id).name == "main" || is_endless {
         return FunctionKind::Helper;
     }
     FunctionKind::Presumed
@@ -617,7 +619,8 @@ impl Context<'_> {
             if info.name.is_empty() || !facts.aliases.roots(&Place::var(var)).contains(&Place::var(var)) {
                 continue;
             }
-            if matches!(info.ty, Ty::Ref(false, _)) {
+            // What a reference points to is owed nothing here, unless a caller lends it.
+            if matches!(info.ty, Ty::Ref(false, _)) || (matches!(info.ty, Ty::Ref(..)) && info.param.is_none()) {
                 continue;
             }
             let of_self = info.param.is_some();
@@ -684,8 +687,10 @@ impl Context<'_> {
         let graph = facts.graph;
         let index = self.program.index;
         let info = graph.var(var);
+        // What lies in a parameter or static may be updated elsewhere; what lies in a local is updated here or handed on.
+        let is_local = info.param.is_none();
         let key = field_key(index, graph, place);
-        if key.as_ref().is_some_and(|key| self.fields.contains(key) || self.anywhere.contains(key)) {
+        if !is_local && key.as_ref().is_some_and(|key| self.fields.contains(key) || self.anywhere.contains(key)) {
             return;
         }
         let uses = self.uses(facts, place);

@@ -206,6 +206,19 @@ impl<'a> Search<'a> {
         self.graph.node_ids().filter(is_unknown).collect()
     }
 
+    /// Why nothing is known of the instance, where something unseen gets it.
+    pub(super) fn unknown_cause(&self) -> Option<Cause> {
+        let node = self.unknown().into_iter().next()?;
+        match &self.graph.node(node).effect {
+            Effect::Unknown { cause, .. } => Some(cause.clone()),
+            Effect::Call(site) => site.targets.iter().find_map(|target| {
+                let outcomes = self.summaries.get(*target)?.outcomes.values();
+                outcomes.flatten().find_map(|outcome| outcome.unknown.clone())
+            }),
+            _ => None,
+        }
+    }
+
     fn touches(&self, id: NodeId, any: bool) -> bool {
         match &self.graph.node(id).effect {
             Effect::Update(update) => self.may_be(&update.place, true),
@@ -254,15 +267,7 @@ impl<'a> Search<'a> {
             });
         }
         if exploration.limit {
-            outcomes.insert(Outcome {
-                count: Count::Zero,
-                reset: false,
-                partly_reset: false,
-                unknown: Some(Cause::Limit("the function has too many paths".to_owned())),
-                direct: true,
-                returned: returned::ANY,
-                gate: None,
-            });
+            outcomes.insert(Outcome::unknown(Cause::Limit("the function has too many paths".to_owned())));
         }
         merge(outcomes)
     }
@@ -456,26 +461,41 @@ impl<'a> Search<'a> {
     fn borrowed(&self, names: &[Place], site: &CallSite) -> Vec<Vec<Place>> {
         let result = Place::var(site.result);
         let base: Vec<Place> = names.iter().filter(|name| name.base != result.base).cloned().collect();
-        let mut all = Vec::new();
+        // Borrows of one part of the result exclude each other; those of several parts are there together.
+        let mut all = vec![base.clone()];
+        let mut parts: Vec<(&[Projection], Vec<Vec<Place>>)> = Vec::new();
         for target in &site.targets {
-            for (param, steps) in self.summaries.returns(*target) {
-                let Some(place) = site.args.get(*param).and_then(|arg| arg.place.as_ref()) else { continue };
-                let from = place.join(steps);
-                let mut names = base.clone();
-                for name in &base {
-                    if let Relation::Holds(rest) = from.relate(name, &|_| None) {
-                        names.push(result.join(&rest));
-                    }
-                }
-                names.sort();
-                names.dedup();
-                if !all.contains(&names) {
-                    all.push(names);
+            for borrow in self.summaries.returns(*target) {
+                let Some(place) = site.args.get(borrow.param).and_then(|arg| arg.place.as_ref()) else { continue };
+                let from = place.join(&borrow.steps);
+                let part = result.join(&borrow.part);
+                let gained: Vec<Place> = base
+                    .iter()
+                    .filter_map(|name| match from.relate(name, &|_| None) {
+                        Relation::Holds(rest) => Some(part.join(&rest)),
+                        _ => None,
+                    })
+                    .collect();
+                match parts.iter_mut().find(|(own, _)| *own == borrow.part.as_slice()) {
+                    Some((_, ways)) if ways.contains(&gained) => {}
+                    Some((_, ways)) => ways.push(gained),
+                    None => parts.push((&borrow.part, vec![gained])),
                 }
             }
         }
-        if all.is_empty() {
-            all.push(base);
+        for (_, ways) in parts {
+            let before = std::mem::take(&mut all);
+            for names in before {
+                for gained in &ways {
+                    let mut names = names.clone();
+                    names.extend(gained.iter().cloned());
+                    names.sort();
+                    names.dedup();
+                    if !all.contains(&names) && all.len() < 16 {
+                        all.push(names);
+                    }
+                }
+            }
         }
         all
     }

@@ -130,6 +130,18 @@ impl Builder<'_> {
                 });
                 Value { place, ..Value::default() }
             }
+            "split_at_mut" | "split_first_mut" | "split_last_mut" | "split_at_mut_unchecked" | "get_disjoint_mut" => {
+                for arg in args {
+                    self.expr(*arg);
+                }
+                if let Some(place) = &value.place
+                    && self.may_hold_filter(self.ty(receiver))
+                {
+                    let cause = crate::flow::Cause::Index(self.text(id));
+                    self.emit(Effect::Unknown { places: vec![place.clone()], cause }, span);
+                }
+                Value::default()
+            }
             "first_mut" | "first" | "front_mut" if args.is_empty() => Value {
                 place: value.place.as_ref().map(|place| place.element(IndexKey::Number(0))),
                 ..Value::default()

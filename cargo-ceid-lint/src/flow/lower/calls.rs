@@ -386,21 +386,12 @@ impl Builder<'_> {
         let values = self.values(args);
         let span = self.span(id);
         let Some(place) = values.first().and_then(|value| value.place.clone()) else { return Value::default() };
-        let taken = self.temporary(self.ty(id).clone(), span);
+        // What was there is gone for the filter's place: the place holds a new instance.
         let new = values.get(1).cloned().unwrap_or_default();
-        let moves = crate::flow::Assignment {
-            place: Place::var(taken),
-            from: Some(place.clone()),
-            by_move: true,
-            rebinds: true,
-            head: None,
-            same_as: None,
-        };
-        self.emit(Effect::Set(Box::new(moves)), span);
         let writes =
             crate::flow::Assignment { place, from: new.place, by_move: true, rebinds: false, head: new.head, same_as: None };
         self.emit(Effect::Write(Box::new(writes)), span);
-        Value { place: Some(Place::var(taken)), is_owned: true, ..Value::default() }
+        Value::default()
     }
 
     /// A thread or task of its own.

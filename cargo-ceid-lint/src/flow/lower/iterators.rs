@@ -124,6 +124,16 @@ impl Builder<'_> {
         match &body.expr(id).kind {
             ExprKind::Literal(Literal::Int(value, _)) => *value,
             ExprKind::Cast { value, .. } => self.number(*value),
+            ExprKind::Binary { op, lhs, rhs } => {
+                let (left, right) = (self.number(*lhs)?, self.number(*rhs)?);
+                match *op {
+                    "+" => left.checked_add(right),
+                    "-" => left.checked_sub(right),
+                    "*" => left.checked_mul(right),
+                    "/" => left.checked_div(right),
+                    _ => None,
+                }
+            }
             ExprKind::Path(_) => match self.index_key(id)? {
                 IndexKey::Number(number) => Some(number),
                 _ => None,
@@ -171,10 +181,17 @@ impl Builder<'_> {
             }
             "skip" | "step_by" | "chain" => {
                 let source = self.source(receiver);
+                let mut number = None;
                 for arg in args {
                     self.expr(*arg);
+                    number = self.number(*arg);
                 }
-                let rounds = if source.rounds == Rounds::Unbounded { Rounds::Unbounded } else { Rounds::Bounded };
+                let rounds = match (&source.rounds, method, number) {
+                    (Rounds::Unbounded, ..) => Rounds::Unbounded,
+                    (Rounds::Constant(count), "step_by", Some(step)) if step > 0 => Rounds::Constant(count.div_ceil(step)),
+                    (Rounds::Constant(count), "skip", Some(skipped)) => Rounds::Constant(count.saturating_sub(skipped)),
+                    _ => Rounds::Bounded,
+                };
                 let passes_over = source.passes_over || method != "chain";
                 let item = if matches!(source.item, Item::Counter(_)) { Item::Opaque } else { source.item };
                 Source { item, rounds, passes_over, ..source }

@@ -5,7 +5,7 @@ use super::{Builder, Value};
 use crate::flow::{About, Effect, Head, Mark, NodeId, Test, Var};
 use crate::index::{Def, Shape};
 use crate::source::Span;
-use crate::syntax::tree::{Arm, ExprId, PatId, PatKind};
+use crate::syntax::tree::{Arm, ExprId, ExprKind, PatId, PatKind};
 use crate::types::LocalId;
 
 /// What is matched: its value, and what tells it from other values.
@@ -17,6 +17,8 @@ struct Matched {
     about: About,
     text: String,
     span: Option<Span>,
+    /// The expression, if it is one of the source.
+    expr: Option<ExprId>,
 }
 
 impl Builder<'_> {
@@ -74,7 +76,7 @@ impl Builder<'_> {
         let text = self.text(scrutinee);
         let total = self.total_heads(self.ty(scrutinee));
         let pure = pure.or_else(|| value.same_as.map(|var| self.pure_var(var)));
-        Matched { value, pure, total, about, text, span: None }
+        Matched { value, pure, total, about, text, span: None, expr: Some(scrutinee) }
     }
 
     /// `let PAT = value` in a condition: goes on where it matches, leads to `no` where it does not.
@@ -89,7 +91,7 @@ impl Builder<'_> {
         about.is_presence = true;
         let total = self.total_heads(self.ty(expr));
         let text = format!("let {} = {}", self.pattern_text(pat), self.text(expr));
-        let matched = Matched { value: value.clone(), pure, total, about, text, span: Some(span) };
+        let matched = Matched { value: value.clone(), pure, total, about, text, span: Some(span), expr: Some(expr) };
         self.test_pattern(pat, &matched, no);
     }
 
@@ -133,7 +135,7 @@ impl Builder<'_> {
             PatKind::Struct(_, fields) => self.ask_variant(pat, fields, matched, span, no),
             PatKind::Tuple(pats) => {
                 for (number, inner) in pats.iter().enumerate() {
-                    let part = self.part(matched, &number.to_string(), false);
+                    let part = self.tuple_part(matched, number, *inner);
                     self.ask(*inner, &part, no);
                 }
             }
@@ -229,6 +231,25 @@ impl Builder<'_> {
             whole: None,
         });
         Matched { value, pure, total: None, ..matched.clone() }
+    }
+
+    /// An element of a tuple that is matched: where the tuple is written out, it is asked about by itself.
+    fn tuple_part(&mut self, matched: &Matched, number: usize, pat: PatId) -> Matched {
+        let mut part = self.part(matched, &number.to_string(), false);
+        part.expr = None;
+        let body = self.body();
+        if let Some(expr) = matched.expr
+            && let ExprKind::Tuple(parts) = &body.expr(expr).kind
+            && let Some(own) = parts.get(number).copied()
+        {
+            let binds: Vec<Var> = self.locals_of(pat).into_iter().map(|local| self.var_of(local)).collect();
+            self.derive(&binds, own);
+            part.pure = self.pure(own).or(part.pure);
+            part.total = self.total_heads(self.ty(own));
+            part.about = self.about_presence(own, binds);
+            part.expr = Some(own);
+        }
+        part
     }
 
     /// `a | b`: one question if only heads are asked for, one after the other otherwise.

@@ -341,6 +341,7 @@ impl Builder<'_> {
             ExprKind::Binary { op, lhs, rhs } => {
                 about.is_comparison |= matches!(*op, "<" | "<=" | ">" | ">=");
                 about.is_remainder |= *op == "%";
+                about.is_masked |= *op == "&";
                 self.collect_about(*lhs, about, depth + 1);
                 self.collect_about(*rhs, about, depth + 1);
             }
@@ -382,8 +383,9 @@ pub(super) fn literal_text(literal: &Literal) -> Head {
 /// The head of a constructor outside the analysed code.
 pub(super) fn external_head(path: &str) -> Head {
     match path.rsplit("::").next().unwrap_or(path) {
-        "Some" | "Ok" => "+".to_owned(),
-        "None" | "Err" => "-".to_owned(),
+        // `Ready` ends a future as `None` ends an iterator.
+        "Some" | "Ok" | "Pending" => "+".to_owned(),
+        "None" | "Err" | "Ready" => "-".to_owned(),
         name => name.to_owned(),
     }
 }
