@@ -4,6 +4,7 @@ use super::Console;
 use super::args::{Build, Input, NoLoops, Scope};
 use super::console::Stream;
 use super::exit::ExitStatus;
+use super::unused;
 use crate::config::{self, Config, ConfigError, LevelOverrides};
 use crate::diagnostic::Problem;
 use crate::pipeline::{self, Report};
@@ -42,7 +43,7 @@ pub(super) fn check(input: &Input, overrides: LevelOverrides, console: Console, 
     }
     let (mut report, is_config_wrong) = match configuration(&project, overrides) {
         Ok(config) => {
-            warn_of_unused_entries(&project, &config, console);
+            unused::warn(&project, &config, console);
             (pipeline::check(&project, &config), false)
         }
         Err(error) => (of_wrong_configuration(&project, &error), true),
@@ -65,7 +66,8 @@ impl Checked {
             let packages = self.project.packages.iter().filter(|package| package.is_reported).count();
             let what =
                 format!("nothing to check: there is no cycle and no filter in {}", report::count(packages, "package"));
-            let help = "a filter is a type with `impl SampledFilter`, the trait of `ceid_core` or your own of that name";
+            let help =
+                "a filter is a type with `impl SampledFilter`, or one that a `[[filter]]` of `ceid-lint.toml` names";
             match no_loops {
                 NoLoops::Fail => {
                     console.error(&what, Some(help));
@@ -102,28 +104,6 @@ fn configuration(project: &Project, overrides: LevelOverrides) -> Result<Config,
     config.overrides = overrides;
     rules::validate(&config)?;
     Ok(config)
-}
-
-/// Nothing that was asked for is dropped in silence.
-fn warn_of_unused_entries(project: &Project, config: &Config, console: Console) {
-    for section in &config.sections {
-        let entries = [
-            ("`[[filter]]`", section.filters.is_empty()),
-            ("`[[cycle]]`", section.cycles.is_empty()),
-            ("`[[guard]]`", section.guards.is_empty()),
-            ("`presets`", section.presets.is_none()),
-        ];
-        let unused: Vec<&str> = entries.iter().filter(|(_, is_empty)| !is_empty).map(|(name, _)| *name).collect();
-        if !unused.is_empty() && !console.is_quiet() {
-            let file = section.path.strip_prefix(&project.root).unwrap_or(&section.path);
-            console.warn(&format!(
-                "{} in `{}`: this version reads such entries and does not use them yet; a filter is a type with \
-                 `impl SampledFilter`",
-                unused.join(", "),
-                file.display()
-            ));
-        }
-    }
 }
 
 /// A wrong configuration is reported like a file that cannot be parsed, so that editors show its place.
