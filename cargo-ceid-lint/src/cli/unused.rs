@@ -13,7 +13,8 @@ pub(super) fn warn(project: &Project, config: &Config, console: Console) {
         }
         let file = section.path.strip_prefix(&project.root).unwrap_or(&section.path);
         let list = keys.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
-        console.warn(&format!("this version reads {list} in `{}`, and does not use it yet", file.display()));
+        let them = if keys.len() == 1 { "it" } else { "them" };
+        console.warn(&format!("this version reads {list} in `{}`, and does not use {them} yet", file.display()));
     }
 }
 
