@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::summary::Summaries;
-use crate::flow::{Base, ControlFlowGraph, Effect, LoopId, Place, Projection, Var};
+use crate::flow::{Base, ControlFlowGraph, Effect, IndexKey, LoopId, Place, Projection, Var};
 
 /// The names of a function's places.
 #[derive(Debug, Default)]
@@ -15,6 +15,18 @@ pub(super) struct Aliases {
     owning: BTreeSet<Var>,
     /// Which variables were computed from which.
     derived: BTreeMap<Var, BTreeSet<Var>>,
+}
+
+/// Whether steps may lead to the same part: an element that stands for each may be any.
+fn may_match(steps: &[Projection], place: &[Projection]) -> bool {
+    steps.iter().zip(place).all(|(left, right)| {
+        left == right
+            || matches!(
+                (left, right),
+                (Projection::Index(IndexKey::Each), Projection::Index(_))
+                    | (Projection::Index(_), Projection::Index(IndexKey::Each))
+            )
+    })
 }
 
 /// How long a chain of names is followed.
@@ -68,7 +80,15 @@ impl Aliases {
         aliases
     }
 
-    fn add(&mut self, graph: &ControlFlowGraph, var: Var, steps: &[Projection], from: &Place, by_move: bool, at: Option<LoopId>) {
+    fn add(
+        &mut self,
+        graph: &ControlFlowGraph,
+        var: Var,
+        steps: &[Projection],
+        from: &Place,
+        by_move: bool,
+        at: Option<LoopId>,
+    ) {
         if by_move && !self.unnamed.contains(&var) && !self.keeps_moved(graph, from, at) {
             // What is moved into a variable lives there from now on.
             self.owning.insert(var);
@@ -142,7 +162,7 @@ impl Aliases {
         let mut own = BTreeSet::new();
         let mut has_source = false;
         for (steps, source) in self.sources.get(&var).into_iter().flatten() {
-            if place.steps.len() >= steps.len() && place.steps[..steps.len()] == steps[..] {
+            if place.steps.len() >= steps.len() && may_match(steps, &place.steps) {
                 has_source = true;
                 self.follow(&source.join(&place.steps[steps.len()..]), links + 1, seen, &mut own);
             }

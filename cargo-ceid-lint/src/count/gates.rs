@@ -35,9 +35,39 @@ struct Gates<'s, 'a> {
 
 /// Names of methods and fields that tell the time.
 const CLOCKS: &[&str] = &[
-    "now", "elapsed", "millis", "micros", "duration_since", "checked_duration_since", "as_millis", "as_micros", "as_secs_f32",
-    "as_secs_f64", "as_secs", "ticks", "as_ticks", "timestamp", "time", "uptime", "get_time", "now_ms", "now_us", "is_due",
-    "has_elapsed", "deadline", "saturating_duration_since", "monotonic", "timer_count", "clock",
+    "now",
+    "elapsed",
+    "millis",
+    "micros",
+    "duration_since",
+    "checked_duration_since",
+    "as_millis",
+    "as_micros",
+    "as_secs_f32",
+    "as_secs_f64",
+    "as_secs",
+    "ticks",
+    "as_ticks",
+    "timestamp",
+    "time",
+    "uptime",
+    "get_time",
+    "now_ms",
+    "now_us",
+    "is_due",
+    "has_elapsed",
+    "deadline",
+    "saturating_duration_since",
+    "monotonic",
+    "timer_count",
+    "clock",
+    "seconds",
+    "secs",
+    "time_us",
+    "time_ms",
+    "get_ticks",
+    "tick_count",
+    "current_time",
 ];
 
 /// How a counter changes.
@@ -56,18 +86,48 @@ struct CountSteps {
 /// Whether an assignment gives a constant by its name: `n = PERIOD`.
 fn is_plain_number(text: &str) -> bool {
     text.rsplit("= ").next().is_some_and(|value| {
-        value.chars().all(|character| character.is_ascii_uppercase() || character == '_' || character.is_ascii_digit() || character == ':')
+        value.chars().all(|character| {
+            character.is_ascii_uppercase() || character == '_' || character.is_ascii_digit() || character == ':'
+        })
     })
 }
 
 /// Parts of the names of methods that ask whether a sample is there.
-const READINESS: &[&str] =
-    &["ready", "available", "has_", "is_new", "pending", "fresh", "new_", "updated", "data", "drdy", "can_read", "poll"];
+const READINESS: &[&str] = &[
+    "ready",
+    "available",
+    "has_",
+    "is_new",
+    "pending",
+    "fresh",
+    "new_",
+    "updated",
+    "data",
+    "drdy",
+    "can_read",
+    "poll",
+];
 
 /// Names of methods that receive a message or an event.
 const EVENTS: &[&str] = &[
-    "recv", "receive", "try_recv", "try_receive", "recv_timeout", "next_event", "wait_event", "poll_event", "pop", "pop_front",
-    "dequeue", "select", "select3", "select4", "next_message", "read_event", "get_event", "try_next",
+    "recv",
+    "receive",
+    "try_recv",
+    "try_receive",
+    "recv_timeout",
+    "next_event",
+    "wait_event",
+    "poll_event",
+    "pop",
+    "pop_front",
+    "dequeue",
+    "select",
+    "select3",
+    "select4",
+    "next_message",
+    "read_event",
+    "get_event",
+    "try_next",
 ];
 
 impl Gates<'_, '_> {
@@ -91,7 +151,9 @@ impl Gates<'_, '_> {
         if self.is_event(test) {
             return Some(Gate::Event);
         }
-        if !about.is_presence && let Some(gate) = self.counter(test) {
+        if !about.is_presence
+            && let Some(gate) = self.counter(test)
+        {
             return Some(gate);
         }
         if self.tells_time(test) {
@@ -148,7 +210,9 @@ impl Gates<'_, '_> {
         let mut places = Vec::new();
         for id in self.nodes() {
             match &graph.node(id).effect {
-                Effect::Update(update) if self.is_instance(&update.place) => places.extend(update.from.places.iter().cloned()),
+                Effect::Update(update) if self.is_instance(&update.place) => {
+                    places.extend(update.from.places.iter().cloned())
+                }
                 Effect::Call(site) if self.concerns(site) => places.extend(site.from.places.iter().cloned()),
                 _ => {}
             }
@@ -214,9 +278,11 @@ impl Gates<'_, '_> {
     /// Whether what is present or absent is the filter itself.
     fn is_presence_of_filter(&self, test: &Test) -> bool {
         let by_name = test.about.binds.iter().any(|var| self.is_instance(&Place::var(*var)));
-        let by_place = test.about.reads.iter().any(|place| {
-            self.search.aliases.roots(place).iter().any(|root| root == self.search.instance)
-        });
+        let by_place = test
+            .about
+            .reads
+            .iter()
+            .any(|place| self.search.aliases.roots(place).iter().any(|root| root == self.search.instance));
         by_name || by_place
     }
 
@@ -227,7 +293,8 @@ impl Gates<'_, '_> {
         let binds: Vec<Var> = if test.about.binds.is_empty() {
             // `x.is_some()`, `x?`: the variable that is asked, or what the call's result goes into.
             let graph = self.search.graph;
-            let asked: Vec<Var> = test.about.reads.iter().filter(|place| place.steps.is_empty()).filter_map(Place::base_var).collect();
+            let asked: Vec<Var> =
+                test.about.reads.iter().filter(|place| place.steps.is_empty()).filter_map(Place::base_var).collect();
             let into = graph.computed.iter().filter(|(_, computed)| {
                 !computed.calls.is_empty()
                     && test.about.names.iter().all(|name| computed.calls.contains(name) || is_question(name))
@@ -258,8 +325,8 @@ impl Gates<'_, '_> {
         }
         let fed = self.fed_places();
         test.about.reads.iter().any(|place| {
-            let whole_self = place.steps.is_empty()
-                && place.base_var().is_some_and(|var| self.search.graph.var(var).name == "self");
+            let whole_self =
+                place.steps.is_empty() && place.base_var().is_some_and(|var| self.search.graph.var(var).name == "self");
             !whole_self && fed.iter().any(|other| other == place)
         })
     }
@@ -267,12 +334,17 @@ impl Gates<'_, '_> {
     /// `timer.wait().is_ok()`, `sleep.poll(cx).is_pending()`: a question to something that is named as a timer.
     fn is_timer_poll(&self, test: &Test) -> bool {
         let polls = test.about.names.iter().any(|name| {
-            matches!(name.as_str(), "wait" | "poll" | "is_pending" | "is_ready" | "is_expired" | "expired" | "tick" | "fired" | "done")
+            matches!(
+                name.as_str(),
+                "wait" | "poll" | "is_pending" | "is_ready" | "is_expired" | "expired" | "tick" | "fired" | "done"
+            )
         });
         polls
             && test.about.reads.iter().any(|place| {
                 let name = self.last_name(place).to_lowercase();
-                ["timer", "sleep", "delay", "ticker", "interval", "alarm", "countdown", "period"].iter().any(|part| name.contains(part))
+                ["timer", "sleep", "delay", "ticker", "interval", "alarm", "countdown", "period"]
+                    .iter()
+                    .any(|part| name.contains(part))
             })
     }
 
@@ -290,8 +362,7 @@ impl Gates<'_, '_> {
             let by_type = typed.is_some_and(|ty| {
                 matches!(ty.external_name(), Some("Instant" | "Duration" | "CuDuration" | "CuTime" | "SystemTime"))
             });
-            by_type
-                || self.calls_behind(place).iter().any(|name| is_clock(name))
+            by_type || self.calls_behind(place).iter().any(|name| is_clock(name))
         })
     }
 
@@ -409,15 +480,18 @@ impl Gates<'_, '_> {
         let Some(subject) = test.subject.map(|id| &graph.subjects[id.0 as usize]) else { return false };
         let Some(place) = &subject.whole else { return false };
         let heads = self.updating_heads(test, at);
+        let before = self.before_updates();
         let mut enters: Vec<NodeId> = Vec::new();
         let mut leaves: Vec<NodeId> = Vec::new();
         for id in self.nodes() {
             match &graph.node(id).effect {
                 Effect::Write(write) | Effect::Set(write) if write.place == *place => {
                     for (node, head) in self.values_of(id, write, 0) {
+                        // A state that is given once more is no transition.
+                        let is_before = before[node.0 as usize];
                         match head {
-                            Some(head) if heads.contains(&head) => enters.push(node),
-                            Some(_) => leaves.push(node),
+                            Some(head) if heads.contains(&head) => enters.extend(is_before.then_some(node)),
+                            Some(_) => leaves.extend((!is_before).then_some(node)),
                             None => return false,
                         }
                     }
@@ -433,6 +507,25 @@ impl Gates<'_, '_> {
         }
         let with_reset = |nodes: &[NodeId]| !nodes.is_empty() && nodes.iter().all(|node| self.is_reset_beside(*node));
         with_reset(&enters) || with_reset(&leaves)
+    }
+
+    /// The nodes that an iteration can reach without an update.
+    fn before_updates(&self) -> Vec<bool> {
+        let graph = self.search.graph;
+        let updating = self.search.updating();
+        let start = match self.region {
+            Region::Function => NodeId(0),
+            Region::Loop(own) => graph.loop_info(own).head,
+        };
+        let mut reached = vec![false; graph.nodes.len()];
+        let mut open = vec![start];
+        while let Some(id) = open.pop() {
+            if std::mem::replace(&mut reached[id.0 as usize], true) || updating.contains(&id) {
+                continue;
+            }
+            open.extend(graph.node(id).next.iter().filter(|next| **next != start).copied());
+        }
+        reached
     }
 
     /// The constants that an assignment may give, with the nodes at which they are chosen; `None` for one that is not constant.
@@ -481,21 +574,21 @@ impl Gates<'_, '_> {
         let graph = self.search.graph;
         let resets = |id: NodeId| match &graph.node(id).effect {
             Effect::Reset { place, full } => *full && self.is_instance(place),
-            Effect::Write(write) if !write.rebinds => {
-                self.search.aliases.roots(&write.place).iter().any(|root| {
-                    root.base == self.search.instance.base
-                        && root.steps.len() <= self.search.instance.steps.len()
-                        && root.overlaps(self.search.instance)
-                })
-            }
-            Effect::Call(site) => site.targets.iter().all(|target| {
-                self.search.summaries.get(*target).is_some_and(|summary| {
-                    summary.outcomes.iter().any(|(given, outcomes)| {
-                        outcomes.iter().all(|outcome| outcome.reset)
-                            && super::summary::place_of(given, site).is_some_and(|place| self.is_instance(&place))
+            Effect::Write(write) if !write.rebinds => self.search.aliases.roots(&write.place).iter().any(|root| {
+                root.base == self.search.instance.base
+                    && root.steps.len() <= self.search.instance.steps.len()
+                    && root.overlaps(self.search.instance)
+            }),
+            Effect::Call(site) => {
+                site.targets.iter().all(|target| {
+                    self.search.summaries.get(*target).is_some_and(|summary| {
+                        summary.outcomes.iter().any(|(given, outcomes)| {
+                            outcomes.iter().all(|outcome| outcome.reset)
+                                && super::summary::place_of(given, site).is_some_and(|place| self.is_instance(&place))
+                        })
                     })
-                })
-            }) && !site.targets.is_empty(),
+                }) && !site.targets.is_empty()
+            }
             _ => false,
         };
         if resets(node) {
@@ -558,7 +651,8 @@ impl Gates<'_, '_> {
 
     /// Whether another function writes the same field: a mode that is switched elsewhere.
     fn written_by_others(&self, place: &Place) -> bool {
-        let is_field = !place.steps.is_empty() && place.base_var().is_some_and(|var| self.search.graph.var(var).param.is_some());
+        let is_field =
+            !place.steps.is_empty() && place.base_var().is_some_and(|var| self.search.graph.var(var).param.is_some());
         is_field && self.region == Region::Function
     }
 
@@ -599,7 +693,9 @@ impl Gates<'_, '_> {
         let tells_time = steps.iter().any(|place| {
             self.calls_behind(place).iter().any(|name| CLOCKS.contains(&name.as_str()))
                 || matches!(
-                    super::instances::place_ty(self.search.program.index, graph, place).as_ref().and_then(crate::index::Ty::external_name),
+                    super::instances::place_ty(self.search.program.index, graph, place)
+                        .as_ref()
+                        .and_then(crate::index::Ty::external_name),
                     Some("Instant" | "Duration" | "SystemTime")
                 )
         });

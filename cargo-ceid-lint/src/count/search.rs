@@ -159,8 +159,17 @@ impl<'a> Search<'a> {
         dependence: std::rc::Rc<ControlDependence>,
     ) -> Self {
         let covering = covering_loops(graph, aliases, instance);
-        let mut search =
-            Self { program, graph, aliases, summaries, instance, law, sample_loops: BTreeSet::new(), covering, dependence };
+        let mut search = Self {
+            program,
+            graph,
+            aliases,
+            summaries,
+            instance,
+            law,
+            sample_loops: BTreeSet::new(),
+            covering,
+            dependence,
+        };
         search.sample_loops = search.own_cycles();
         search
     }
@@ -168,6 +177,11 @@ impl<'a> Search<'a> {
     /// Whether a loop visits each element once, the instance among them.
     pub(super) fn covers(&self, id: LoopId) -> bool {
         self.covering.contains(&id)
+    }
+
+    /// Whether a loop binds the instance or its index, so that it is no cycle of it.
+    pub(super) fn binds(&self, id: LoopId) -> bool {
+        self.covers(id) || indexes_instance(self.aliases, self.graph.loop_info(id), self.instance)
     }
 
     /// Loops of a called function that are cycles of their own: those whose number of rounds is not known.
@@ -236,7 +250,8 @@ impl<'a> Search<'a> {
         site.targets.iter().any(|target| {
             self.summaries.get(*target).is_some_and(|summary| {
                 summary.outcomes.iter().any(|(given, outcomes)| {
-                    (any || outcomes.iter().any(|outcome| outcome.count != Count::Zero))
+                    !(site.is_law && given.is_self())
+                        && (any || outcomes.iter().any(|outcome| outcome.count != Count::Zero))
                         && place_of(given, site).is_some_and(|place| self.may_be(&place, true))
                 })
             })
@@ -282,7 +297,8 @@ impl<'a> Search<'a> {
         let mut touching_inside: BTreeSet<NodeId> = touching.into_iter().filter(|node| inside(*node)).collect();
         // A filter that is updated when its guard ends is touched there.
         touching_inside.extend(self.graph.node_ids().filter(|id| {
-            inside(*id) && matches!(&self.graph.node(*id).effect, Effect::Update(update) if self.may_be(&update.place, true))
+            inside(*id)
+                && matches!(&self.graph.node(*id).effect, Effect::Update(update) if self.may_be(&update.place, true))
         }));
         let tracked = tracked(self.graph, &self.dependence, &touching_inside, &inside);
         let mut run = Run {
@@ -562,26 +578,29 @@ fn element_rest(source: &Place, name: &Place) -> Option<Vec<Projection>> {
     matches.then(|| name.steps[source.steps.len()..].to_vec())
 }
 
+/// Whether a loop's counter is the index of the instance.
+fn indexes_instance(aliases: &Aliases, info: &crate::flow::LoopInfo, instance: &Place) -> bool {
+    info.indexes.iter().flat_map(|collection| aliases.roots(collection)).any(|root| {
+        root.base == instance.base
+            && root.steps.len() < instance.steps.len()
+            && root.steps[..] == instance.steps[..root.steps.len()]
+            && matches!(instance.steps[root.steps.len()], Projection::Index(_))
+    })
+}
+
 /// Loops that visit each element of the collection that the instance is an element of.
 fn covering_loops(graph: &ControlFlowGraph, aliases: &Aliases, instance: &Place) -> BTreeSet<LoopId> {
     let mut found = BTreeSet::new();
     for (number, info) in (0u32..).zip(&graph.loops) {
-        let of_items = info.items.iter().any(|(_, source)| {
-            aliases.roots(source).iter().any(|root| element_rest(root, instance).is_some())
-        });
+        let of_items = info
+            .items
+            .iter()
+            .any(|(_, source)| aliases.roots(source).iter().any(|root| element_rest(root, instance).is_some()));
         // A loop that counts to a constant and does not stand for each element is followed round by round.
         let exact = matches!(info.rounds, Rounds::Constant(count) if count <= MAX_ROUNDS)
             && info.counter.is_some_and(|(_, first)| first.is_some())
             && !instance.stands_for_each();
-        let of_index = !exact
-            && info.indexes.iter().any(|collection| {
-                aliases.roots(collection).iter().any(|root| {
-                    root.base == instance.base
-                        && root.steps.len() < instance.steps.len()
-                        && root.steps[..] == instance.steps[..root.steps.len()]
-                        && matches!(instance.steps[root.steps.len()], Projection::Index(_))
-                })
-            });
+        let of_index = !exact && indexes_instance(aliases, info, instance);
         if (of_items || of_index) && info.rounds != Rounds::Unbounded {
             found.insert(LoopId(number));
         }
@@ -593,9 +612,9 @@ fn covering_loops(graph: &ControlFlowGraph, aliases: &Aliases, instance: &Place)
 fn merge(outcomes: BTreeSet<Outcome>) -> Vec<Outcome> {
     let mut merged: Vec<Outcome> = Vec::new();
     for outcome in outcomes {
-        let same = merged.iter_mut().find(|other| {
-            Outcome { returned: 0, ..(*other).clone() } == Outcome { returned: 0, ..outcome.clone() }
-        });
+        let same = merged
+            .iter_mut()
+            .find(|other| Outcome { returned: 0, ..(*other).clone() } == Outcome { returned: 0, ..outcome.clone() });
         match same {
             Some(other) => other.returned |= outcome.returned,
             None => merged.push(outcome),
@@ -688,7 +707,9 @@ impl Run<'_, '_> {
             }
         }
         let in_sample = state.in_sample
-            && graph.loops_around(to).any(|id| self.search.sample_loops.contains(&id) && self.region != Region::Loop(id));
+            && graph
+                .loops_around(to)
+                .any(|id| self.search.sample_loops.contains(&id) && self.region != Region::Loop(id));
         self.push(State { node: to, in_sample, ..state }, Some(at));
     }
 
@@ -707,11 +728,9 @@ impl Run<'_, '_> {
         let graph = self.search.graph;
         let node = graph.node(state.node);
         match &node.effect {
-            Effect::Nothing
-            | Effect::Mark(_)
-            | Effect::Use { .. }
-            | Effect::GuardStart(_)
-            | Effect::GuardEnd(_) => self.everywhere(at, state),
+            Effect::Nothing | Effect::Mark(_) | Effect::Use { .. } | Effect::GuardStart(_) | Effect::GuardEnd(_) => {
+                self.everywhere(at, state)
+            }
             Effect::Update(update) if update.law == self.search.law => {
                 let next = self.updated(state, &update.place, update.by_guard);
                 self.everywhere(at, &next);
@@ -768,7 +787,8 @@ impl Run<'_, '_> {
     fn heads_of(&self, state: &State, var: Var) -> u8 {
         let graph = self.search.graph;
         let place = Place::var(var);
-        let tracked = self.tracked.subjects.iter().position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&place));
+        let tracked =
+            self.tracked.subjects.iter().position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&place));
         let Some(tracked) = tracked else { return returned::ANY };
         let subject = &graph.subjects[self.tracked.subjects[tracked].0 as usize];
         let mask = self.masks.get(state.masks)[tracked];
@@ -814,7 +834,9 @@ impl Run<'_, '_> {
     }
 
     fn may_hold(&self, state: &State, place: &Place) -> bool {
-        self.relations(state, place).iter().any(|relation| matches!(relation, Relation::Holds(_) | Relation::MayHold(..)))
+        self.relations(state, place)
+            .iter()
+            .any(|relation| matches!(relation, Relation::Holds(_) | Relation::MayHold(..)))
     }
 
     /// The state after a law ran at a place.
@@ -896,10 +918,16 @@ impl Run<'_, '_> {
             let mut states = vec![(state.clone(), returned::ANY)];
             let mut applied = false;
             for (given, outcomes) in &summary.outcomes {
+                // A law that hands on to another one of the same filter is one update.
+                if site.is_law && given.is_self() {
+                    continue;
+                }
                 let Some(place) = place_of(given, site) else { continue };
                 let relations = self.relations(&state, &place);
-                let exact = relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if rest.is_empty()));
-                let owner = relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if !rest.is_empty()));
+                let exact =
+                    relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if rest.is_empty()));
+                let owner =
+                    relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if !rest.is_empty()));
                 let doubt = relations.iter().find_map(|relation| match relation {
                     Relation::MayHold(text, rest) if rest.is_empty() => Some(text.clone()),
                     _ => None,
@@ -1038,13 +1066,19 @@ impl Run<'_, '_> {
         }
         // A copy of a variable has its heads.
         let copied = set.same_as.and_then(|var| {
-            let from = self.tracked.subjects.iter().position(|id| {
-                graph.subjects[id.0 as usize].whole.as_ref() == Some(&Place::var(var))
-            })?;
+            let from = self
+                .tracked
+                .subjects
+                .iter()
+                .position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&Place::var(var)))?;
             Some((from, self.masks.get(state.masks)[from]))
         });
         next.masks = self.killed(next.masks, &set.place);
-        let target = self.tracked.subjects.iter().position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&set.place));
+        let target = self
+            .tracked
+            .subjects
+            .iter()
+            .position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&set.place));
         if let Some(target) = target {
             let subject = &graph.subjects[self.tracked.subjects[target].0 as usize];
             let mask = match (&set.head, copied) {
@@ -1137,7 +1171,9 @@ impl Run<'_, '_> {
                 let mut after = State { rounds: more, ..state.clone() };
                 if let Some((counter, first)) = info.counter {
                     after.masks = self.killed(after.masks, &Place::var(counter));
-                    if count <= MAX_ROUNDS && let Some(first) = first {
+                    if count <= MAX_ROUNDS
+                        && let Some(first) = first
+                    {
                         after.masks = self.with_number(after.masks, counter, first + now - 1);
                     }
                 }

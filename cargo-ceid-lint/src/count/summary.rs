@@ -18,6 +18,13 @@ pub(super) struct Given {
     pub(super) steps: Vec<Projection>,
 }
 
+impl Given {
+    /// Whether it is the whole of the first parameter.
+    pub(super) fn is_self(&self) -> bool {
+        self.base == GivenBase::Param(0) && self.steps.is_empty()
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) enum GivenBase {
     Param(usize),
@@ -153,8 +160,7 @@ impl Summaries {
         for id in component {
             let Some(summary) = self.of.get_mut(id) else { continue };
             for outcomes in summary.outcomes.values_mut() {
-                *outcomes =
-                    vec![Outcome::unknown(Cause::Limit("the recursion is too deep to be followed".to_owned()))];
+                *outcomes = vec![Outcome::unknown(Cause::Limit("the recursion is too deep to be followed".to_owned()))];
             }
         }
     }
@@ -224,8 +230,7 @@ impl Summaries {
             if !may_matter {
                 continue;
             }
-            let search =
-                Search::with_dependence(program, graph, &aliases, self, &instance, 0, Rc::clone(&dependence));
+            let search = Search::with_dependence(program, graph, &aliases, self, &instance, 0, Rc::clone(&dependence));
             if search.updating().is_empty() {
                 if let Some(cause) = search.unknown_cause() {
                     summary.outcomes.insert(given, vec![Outcome::unknown(cause)]);
@@ -255,8 +260,7 @@ impl Summaries {
 }
 
 fn holds_filter_at(program: &Program<'_>, graph: &ControlFlowGraph, place: &Place) -> bool {
-    super::instances::place_ty(program.index, graph, place)
-        .is_some_and(|ty| program.index.holds_filter(&ty))
+    super::instances::place_ty(program.index, graph, place).is_some_and(|ty| program.index.holds_filter(&ty))
 }
 
 fn calls_itself(graphs: &[Option<ControlFlowGraph>], id: FunctionId) -> bool {

@@ -83,7 +83,8 @@ impl Index {
         if self.specs.iter().any(|spec| spec.subject == subject) {
             return;
         }
-        let law = law.iter().map(|methods| LawGroup { methods: methods.clone(), multiplicity: Multiplicity::Once }).collect();
+        let law =
+            law.iter().map(|methods| LawGroup { methods: methods.clone(), multiplicity: Multiplicity::Once }).collect();
         self.specs.insert(0, FilterSpec { subject, law, resets: resets.to_vec() });
     }
 
@@ -108,7 +109,8 @@ impl Index {
                 .filter(|(id, all)| {
                     let args = vec![Ty::Unknown; self.type_def(*id).generics.params.len()];
                     !self.holding.contains(id)
-                        && (self.filter_spec(&Ty::Adt(*id, args)).is_some() || all.iter().any(|ty| self.holds_filter(ty)))
+                        && (self.filter_spec(&Ty::Adt(*id, args)).is_some()
+                            || all.iter().any(|ty| self.holds_filter(ty)))
                 })
                 .map(|(id, _)| *id)
                 .collect();

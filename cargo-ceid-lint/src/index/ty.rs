@@ -198,8 +198,7 @@ impl Index {
                 let def = self.trait_def(id);
                 all.push(&def.generics);
                 let own = TraitRef { name: TraitName::Local(id), args: Vec::new(), assoc: Vec::new() };
-                scope.self_ty =
-                    Some(Ty::Param(Arc::new(ParamTy { name: "Self".to_owned(), bounds: vec![own] })));
+                scope.self_ty = Some(Ty::Param(Arc::new(ParamTy { name: "Self".to_owned(), bounds: vec![own] })));
                 scope.self_trait = Some(id);
             }
         }
@@ -228,9 +227,7 @@ impl Index {
             TypeRef::ImplTrait(bounds) | TypeRef::DynTrait(bounds) => {
                 Ty::Opaque(Arc::new(self.lower_bounds(bounds, scope, depth + 1)))
             }
-            TypeRef::FnPointer(params, output) => {
-                Ty::Function(params.iter().map(go).collect(), Box::new(go(output)))
-            }
+            TypeRef::FnPointer(params, output) => Ty::Function(params.iter().map(go).collect(), Box::new(go(output))),
             TypeRef::Never => Ty::Never,
             TypeRef::Infer | TypeRef::Unknown => Ty::Unknown,
         }

@@ -129,7 +129,8 @@ impl Builder<'_> {
                 self.ask_heads(&[head], true, matched, span, no);
             }
             PatKind::TupleStruct(_, pats) => {
-                let inner: Vec<(String, PatId)> = pats.iter().enumerate().map(|(at, pat)| (at.to_string(), *pat)).collect();
+                let inner: Vec<(String, PatId)> =
+                    pats.iter().enumerate().map(|(at, pat)| (at.to_string(), *pat)).collect();
                 self.ask_variant(pat, &inner, matched, span, no);
             }
             PatKind::Struct(_, fields) => self.ask_variant(pat, fields, matched, span, no),
@@ -143,9 +144,10 @@ impl Builder<'_> {
             PatKind::Literal(text) => self.ask_heads(&[text.clone()], true, matched, span, no),
             PatKind::Slice(pats) => {
                 let is_plain = pats.iter().all(|pat| self.is_irrefutable(*pat));
-                let is_array = matches!(&matched.value.place, Some(_)) && is_plain && pats.iter().any(|pat| {
-                    matches!(self.body().pat(*pat).kind, PatKind::Rest)
-                }) && pats.len() == 1;
+                let is_array = matches!(&matched.value.place, Some(_))
+                    && is_plain
+                    && pats.iter().any(|pat| matches!(self.body().pat(*pat).kind, PatKind::Rest))
+                    && pats.len() == 1;
                 if !is_array {
                     self.ask_opaque(matched, span, no);
                 }
@@ -180,9 +182,14 @@ impl Builder<'_> {
                 }
                 self.branch_on_subject(id, heads, exact, span, matched.text.clone(), about)
             }
-            None => {
-                self.branch(Test { subject: None, holds: u32::MAX, fails: u32::MAX, span, text: matched.text.clone(), about })
-            }
+            None => self.branch(Test {
+                subject: None,
+                holds: u32::MAX,
+                fails: u32::MAX,
+                span,
+                text: matched.text.clone(),
+                about,
+            }),
         };
         self.link(failed, no);
         self.resume(yes);
@@ -190,7 +197,8 @@ impl Builder<'_> {
 
     fn ask_variant(&mut self, pat: PatId, inner: &[(String, PatId)], matched: &Matched, span: Span, no: NodeId) {
         let def = self.typed().pat_def.get(&pat).cloned();
-        let is_struct = matches!(&def, Some(Def::Type(id)) if matches!(self.program.index.type_def(*id).shape, Shape::Struct(_)));
+        let is_struct =
+            matches!(&def, Some(Def::Type(id)) if matches!(self.program.index.type_def(*id).shape, Shape::Struct(_)));
         let is_single = matches!(&def, Some(Def::Variant(id, _))
             if matches!(&self.program.index.type_def(*id).shape, Shape::Enum(variants) if variants.len() == 1));
         let exact = inner.iter().all(|(_, pat)| self.is_irrefutable(*pat));
@@ -223,7 +231,8 @@ impl Builder<'_> {
 
     /// A part of what is matched.
     fn part(&mut self, matched: &Matched, name: &str, is_transparent: bool) -> Matched {
-        let place = matched.value.place.as_ref().map(|place| if is_transparent { place.clone() } else { place.field(name) });
+        let place =
+            matched.value.place.as_ref().map(|place| if is_transparent { place.clone() } else { place.field(name) });
         let value = Value { place, is_owned: matched.value.is_owned, ..Value::default() };
         let pure = matched.pure.as_ref().map(|pure| Pure {
             key: format!("{}.{name}{}", pure.key, if is_transparent { "!" } else { "" }),
@@ -280,8 +289,12 @@ impl Builder<'_> {
                 Some(def) => Some(self.def_head(def, &path.text())),
                 None => Some(path.text()),
             },
-            PatKind::Bind { .. } => self.typed().pat_def.get(&pat).map(|def| self.def_head(def, &self.pattern_text(pat))),
-            PatKind::TupleStruct(_, pats) if pats.iter().all(|pat| matches!(self.body().pat(*pat).kind, PatKind::Wild | PatKind::Rest)) => {
+            PatKind::Bind { .. } => {
+                self.typed().pat_def.get(&pat).map(|def| self.def_head(def, &self.pattern_text(pat)))
+            }
+            PatKind::TupleStruct(_, pats)
+                if pats.iter().all(|pat| matches!(self.body().pat(*pat).kind, PatKind::Wild | PatKind::Rest)) =>
+            {
                 self.typed().pat_def.get(&pat).map(|def| self.def_head(def, ""))
             }
             PatKind::Struct(_, fields) if fields.is_empty() => {
@@ -308,8 +321,12 @@ impl Builder<'_> {
             }
             PatKind::Reference(inner) => self.is_irrefutable(*inner),
             PatKind::Tuple(pats) => pats.iter().all(|pat| self.is_irrefutable(*pat)),
-            PatKind::Struct(_, fields) => self.is_struct_pat(pat) && fields.iter().all(|(_, pat)| self.is_irrefutable(*pat)),
-            PatKind::TupleStruct(_, pats) => self.is_struct_pat(pat) && pats.iter().all(|pat| self.is_irrefutable(*pat)),
+            PatKind::Struct(_, fields) => {
+                self.is_struct_pat(pat) && fields.iter().all(|(_, pat)| self.is_irrefutable(*pat))
+            }
+            PatKind::TupleStruct(_, pats) => {
+                self.is_struct_pat(pat) && pats.iter().all(|pat| self.is_irrefutable(*pat))
+            }
             PatKind::Path(_)
             | PatKind::Or(_)
             | PatKind::Slice(_)
@@ -410,7 +427,8 @@ impl Builder<'_> {
             }
             PatKind::Slice(pats) => {
                 for (number, inner) in pats.iter().enumerate() {
-                    let place = value.place.as_ref().map(|place| place.element(crate::flow::IndexKey::Number(number as u64)));
+                    let place =
+                        value.place.as_ref().map(|place| place.element(crate::flow::IndexKey::Number(number as u64)));
                     let rest = pats[..number].iter().any(|pat| matches!(body.pat(*pat).kind, PatKind::Rest));
                     let place = if rest {
                         value.place.as_ref().map(|place| place.element(crate::flow::IndexKey::Data("the end".into())))
@@ -466,8 +484,18 @@ fn is_event_source(about: &About) -> bool {
     about.names.iter().any(|name| {
         matches!(
             name.as_str(),
-            "select" | "select3" | "select4" | "select_array" | "recv" | "receive" | "next_event" | "wait_event" | "poll_event"
-                | "try_recv" | "recv_timeout" | "next_message"
+            "select"
+                | "select3"
+                | "select4"
+                | "select_array"
+                | "recv"
+                | "receive"
+                | "next_event"
+                | "wait_event"
+                | "poll_event"
+                | "try_recv"
+                | "recv_timeout"
+                | "next_message"
         )
     })
 }
