@@ -45,6 +45,8 @@ const LONG_FILES: &[(&str, &str)] = &[
     ("count/search.rs", "one machine over the graph: its states, its steps and what ends them are read together"),
     ("flow/lower/calls.rs", "one function for each kind of callee; to be parted when another kind comes"),
     ("count/gates.rs", "one function for each kind of gate; to be parted by kind"),
+    ("flow/lower/iterators.rs", "sources, adaptors and consumers of one chain are read together"),
+    ("flow/lower/patterns.rs", "one arm for each kind of pattern"),
     ("index/ty.rs", "types with their names resolved, and the one walk that makes them"),
     ("types/calls.rs", "one function for each kind of callee, and the order in which they are tried"),
     ("types/expr.rs", "one arm for each kind of expression"),
