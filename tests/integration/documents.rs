@@ -49,7 +49,7 @@ fn continuous_integration_runs_the_test_command_of_the_readme() {
 
 #[test]
 fn example_of_the_readme_is_there() {
-    assert_holds("README.md", "cargo run -q -- --manifest-path fixtures/workspaces/figure3_legacy/Cargo.toml\n");
+    assert_holds("README.md", "cargo run -- --manifest-path fixtures/workspaces/figure3_legacy/Cargo.toml\n");
 }
 
 #[test]
