@@ -27,7 +27,10 @@ impl Context<'_> {
         let index = self.program.index;
         for (number, info) in (0u32..).zip(&graph.vars) {
             let var = Var(number);
-            if info.name.is_empty() || !facts.aliases.roots(&Place::var(var)).contains(&Place::var(var)) {
+            if info.name.is_empty()
+                || !index.holds_filter(&info.ty)
+                || !facts.aliases.roots(&Place::var(var)).contains(&Place::var(var))
+            {
                 continue;
             }
             // What a reference points to is owed nothing here, unless a caller lends it.

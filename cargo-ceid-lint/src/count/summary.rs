@@ -264,6 +264,15 @@ impl Summaries {
                 continue;
             }
             let instance = instance_of(graph, &given);
+            // What is only passed on, and of a type that is not known, is not worth a search: it is said to be unknown.
+            let is_direct = graph.nodes.iter().any(|node| {
+                matches!(&node.effect, Effect::Update(update) if aliases.roots(&update.place).contains(&instance))
+            });
+            if !is_direct && !holds_filter_at(program, graph, &instance) {
+                let cause = Cause::Limit("the type of what a helper passes on is not known".to_owned());
+                summary.outcomes.insert(given, vec![Outcome::unknown(cause)]);
+                continue;
+            }
             let search = Search::with_dependence(program, graph, aliases, self, &instance, 0, Rc::clone(&dependence));
             if search.updating().is_empty() {
                 if let Some(cause) = search.unknown_cause() {
