@@ -1,0 +1,233 @@
+//! Random control loops. What they count is never computed here: only a run says it.
+
+mod calls;
+mod places;
+mod scope;
+mod statements;
+
+use crate::program::{Block, Node, Program};
+use crate::rng::Rng;
+use scope::{Helper, Place, Returns, Scope};
+
+/// The program of a seed and an index.
+pub(crate) fn program(seed: u64, index: u64) -> Program {
+    Generator {
+        rng: Rng::new(seed, index),
+        names: Vec::new(),
+        helpers: Vec::new(),
+        methods: Vec::new(),
+        fresh: 0,
+        loops: 1,
+        budget: 0,
+        is_stateful: false,
+    }
+    .program((seed, index))
+}
+
+struct Generator {
+    rng: Rng,
+    names: Vec<(String, usize)>,
+    helpers: Vec<Helper>,
+    methods: Vec<Helper>,
+    /// Variables and labels so far.
+    fresh: usize,
+    /// Counted loops so far.
+    loops: usize,
+    /// Statements that may still be made in this function.
+    budget: usize,
+    is_stateful: bool,
+}
+
+/// Where the filters of a program live.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Home {
+    Locals,
+    LocalStruct,
+    SelfFields,
+}
+
+impl Generator {
+    fn program(mut self, origin: (u64, u64)) -> Program {
+        let home = self.rng.pick(&[Home::Locals, Home::Locals, Home::Locals, Home::LocalStruct, Home::SelfFields]);
+        let mut items: Vec<Node> = (0..self.rng.below(3)).map(|_| self.helper()).collect();
+        let returns = self.rng.pick(&[Returns::Unit, Returns::Result]);
+        let mut scope = Scope::function(returns);
+        let built = self.filters(home, &mut scope);
+        if home != Home::Locals {
+            let fields = built.iter().map(|(name, value)| Node::line(format!("{name}: {},", field_type(value))));
+            items.push(Node::block("pub struct Robot {", fields.collect()));
+        }
+        let methods = if home == Home::SelfFields { self.methods(&scope) } else { Vec::new() };
+        scope.has_self = home == Home::SelfFields;
+        let control = self.control(&mut scope);
+        match home {
+            Home::SelfFields => {
+                let head = format!("pub fn control(&mut self, io: &dyn Io){} {{", returns.arrow());
+                let functions = methods.into_iter().chain([Node::block(head, control)]);
+                items.push(Node::block("impl Robot {", functions.collect()));
+                let body = vec![robot(&built), Node::line("let _ = robot.control(io);")];
+                items.push(Node::block("pub fn run(io: &dyn Io) {", body));
+            }
+            Home::Locals | Home::LocalStruct => {
+                let mut body = match home {
+                    Home::LocalStruct => vec![robot(&built)],
+                    _ => built.iter().map(|(name, value)| Node::line(format!("let mut {name} = {value};"))).collect(),
+                };
+                body.extend(control);
+                if returns == Returns::Unit {
+                    items.push(Node::block("pub fn run(io: &dyn Io) {", body));
+                } else {
+                    items.push(Node::block(format!("pub fn control(io: &dyn Io){} {{", returns.arrow()), body));
+                    let call = vec![Node::line("let _ = control(io);")];
+                    items.push(Node::block("pub fn run(io: &dyn Io) {", call));
+                }
+            }
+        }
+        let Self { names, loops, is_stateful, .. } = self;
+        Program { origin, items, names, loops, is_stateful }
+    }
+
+    /// Two or three filters, sometimes in an array or an option; each with the value it is built from.
+    fn filters(&mut self, home: Home, scope: &mut Scope) -> Vec<(String, String)> {
+        let prefix = match home {
+            Home::Locals => "",
+            Home::LocalStruct => "robot.",
+            Home::SelfFields => "self.",
+        };
+        let mut built = Vec::new();
+        for (filter, name) in ["a", "b"].iter().enumerate() {
+            let spelled = format!("{prefix}{name}");
+            scope.places.push(Place::owned(&spelled, &spelled, filter));
+            self.names.push((spelled, filter));
+            built.push(((*name).to_owned(), format!("Kf::new({filter})")));
+        }
+        match self.rng.below(5) {
+            0 => {
+                let array = format!("{prefix}fs");
+                for (position, filter) in [2, 3].into_iter().enumerate() {
+                    let spelled = format!("{array}[{position}]");
+                    scope.places.push(Place::owned(&spelled, &array, filter));
+                    self.names.push((spelled, filter));
+                }
+                scope.arrays.push(array);
+                built.push(("fs".into(), "[Kf::new(2), Kf::new(3)]".into()));
+            }
+            1 => {
+                let option = format!("{prefix}spare");
+                self.names.push((option.clone(), 2));
+                self.names.push((format!("{option}.Some.0"), 2));
+                scope.options.push(option);
+                built.push(("spare".into(), "Some(Kf::new(2))".into()));
+            }
+            _ => {}
+        }
+        built
+    }
+
+    /// What the function that holds the main loop does.
+    fn control(&mut self, scope: &mut Scope) -> Vec<Node> {
+        let mut nodes = Vec::new();
+        if self.rng.percent(15) {
+            let name = self.name("armed");
+            nodes.push(Node::line(format!("let {name} = io.flag();")));
+            scope.conditions.push(name);
+        }
+        if self.rng.percent(10) {
+            let name = self.name("latch");
+            let value = self.rng.pick(&["true", "false"]);
+            nodes.push(Node::line(format!("let mut {name} = {value};")));
+            scope.flags.push(name);
+            self.is_stateful = true;
+        }
+        self.budget = 5 + self.rng.below(9);
+        scope.is_in_cycle = true;
+        let label = self.rng.percent(30).then(|| "'main".to_owned());
+        let body = self.block(&scope.inside(label.clone(), true));
+        nodes.push(self.counted_loop(0, label, body, false));
+        nodes.push(Node::line(scope.returns.values()[0]));
+        nodes
+    }
+
+    /// A loop whose iterations are counted.
+    fn counted_loop(&mut self, cycle: usize, label: Option<String>, mut body: Vec<Node>, is_inner: bool) -> Node {
+        let label = label.map_or_else(String::new, |label| format!("{label}: "));
+        let head = if self.rng.percent(25) {
+            let leave = Node::branch(format!("if !io.next({cycle}) {{"), vec![Node::line("break;")], None);
+            body.insert(0, leave);
+            format!("{label}loop {{")
+        } else {
+            format!("{label}while io.next({cycle}) {{")
+        };
+        let Node::Block(mut block) = Node::block(head, body) else { unreachable!("it was made as a block") };
+        block.cycle = Some(cycle);
+        if is_inner {
+            block.after.push(format!("io.leave({cycle});"));
+        }
+        Node::Block(Block { ..block })
+    }
+
+    /// A function that takes filters by reference.
+    fn helper(&mut self) -> Node {
+        let name = self.name("step");
+        let returns = self.rng.pick(&[Returns::Unit, Returns::Bool, Returns::Result, Returns::Result, Returns::Option]);
+        let filters = 1 + usize::from(self.rng.percent(25));
+        let mut scope = Scope::function(returns);
+        scope.places.extend(["f", "g"][..filters].iter().map(|name| Place::reference(name)));
+        let parameters: String = ["f", "g"][..filters].iter().map(|name| format!("{name}: &mut Kf, ")).collect();
+        self.budget = 2 + self.rng.below(4);
+        let body = self.function_body(&scope);
+        let head = format!("pub fn {name}({parameters}io: &dyn Io){} {{", returns.arrow());
+        self.helpers.push(Helper { name, filters, returns });
+        Node::block(head, body)
+    }
+
+    /// Methods that reach the filters through `self`.
+    fn methods(&mut self, outer: &Scope) -> Vec<Node> {
+        let mut nodes = Vec::new();
+        for _ in 0..1 + self.rng.below(2) {
+            let name = self.name("act");
+            let returns = self.rng.pick(&[Returns::Unit, Returns::Bool, Returns::Result, Returns::Option]);
+            let mut scope = outer.clone();
+            scope.returns = returns;
+            scope.has_self = true;
+            self.budget = 2 + self.rng.below(4);
+            let body = self.function_body(&scope);
+            nodes.push(Node::block(format!("pub fn {name}(&mut self, io: &dyn Io){} {{", returns.arrow()), body));
+            self.methods.push(Helper { name, filters: 0, returns });
+        }
+        nodes
+    }
+
+    fn function_body(&mut self, scope: &Scope) -> Vec<Node> {
+        let mut body = self.block(scope);
+        if !ends(&body) {
+            body.push(Node::line(self.rng.pick(scope.returns.values())));
+        }
+        body
+    }
+
+    /// A name that no other variable has.
+    fn name(&mut self, stem: &str) -> String {
+        self.fresh += 1;
+        format!("{stem}{}", self.fresh)
+    }
+}
+
+/// Whether control never reaches what comes after.
+fn ends(body: &[Node]) -> bool {
+    matches!(body.last(), Some(Node::Line(line))
+        if ["return", "break", "continue"].iter().any(|word| line.starts_with(word)))
+}
+
+fn robot(built: &[(String, String)]) -> Node {
+    let fields: Vec<String> = built.iter().map(|(name, value)| format!("{name}: {value}")).collect();
+    Node::line(format!("let mut robot = Robot {{ {} }};", fields.join(", ")))
+}
+
+fn field_type(value: &str) -> &'static str {
+    match value.as_bytes()[0] {
+        b'[' => "[Kf; 2]",
+        b'S' => "Option<Kf>",
+        _ => "Kf",
+    }
+}

@@ -1,0 +1,56 @@
+//! What every generated program uses: filters that count their updates, and inputs without a body.
+
+pub trait SampledFilter {
+    fn update(&mut self);
+}
+
+pub struct Kf {
+    id: usize,
+    state: f32,
+}
+
+impl Kf {
+    pub fn new(id: usize) -> Self {
+        crate::built(id);
+        Kf { id, state: 0.0 }
+    }
+
+    pub fn reset(&mut self) {
+        *self = Kf::new(self.id);
+    }
+
+    pub fn feed(&mut self, sample: f32) {
+        self.state += sample;
+    }
+
+    pub fn value(&self) -> f32 {
+        self.state
+    }
+}
+
+impl SampledFilter for Kf {
+    fn update(&mut self) {
+        self.state *= 0.5;
+        crate::updated(self.id);
+    }
+}
+
+pub struct Fault;
+
+#[derive(Clone, Copy, PartialEq)]
+pub enum Mode {
+    Idle,
+    Hover,
+    Land,
+}
+
+pub trait Io {
+    fn next(&self, cycle: usize) -> bool;
+    fn leave(&self, cycle: usize);
+    fn flag(&self) -> bool;
+    fn mode(&self) -> Mode;
+    fn count(&self) -> usize;
+    fn sample(&self) -> Option<f32>;
+    fn attempt(&self) -> Result<f32, Fault>;
+    fn show(&self, value: f32);
+}
