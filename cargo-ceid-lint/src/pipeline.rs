@@ -2,11 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::config::Config;
+use crate::config::{Config, FilterEntry, FilterKind, FilterTarget, Scope, Section};
 use crate::count::{Cycle, analyse};
 use crate::diagnostic::{Diagnostic, Level, Problem};
 use crate::flow::{Program, lower_function};
-use crate::index::{CrateInput, Index};
+use crate::index::{CrateInput, Index, ModuleId};
 use crate::project::{Project, TargetKind};
 use crate::rules;
 use crate::source::{DiskSource, FileSet, ReadSource, SourceMap, Span};
@@ -92,7 +92,17 @@ fn parse_all(project: &Project, files: &mut FileSet, problems: &mut Vec<Problem>
 }
 
 fn analyse_all(project: &Project, config: &Config, inputs: Vec<CrateInput>, sources: SourceMap) -> Report {
-    let index = Index::build(inputs);
+    // Without the trait there is no filter, and without a filter there is nothing to count.
+    let is_configured = config.sections.iter().any(|section| !section.filters.is_empty());
+    if !is_configured && !sources.files().any(|(_, file)| file.text.contains("SampledFilter")) {
+        return Report { sources, ..Report::default() };
+    }
+    let mut index = Index::build(inputs);
+    for section in &config.sections {
+        for entry in &section.filters {
+            add_entry(project, &mut index, section, entry);
+        }
+    }
     let bodies = Program::infer_all(&index);
     let program = Program { index: &index, bodies: &bodies, sources: &sources };
     let graphs: Vec<_> = index.function_ids().map(|id| lower_function(&program, id)).collect();
@@ -111,6 +121,26 @@ fn analyse_all(project: &Project, config: &Config, inputs: Vec<CrateInput>, sour
     let diagnostics = with_levels(project, config, rules::findings(&analysis));
     let filter_types = index.filter_type_count();
     Report { diagnostics, cycles: analysis.cycles, filter_types, problems: Vec::new(), sources }
+}
+
+/// Makes a filter of the type or trait that an entry of the configuration names.
+fn add_entry(project: &Project, index: &mut Index, section: &Section, entry: &FilterEntry) {
+    let (FilterTarget::Type(path) | FilterTarget::Trait(path)) = &entry.target else { return };
+    if entry.kind == FilterKind::Event {
+        return;
+    }
+    let crates: Vec<ModuleId> = index
+        .crates
+        .iter()
+        .filter(|krate| match &section.scope {
+            Scope::Workspace(root) => project.packages[krate.package].workspace_root == *root,
+            Scope::Package(manifest) => project.packages[krate.package].manifest_path == *manifest,
+        })
+        .map(|krate| krate.root)
+        .collect();
+    for root in crates {
+        index.add_filter(root, path, &entry.law, &entry.reset);
+    }
 }
 
 /// The findings at `warn` or above, sorted.

@@ -82,6 +82,9 @@ impl Gates<'_, '_> {
         if test.subject.is_some() && self.is_unchanging(test, at) {
             return Some(Gate::Config);
         }
+        if self.is_mode(test, at) {
+            return Some(Gate::Mode);
+        }
         None
     }
 
@@ -355,6 +358,87 @@ impl Gates<'_, '_> {
                     && self.region == Region::Function;
                 !declared_inside && !written && !is_param && !self.calls_write(place) && !self.written_by_others(place)
             })
+    }
+
+    /// A state every transition into which, or out of which, goes with a reset of the filter.
+    fn is_mode(&self, test: &Test, at: NodeId) -> bool {
+        let graph = self.search.graph;
+        let Some(subject) = test.subject.map(|id| &graph.subjects[id.0 as usize]) else { return false };
+        let Some(place) = &subject.whole else { return false };
+        let heads = self.updating_heads(test, at);
+        let mut enters: Vec<NodeId> = Vec::new();
+        let mut leaves: Vec<NodeId> = Vec::new();
+        for id in self.nodes() {
+            match &graph.node(id).effect {
+                Effect::Write(write) | Effect::Set(write) if write.place == *place => match &write.head {
+                    Some(head) if heads.contains(head) => enters.push(id),
+                    Some(_) => leaves.push(id),
+                    None => return false,
+                },
+                _ => {}
+            }
+        }
+        if self.calls_write(place) {
+            return false;
+        }
+        let with_reset = |nodes: &[NodeId]| !nodes.is_empty() && nodes.iter().all(|node| self.is_reset_beside(*node));
+        with_reset(&enters) || with_reset(&leaves)
+    }
+
+    /// The heads of the subject with which an update can still be reached behind a branch.
+    fn updating_heads(&self, test: &Test, at: NodeId) -> Vec<String> {
+        let graph = self.search.graph;
+        let reach = self.search.reach(self.region);
+        let Some(subject) = test.subject.map(|id| &graph.subjects[id.0 as usize]) else { return Vec::new() };
+        let holds = graph.node(at).next.first().is_some_and(|next| reach[next.0 as usize]);
+        let mask = if holds { test.holds } else { test.fails };
+        let listed = subject.heads.iter().enumerate().filter(|(number, _)| mask & (1 << number) != 0);
+        listed.map(|(_, head)| head.clone()).collect()
+    }
+
+    /// Whether a full reset of the instance runs on every way through a node: in the straight line before or behind it.
+    fn is_reset_beside(&self, node: NodeId) -> bool {
+        let graph = self.search.graph;
+        let resets = |id: NodeId| match &graph.node(id).effect {
+            Effect::Reset { place, full } => *full && self.is_instance(place),
+            Effect::Write(write) if !write.rebinds => {
+                self.search.aliases.roots(&write.place).iter().any(|root| {
+                    root.base == self.search.instance.base
+                        && root.steps.len() <= self.search.instance.steps.len()
+                        && root.overlaps(self.search.instance)
+                })
+            }
+            Effect::Call(site) => site.targets.iter().all(|target| {
+                self.search.summaries.get(*target).is_some_and(|summary| {
+                    summary.outcomes.iter().any(|(given, outcomes)| {
+                        outcomes.iter().all(|outcome| outcome.reset)
+                            && super::summary::place_of(given, site).is_some_and(|place| self.is_instance(&place))
+                    })
+                })
+            }) && !site.targets.is_empty(),
+            _ => false,
+        };
+        let mut at = node;
+        for _ in 0..64 {
+            let [next] = graph.node(at).next.as_slice() else { break };
+            if resets(*next) {
+                return true;
+            }
+            at = *next;
+        }
+        let mut at = node;
+        for _ in 0..64 {
+            let before: Vec<NodeId> = graph.node_ids().filter(|id| graph.node(*id).next.contains(&at)).collect();
+            let [only] = before.as_slice() else { break };
+            if graph.node(*only).next.len() > 1 {
+                break;
+            }
+            if resets(*only) {
+                return true;
+            }
+            at = *only;
+        }
+        false
     }
 
     /// Whether another function writes the same field: a mode that is switched elsewhere.

@@ -84,6 +84,20 @@ pub(super) fn leaves(index: &Index, ty: &Ty) -> Vec<Leaf> {
     found
 }
 
+/// Whether a value of the type may be, hold or refer to a filter, as far as is known.
+pub(super) fn may_hold_filter(index: &Index, ty: &Ty) -> bool {
+    match ty {
+        Ty::Unknown | Ty::Var(_) | Ty::Param(_) | Ty::Opaque(_) => true,
+        Ty::Ref(_, inner) | Ty::Pointer(inner) | Ty::Array(inner, _) | Ty::Slice(inner) => may_hold_filter(index, inner),
+        Ty::Tuple(parts) => parts.iter().any(|part| may_hold_filter(index, part)),
+        Ty::External(_, args) => index.filter_spec(ty).is_some() || args.iter().any(|arg| may_hold_filter(index, arg)),
+        Ty::Adt(_, args) => {
+            crate::flow::holds_filter(index, ty) || args.iter().any(|arg| may_hold_filter(index, arg))
+        }
+        _ => false,
+    }
+}
+
 /// The filters that lie in the fields of a filter.
 pub(super) fn parts(index: &Index, ty: &Ty) -> Vec<Leaf> {
     let mut found = Vec::new();

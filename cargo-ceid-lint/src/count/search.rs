@@ -149,18 +149,6 @@ struct Run<'s, 'a> {
 }
 
 impl<'a> Search<'a> {
-    pub(super) fn new(
-        program: &'a Program<'a>,
-        graph: &'a ControlFlowGraph,
-        aliases: &'a Aliases,
-        summaries: &'a Summaries,
-        instance: &'a Place,
-        law: usize,
-    ) -> Self {
-        let dependence = std::rc::Rc::new(ControlDependence::of(graph));
-        Self::with_dependence(program, graph, aliases, summaries, instance, law, dependence)
-    }
-
     pub(super) fn with_dependence(
         program: &'a Program<'a>,
         graph: &'a ControlFlowGraph,
@@ -318,7 +306,7 @@ impl<'a> Search<'a> {
     }
 
     /// The nodes from which an update can be reached without leaving the iteration.
-    fn reach(&self, region: Region) -> Vec<bool> {
+    pub(super) fn reach(&self, region: Region) -> Vec<bool> {
         let graph = self.graph;
         let mut before: Vec<Vec<NodeId>> = vec![Vec::new(); graph.nodes.len()];
         for id in graph.node_ids() {

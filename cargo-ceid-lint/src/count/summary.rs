@@ -1,10 +1,12 @@
 //! What a call of a function does to the places it gets: callees first, recursion to a fixpoint.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::rc::Rc;
 
 use super::aliases::Aliases;
 use super::counts::Count;
 use super::search::{Region, Search};
+use super::slice::ControlDependence;
 use super::verdict::Gate;
 use crate::flow::{Base, Cause, ControlFlowGraph, Effect, IndexKey, Place, Program, Projection};
 use crate::index::{FunctionId, ValueId};
@@ -195,9 +197,16 @@ impl Summaries {
             }
         }
         // A part of a place is looked at through the place where both are touched.
+        let dependence = Rc::new(ControlDependence::of(graph));
         for given in touched {
             let instance = instance_of(graph, &given);
-            let search = Search::new(program, graph, &aliases, self, &instance, 0);
+            let may_matter = super::instances::place_ty(program.index, graph, &instance)
+                .is_none_or(|ty| super::instances::may_hold_filter(program.index, &ty));
+            if !may_matter {
+                continue;
+            }
+            let search =
+                Search::with_dependence(program, graph, &aliases, self, &instance, 0, Rc::clone(&dependence));
             let outcomes = search.outcomes(Region::Function);
             summary.outcomes.insert(given, outcomes);
         }

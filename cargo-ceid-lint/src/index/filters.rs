@@ -18,6 +18,10 @@ pub struct FilterSpec {
 pub enum Subject {
     /// Every type that implements the trait.
     Trait(TraitName),
+    /// One type of the analysed code.
+    Type(super::TypeId),
+    /// One type of a crate whose sources are not read, by its path.
+    External(String),
 }
 
 /// A law, or a half of one: its methods are alternatives, one of which runs.
@@ -67,6 +71,22 @@ pub(super) fn specs(index: &Index) -> Vec<FilterSpec> {
 }
 
 impl Index {
+    /// Makes a filter of the type or trait that a path means in the module, if it means one.
+    pub fn add_filter(&mut self, module: super::ModuleId, path: &str, law: &[Vec<String>], resets: &[String]) {
+        let names: Vec<String> = path.split("::").map(str::to_owned).collect();
+        let subject = match self.resolve(module, &names, super::Namespace::Type) {
+            Some(super::Def::Type(id)) => Subject::Type(id),
+            Some(super::Def::Trait(id)) => Subject::Trait(TraitName::Local(id)),
+            Some(super::Def::External(path)) => Subject::External(path),
+            _ => return,
+        };
+        if self.specs.iter().any(|spec| spec.subject == subject) {
+            return;
+        }
+        let law = law.iter().map(|methods| LawGroup { methods: methods.clone(), multiplicity: Multiplicity::Once }).collect();
+        self.specs.insert(0, FilterSpec { subject, law, resets: resets.to_vec() });
+    }
+
     /// What is known of a type as a filter; `None` if it is none.
     #[must_use]
     pub fn filter_spec(&self, ty: &Ty) -> Option<&FilterSpec> {
@@ -75,15 +95,18 @@ impl Index {
         }
         self.specs.iter().find(|spec| match &spec.subject {
             Subject::Trait(name) => self.implements(ty, name),
+            Subject::Type(id) => matches!(ty, Ty::Adt(own, _) if own == id),
+            Subject::External(path) => matches!(ty, Ty::External(own, _) if own == path),
         })
     }
 
     /// The half of the law that a method of a filter runs: its number, if it is one.
     #[must_use]
     pub fn law_group(&self, spec: &FilterSpec, method: &str, owner: &MethodOwner) -> Option<usize> {
-        let Subject::Trait(of) = &spec.subject;
         // A method of the same name of another trait is another method.
-        if owner.of_trait().is_some_and(|name| name != of && !self.is_filter_trait(name)) {
+        if let Subject::Trait(of) = &spec.subject
+            && owner.of_trait().is_some_and(|name| name != of && !self.is_filter_trait(name))
+        {
             return None;
         }
         spec.law.iter().position(|group| group.methods.iter().any(|name| name == method))

@@ -1,5 +1,7 @@
 //! What a path means in a module: `use`, globs, re-exports, `crate`, `self`, `super`, extern crates, the prelude.
 
+use std::collections::HashMap;
+
 use super::known;
 use super::{CrateId, Def, Entry, Index, ModuleId, Shape};
 
@@ -12,20 +14,21 @@ pub enum Namespace {
     Value,
 }
 
-/// How many links of a chain of imports are followed: more is a cycle.
-const MAX_LINKS: u32 = 32;
+/// What was looked up on the way to an answer: a name that is asked for again while it is looked up is not found, so that
+/// imports that lead to each other end, and each name of each module is looked up once.
+#[derive(Default)]
+struct Trail {
+    answers: HashMap<(ModuleId, Namespace, String), Option<Def>>,
+}
 
 impl Index {
     /// What the path means in the module; `None` if nothing is found.
     #[must_use]
     pub fn resolve(&self, module: ModuleId, path: &[String], namespace: Namespace) -> Option<Def> {
-        self.resolve_path(module, path, namespace, 0)
+        self.resolve_path(module, path, namespace, &mut Trail::default())
     }
 
-    fn resolve_path(&self, module: ModuleId, path: &[String], namespace: Namespace, links: u32) -> Option<Def> {
-        if links > MAX_LINKS {
-            return None;
-        }
+    fn resolve_path(&self, module: ModuleId, path: &[String], namespace: Namespace, trail: &mut Trail) -> Option<Def> {
         let (first, rest) = path.split_first()?;
         let first_namespace = if rest.is_empty() { namespace } else { Namespace::Type };
         let mut def = match first.as_str() {
@@ -35,9 +38,9 @@ impl Index {
             "" => {
                 let (name, rest) = rest.split_first()?;
                 let start = self.extern_crate(self.module(module).krate, name)?;
-                return self.resolve_rest(start, rest, namespace, links);
+                return self.resolve_rest(start, rest, namespace, trail);
             }
-            name => self.resolve_first(module, name, first_namespace, rest.is_empty(), links)?,
+            name => self.resolve_first(module, name, first_namespace, rest.is_empty(), trail)?,
         };
         if matches!(first.as_str(), "crate" | "self" | "super" | "$crate") && rest.is_empty() {
             return Some(def);
@@ -50,9 +53,9 @@ impl Index {
                 def = Def::Module(self.module(*at).parent.map(|up| self.enclosing(up))?);
                 rest = more;
             }
-            return self.resolve_rest(def, rest, namespace, links);
+            return self.resolve_rest(def, rest, namespace, trail);
         }
-        self.resolve_rest(def, rest, namespace, links)
+        self.resolve_rest(def, rest, namespace, trail)
     }
 
     fn resolve_first(
@@ -61,11 +64,11 @@ impl Index {
         name: &str,
         namespace: Namespace,
         is_last: bool,
-        links: u32,
+        trail: &mut Trail,
     ) -> Option<Def> {
         let mut scope = Some(module);
         while let Some(at) = scope {
-            if let Some(def) = self.name_in(at, name, namespace, links) {
+            if let Some(def) = self.name_in(at, name, namespace, trail) {
                 return Some(def);
             }
             let module = self.module(at);
@@ -79,18 +82,18 @@ impl Index {
         known::prelude(name).map(|path| Def::External(path.to_owned()))
     }
 
-    fn resolve_rest(&self, start: Def, rest: &[String], namespace: Namespace, links: u32) -> Option<Def> {
+    fn resolve_rest(&self, start: Def, rest: &[String], namespace: Namespace, trail: &mut Trail) -> Option<Def> {
         let mut def = start;
         for (number, name) in rest.iter().enumerate() {
             let namespace = if number + 1 == rest.len() { namespace } else { Namespace::Type };
-            def = self.member(&def, name, namespace, links)?;
+            def = self.member(&def, name, namespace, trail)?;
         }
         Some(def)
     }
 
-    fn member(&self, def: &Def, name: &str, namespace: Namespace, links: u32) -> Option<Def> {
+    fn member(&self, def: &Def, name: &str, namespace: Namespace, trail: &mut Trail) -> Option<Def> {
         match def {
-            Def::Module(module) => self.name_in(*module, name, namespace, links),
+            Def::Module(module) => self.name_in(*module, name, namespace, trail),
             Def::Type(id) => match &self.type_def(*id).shape {
                 Shape::Enum(variants) => {
                     variants.iter().position(|variant| variant.name == name).map(|number| Def::Variant(*id, number))
@@ -100,8 +103,8 @@ impl Index {
             Def::Alias(id) => {
                 let alias = &self.aliases[id.0 as usize];
                 let crate::syntax::tree::TypeRef::Path(path) = &alias.ty else { return None };
-                let target = self.resolve_path(alias.module, &segments(path), Namespace::Type, links + 1)?;
-                self.member(&target, name, namespace, links + 1)
+                let target = self.resolve_path(alias.module, &segments(path), Namespace::Type, trail)?;
+                self.member(&target, name, namespace, trail)
             }
             Def::External(path) => Some(Def::External(known::canonical(&format!("{path}::{name}")))),
             Def::Variant(..) | Def::Trait(_) | Def::Function(_) | Def::Value(_) => None,
@@ -109,15 +112,23 @@ impl Index {
     }
 
     /// A name in a module: its own items and imports first, then globs.
-    fn name_in(&self, module: ModuleId, name: &str, namespace: Namespace, links: u32) -> Option<Def> {
-        if links > MAX_LINKS {
-            return None;
+    fn name_in(&self, module: ModuleId, name: &str, namespace: Namespace, trail: &mut Trail) -> Option<Def> {
+        let key = (module, namespace, name.to_owned());
+        if let Some(answer) = trail.answers.get(&key) {
+            return answer.clone();
         }
+        trail.answers.insert(key.clone(), None);
+        let found = self.search_name(module, name, namespace, trail);
+        trail.answers.insert(key, found.clone());
+        found
+    }
+
+    fn search_name(&self, module: ModuleId, name: &str, namespace: Namespace, trail: &mut Trail) -> Option<Def> {
         let data = self.module(module);
         match data.names.get(&(namespace, name.to_owned())) {
             Some(Entry::Def(def)) => return Some(def.clone()),
             Some(Entry::Import(path)) => {
-                let found = self.resolve_import(module, path, namespace, links + 1);
+                let found = self.resolve_import(module, path, namespace, trail);
                 if found.is_some() {
                     return found;
                 }
@@ -125,10 +136,10 @@ impl Index {
             None => {}
         }
         for glob in &data.globs {
-            let found = match self.resolve_import(module, glob, Namespace::Type, links + 1) {
-                Some(Def::Module(target)) if target != module => self.name_in(target, name, namespace, links + 1),
+            let found = match self.resolve_import(module, glob, Namespace::Type, trail) {
+                Some(Def::Module(target)) if target != module => self.name_in(target, name, namespace, trail),
                 Some(Def::External(path)) => known::glob_member(&path, name).map(Def::External),
-                Some(target @ (Def::Type(_) | Def::Alias(_))) => self.member(&target, name, namespace, links + 1),
+                Some(target @ (Def::Type(_) | Def::Alias(_))) => self.member(&target, name, namespace, trail),
                 _ => None,
             };
             if found.is_some() {
@@ -139,7 +150,7 @@ impl Index {
     }
 
     /// The path of a `use`. A name that it binds itself must not be found through the import of the same name.
-    fn resolve_import(&self, module: ModuleId, path: &[String], namespace: Namespace, links: u32) -> Option<Def> {
+    fn resolve_import(&self, module: ModuleId, path: &[String], namespace: Namespace, trail: &mut Trail) -> Option<Def> {
         let first = path.first()?;
         let own = self.module(module).names.get(&(Namespace::Type, first.clone()));
         if let Some(Entry::Import(target)) = own
@@ -147,17 +158,17 @@ impl Index {
         {
             // `use tokio;` or `use a::b as a;`: the first name is a crate.
             let start = self.extern_crate(self.module(module).krate, first)?;
-            return self.resolve_rest(start, &path[1..], namespace, links);
+            return self.resolve_rest(start, &path[1..], namespace, trail);
         }
         if let Some(Entry::Import(target)) = own
             && target.first() == Some(first)
         {
             // `use pid::Pid; use pid as pid;` and the like: the crate is meant.
             if let Some(start) = self.extern_crate(self.module(module).krate, first) {
-                return self.resolve_rest(start, &path[1..], namespace, links);
+                return self.resolve_rest(start, &path[1..], namespace, trail);
             }
         }
-        self.resolve_path(module, path, namespace, links)
+        self.resolve_path(module, path, namespace, trail)
     }
 
     fn extern_crate(&self, krate: CrateId, name: &str) -> Option<Def> {

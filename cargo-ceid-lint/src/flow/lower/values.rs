@@ -130,12 +130,18 @@ impl Builder<'_> {
         let value = self.expr(init);
         let span = self.body().pat(pat).span.to(self.span(init));
         let failed = self.add_node(Effect::Nothing, self.span(otherwise));
+        let before = self.scopes.last().map_or(0, |scope| scope.guards.len());
         self.match_pattern(pat, init, &value, span, failed);
         let matched = self.at;
-        self.resume(failed);
+        // A guard that the pattern binds is not there where it does not match.
+        let bound = self.scopes.last_mut().map(|scope| scope.guards.split_off(before)).unwrap_or_default();
+        self.resume_if_reached(failed);
         self.expr(otherwise);
         if self.at.is_some() {
             self.emit(Effect::Diverge, span);
+        }
+        if let Some(scope) = self.scopes.last_mut() {
+            scope.guards.extend(bound);
         }
         self.at = matched;
     }
