@@ -62,12 +62,16 @@ pub(crate) fn batch(directory: &Path, programs: &[Program]) -> Vec<Option<Outcom
     let mut accepted: Vec<usize> = (0..programs.len()).collect();
     loop {
         let batch = Batch::write(directory, programs, &accepted);
-        let rejected = batch.compile();
+        let mut rejected = batch.compile();
         if rejected.is_empty() {
-            let outcomes = batch.outcomes(programs);
-            let mut all = vec![None; programs.len()];
-            accepted.into_iter().zip(outcomes).for_each(|(index, outcome)| all[index] = Some(outcome));
-            return all;
+            let mut outcomes = batch.blank(programs);
+            rejected.extend(batch.observe(&mut outcomes));
+            if rejected.is_empty() {
+                batch.ask(&mut outcomes);
+                let mut all = vec![None; programs.len()];
+                accepted.into_iter().zip(outcomes).for_each(|(index, outcome)| all[index] = Some(outcome));
+                return all;
+            }
         }
         accepted = accepted.into_iter().enumerate().filter(|(at, _)| !rejected.contains(at)).map(|(_, i)| i).collect();
     }
@@ -117,38 +121,66 @@ impl Batch {
             .output()
             .expect("rustc starts");
         let messages = String::from_utf8_lossy(&output.stderr);
-        let mut rejected = Vec::new();
-        for message in messages.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok()) {
-            let spans = message["spans"].as_array().cloned().unwrap_or_default();
-            let in_programs = spans.iter().filter(|span| span["file_name"] == "programs.rs");
-            if message["level"] == "error" {
-                rejected.extend(in_programs.filter_map(|span| self.program_at(span["line_start"].as_u64()? as usize)));
-            }
-        }
-        if rejected.is_empty() {
-            assert!(output.status.success(), "the batch does not compile:\n{messages}");
-        }
+        let errors = messages.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+        let errors: Vec<Value> = errors.filter(|message| message["level"] == "error").collect();
+        let spans = errors.iter().flat_map(|error| error["spans"].as_array().into_iter().flatten());
+        let rejected: Vec<usize> = spans.filter_map(|span| self.program_of(span)).collect();
+        let first = errors.iter().find_map(|error| error["rendered"].as_str()).unwrap_or_default();
         if std::env::var_os("ORACLE_REJECTED").is_some() {
-            println!("{messages}");
+            errors.iter().filter_map(|error| error["rendered"].as_str()).for_each(|text| println!("{text}"));
         }
+        assert!(output.status.success() || !rejected.is_empty(), "the batch does not compile:\n{first}");
         rejected
+    }
+
+    fn program_of(&self, span: &Value) -> Option<usize> {
+        let line = span["line_start"].as_u64()? as usize;
+        match span["file_name"].as_str()? {
+            "programs.rs" => self.program_at(line),
+            "table.rs" => line.checked_sub(2).filter(|&at| at < self.indices.len()),
+            _ => None,
+        }
     }
 
     fn program_at(&self, line: usize) -> Option<usize> {
         self.starts.partition_point(|&start| start <= line).checked_sub(1)
     }
 
-    fn outcomes(&self, programs: &[Program]) -> Vec<Outcome> {
-        let mut outcomes: Vec<Outcome> = self
-            .indices
-            .iter()
-            .map(|&index| Outcome {
-                is_complete: true,
-                seen: vec![[Seen::default(); FILTERS]; programs[index].loops],
-                pairs: Vec::new(),
-            })
-            .collect();
-        self.observe(&mut outcomes);
+    /// Runs the programs; the position of one that does not end.
+    fn observe(&self, outcomes: &mut [Outcome]) -> Option<usize> {
+        let output = Command::new(self.directory.join("batch")).output().expect("the batch starts");
+        let text = String::from_utf8_lossy(&output.stdout);
+        assert!(output.status.success(), "the batch failed:\n{}", String::from_utf8_lossy(&output.stderr));
+        let mut current = 0;
+        for line in text.lines() {
+            let words: Vec<&str> = line.split(' ').collect();
+            let number = |at: usize| words[at].parse::<usize>().expect("the runtime prints numbers");
+            match words[0] {
+                "endless" => return Some(number(1)),
+                "program" => {
+                    current = number(1);
+                    outcomes[current].is_complete = words[2] == "complete";
+                }
+                _ => {
+                    let seen = Seen { completing: number(3) as u8, exiting: number(4) as u8 };
+                    outcomes[current].seen[number(1)][number(2)] = seen;
+                }
+            }
+        }
+        None
+    }
+
+    fn blank(&self, programs: &[Program]) -> Vec<Outcome> {
+        let blank = |&index: &usize| Outcome {
+            is_complete: true,
+            seen: vec![[Seen::default(); FILTERS]; programs[index].loops],
+            pairs: Vec::new(),
+        };
+        self.indices.iter().map(blank).collect()
+    }
+
+    /// Adds what the linter says.
+    fn ask(&self, outcomes: &mut [Outcome]) {
         let text = report_file(&self.directory.join("programs.rs"));
         let report: Value = serde_json::from_str(&text.stdout)
             .unwrap_or_else(|error| panic!("no report ({error}) of {}:\n{}", self.directory.display(), text.stderr));
@@ -157,26 +189,7 @@ impl Batch {
             let Some(at) = self.program_at(line) else { continue };
             let number = self.loops.iter().find(|&&(own, ..)| own == line).map(|&(_, _, number)| number);
             for filter in cycle["filters"].as_array().into_iter().flatten() {
-                outcomes[at].pairs.push((number, pair(line - self.starts[at], cycle, filter)));
-            }
-        }
-        outcomes
-    }
-
-    fn observe(&self, outcomes: &mut [Outcome]) {
-        let output = Command::new(self.directory.join("batch")).output().expect("the batch starts");
-        let text = String::from_utf8_lossy(&output.stdout);
-        assert!(output.status.success(), "the batch failed:\n{}", String::from_utf8_lossy(&output.stderr));
-        let mut current = 0;
-        for line in text.lines() {
-            let words: Vec<&str> = line.split(' ').collect();
-            let number = |at: usize| words[at].parse::<usize>().expect("the runtime prints numbers");
-            if words[0] == "program" {
-                current = number(1);
-                outcomes[current].is_complete = words[2] == "complete";
-            } else {
-                let seen = Seen { completing: number(3) as u8, exiting: number(4) as u8 };
-                outcomes[current].seen[number(1)][number(2)] = seen;
+                outcomes[at].pairs.push((number, pair(line - self.starts[at] + 1, cycle, filter)));
             }
         }
     }

@@ -6,7 +6,8 @@
 mod programs;
 mod table;
 
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use programs::{Fault, Io, Mode};
 
@@ -51,7 +52,6 @@ struct World {
 
 thread_local! {
     static WORLD: RefCell<World> = RefCell::default();
-    static INSIDE: Cell<bool> = const { Cell::new(false) };
 }
 
 /// Called by the update law of filter `id`.
@@ -197,8 +197,27 @@ fn explore(program: fn(&dyn Io), loops: usize, cycles: usize) -> bool {
     false
 }
 
+/// The program that runs, for the watchdog.
+static CURRENT: AtomicUsize = AtomicUsize::new(0);
+
+/// Ends the process when one program does not end.
+fn watch() {
+    let mut last = usize::MAX;
+    loop {
+        std::thread::sleep(std::time::Duration::from_secs(5));
+        let current = CURRENT.load(Ordering::Relaxed);
+        if current == last {
+            println!("endless {current}");
+            std::process::exit(0);
+        }
+        last = current;
+    }
+}
+
 fn main() {
+    std::thread::spawn(watch);
     for (number, &(program, loops, is_stateful)) in table::ALL.iter().enumerate() {
+        CURRENT.store(number, Ordering::Relaxed);
         WORLD.with_borrow_mut(|world| world.seen = vec![Default::default(); loops]);
         let mut is_complete = explore(program, loops, 1);
         if is_stateful {
