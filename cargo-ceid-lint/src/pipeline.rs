@@ -103,6 +103,9 @@ fn analyse_all(project: &Project, config: &Config, inputs: Vec<CrateInput>, sour
             add_entry(project, &mut index, section, entry);
         }
     }
+    if is_configured {
+        index.find_holders();
+    }
     let bodies = Program::infer_all(&index);
     let program = Program { index: &index, bodies: &bodies, sources: &sources };
     let graphs: Vec<_> = index.function_ids().map(|id| lower_function(&program, id)).collect();
@@ -110,7 +113,10 @@ fn analyse_all(project: &Project, config: &Config, inputs: Vec<CrateInput>, sour
     let is_shown = |package: usize, target: usize, span: Span| {
         let package = &project.packages[package];
         let path = &sources.file(span.file).path;
-        package.is_reported && package.targets[target].is_reported && project.is_wanted(path) && !config.is_excluded(path)
+        package.is_reported
+            && package.targets[target].is_reported
+            && project.is_wanted(path)
+            && !config.is_excluded(path)
     };
     analysis.cycles.retain(|cycle| is_shown(cycle.package, cycle.target, cycle.head));
     analysis.unregistered.retain(|filter| is_shown(filter.package, filter.target, filter.span));

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::summary::Summaries;
-use crate::flow::{Base, ControlFlowGraph, Effect, LoopId, Place, Projection, Var};
+use crate::flow::{Base, ControlFlowGraph, Effect, IndexKey, LoopId, Place, Projection, Var};
 
 /// The names of a function's places.
 #[derive(Debug, Default)]
@@ -15,6 +15,18 @@ pub(super) struct Aliases {
     owning: BTreeSet<Var>,
     /// Which variables were computed from which.
     derived: BTreeMap<Var, BTreeSet<Var>>,
+}
+
+/// Whether steps may lead to the same part: an element that stands for each may be any.
+fn may_match(steps: &[Projection], place: &[Projection]) -> bool {
+    steps.iter().zip(place).all(|(left, right)| {
+        left == right
+            || matches!(
+                (left, right),
+                (Projection::Index(IndexKey::Each), Projection::Index(_))
+                    | (Projection::Index(_), Projection::Index(IndexKey::Each))
+            )
+    })
 }
 
 /// How long a chain of names is followed.
@@ -46,10 +58,10 @@ impl Aliases {
                 }
                 Effect::Call(site) => {
                     for target in &site.targets {
-                        for (param, steps) in summaries.returns(*target) {
-                            if let Some(place) = site.args.get(*param).and_then(|arg| arg.place.as_ref()) {
-                                let from = place.join(steps);
-                                aliases.add(graph, site.result, &[], &from, false, node.in_loop);
+                        for borrow in summaries.returns(*target) {
+                            if let Some(place) = site.args.get(borrow.param).and_then(|arg| arg.place.as_ref()) {
+                                let from = place.join(&borrow.steps);
+                                aliases.add(graph, site.result, &borrow.part, &from, false, node.in_loop);
                             }
                         }
                     }
@@ -68,7 +80,15 @@ impl Aliases {
         aliases
     }
 
-    fn add(&mut self, graph: &ControlFlowGraph, var: Var, steps: &[Projection], from: &Place, by_move: bool, at: Option<LoopId>) {
+    fn add(
+        &mut self,
+        graph: &ControlFlowGraph,
+        var: Var,
+        steps: &[Projection],
+        from: &Place,
+        by_move: bool,
+        at: Option<LoopId>,
+    ) {
         if by_move && !self.unnamed.contains(&var) && !self.keeps_moved(graph, from, at) {
             // What is moved into a variable lives there from now on.
             self.owning.insert(var);
@@ -109,6 +129,28 @@ impl Aliases {
         found.into_iter().collect()
     }
 
+    /// The parts of a place that are names of other places, with those places; the whole if it is one.
+    pub(super) fn parts(&self, place: &Place) -> Vec<(Vec<Projection>, Place)> {
+        let mut found: Vec<(Vec<Projection>, Place)> =
+            self.roots(place).into_iter().map(|root| (Vec::new(), root)).collect();
+        let mut open = vec![(Vec::new(), place.clone(), 0)];
+        while let Some((part, place, links)) = open.pop() {
+            let Some(var) = place.base_var().filter(|_| links < 6) else { continue };
+            for (steps, source) in self.sources.get(&var).into_iter().flatten() {
+                if steps.len() > place.steps.len() && steps[..place.steps.len()] == place.steps[..] {
+                    let mut inner: Vec<Projection> = Clone::clone(&part);
+                    inner.extend_from_slice(&steps[place.steps.len()..]);
+                    found.extend(self.roots(source).into_iter().map(|root| (inner.clone(), root)));
+                } else if steps.is_empty() {
+                    open.push((part.clone(), source.join(&place.steps), links + 1));
+                }
+            }
+        }
+        found.sort();
+        found.dedup();
+        found
+    }
+
     fn follow(&self, place: &Place, links: u32, seen: &mut BTreeSet<Place>, found: &mut BTreeSet<Place>) {
         if links > MAX_LINKS || !seen.insert(place.clone()) {
             return;
@@ -120,7 +162,7 @@ impl Aliases {
         let mut own = BTreeSet::new();
         let mut has_source = false;
         for (steps, source) in self.sources.get(&var).into_iter().flatten() {
-            if place.steps.len() >= steps.len() && place.steps[..steps.len()] == steps[..] {
+            if place.steps.len() >= steps.len() && may_match(steps, &place.steps) {
                 has_source = true;
                 self.follow(&source.join(&place.steps[steps.len()..]), links + 1, seen, &mut own);
             }

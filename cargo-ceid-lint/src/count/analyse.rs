@@ -11,7 +11,9 @@ use super::search::{Region, Search};
 use super::slice::ControlDependence;
 use super::summary::{Summaries, place_of};
 use super::verdict::{Cycle, Pair, Verdict};
-use crate::flow::{Base, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection, Rounds, Var};
+use crate::flow::{
+    Base, ControlFlowGraph, CycleKind, Directive, Effect, LoopId, NodeId, Place, Program, Projection, Rounds, Var,
+};
 use crate::index::{FunctionId, Index, Owner, Ty, TypeId};
 use crate::source::Span;
 use crate::syntax::tree::Receiver;
@@ -111,10 +113,10 @@ type FieldKey = (TypeId, String);
 pub fn analyse(program: &Program<'_>, graphs: &[Option<ControlFlowGraph>]) -> Analysis {
     let summaries = Summaries::compute(program, graphs);
     let called = called_functions(program.index, graphs);
-    let in_cycle = reached_from_cycles(program.index, graphs, &called);
+    let in_cycle = reached_from_cycles(program, graphs, &called);
     let mut facts = Vec::new();
     for graph in graphs.iter().flatten() {
-        let kind = function_kind(program.index, graph, &called);
+        let kind = function_kind(program, graph, &called);
         facts.push(function_facts(program, graph, &summaries, kind, &in_cycle));
     }
     let fields = updated_fields(program.index, &facts, &in_cycle);
@@ -154,14 +156,14 @@ fn is_outside(index: &Index, id: FunctionId) -> bool {
 
 /// The functions that run inside some cycle: called from a loop, or from a function that is a cycle, at any depth.
 fn reached_from_cycles(
-    index: &Index,
+    program: &Program<'_>,
     graphs: &[Option<ControlFlowGraph>],
     called: &BTreeSet<FunctionId>,
 ) -> BTreeSet<FunctionId> {
     let mut reached: BTreeSet<FunctionId> = BTreeSet::new();
     let mut open = Vec::new();
     for graph in graphs.iter().flatten() {
-        let whole = matches!(function_kind(index, graph, called), FunctionKind::Cycle | FunctionKind::Presumed);
+        let whole = matches!(function_kind(program, graph, called), FunctionKind::Cycle | FunctionKind::Presumed);
         for node in &graph.nodes {
             if let Effect::Call(site) = &node.effect
                 && (whole || node.in_loop.is_some())
@@ -174,22 +176,34 @@ fn reached_from_cycles(
         if reached.insert(id)
             && let Some(graph) = &graphs[id.0 as usize]
         {
-            open.extend(super::callgraph::callees(graph).into_iter().map(|callee| FunctionId(u32::try_from(callee).unwrap_or(u32::MAX))));
+            open.extend(
+                super::callgraph::callees(graph)
+                    .into_iter()
+                    .map(|callee| FunctionId(u32::try_from(callee).unwrap_or(u32::MAX))),
+            );
         }
     }
     reached
 }
 
 /// What one call of a function is.
-fn function_kind(index: &Index, graph: &ControlFlowGraph, called: &BTreeSet<FunctionId>) -> FunctionKind {
+fn function_kind(program: &Program<'_>, graph: &ControlFlowGraph, called: &BTreeSet<FunctionId>) -> FunctionKind {
+    let index = program.index;
     let id = graph.function;
     if is_outside(index, id) {
         return FunctionKind::Outside;
     }
+    match Directive::at(program.sources, index.function(id).function.keyword) {
+        Some(Directive::Cycle) => return FunctionKind::Cycle,
+        Some(Directive::NotACycle) => return FunctionKind::Helper,
+        None => {}
+    }
     if is_cycle_function(index, id) {
         return FunctionKind::Cycle;
     }
-    if called.contains(&id) || is_constructor(index, id) || index.function(id).name == "main" {
+    // A function with a loop that never ends is not called once per cycle.
+    let is_endless = graph.loops.iter().any(|info| info.rounds == Rounds::Unbounded && !info.is_foreign);
+    if called.contains(&id) || is_constructor(index, id) || index.function(id).name == "main" || is_endless {
         return FunctionKind::Helper;
     }
     FunctionKind::Presumed
@@ -252,7 +266,8 @@ fn function_facts<'a>(
                 for target in &site.targets {
                     let Some(summary) = summaries.get(*target) else { continue };
                     for (given, outcomes) in &summary.outcomes {
-                        let updates = outcomes.iter().any(|outcome| outcome.count != Count::Zero || outcome.unknown.is_some());
+                        let updates =
+                            outcomes.iter().any(|outcome| outcome.count != Count::Zero || outcome.unknown.is_some());
                         if updates && let Some(place) = place_of(given, site) {
                             places.extend(aliases.roots(&place));
                         }
@@ -272,8 +287,7 @@ fn function_facts<'a>(
     let places = settle_elements(program.index, graph, &places);
     let mut updated = Vec::new();
     for place in places {
-        let search =
-            Search::with_dependence(program, graph, &aliases, summaries, &place, 0, Rc::clone(&dependence));
+        let search = Search::with_dependence(program, graph, &aliases, summaries, &place, 0, Rc::clone(&dependence));
         let instance = choose_cycles(graph, &aliases, summaries, &search, kind, in_cycle);
         updated.push(Instance { place: place.clone(), ..instance });
     }
@@ -290,7 +304,8 @@ fn is_instance(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
     let mut at = Place { base: place.base, steps: Vec::new() };
     for step in &place.steps {
         if matches!(step, Projection::Index(_))
-            && place_ty(index, graph, &at).is_some_and(|ty| ty.external_name().is_some_and(|name| name.ends_with("Map")))
+            && place_ty(index, graph, &at)
+                .is_some_and(|ty| ty.external_name().is_some_and(|name| name.ends_with("Map")))
         {
             return false;
         }
@@ -332,8 +347,9 @@ fn choose_cycles(
             }
             around.push(id);
         }
-        around.retain(|id| !search.covers(*id));
-        chosen.push((node, choose(graph, aliases, summaries, search, node, &around, kind, is_helper, &mut sample_loops)));
+        around.retain(|id| !search.binds(*id) && graph.loop_info(*id).directive != Some(Directive::NotACycle));
+        chosen
+            .push((node, choose(graph, aliases, summaries, search, node, &around, kind, is_helper, &mut sample_loops)));
     }
     let loops: BTreeSet<LoopId> = chosen.iter().filter_map(|(_, id)| *id).collect();
     // Where updates sit at two depths, the cycle is the innermost loop that holds them all.
@@ -343,9 +359,9 @@ fn choose_cycles(
             !loops.iter().any(|other| {
                 other != *id
                     && graph.is_within(Some(**id), *other)
-                    && chosen.iter().any(|(node, own)| {
-                        *own == Some(*other) && !graph.is_within(graph.node(*node).in_loop, **id)
-                    })
+                    && chosen
+                        .iter()
+                        .any(|(node, own)| *own == Some(*other) && !graph.is_within(graph.node(*node).in_loop, **id))
             })
         })
         .copied()
@@ -357,7 +373,10 @@ fn choose_cycles(
 }
 
 /// The cycle of one update among the loops around it, innermost first.
-#[expect(clippy::too_many_arguments, reason = "the choice depends on all of it, and a struct would be made for one call")]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the choice depends on all of it, and a struct would be made for one call"
+)]
 fn choose(
     graph: &ControlFlowGraph,
     aliases: &Aliases,
@@ -369,6 +388,10 @@ fn choose(
     is_helper: bool,
     sample_loops: &mut BTreeSet<LoopId>,
 ) -> Option<LoopId> {
+    let declared = |id: &&LoopId| graph.loop_info(**id).directive == Some(Directive::Cycle);
+    if let Some(id) = around.iter().find(declared) {
+        return Some(*id);
+    }
     let unbounded = around.iter().position(|id| graph.loop_info(*id).rounds == Rounds::Unbounded);
     // A loop over samples that are fed to the instance is its cycle, inside whatever else is one.
     let inner = &around[..unbounded.unwrap_or(around.len())];
@@ -413,11 +436,21 @@ fn feeds(
     if info.rounds == Rounds::Unbounded || info.bound.is_empty() {
         return false;
     }
-    // A bare counter is no sample.
-    let counter = info.counter.map(|(var, _)| var);
-    let bound: Vec<Var> = info.bound.iter().copied().filter(|var| Some(*var) != counter || indexes_data(graph, id)).collect();
+    // A counter is no sample, but what it indexes is one.
+    let mut bound = info.bound.clone();
+    if let Some((counter, _)) = info.counter {
+        bound.retain(|var| *var != counter && !aliases.is_derived(counter, &[*var]));
+        let data = info.indexes.iter().filter(|collection| {
+            !aliases
+                .roots(collection)
+                .iter()
+                .any(|root| root.base == search.instance.base && root.overlaps(search.instance))
+        });
+        bound.extend(data.filter_map(Place::base_var));
+    }
     let is_fed = |fed: &[Var], into: &[Var]| {
-        fed.iter().any(|var| aliases.is_derived(*var, &bound)) || bound.iter().any(|var| aliases.is_derived(*var, into) && !into.is_empty())
+        fed.iter().any(|var| aliases.is_derived(*var, &bound))
+            || bound.iter().any(|var| aliases.is_derived(*var, into) && !into.is_empty())
     };
     let at_update = match &graph.node(node).effect {
         Effect::Update(update) => is_fed(&update.fed, &update.into),
@@ -437,17 +470,13 @@ fn feeds(
                     }
                     Effect::Write(write) => {
                         let into: Vec<Var> = write.place.base_var().into_iter().collect();
-                        aliases.roots(&write.place).iter().any(|root| root.overlaps(search.instance) && root.steps.len() > search.instance.steps.len())
-                            && into.iter().any(|var| aliases.is_derived(*var, &bound))
+                        aliases.roots(&write.place).iter().any(|root| {
+                            root.overlaps(search.instance) && root.steps.len() > search.instance.steps.len()
+                        }) && into.iter().any(|var| aliases.is_derived(*var, &bound))
                     }
                     _ => false,
                 }
         })
-}
-
-/// Whether a counter's rounds take data by index: `for i in 0..n { f.update(xs[i]) }`.
-fn indexes_data(graph: &ControlFlowGraph, id: LoopId) -> bool {
-    !matches!(graph.loop_info(id).rounds, Rounds::Constant(_))
 }
 
 /// The fields of types that some cycle updates.
@@ -475,7 +504,8 @@ fn touched_fields(index: &Index, facts: &[FunctionFacts<'_>]) -> BTreeSet<FieldK
             };
             for place in places {
                 for root in function.aliases.roots(place) {
-                    for leaf in place_ty(index, function.graph, &root).map(|ty| leaves(index, &ty)).unwrap_or_default() {
+                    for leaf in place_ty(index, function.graph, &root).map(|ty| leaves(index, &ty)).unwrap_or_default()
+                    {
                         found.extend(field_key(index, function.graph, &root.join(&leaf.steps)));
                     }
                 }
@@ -617,7 +647,8 @@ impl Context<'_> {
             if info.name.is_empty() || !facts.aliases.roots(&Place::var(var)).contains(&Place::var(var)) {
                 continue;
             }
-            if matches!(info.ty, Ty::Ref(false, _)) {
+            // What a reference points to is owed nothing here, unless a caller lends it.
+            if matches!(info.ty, Ty::Ref(false, _)) || (matches!(info.ty, Ty::Ref(..)) && info.param.is_none()) {
                 continue;
             }
             let of_self = info.param.is_some();
@@ -660,9 +691,10 @@ impl Context<'_> {
     /// An instance that is updated, but in no cycle, is owed an update by the cycle that uses it.
     fn owed_after_all(&self, facts: &FunctionFacts<'_>, place: &Place, pairs: &mut BTreeMap<CycleId, Vec<Pair>>) {
         let graph = facts.graph;
-        let is_in_cycle = facts.updated.iter().any(|instance| {
-            instance.place.overlaps(place) && (!instance.loops.is_empty() || instance.function)
-        });
+        let is_in_cycle = facts
+            .updated
+            .iter()
+            .any(|instance| instance.place.overlaps(place) && (!instance.loops.is_empty() || instance.function));
         let elsewhere = field_key(self.program.index, graph, place).is_some_and(|key| self.fields.contains(&key));
         if is_in_cycle || elsewhere {
             return;
@@ -684,8 +716,10 @@ impl Context<'_> {
         let graph = facts.graph;
         let index = self.program.index;
         let info = graph.var(var);
+        // What lies in a parameter or static may be updated elsewhere; what lies in a local is updated here or handed on.
+        let is_local = info.param.is_none();
         let key = field_key(index, graph, place);
-        if key.as_ref().is_some_and(|key| self.fields.contains(key) || self.anywhere.contains(key)) {
+        if !is_local && key.as_ref().is_some_and(|key| self.fields.contains(key) || self.anywhere.contains(key)) {
             return;
         }
         let uses = self.uses(facts, place);
@@ -726,7 +760,10 @@ impl Context<'_> {
         }
         // Its scope holds a loop that never ends.
         let endless = (0u32..).map(LoopId).zip(&graph.loops).find(|(id, own)| {
-            own.rounds == Rounds::Unbounded && !own.is_foreign && scope(CycleId::Loop(*id))
+            own.rounds == Rounds::Unbounded
+                && !own.is_foreign
+                && own.directive != Some(Directive::NotACycle)
+                && scope(CycleId::Loop(*id))
         });
         let is_local_filter = leaf.steps.is_empty();
         match endless {
@@ -766,7 +803,13 @@ impl Context<'_> {
         !matches!(graph.var(var).ty, Ty::Ref(..))
     }
 
-    fn push_missed(&self, facts: &FunctionFacts<'_>, place: &Place, id: CycleId, pairs: &mut BTreeMap<CycleId, Vec<Pair>>) {
+    fn push_missed(
+        &self,
+        facts: &FunctionFacts<'_>,
+        place: &Place,
+        id: CycleId,
+        pairs: &mut BTreeMap<CycleId, Vec<Pair>>,
+    ) {
         let graph = facts.graph;
         let (head, function) = match id {
             CycleId::Loop(id) => {
@@ -821,7 +864,7 @@ impl Context<'_> {
             }
             let around = graph.loops_around(id).find(|id| {
                 let info = graph.loop_info(*id);
-                info.rounds == Rounds::Unbounded && !info.is_foreign
+                info.rounds == Rounds::Unbounded && !info.is_foreign && info.directive != Some(Directive::NotACycle)
             });
             if around.is_some() {
                 return around;
@@ -831,13 +874,12 @@ impl Context<'_> {
     }
 
     fn node_uses(&self, facts: &FunctionFacts<'_>, id: NodeId, place: &Place) -> bool {
-        let touches = |other: &Place| {
-            facts.aliases.roots(other).iter().any(|root| {
-                root.base == place.base
-                    && root.steps.len() >= place.steps.len()
-                    && root.overlaps(place)
-            })
-        };
+        let touches =
+            |other: &Place| {
+                facts.aliases.roots(other).iter().any(|root| {
+                    root.base == place.base && root.steps.len() >= place.steps.len() && root.overlaps(place)
+                })
+            };
         match &facts.graph.node(id).effect {
             Effect::Use { place } => touches(place),
             Effect::Call(site) => {

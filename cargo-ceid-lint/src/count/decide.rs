@@ -126,7 +126,11 @@ fn repeated(search: &Search<'_>, region: Region, exploration: &Exploration, end:
 /// Decides a pair that is owed an update and that nothing known updates.
 pub(super) fn decide_missed(search: &Search<'_>, region: Region, head: Span) -> Decision {
     let exploration = explore(search, region);
-    let cause = exploration.ends.iter().find_map(|end| end.state.unknown).map(|cause| exploration.causes[cause as usize].clone());
+    let cause = exploration
+        .ends
+        .iter()
+        .find_map(|end| end.state.unknown)
+        .map(|cause| exploration.causes[cause as usize].clone());
     let verdict = if cause.is_some() { Verdict::Unproved } else { Verdict::Missed };
     let begins = WitnessStep { span: head, message: "no path of this cycle updates it".to_owned() };
     Decision {
@@ -197,12 +201,20 @@ fn steps(search: &Search<'_>, region: Region, exploration: &Exploration, end: &E
         match &node.effect {
             Effect::Update(update) if after != state.count || (state.count == Count::Many && next.is_some()) => {
                 updates += 1;
-                let how = if update.by_guard { "the guard's update".to_owned() } else { format!("{} update", ordinal(updates)) };
+                let how = if update.by_guard {
+                    "the guard's update".to_owned()
+                } else {
+                    format!("{} update", ordinal(updates))
+                };
                 steps.push(WitnessStep { span: node.span, message: how });
             }
             Effect::Call(site) if after != state.count => {
                 updates += 1;
-                let often = if after == Count::Many && state.count == Count::Zero { "updates it more than once" } else { "updates it" };
+                let often = if after == Count::Many && state.count == Count::Zero {
+                    "updates it more than once"
+                } else {
+                    "updates it"
+                };
                 let message = format!("{} update: `{}` {often}", ordinal(updates), site.text);
                 steps.push(WitnessStep { span: node.span, message });
             }

@@ -37,8 +37,12 @@ pub(super) fn defects(program: &Program<'_>, facts: &FunctionFacts<'_>, analysis
             continue;
         }
         // The loop that runs while the guard is alive, and never ends before it.
-        let start = graph.node_ids().find(|id| matches!(graph.node(*id).effect, Effect::GuardStart(own) if own.0 == number));
-        let end = graph.node_ids().filter(|id| matches!(graph.node(*id).effect, Effect::GuardEnd(own) if own.0 == number)).last();
+        let start =
+            graph.node_ids().find(|id| matches!(graph.node(*id).effect, Effect::GuardStart(own) if own.0 == number));
+        let end = graph
+            .node_ids()
+            .filter(|id| matches!(graph.node(*id).effect, Effect::GuardEnd(own) if own.0 == number))
+            .last();
         let Some(start) = start else { continue };
         let inside = (0u32..).map(LoopId).zip(&graph.loops).find(|(_, own)| {
             own.parent == guard.in_loop

@@ -53,9 +53,7 @@ pub(super) fn inner(ty: &Ty) -> Ty {
     loop {
         match ty {
             Ty::Ref(_, inner) | Ty::Pointer(inner) => ty = inner,
-            Ty::External(path, args)
-                if is_transparent(path.rsplit("::").next().unwrap_or("")) && !args.is_empty() =>
-            {
+            Ty::External(path, args) if is_transparent(path.rsplit("::").next().unwrap_or("")) && !args.is_empty() => {
                 ty = &args[0];
             }
             _ => return ty.clone(),
@@ -88,12 +86,12 @@ pub(super) fn leaves(index: &Index, ty: &Ty) -> Vec<Leaf> {
 pub(super) fn may_hold_filter(index: &Index, ty: &Ty) -> bool {
     match ty {
         Ty::Unknown | Ty::Var(_) | Ty::Param(_) | Ty::Opaque(_) => true,
-        Ty::Ref(_, inner) | Ty::Pointer(inner) | Ty::Array(inner, _) | Ty::Slice(inner) => may_hold_filter(index, inner),
+        Ty::Ref(_, inner) | Ty::Pointer(inner) | Ty::Array(inner, _) | Ty::Slice(inner) => {
+            may_hold_filter(index, inner)
+        }
         Ty::Tuple(parts) => parts.iter().any(|part| may_hold_filter(index, part)),
         Ty::External(_, args) => index.filter_spec(ty).is_some() || args.iter().any(|arg| may_hold_filter(index, arg)),
-        Ty::Adt(_, args) => {
-            crate::flow::holds_filter(index, ty) || args.iter().any(|arg| may_hold_filter(index, arg))
-        }
+        Ty::Adt(_, args) => index.holds_filter(ty) || args.iter().any(|arg| may_hold_filter(index, arg)),
         _ => false,
     }
 }
@@ -124,7 +122,7 @@ fn collect(
     depth: u32,
     found: &mut Vec<Leaf>,
 ) {
-    if depth > MAX_DEPTH {
+    if depth > MAX_DEPTH || !index.holds_filter(ty) {
         return;
     }
     if index.filter_spec(ty).is_some() {
@@ -177,6 +175,28 @@ fn collect(
     }
 }
 
+/// The elements that a counter names, if its rounds are known and leave some of the array's elements out.
+fn counted_part(
+    index: &Index,
+    graph: &ControlFlowGraph,
+    collection: &Place,
+    counter: crate::flow::Var,
+) -> Vec<IndexKey> {
+    let info = graph.loops.iter().find(|info| info.counter.is_some_and(|(var, _)| var == counter));
+    let Some((rounds, Some(first))) = info.and_then(|info| Some((&info.rounds, info.counter?.1))) else {
+        return Vec::new();
+    };
+    let crate::flow::Rounds::Constant(count) = rounds else { return Vec::new() };
+    match place_ty(index, graph, collection) {
+        Some(Ty::Array(_, length))
+            if length.value.is_some_and(|length| (first > 0 || *count < length) && length <= 64) =>
+        {
+            (first..first + count).map(IndexKey::Number).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
 /// Elements of collections: where some are named by a constant, each of them is an instance; otherwise they are one.
 pub(super) fn settle_elements(index: &Index, graph: &ControlFlowGraph, places: &BTreeSet<Place>) -> BTreeSet<Place> {
     let mut settled = BTreeSet::new();
@@ -187,12 +207,15 @@ pub(super) fn settle_elements(index: &Index, graph: &ControlFlowGraph, places: &
         };
         let collection = Place { base: place.base, steps: place.steps[..at].to_vec() };
         let rest = &place.steps[at + 1..];
-        let constants: BTreeSet<&IndexKey> = places
+        let constants: BTreeSet<IndexKey> = places
             .iter()
-            .filter(|other| other.base == place.base && other.steps.len() > at && other.steps[..at] == place.steps[..at])
-            .filter_map(|other| match &other.steps[at] {
-                Projection::Index(key @ (IndexKey::Number(_) | IndexKey::Named(_))) => Some(key),
-                _ => None,
+            .filter(|other| {
+                other.base == place.base && other.steps.len() > at && other.steps[..at] == place.steps[..at]
+            })
+            .flat_map(|other| match &other.steps[at] {
+                Projection::Index(key @ (IndexKey::Number(_) | IndexKey::Named(_))) => vec![key.clone()],
+                Projection::Index(IndexKey::Var(var)) => counted_part(index, graph, &collection, *var),
+                _ => Vec::new(),
             })
             .collect();
         let Projection::Index(own) = &place.steps[at] else { continue };
@@ -218,7 +241,8 @@ pub(super) fn settle_elements(index: &Index, graph: &ControlFlowGraph, places: &
     // An element that is never named while others are is an instance, too, where the array's length is known.
     let mut more = BTreeSet::new();
     for place in &settled {
-        let Some(at) = place.steps.iter().position(|step| matches!(step, Projection::Index(IndexKey::Number(_)))) else {
+        let Some(at) = place.steps.iter().position(|step| matches!(step, Projection::Index(IndexKey::Number(_))))
+        else {
             continue;
         };
         let collection = Place { base: place.base, steps: place.steps[..at].to_vec() };

@@ -159,8 +159,17 @@ impl<'a> Search<'a> {
         dependence: std::rc::Rc<ControlDependence>,
     ) -> Self {
         let covering = covering_loops(graph, aliases, instance);
-        let mut search =
-            Self { program, graph, aliases, summaries, instance, law, sample_loops: BTreeSet::new(), covering, dependence };
+        let mut search = Self {
+            program,
+            graph,
+            aliases,
+            summaries,
+            instance,
+            law,
+            sample_loops: BTreeSet::new(),
+            covering,
+            dependence,
+        };
         search.sample_loops = search.own_cycles();
         search
     }
@@ -168,6 +177,11 @@ impl<'a> Search<'a> {
     /// Whether a loop visits each element once, the instance among them.
     pub(super) fn covers(&self, id: LoopId) -> bool {
         self.covering.contains(&id)
+    }
+
+    /// Whether a loop binds the instance or its index, so that it is no cycle of it.
+    pub(super) fn binds(&self, id: LoopId) -> bool {
+        self.covers(id) || indexes_instance(self.aliases, self.graph.loop_info(id), self.instance)
     }
 
     /// Loops of a called function that are cycles of their own: those whose number of rounds is not known.
@@ -206,6 +220,19 @@ impl<'a> Search<'a> {
         self.graph.node_ids().filter(is_unknown).collect()
     }
 
+    /// Why nothing is known of the instance, where something unseen gets it.
+    pub(super) fn unknown_cause(&self) -> Option<Cause> {
+        let node = self.unknown().into_iter().next()?;
+        match &self.graph.node(node).effect {
+            Effect::Unknown { cause, .. } => Some(cause.clone()),
+            Effect::Call(site) => site.targets.iter().find_map(|target| {
+                let outcomes = self.summaries.get(*target)?.outcomes.values();
+                outcomes.flatten().find_map(|outcome| outcome.unknown.clone())
+            }),
+            _ => None,
+        }
+    }
+
     fn touches(&self, id: NodeId, any: bool) -> bool {
         match &self.graph.node(id).effect {
             Effect::Update(update) => self.may_be(&update.place, true),
@@ -223,7 +250,8 @@ impl<'a> Search<'a> {
         site.targets.iter().any(|target| {
             self.summaries.get(*target).is_some_and(|summary| {
                 summary.outcomes.iter().any(|(given, outcomes)| {
-                    (any || outcomes.iter().any(|outcome| outcome.count != Count::Zero))
+                    !(site.is_law && given.is_self())
+                        && (any || outcomes.iter().any(|outcome| outcome.count != Count::Zero))
                         && place_of(given, site).is_some_and(|place| self.may_be(&place, true))
                 })
             })
@@ -254,15 +282,7 @@ impl<'a> Search<'a> {
             });
         }
         if exploration.limit {
-            outcomes.insert(Outcome {
-                count: Count::Zero,
-                reset: false,
-                partly_reset: false,
-                unknown: Some(Cause::Limit("the function has too many paths".to_owned())),
-                direct: true,
-                returned: returned::ANY,
-                gate: None,
-            });
+            outcomes.insert(Outcome::unknown(Cause::Limit("the function has too many paths".to_owned())));
         }
         merge(outcomes)
     }
@@ -277,7 +297,8 @@ impl<'a> Search<'a> {
         let mut touching_inside: BTreeSet<NodeId> = touching.into_iter().filter(|node| inside(*node)).collect();
         // A filter that is updated when its guard ends is touched there.
         touching_inside.extend(self.graph.node_ids().filter(|id| {
-            inside(*id) && matches!(&self.graph.node(*id).effect, Effect::Update(update) if self.may_be(&update.place, true))
+            inside(*id)
+                && matches!(&self.graph.node(*id).effect, Effect::Update(update) if self.may_be(&update.place, true))
         }));
         let tracked = tracked(self.graph, &self.dependence, &touching_inside, &inside);
         let mut run = Run {
@@ -456,26 +477,41 @@ impl<'a> Search<'a> {
     fn borrowed(&self, names: &[Place], site: &CallSite) -> Vec<Vec<Place>> {
         let result = Place::var(site.result);
         let base: Vec<Place> = names.iter().filter(|name| name.base != result.base).cloned().collect();
-        let mut all = Vec::new();
+        // Borrows of one part of the result exclude each other; those of several parts are there together.
+        let mut all = vec![base.clone()];
+        let mut parts: Vec<(&[Projection], Vec<Vec<Place>>)> = Vec::new();
         for target in &site.targets {
-            for (param, steps) in self.summaries.returns(*target) {
-                let Some(place) = site.args.get(*param).and_then(|arg| arg.place.as_ref()) else { continue };
-                let from = place.join(steps);
-                let mut names = base.clone();
-                for name in &base {
-                    if let Relation::Holds(rest) = from.relate(name, &|_| None) {
-                        names.push(result.join(&rest));
-                    }
-                }
-                names.sort();
-                names.dedup();
-                if !all.contains(&names) {
-                    all.push(names);
+            for borrow in self.summaries.returns(*target) {
+                let Some(place) = site.args.get(borrow.param).and_then(|arg| arg.place.as_ref()) else { continue };
+                let from = place.join(&borrow.steps);
+                let part = result.join(&borrow.part);
+                let gained: Vec<Place> = base
+                    .iter()
+                    .filter_map(|name| match from.relate(name, &|_| None) {
+                        Relation::Holds(rest) => Some(part.join(&rest)),
+                        _ => None,
+                    })
+                    .collect();
+                match parts.iter_mut().find(|(own, _)| *own == borrow.part.as_slice()) {
+                    Some((_, ways)) if ways.contains(&gained) => {}
+                    Some((_, ways)) => ways.push(gained),
+                    None => parts.push((&borrow.part, vec![gained])),
                 }
             }
         }
-        if all.is_empty() {
-            all.push(base);
+        for (_, ways) in parts {
+            let before = std::mem::take(&mut all);
+            for names in before {
+                for gained in &ways {
+                    let mut names = names.clone();
+                    names.extend(gained.iter().cloned());
+                    names.sort();
+                    names.dedup();
+                    if !all.contains(&names) && all.len() < 16 {
+                        all.push(names);
+                    }
+                }
+            }
         }
         all
     }
@@ -542,26 +578,29 @@ fn element_rest(source: &Place, name: &Place) -> Option<Vec<Projection>> {
     matches.then(|| name.steps[source.steps.len()..].to_vec())
 }
 
+/// Whether a loop's counter is the index of the instance.
+fn indexes_instance(aliases: &Aliases, info: &crate::flow::LoopInfo, instance: &Place) -> bool {
+    info.indexes.iter().flat_map(|collection| aliases.roots(collection)).any(|root| {
+        root.base == instance.base
+            && root.steps.len() < instance.steps.len()
+            && root.steps[..] == instance.steps[..root.steps.len()]
+            && matches!(instance.steps[root.steps.len()], Projection::Index(_))
+    })
+}
+
 /// Loops that visit each element of the collection that the instance is an element of.
 fn covering_loops(graph: &ControlFlowGraph, aliases: &Aliases, instance: &Place) -> BTreeSet<LoopId> {
     let mut found = BTreeSet::new();
     for (number, info) in (0u32..).zip(&graph.loops) {
-        let of_items = info.items.iter().any(|(_, source)| {
-            aliases.roots(source).iter().any(|root| element_rest(root, instance).is_some())
-        });
+        let of_items = info
+            .items
+            .iter()
+            .any(|(_, source)| aliases.roots(source).iter().any(|root| element_rest(root, instance).is_some()));
         // A loop that counts to a constant and does not stand for each element is followed round by round.
         let exact = matches!(info.rounds, Rounds::Constant(count) if count <= MAX_ROUNDS)
             && info.counter.is_some_and(|(_, first)| first.is_some())
             && !instance.stands_for_each();
-        let of_index = !exact
-            && info.indexes.iter().any(|collection| {
-                aliases.roots(collection).iter().any(|root| {
-                    root.base == instance.base
-                        && root.steps.len() < instance.steps.len()
-                        && root.steps[..] == instance.steps[..root.steps.len()]
-                        && matches!(instance.steps[root.steps.len()], Projection::Index(_))
-                })
-            });
+        let of_index = !exact && indexes_instance(aliases, info, instance);
         if (of_items || of_index) && info.rounds != Rounds::Unbounded {
             found.insert(LoopId(number));
         }
@@ -573,9 +612,9 @@ fn covering_loops(graph: &ControlFlowGraph, aliases: &Aliases, instance: &Place)
 fn merge(outcomes: BTreeSet<Outcome>) -> Vec<Outcome> {
     let mut merged: Vec<Outcome> = Vec::new();
     for outcome in outcomes {
-        let same = merged.iter_mut().find(|other| {
-            Outcome { returned: 0, ..(*other).clone() } == Outcome { returned: 0, ..outcome.clone() }
-        });
+        let same = merged
+            .iter_mut()
+            .find(|other| Outcome { returned: 0, ..(*other).clone() } == Outcome { returned: 0, ..outcome.clone() });
         match same {
             Some(other) => other.returned |= outcome.returned,
             None => merged.push(outcome),
@@ -668,7 +707,9 @@ impl Run<'_, '_> {
             }
         }
         let in_sample = state.in_sample
-            && graph.loops_around(to).any(|id| self.search.sample_loops.contains(&id) && self.region != Region::Loop(id));
+            && graph
+                .loops_around(to)
+                .any(|id| self.search.sample_loops.contains(&id) && self.region != Region::Loop(id));
         self.push(State { node: to, in_sample, ..state }, Some(at));
     }
 
@@ -687,11 +728,9 @@ impl Run<'_, '_> {
         let graph = self.search.graph;
         let node = graph.node(state.node);
         match &node.effect {
-            Effect::Nothing
-            | Effect::Mark(_)
-            | Effect::Use { .. }
-            | Effect::GuardStart(_)
-            | Effect::GuardEnd(_) => self.everywhere(at, state),
+            Effect::Nothing | Effect::Mark(_) | Effect::Use { .. } | Effect::GuardStart(_) | Effect::GuardEnd(_) => {
+                self.everywhere(at, state)
+            }
             Effect::Update(update) if update.law == self.search.law => {
                 let next = self.updated(state, &update.place, update.by_guard);
                 self.everywhere(at, &next);
@@ -748,7 +787,8 @@ impl Run<'_, '_> {
     fn heads_of(&self, state: &State, var: Var) -> u8 {
         let graph = self.search.graph;
         let place = Place::var(var);
-        let tracked = self.tracked.subjects.iter().position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&place));
+        let tracked =
+            self.tracked.subjects.iter().position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&place));
         let Some(tracked) = tracked else { return returned::ANY };
         let subject = &graph.subjects[self.tracked.subjects[tracked].0 as usize];
         let mask = self.masks.get(state.masks)[tracked];
@@ -794,7 +834,9 @@ impl Run<'_, '_> {
     }
 
     fn may_hold(&self, state: &State, place: &Place) -> bool {
-        self.relations(state, place).iter().any(|relation| matches!(relation, Relation::Holds(_) | Relation::MayHold(..)))
+        self.relations(state, place)
+            .iter()
+            .any(|relation| matches!(relation, Relation::Holds(_) | Relation::MayHold(..)))
     }
 
     /// The state after a law ran at a place.
@@ -876,10 +918,16 @@ impl Run<'_, '_> {
             let mut states = vec![(state.clone(), returned::ANY)];
             let mut applied = false;
             for (given, outcomes) in &summary.outcomes {
+                // A law that hands on to another one of the same filter is one update.
+                if site.is_law && given.is_self() {
+                    continue;
+                }
                 let Some(place) = place_of(given, site) else { continue };
                 let relations = self.relations(&state, &place);
-                let exact = relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if rest.is_empty()));
-                let owner = relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if !rest.is_empty()));
+                let exact =
+                    relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if rest.is_empty()));
+                let owner =
+                    relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if !rest.is_empty()));
                 let doubt = relations.iter().find_map(|relation| match relation {
                     Relation::MayHold(text, rest) if rest.is_empty() => Some(text.clone()),
                     _ => None,
@@ -1018,13 +1066,19 @@ impl Run<'_, '_> {
         }
         // A copy of a variable has its heads.
         let copied = set.same_as.and_then(|var| {
-            let from = self.tracked.subjects.iter().position(|id| {
-                graph.subjects[id.0 as usize].whole.as_ref() == Some(&Place::var(var))
-            })?;
+            let from = self
+                .tracked
+                .subjects
+                .iter()
+                .position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&Place::var(var)))?;
             Some((from, self.masks.get(state.masks)[from]))
         });
         next.masks = self.killed(next.masks, &set.place);
-        let target = self.tracked.subjects.iter().position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&set.place));
+        let target = self
+            .tracked
+            .subjects
+            .iter()
+            .position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&set.place));
         if let Some(target) = target {
             let subject = &graph.subjects[self.tracked.subjects[target].0 as usize];
             let mask = match (&set.head, copied) {
@@ -1117,7 +1171,9 @@ impl Run<'_, '_> {
                 let mut after = State { rounds: more, ..state.clone() };
                 if let Some((counter, first)) = info.counter {
                     after.masks = self.killed(after.masks, &Place::var(counter));
-                    if count <= MAX_ROUNDS && let Some(first) = first {
+                    if count <= MAX_ROUNDS
+                        && let Some(first) = first
+                    {
                         after.masks = self.with_number(after.masks, counter, first + now - 1);
                     }
                 }

@@ -235,7 +235,9 @@ fn assignments(graph: &ControlFlowGraph) -> BTreeMap<SubjectId, Vec<NodeId>> {
     let mut found: BTreeMap<SubjectId, Vec<NodeId>> = BTreeMap::new();
     for id in graph.node_ids() {
         let subject = match &graph.node(id).effect {
-            Effect::Set(set) | Effect::Write(set) if set.head.is_some() || set.same_as.is_some() => whole.get(&set.place),
+            Effect::Set(set) | Effect::Write(set) if set.head.is_some() || set.same_as.is_some() => {
+                whole.get(&set.place)
+            }
             Effect::Call(site) => whole.get(&Place::var(site.result)),
             _ => None,
         };

@@ -18,6 +18,13 @@ pub(super) struct Given {
     pub(super) steps: Vec<Projection>,
 }
 
+impl Given {
+    /// Whether it is the whole of the first parameter.
+    pub(super) fn is_self(&self) -> bool {
+        self.base == GivenBase::Param(0) && self.steps.is_empty()
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) enum GivenBase {
     Param(usize),
@@ -37,6 +44,21 @@ pub(super) struct Outcome {
     pub(super) returned: u8,
     /// Why the way does not update, if it does so on purpose.
     pub(super) gate: Option<Gate>,
+}
+
+impl Outcome {
+    /// Nothing is known of this way.
+    pub(super) fn unknown(cause: Cause) -> Self {
+        Self {
+            count: Count::Zero,
+            reset: false,
+            partly_reset: false,
+            unknown: Some(cause),
+            direct: true,
+            returned: returned::ANY,
+            gate: None,
+        }
+    }
 }
 
 /// Bits of [`Outcome::returned`].
@@ -60,13 +82,24 @@ pub(super) mod returned {
     }
 }
 
+/// A part of a function's result that borrows a part of a parameter.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Borrow {
+    /// The steps into the result.
+    pub(super) part: Vec<Projection>,
+    /// The parameter.
+    pub(super) param: usize,
+    /// The steps into the parameter.
+    pub(super) steps: Vec<Projection>,
+}
+
 /// What a function does.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Summary {
     /// The ways through it, by place; a place that is not listed is left alone.
     pub(super) outcomes: BTreeMap<Given, Vec<Outcome>>,
     /// The parts of its parameters that its result may borrow.
-    pub(super) returns: BTreeSet<(usize, Vec<Projection>)>,
+    pub(super) returns: BTreeSet<Borrow>,
     /// What it writes, for conditions that read it.
     pub(super) writes: BTreeSet<Given>,
     /// The heads that its result may have.
@@ -92,7 +125,7 @@ impl Summaries {
         self.of.get(&id)
     }
 
-    pub(super) fn returns(&self, id: FunctionId) -> impl Iterator<Item = &(usize, Vec<Projection>)> {
+    pub(super) fn returns(&self, id: FunctionId) -> impl Iterator<Item = &Borrow> {
         self.of.get(&id).into_iter().flat_map(|summary| &summary.returns)
     }
 
@@ -127,15 +160,7 @@ impl Summaries {
         for id in component {
             let Some(summary) = self.of.get_mut(id) else { continue };
             for outcomes in summary.outcomes.values_mut() {
-                *outcomes = vec![Outcome {
-                    count: Count::Zero,
-                    reset: false,
-                    partly_reset: false,
-                    unknown: Some(Cause::Limit("the recursion is too deep to be followed".to_owned())),
-                    direct: true,
-                    returned: returned::ANY,
-                    gate: None,
-                }];
+                *outcomes = vec![Outcome::unknown(Cause::Limit("the recursion is too deep to be followed".to_owned()))];
             }
         }
     }
@@ -182,9 +207,9 @@ impl Summaries {
                 Effect::Use { place } => self.note(graph, &aliases, place, &mut summary.uses),
                 Effect::Return(value) => {
                     if let Some(place) = &value.place {
-                        for root in aliases.roots(place) {
+                        for (part, root) in aliases.parts(place) {
                             if let Some(Given { base: GivenBase::Param(param), steps }) = given(graph, &root) {
-                                summary.returns.insert((param, steps));
+                                summary.returns.insert(Borrow { part, param, steps });
                             }
                         }
                     }
@@ -205,8 +230,16 @@ impl Summaries {
             if !may_matter {
                 continue;
             }
-            let search =
-                Search::with_dependence(program, graph, &aliases, self, &instance, 0, Rc::clone(&dependence));
+            let search = Search::with_dependence(program, graph, &aliases, self, &instance, 0, Rc::clone(&dependence));
+            if search.updating().is_empty() {
+                if let Some(cause) = search.unknown_cause() {
+                    summary.outcomes.insert(given, vec![Outcome::unknown(cause)]);
+                    continue;
+                }
+                if !holds_filter_at(program, graph, &instance) {
+                    continue;
+                }
+            }
             let outcomes = search.outcomes(Region::Function);
             summary.outcomes.insert(given, outcomes);
         }
@@ -227,8 +260,7 @@ impl Summaries {
 }
 
 fn holds_filter_at(program: &Program<'_>, graph: &ControlFlowGraph, place: &Place) -> bool {
-    super::instances::place_ty(program.index, graph, place)
-        .is_some_and(|ty| crate::flow::holds_filter(program.index, &ty))
+    super::instances::place_ty(program.index, graph, place).is_some_and(|ty| program.index.holds_filter(&ty))
 }
 
 fn calls_itself(graphs: &[Option<ControlFlowGraph>], id: FunctionId) -> bool {

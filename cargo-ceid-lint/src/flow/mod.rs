@@ -10,7 +10,6 @@ use crate::types::TypedBody;
 
 pub use lower::lower_function;
 pub use place::{Base, IndexKey, Place, Projection, Relation};
-pub(crate) use place::holds_filter;
 pub use test::{About, Head, OTHER_HEADS, Subject, SubjectId, Test};
 
 /// What a cycle is in the source.
@@ -127,7 +126,9 @@ impl std::fmt::Display for Cause {
         match self {
             Self::Macro(name) => write!(f, "the macro `{name}!` mentions it and cannot be expanded"),
             Self::Call(name) => write!(f, "`{name}` gets it and its source cannot be seen"),
-            Self::Closure(name) => write!(f, "a closure that updates it is handed to `{name}`, whose source cannot be seen"),
+            Self::Closure(name) => {
+                write!(f, "a closure that updates it is handed to `{name}`, whose source cannot be seen")
+            }
             Self::Index(text) => write!(f, "which element `{text}` names depends on data"),
             Self::Code(what) => write!(f, "{what} cannot be followed"),
             Self::Limit(what) => write!(f, "{what}"),
@@ -338,6 +339,52 @@ pub struct LoopInfo {
     pub is_foreign: bool,
     /// The source text of what it runs over, for messages.
     pub text: String,
+    /// What a comment above it says.
+    pub directive: Option<Directive>,
+}
+
+/// What a comment says of a loop or function.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Directive {
+    /// `// ceid: cycle`
+    Cycle,
+    /// `// ceid: not-a-cycle`
+    NotACycle,
+}
+
+impl Directive {
+    /// The directive on the comment lines right above a place, or at the end of its line. Attributes and other comments may
+    /// stand between.
+    #[must_use]
+    pub fn at(sources: &crate::source::SourceMap, span: Span) -> Option<Self> {
+        let file = sources.file(span.file);
+        let line = sources.line(span);
+        let text = |line: u32| &file.text[file.lines.line_range(&file.text, line)];
+        if let Some((_, comment)) = text(line).split_once("//")
+            && let Some(directive) = Self::parse(comment)
+        {
+            return Some(directive);
+        }
+        for above in (1..line).rev() {
+            let text = text(above).trim();
+            if let Some(comment) = text.strip_prefix("//") {
+                if let Some(directive) = Self::parse(comment) {
+                    return Some(directive);
+                }
+            } else if !text.starts_with("#[") {
+                return None;
+            }
+        }
+        None
+    }
+
+    fn parse(comment: &str) -> Option<Self> {
+        match comment.trim().strip_prefix("ceid:")?.trim() {
+            "cycle" => Some(Self::Cycle),
+            "not-a-cycle" => Some(Self::NotACycle),
+            _ => None,
+        }
+    }
 }
 
 /// How a guard comes about and ends.

@@ -89,6 +89,8 @@ pub struct About {
     pub is_comparison: bool,
     /// Whether it contains `%` or `is_multiple_of`.
     pub is_remainder: bool,
+    /// Whether it masks bits.
+    pub is_masked: bool,
     /// Whether it is an arm of a choice between events.
     pub is_event: bool,
     /// Whether it is a constant expression, or asks for `#[cfg]`.

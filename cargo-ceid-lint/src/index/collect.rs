@@ -6,7 +6,9 @@ use super::{
     AliasDef, AliasId, BodyOwner, CrateId, CrateInfo, CrateInput, Def, Entry, FunctionDef, FunctionId, ImplDef, ImplId,
     Index, Module, ModuleId, Namespace, Owner, Shape, TraitDef, TraitId, Ty, TypeDef, TypeId, ValueDef, ValueId,
 };
-use crate::syntax::tree::{AssocItem, AssocKind, Attribute, Body, ExprId, ExprKind, Function, Item, ItemKind, ValueItem};
+use crate::syntax::tree::{
+    AssocItem, AssocKind, Attribute, Body, ExprId, ExprKind, Function, Item, ItemKind, ValueItem,
+};
 
 /// Collects the items of all crates.
 pub(super) fn collect(inputs: Vec<CrateInput>) -> Index {
@@ -103,7 +105,14 @@ impl Collector {
                 let is_tuple = !fields.named;
                 let id = TypeId(next(&self.index.types));
                 let shape = Shape::Struct(fields);
-                self.index.types.push(TypeDef { name: name.clone(), span: name_span, module, generics, shape, attributes });
+                self.index.types.push(TypeDef {
+                    name: name.clone(),
+                    span: name_span,
+                    module,
+                    generics,
+                    shape,
+                    attributes,
+                });
                 self.define(module, Namespace::Type, &name, Entry::Def(Def::Type(id)));
                 if is_tuple {
                     self.define(module, Namespace::Value, &name, Entry::Def(Def::Type(id)));
@@ -112,7 +121,14 @@ impl Collector {
             ItemKind::Enum { generics, variants } => {
                 let id = TypeId(next(&self.index.types));
                 let shape = Shape::Enum(variants);
-                self.index.types.push(TypeDef { name: name.clone(), span: name_span, module, generics, shape, attributes });
+                self.index.types.push(TypeDef {
+                    name: name.clone(),
+                    span: name_span,
+                    module,
+                    generics,
+                    shape,
+                    attributes,
+                });
                 self.define(module, Namespace::Type, &name, Entry::Def(Def::Type(id)));
             }
             ItemKind::TypeAlias { generics, ty } => {
@@ -270,7 +286,8 @@ fn take_items(body: &mut Body) -> Vec<(ExprId, Option<ExprId>, Vec<Item>)> {
         }
     }
     for inner in 0..taken.len() {
-        taken[inner].1 = (inner + 1..taken.len()).find(|outer| spans[*outer].contains(spans[inner])).map(|at| taken[at].0);
+        taken[inner].1 =
+            (inner + 1..taken.len()).find(|outer| spans[*outer].contains(spans[inner])).map(|at| taken[at].0);
     }
     taken
 }

@@ -83,8 +83,55 @@ impl Index {
         if self.specs.iter().any(|spec| spec.subject == subject) {
             return;
         }
-        let law = law.iter().map(|methods| LawGroup { methods: methods.clone(), multiplicity: Multiplicity::Once }).collect();
+        let law =
+            law.iter().map(|methods| LawGroup { methods: methods.clone(), multiplicity: Multiplicity::Once }).collect();
         self.specs.insert(0, FilterSpec { subject, law, resets: resets.to_vec() });
+    }
+
+    /// Finds the types that hold filters. Has to be called again when a filter was added.
+    pub fn find_holders(&mut self) {
+        let mut fields: Vec<(super::TypeId, Vec<Ty>)> = Vec::new();
+        for (number, def) in (0u32..).zip(&self.types) {
+            let scope = self.scope(def.module, super::Owner::Module, Some(&def.generics));
+            let of = |fields: &crate::syntax::tree::Fields| -> Vec<Ty> {
+                fields.fields.iter().map(|field| self.lower(&field.ty, &scope)).collect()
+            };
+            let all = match &def.shape {
+                super::Shape::Struct(shape) => of(shape),
+                super::Shape::Enum(variants) => variants.iter().flat_map(|variant| of(&variant.fields)).collect(),
+            };
+            fields.push((super::TypeId(number), all));
+        }
+        self.holding.clear();
+        loop {
+            let found: Vec<super::TypeId> = fields
+                .iter()
+                .filter(|(id, all)| {
+                    let args = vec![Ty::Unknown; self.type_def(*id).generics.params.len()];
+                    !self.holding.contains(id)
+                        && (self.filter_spec(&Ty::Adt(*id, args)).is_some()
+                            || all.iter().any(|ty| self.holds_filter(ty)))
+                })
+                .map(|(id, _)| *id)
+                .collect();
+            if found.is_empty() {
+                return;
+            }
+            self.holding.extend(found);
+        }
+    }
+
+    /// Whether a type is a filter or holds one, as far as is known.
+    #[must_use]
+    pub fn holds_filter(&self, ty: &Ty) -> bool {
+        match ty {
+            Ty::Adt(id, args) => self.holding.contains(id) || args.iter().any(|arg| self.holds_filter(arg)),
+            Ty::External(_, args) => self.filter_spec(ty).is_some() || args.iter().any(|arg| self.holds_filter(arg)),
+            Ty::Ref(_, inner) | Ty::Pointer(inner) | Ty::Array(inner, _) | Ty::Slice(inner) => self.holds_filter(inner),
+            Ty::Tuple(parts) => parts.iter().any(|part| self.holds_filter(part)),
+            Ty::Param(_) | Ty::Opaque(_) => self.filter_spec(ty).is_some(),
+            _ => false,
+        }
     }
 
     /// What is known of a type as a filter; `None` if it is none.

@@ -44,8 +44,21 @@ pub(super) fn canonical(path: &str) -> String {
 
 /// The names that ceid-core exports.
 const CEID_CORE: &[&str] = &[
-    "Take", "SampledFilter", "Tick", "Rate", "Hz", "Cyclic", "CycleGuard", "CycleInfo", "Clock", "Free", "Cycle", "Counted",
-    "RealtimeFunctionality", "RealtimeThread", "Flow",
+    "Take",
+    "SampledFilter",
+    "Tick",
+    "Rate",
+    "Hz",
+    "Cyclic",
+    "CycleGuard",
+    "CycleInfo",
+    "Clock",
+    "Free",
+    "Cycle",
+    "Counted",
+    "RealtimeFunctionality",
+    "RealtimeThread",
+    "Flow",
 ];
 
 /// What a glob import of an unread crate's module brings in under that name, as far as it is known.

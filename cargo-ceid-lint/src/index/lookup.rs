@@ -75,7 +75,10 @@ impl Index {
         match (&def.self_ty, ty) {
             (Ty::Param(param), Ty::Adt(..) | Ty::External(..)) => {
                 // An impl that asks for itself would never end.
-                param.bounds.iter().all(|bound| Some(&bound.name) != def.implements.as_ref() && self.implements(ty, &bound.name))
+                param
+                    .bounds
+                    .iter()
+                    .all(|bound| Some(&bound.name) != def.implements.as_ref() && self.implements(ty, &bound.name))
             }
             (Ty::Array(..), Ty::Array(..)) | (Ty::Slice(_), Ty::Slice(_)) => true,
             (Ty::Tuple(left), Ty::Tuple(right)) => left.len() == right.len(),

@@ -7,7 +7,7 @@ mod lookup;
 mod names;
 mod ty;
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use crate::source::Span;
 use crate::syntax::tree::{
@@ -75,6 +75,8 @@ pub struct Index {
     impls_of_any: Vec<ImplId>,
     impls_of_trait: HashMap<TraitId, Vec<ImplId>>,
     specs: Vec<FilterSpec>,
+    /// The types that are filters or have one among their fields, at any depth.
+    holding: HashSet<TypeId>,
 }
 
 /// Whose body it is.
@@ -295,6 +297,7 @@ impl Index {
         let mut index = collect::collect(inputs);
         index.link();
         index.specs = filters::specs(&index);
+        index.find_holders();
         index
     }
 

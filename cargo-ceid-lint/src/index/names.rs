@@ -150,7 +150,13 @@ impl Index {
     }
 
     /// The path of a `use`. A name that it binds itself must not be found through the import of the same name.
-    fn resolve_import(&self, module: ModuleId, path: &[String], namespace: Namespace, trail: &mut Trail) -> Option<Def> {
+    fn resolve_import(
+        &self,
+        module: ModuleId,
+        path: &[String],
+        namespace: Namespace,
+        trail: &mut Trail,
+    ) -> Option<Def> {
         let first = path.first()?;
         let own = self.module(module).names.get(&(Namespace::Type, first.clone()));
         if let Some(Entry::Import(target)) = own

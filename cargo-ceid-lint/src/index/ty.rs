@@ -198,8 +198,7 @@ impl Index {
                 let def = self.trait_def(id);
                 all.push(&def.generics);
                 let own = TraitRef { name: TraitName::Local(id), args: Vec::new(), assoc: Vec::new() };
-                scope.self_ty =
-                    Some(Ty::Param(Arc::new(ParamTy { name: "Self".to_owned(), bounds: vec![own] })));
+                scope.self_ty = Some(Ty::Param(Arc::new(ParamTy { name: "Self".to_owned(), bounds: vec![own] })));
                 scope.self_trait = Some(id);
             }
         }
@@ -228,9 +227,7 @@ impl Index {
             TypeRef::ImplTrait(bounds) | TypeRef::DynTrait(bounds) => {
                 Ty::Opaque(Arc::new(self.lower_bounds(bounds, scope, depth + 1)))
             }
-            TypeRef::FnPointer(params, output) => {
-                Ty::Function(params.iter().map(go).collect(), Box::new(go(output)))
-            }
+            TypeRef::FnPointer(params, output) => Ty::Function(params.iter().map(go).collect(), Box::new(go(output))),
             TypeRef::Never => Ty::Never,
             TypeRef::Infer | TypeRef::Unknown => Ty::Unknown,
         }
@@ -249,6 +246,10 @@ impl Index {
     /// The value of an integer constant of the analysed code.
     #[must_use]
     pub fn const_value(&self, scope: &TyScope<'_>, names: &[String]) -> Option<u64> {
+        self.const_value_at(scope, names, 0)
+    }
+
+    fn const_value_at(&self, scope: &TyScope<'_>, names: &[String], depth: u32) -> Option<u64> {
         let value = if let [owner, name] = names
             && owner == "Self"
         {
@@ -260,8 +261,42 @@ impl Index {
             }
         };
         let body = self.value(value).item.value.as_ref()?;
-        match &body.expr(body.root).kind {
-            crate::syntax::tree::ExprKind::Literal(crate::syntax::tree::Literal::Int(value, _)) => *value,
+        let def = self.value(value);
+        let scope = self.scope(def.module, def.owner, None);
+        self.const_expr(&scope, body, body.root, depth + 1)
+    }
+
+    /// The value of a constant expression of literals, constants and arithmetic.
+    fn const_expr(
+        &self,
+        scope: &TyScope<'_>,
+        body: &crate::syntax::tree::Body,
+        id: crate::syntax::tree::ExprId,
+        depth: u32,
+    ) -> Option<u64> {
+        use crate::syntax::tree::{ExprKind, Literal};
+        if depth > MAX_DEPTH {
+            return None;
+        }
+        match &body.expr(id).kind {
+            ExprKind::Literal(Literal::Int(value, _)) => *value,
+            ExprKind::Cast { value, .. } => self.const_expr(scope, body, *value, depth + 1),
+            ExprKind::Block(block) if block.stmts.is_empty() => self.const_expr(scope, body, block.tail?, depth + 1),
+            ExprKind::Path(path) => {
+                let names: Vec<String> = path.segments.iter().map(|segment| segment.name.clone()).collect();
+                self.const_value_at(scope, &names, depth + 1)
+            }
+            ExprKind::Binary { op, lhs, rhs } => {
+                let left = self.const_expr(scope, body, *lhs, depth + 1)?;
+                let right = self.const_expr(scope, body, *rhs, depth + 1)?;
+                match *op {
+                    "+" => left.checked_add(right),
+                    "-" => left.checked_sub(right),
+                    "*" => left.checked_mul(right),
+                    "/" => left.checked_div(right),
+                    _ => None,
+                }
+            }
             _ => None,
         }
     }

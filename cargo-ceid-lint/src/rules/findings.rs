@@ -22,7 +22,8 @@ fn of_cycle(cycle: &Cycle, analysis: &Analysis, found: &mut Vec<Diagnostic>) {
     let mut missed: Vec<&Pair> = of_verdict(cycle, Verdict::Missed);
     // A guard that is not there for the cycle is the cause of what the cycle misses.
     let broken = analysis.guards.iter().find(|guard| {
-        guard.cycle == Some(cycle.head) && matches!(guard.rule, "guard_outside_cycle" | "forgotten_guard" | "guard_dropped_early")
+        guard.cycle == Some(cycle.head)
+            && matches!(guard.rule, "guard_outside_cycle" | "forgotten_guard" | "guard_dropped_early")
     });
     if let Some(guard) = broken {
         missed.retain(|pair| !guard.names.is_empty() && !guard.names.contains(&pair.name));
@@ -115,7 +116,8 @@ fn skipped(cycle: &Cycle, pairs: &[&Pair]) -> Option<Diagnostic> {
     let rule = find("skipped_update")?;
     let (verb, them) = if pairs.len() == 1 { ("is", "it") } else { ("are", "them") };
     let message = format!("{} {verb} not updated on a path through this cycle", names(pairs));
-    let mut finding = start(rule, cycle, pairs, message, pairs[0].primary?, &format!("this path goes on without updating {them}"));
+    let mut finding =
+        start(rule, cycle, pairs, message, pairs[0].primary?, &format!("this path goes on without updating {them}"));
     let stands = if pairs.len() == 1 { "it stands" } else { "they stand" };
     finding.notes.push(format!(
         "the cycles in which {stands} still are lost: with a fixed step the filter's time runs slower than the real one"
@@ -167,11 +169,7 @@ fn unregistered(filter: &Unregistered) -> Option<Diagnostic> {
 
 fn guard(defect: &GuardDefect) -> Option<Diagnostic> {
     let rule = find(defect.rule)?;
-    let what = if defect.names.is_empty() {
-        "the filters it holds".to_owned()
-    } else {
-        quoted(&defect.names)
-    };
+    let what = if defect.names.is_empty() { "the filters it holds".to_owned() } else { quoted(&defect.names) };
     let mut finding = empty(rule, defect.package, defect.target);
     let made = WitnessStep { span: defect.made, message: "the guard is made here".to_owned() };
     let (message, label, note, help) = match defect.rule {
@@ -265,5 +263,9 @@ fn quoted(names: &[String]) -> String {
 }
 
 fn suppression(rule: &Rule) -> String {
-    format!("if it is meant so, lower the rule's level: `-A {}`, or `{} = \"allow\"` under `[lints]`", rule.id(), rule.name)
+    format!(
+        "if it is meant so, lower the rule's level: `-A {}`, or `{} = \"allow\"` under `[lints]`",
+        rule.id(),
+        rule.name
+    )
 }

@@ -7,24 +7,59 @@ use crate::index::Ty;
 pub fn is_pointer(name: &str) -> bool {
     matches!(
         name,
-        "Box" | "Rc" | "Arc" | "Pin" | "MutexGuard" | "RwLockReadGuard" | "RwLockWriteGuard" | "RefMut" | "Ref"
-            | "ManuallyDrop" | "Cow" | "LockResult" | "MappedMutexGuard" | "Guard" | "Reverse" | "Wrapping" | "AssertUnwindSafe"
-            | "OwnedMutexGuard" | "SpinMutexGuard" | "LazyLock" | "Lazy" | "LazyCell" | "CachePadded"
+        "Box"
+            | "Rc"
+            | "Arc"
+            | "Pin"
+            | "MutexGuard"
+            | "RwLockReadGuard"
+            | "RwLockWriteGuard"
+            | "RefMut"
+            | "Ref"
+            | "ManuallyDrop"
+            | "Cow"
+            | "LockResult"
+            | "MappedMutexGuard"
+            | "Guard"
+            | "Reverse"
+            | "Wrapping"
+            | "AssertUnwindSafe"
+            | "OwnedMutexGuard"
+            | "SpinMutexGuard"
+            | "LazyLock"
+            | "Lazy"
+            | "LazyCell"
+            | "CachePadded"
     )
 }
 
 /// Wrappers whose payload is the same instance as the wrapper: looking through them changes no name.
 #[must_use]
 pub fn is_transparent(name: &str) -> bool {
-    is_pointer(name) || is_cell(name) || matches!(name, "Option" | "Result" | "MaybeUninit" | "Poll" | "OnceCell" | "OnceLock" | "StaticCell")
+    is_pointer(name)
+        || is_cell(name)
+        || matches!(name, "Option" | "Result" | "MaybeUninit" | "Poll" | "OnceCell" | "OnceLock" | "StaticCell")
 }
 
 /// Cells and locks.
 pub(super) fn is_cell(name: &str) -> bool {
     matches!(
         name,
-        "Mutex" | "RwLock" | "RefCell" | "Cell" | "UnsafeCell" | "SpinMutex" | "FairMutex" | "ReentrantMutex" | "CriticalSectionMutex"
-            | "NoopMutex" | "ThreadModeMutex" | "BlockingMutex" | "AtomicRefCell" | "Locked" | "SyncUnsafeCell"
+        "Mutex"
+            | "RwLock"
+            | "RefCell"
+            | "Cell"
+            | "UnsafeCell"
+            | "SpinMutex"
+            | "FairMutex"
+            | "ReentrantMutex"
+            | "CriticalSectionMutex"
+            | "NoopMutex"
+            | "ThreadModeMutex"
+            | "BlockingMutex"
+            | "AtomicRefCell"
+            | "Locked"
+            | "SyncUnsafeCell"
     )
 }
 
@@ -32,9 +67,26 @@ pub(super) fn is_cell(name: &str) -> bool {
 pub(super) fn opens_cell(method: &str) -> bool {
     matches!(
         method,
-        "lock" | "try_lock" | "write" | "read" | "try_write" | "try_read" | "borrow_mut" | "borrow" | "try_borrow_mut"
-            | "try_borrow" | "get_mut" | "lock_arc" | "blocking_lock" | "borrow_ref_mut" | "borrow_ref" | "as_ptr"
-            | "lock_owned" | "blocking_write" | "blocking_read" | "upgradable_read"
+        "lock"
+            | "try_lock"
+            | "write"
+            | "read"
+            | "try_write"
+            | "try_read"
+            | "borrow_mut"
+            | "borrow"
+            | "try_borrow_mut"
+            | "try_borrow"
+            | "get_mut"
+            | "lock_arc"
+            | "blocking_lock"
+            | "borrow_ref_mut"
+            | "borrow_ref"
+            | "as_ptr"
+            | "lock_owned"
+            | "blocking_write"
+            | "blocking_read"
+            | "upgradable_read"
     )
 }
 
@@ -63,8 +115,8 @@ pub(super) fn item_of(ty: &Ty, by_ref: bool) -> Option<Ty> {
         Ty::Array(inner, _) | Ty::Slice(inner) => Some(wrap((**inner).clone())),
         Ty::External(path, args) => match path.rsplit("::").next().unwrap_or("") {
             "Iterator" | "Range" => Some(arg(args, 0)),
-            "Vec" | "VecDeque" | "ArrayVec" | "SmallVec" | "Option" | "HashSet" | "BTreeSet" | "LinkedList" | "BinaryHeap"
-            | "Deque" => Some(wrap(arg(args, 0))),
+            "Vec" | "VecDeque" | "ArrayVec" | "SmallVec" | "Option" | "HashSet" | "BTreeSet" | "LinkedList"
+            | "BinaryHeap" | "Deque" => Some(wrap(arg(args, 0))),
             "HashMap" | "BTreeMap" | "IndexMap" | "FnvIndexMap" | "LinearMap" => {
                 Some(Ty::Tuple(vec![wrap(arg(args, 0)), wrap(arg(args, 1))]))
             }
@@ -80,12 +132,16 @@ pub(super) fn item_of(ty: &Ty, by_ref: bool) -> Option<Ty> {
 pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&Ty>) -> Option<Ty> {
     match receiver {
         Ty::Array(inner, _) | Ty::Slice(inner) => sequence_method(inner, method, closure),
-        Ty::External(path, params) if path.starts_with("ceid_core::") => ceid_method(path, params, receiver, method, args),
+        Ty::External(path, params) if path.starts_with("ceid_core::") => {
+            ceid_method(path, params, receiver, method, args)
+        }
         Ty::External(path, params) => {
             let name = path.rsplit("::").next().unwrap_or("");
             let inner = arg(params, 0);
             match name {
-                "Option" | "Result" | "LockResult" | "Poll" => optional_method(name, &inner, params, method, args, closure),
+                "Option" | "Result" | "LockResult" | "Poll" => {
+                    optional_method(name, &inner, params, method, args, closure)
+                }
                 "Iterator" | "Range" => iterator_method(&inner, method, args, closure),
                 "Vec" | "VecDeque" | "ArrayVec" | "SmallVec" | "Deque" => sequence_method(&inner, method, closure),
                 "HashMap" | "BTreeMap" | "IndexMap" | "FnvIndexMap" | "LinearMap" => {
@@ -100,8 +156,10 @@ pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&
                     "clone" => Some(receiver.clone()),
                     _ => None,
                 },
-                "MaybeUninit" => matches!(method, "assume_init_mut" | "write" | "assume_init_ref" | "as_mut_ptr" | "assume_init")
-                    .then(|| reference(inner)),
+                "MaybeUninit" => {
+                    matches!(method, "assume_init_mut" | "write" | "assume_init_ref" | "as_mut_ptr" | "assume_init")
+                        .then(|| reference(inner))
+                }
                 _ if is_cell(name) => cell_method(&inner, method, closure),
                 _ => None,
             }
@@ -132,7 +190,8 @@ fn is_cell_type(ty: &Ty) -> bool {
 
 fn cell_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty> {
     if let Some(result) = closure {
-        return matches!(method, "lock" | "with" | "lock_mut" | "with_mut" | "borrow" | "write" | "read").then(|| result.clone());
+        return matches!(method, "lock" | "with" | "lock_mut" | "with_mut" | "borrow" | "write" | "read")
+            .then(|| result.clone());
     }
     if opens_cell(method) {
         return Some(Ty::std("std::sync::LockResult", vec![reference(inner.clone())]));
@@ -143,7 +202,14 @@ fn cell_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty> {
     }
 }
 
-fn optional_method(name: &str, inner: &Ty, params: &[Ty], method: &str, args: &[Ty], closure: Option<&Ty>) -> Option<Ty> {
+fn optional_method(
+    name: &str,
+    inner: &Ty,
+    params: &[Ty],
+    method: &str,
+    args: &[Ty],
+    closure: Option<&Ty>,
+) -> Option<Ty> {
     let own = |ty: Ty| {
         if name == "Option" || name == "Poll" {
             option(ty)
@@ -153,18 +219,22 @@ fn optional_method(name: &str, inner: &Ty, params: &[Ty], method: &str, args: &[
     };
     Some(match method {
         "as_mut" | "as_ref" | "as_deref_mut" | "as_deref" | "as_pin_mut" => own(reference(inner.clone())),
-        "unwrap" | "expect" | "unwrap_or" | "unwrap_or_else" | "unwrap_or_default" | "unwrap_unchecked" | "into_inner" => {
-            inner.clone()
-        }
+        "unwrap" | "expect" | "unwrap_or" | "unwrap_or_else" | "unwrap_or_default" | "unwrap_unchecked"
+        | "into_inner" => inner.clone(),
         "get_or_insert_with" | "get_or_insert" | "insert" | "get_or_init" | "init" => reference(inner.clone()),
-        "take" | "replace" | "ok" | "cloned" | "copied" | "or" | "or_else" | "filter" | "inspect" => option(inner.clone()),
+        "take" | "replace" | "ok" | "cloned" | "copied" | "or" | "or_else" | "filter" | "inspect" => {
+            option(inner.clone())
+        }
         "map_err" | "context" | "with_context" | "ok_or" | "ok_or_else" => {
             Ty::std("std::result::Result", vec![inner.clone(), Ty::Unknown])
         }
         "map" => own(closure.cloned().unwrap_or(Ty::Unknown)),
         "and_then" | "map_or" | "map_or_else" => closure.cloned().unwrap_or(Ty::Unknown),
         "err" => option(arg(params, 1)),
-        "zip" => option(Ty::Tuple(vec![inner.clone(), args.first().and_then(|ty| item_of(ty, false)).unwrap_or(Ty::Unknown)])),
+        "zip" => option(Ty::Tuple(vec![
+            inner.clone(),
+            args.first().and_then(|ty| item_of(ty, false)).unwrap_or(Ty::Unknown),
+        ])),
         "iter" | "iter_mut" => iterator(reference(inner.clone())),
         "into_iter" => iterator(inner.clone()),
         "is_some" | "is_none" | "is_ok" | "is_err" | "is_some_and" | "is_ok_and" | "is_none_or" => Ty::Bool,
@@ -190,9 +260,8 @@ fn sequence_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty>
         "map" | "each_mut" => closure.cloned().unwrap_or(Ty::Unknown),
         "len" | "capacity" => Ty::Int,
         "is_empty" | "contains" => Ty::Bool,
-        "push" | "push_back" | "insert" | "clear" | "truncate" | "swap" | "fill" | "reverse" | "extend" | "resize_with" => {
-            Ty::unit()
-        }
+        "push" | "push_back" | "insert" | "clear" | "truncate" | "swap" | "fill" | "reverse" | "extend"
+        | "resize_with" => Ty::unit(),
         _ => return None,
     })
 }
@@ -217,20 +286,21 @@ fn iterator_method(item: &Ty, method: &str, args: &[Ty], closure: Option<&Ty>) -
     Some(match method {
         "zip" => iterator(Ty::Tuple(vec![item.clone(), other()])),
         "enumerate" => iterator(Ty::Tuple(vec![Ty::Int, item.clone()])),
-        "rev" | "skip" | "take" | "step_by" | "cycle" | "filter" | "by_ref" | "chain" | "peekable" | "inspect" | "take_while"
-        | "skip_while" | "fuse" | "into_iter" | "cloned" | "copied" => iterator(item.clone()),
+        "rev" | "skip" | "take" | "step_by" | "cycle" | "filter" | "by_ref" | "chain" | "peekable" | "inspect"
+        | "take_while" | "skip_while" | "fuse" | "into_iter" | "cloned" | "copied" => iterator(item.clone()),
         "map" => iterator(closure.cloned().unwrap_or(Ty::Unknown)),
         "filter_map" | "flat_map" | "map_while" | "scan" => {
             iterator(closure.and_then(|ty| item_of(ty, false)).unwrap_or(Ty::Unknown))
         }
-        "next" | "last" | "nth" | "find" | "min_by_key" | "max_by_key" | "min_by" | "max_by" | "next_back" | "reduce" => {
-            option(item.clone())
-        }
+        "next" | "last" | "nth" | "find" | "min_by_key" | "max_by_key" | "min_by" | "max_by" | "next_back"
+        | "reduce" => option(item.clone()),
         "for_each" => Ty::unit(),
         "fold" => args.first().cloned().unwrap_or(Ty::Unknown),
         "count" | "position" | "len" => Ty::Int,
         "all" | "any" => Ty::Bool,
-        "sum" | "product" | "collect" | "max" | "min" | "unzip" | "partition" | "try_for_each" | "try_fold" => Ty::Unknown,
+        "sum" | "product" | "collect" | "max" | "min" | "unzip" | "partition" | "try_for_each" | "try_fold" => {
+            Ty::Unknown
+        }
         _ => return None,
     })
 }
@@ -252,8 +322,13 @@ pub(super) fn closure_params(receiver: &Ty, method: &str, args: &[Ty]) -> Vec<Ty
         return vec![reference(inner)];
     }
     match (name, method) {
-        ("Iterator" | "Range", "fold" | "try_fold" | "scan") => vec![args.first().cloned().unwrap_or(Ty::Unknown), inner],
-        ("Iterator" | "Range", "filter" | "inspect" | "take_while" | "skip_while" | "find" | "max_by_key" | "min_by_key") => {
+        ("Iterator" | "Range", "fold" | "try_fold" | "scan") => {
+            vec![args.first().cloned().unwrap_or(Ty::Unknown), inner]
+        }
+        (
+            "Iterator" | "Range",
+            "filter" | "inspect" | "take_while" | "skip_while" | "find" | "max_by_key" | "min_by_key",
+        ) => {
             vec![Ty::Ref(false, Box::new(inner))]
         }
         ("Iterator" | "Range", _) => vec![inner],

@@ -114,6 +114,12 @@ impl Infer<'_> {
                         let owner = MethodOwner::Declared(TraitName::External(external), None);
                         return Value::Assoc(vec![owner], None);
                     }
+                    // `mem::replace`: a function in a module, not of a type.
+                    let is_module =
+                        external.rsplit("::").next().is_some_and(|last| last.starts_with(char::is_lowercase));
+                    if is_module {
+                        return Value::Def(Def::External(format!("{external}::{name}")));
+                    }
                     self.index.lower(&TypeRef::Path(prefix), &self.scope)
                 }
                 _ => self.index.lower(&TypeRef::Path(prefix), &self.scope),
@@ -294,7 +300,8 @@ impl Infer<'_> {
     /// A constructor's `Self` is what is expected of its result.
     fn unify_constructed(&mut self, owner: &MethodOwner, ty: &Ty, expected: &Ty) {
         let Some(function) = owner.function() else { return };
-        if matches!(&self.index.function(function).function.output, TypeRef::Path(path) if path.ident() == Some("Self")) {
+        if matches!(&self.index.function(function).function.output, TypeRef::Path(path) if path.ident() == Some("Self"))
+        {
             self.variables.unify(ty, expected);
         }
     }
@@ -423,11 +430,13 @@ impl Infer<'_> {
             }
             return;
         };
-        let given = param.and_then(callable_bound).map(|(params, _)| {
-            params.iter().map(|ty| ty.substitute(map)).collect::<Vec<_>>()
-        });
+        let given = param
+            .and_then(callable_bound)
+            .map(|(params, _)| params.iter().map(|ty| ty.substitute(map)).collect::<Vec<_>>());
         let ty = self.closure(arg, closure, &given.unwrap_or_default());
-        if let (Some((_, output)), Some(found)) = (param.and_then(callable_bound), self.closure_outputs.get(&arg).cloned()) {
+        if let (Some((_, output)), Some(found)) =
+            (param.and_then(callable_bound), self.closure_outputs.get(&arg).cloned())
+        {
             self.variables.unify(&output.substitute(map), &found);
         }
         self.typed.expr_ty[arg.0 as usize] = ty;
@@ -508,7 +517,8 @@ impl Infer<'_> {
         if !makes_itself {
             return Ty::Unknown;
         }
-        let wraps = builtin::is_transparent(last) && matches!(name, "new" | "pin" | "from" | "const_new" | "new_cyclic");
+        let wraps =
+            builtin::is_transparent(last) && matches!(name, "new" | "pin" | "from" | "const_new" | "new_cyclic");
         if wraps && let Some(first) = given.last() {
             let inner = match params.first() {
                 Some(param) => {
@@ -522,7 +532,9 @@ impl Infer<'_> {
         if path == "ceid_core::Cyclic" {
             return Ty::External(path, given);
         }
-        if params.is_empty() && matches!(last, "Vec" | "VecDeque" | "HashMap" | "BTreeMap" | "Option" | "ArrayVec" | "IndexMap") {
+        if params.is_empty()
+            && matches!(last, "Vec" | "VecDeque" | "HashMap" | "BTreeMap" | "Option" | "ArrayVec" | "IndexMap")
+        {
             let count = if last.ends_with("Map") { 2 } else { 1 };
             return Ty::External(path, (0..count).map(|_| self.variables.fresh()).collect());
         }
@@ -661,8 +673,7 @@ impl Infer<'_> {
                 Ty::Unknown
             }
         };
-        let resolved =
-            Resolved { targets, owner: Some(owner), law, self_ty: ty.clone(), has_receiver: true, derefs };
+        let resolved = Resolved { targets, owner: Some(owner), law, self_ty: ty.clone(), has_receiver: true, derefs };
         self.typed.callees.insert(id, Callee::Resolved(resolved));
         output
     }
@@ -698,7 +709,10 @@ fn callable_bound(ty: &Ty) -> Option<(Vec<Ty>, Ty)> {
     };
     bounds.iter().find_map(|bound| {
         let TraitName::External(path) = &bound.name else { return None };
-        if !matches!(path.rsplit("::").next(), Some("Fn" | "FnMut" | "FnOnce" | "AsyncFn" | "AsyncFnMut" | "AsyncFnOnce")) {
+        if !matches!(
+            path.rsplit("::").next(),
+            Some("Fn" | "FnMut" | "FnOnce" | "AsyncFn" | "AsyncFnMut" | "AsyncFnOnce")
+        ) {
             return None;
         }
         let params = match bound.args.first() {

@@ -12,7 +12,15 @@ impl Infer<'_> {
         let kind = &body.pat(id).kind;
         // A pattern that takes the value apart looks through references.
         if let Ty::Ref(mutable, inner) = &ty
-            && matches!(kind, PatKind::Tuple(_) | PatKind::TupleStruct(..) | PatKind::Struct(..) | PatKind::Slice(_) | PatKind::Or(_) | PatKind::Path(_))
+            && matches!(
+                kind,
+                PatKind::Tuple(_)
+                    | PatKind::TupleStruct(..)
+                    | PatKind::Struct(..)
+                    | PatKind::Slice(_)
+                    | PatKind::Or(_)
+                    | PatKind::Path(_)
+            )
         {
             let mode = mode.map_or(*mutable, |outer| outer && *mutable);
             return self.pat(id, &inner.clone(), Some(mode));

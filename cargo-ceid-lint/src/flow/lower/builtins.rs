@@ -48,16 +48,19 @@ impl Builder<'_> {
                 self.assume_present(value, receiver, span);
                 Value { head: None, same_as: None, ..value.clone() }
             }
-            "as_mut" | "as_ref" | "as_deref_mut" | "as_deref" | "as_pin_mut" | "iter_mut" | "iter" | "as_mut_slice" | "as_slice"
-            | "borrow_mut" | "borrow" | "try_borrow_mut" | "by_ref" | "deref_mut" | "deref" | "get_mut" | "lock" | "try_lock" | "write"
-            | "read" | "try_write" | "get_unchecked_mut" | "assume_init_mut" | "leak" | "into_iter"
+            "as_mut" | "as_ref" | "as_deref_mut" | "as_deref" | "as_pin_mut" | "iter_mut" | "iter" | "as_mut_slice"
+            | "as_slice" | "borrow_mut" | "borrow" | "try_borrow_mut" | "by_ref" | "deref_mut" | "deref"
+            | "get_mut" | "lock" | "try_lock" | "write" | "read" | "try_write" | "get_unchecked_mut"
+            | "assume_init_mut" | "leak" | "into_iter"
                 if args.is_empty() =>
             {
-                let keeps_head = !matches!(method, "lock" | "try_lock" | "write" | "read" | "iter" | "iter_mut" | "into_iter");
+                let keeps_head =
+                    !matches!(method, "lock" | "try_lock" | "write" | "read" | "iter" | "iter_mut" | "into_iter");
                 let same_as = value.same_as.filter(|_| keeps_head);
                 Value { is_owned: false, head: None, same_as, ..value.clone() }
             }
-            "ok" | "map_err" | "context" | "with_context" | "ok_or" | "ok_or_else" | "or_default" | "wrap_err" | "err_into" => {
+            "ok" | "map_err" | "context" | "with_context" | "ok_or" | "ok_or_else" | "or_default" | "wrap_err"
+            | "err_into" => {
                 for arg in args {
                     let given = self.expr(*arg);
                     if let Some(closure) = given.closure {
@@ -92,7 +95,9 @@ impl Builder<'_> {
                 }
                 Value { head: None, same_as: None, ..value.clone() }
             }
-            "map" | "and_then" | "map_or" | "is_some_and" | "is_ok_and" | "map_or_else" | "inspect" if self.is_optional(receiver) => {
+            "map" | "and_then" | "map_or" | "is_some_and" | "is_ok_and" | "map_or_else" | "inspect"
+                if self.is_optional(receiver) =>
+            {
                 self.map_payload(id, receiver, args, value)
             }
             "then" if *self.ty(receiver) == crate::index::Ty::Bool => {
@@ -130,6 +135,18 @@ impl Builder<'_> {
                 });
                 Value { place, ..Value::default() }
             }
+            "split_at_mut" | "split_first_mut" | "split_last_mut" | "split_at_mut_unchecked" | "get_disjoint_mut" => {
+                for arg in args {
+                    self.expr(*arg);
+                }
+                if let Some(place) = &value.place
+                    && self.may_hold_filter(self.ty(receiver))
+                {
+                    let cause = crate::flow::Cause::Index(self.text(id));
+                    self.emit(Effect::Unknown { places: vec![place.clone()], cause }, span);
+                }
+                Value::default()
+            }
             "first_mut" | "first" | "front_mut" if args.is_empty() => Value {
                 place: value.place.as_ref().map(|place| place.element(IndexKey::Number(0))),
                 ..Value::default()
@@ -155,7 +172,8 @@ impl Builder<'_> {
     fn certain_key(&self, key: &IndexKey) -> IndexKey {
         match key {
             IndexKey::Var(var) => {
-                let counts = self.graph.loops.iter().any(|info| info.counter.is_some_and(|(counter, _)| counter == *var));
+                let counts =
+                    self.graph.loops.iter().any(|info| info.counter.is_some_and(|(counter, _)| counter == *var));
                 if counts || self.graph.var(*var).param.is_some() {
                     key.clone()
                 } else {
@@ -188,7 +206,13 @@ impl Builder<'_> {
     }
 
     /// Code that runs only where the value is absent.
-    fn on_absent(&mut self, value: &Value, receiver: ExprId, span: crate::source::Span, inside: impl FnOnce(&mut Self)) {
+    fn on_absent(
+        &mut self,
+        value: &Value,
+        receiver: ExprId,
+        span: crate::source::Span,
+        inside: impl FnOnce(&mut Self),
+    ) {
         if self.at.is_none() {
             return;
         }

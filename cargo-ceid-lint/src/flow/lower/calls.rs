@@ -174,7 +174,14 @@ impl Builder<'_> {
         Value { place: Some(Place::var(result)), is_owned, same_as: Some(result), ..Value::default() }
     }
 
-    fn emit_call(&mut self, id: ExprId, targets: &[FunctionId], exprs: &[ExprId], values: &[Value], is_law: bool) -> Var {
+    fn emit_call(
+        &mut self,
+        id: ExprId,
+        targets: &[FunctionId],
+        exprs: &[ExprId],
+        values: &[Value],
+        is_law: bool,
+    ) -> Var {
         let span = self.span(id);
         let result = self.temporary(self.ty(id).clone(), span);
         let args: Vec<Argument> = exprs
@@ -274,8 +281,23 @@ impl Builder<'_> {
         let ty = self.ty(receiver).peel();
         let reads_only = matches!(
             method,
-            "clone" | "to_string" | "fmt" | "eq" | "ne" | "cmp" | "partial_cmp" | "hash" | "as_ref" | "borrow" | "to_owned" | "len"
-                | "is_empty" | "into" | "try_into" | "serialize" | "type_id"
+            "clone"
+                | "to_string"
+                | "fmt"
+                | "eq"
+                | "ne"
+                | "cmp"
+                | "partial_cmp"
+                | "hash"
+                | "as_ref"
+                | "borrow"
+                | "to_owned"
+                | "len"
+                | "is_empty"
+                | "into"
+                | "try_into"
+                | "serialize"
+                | "type_id"
         );
         let is_own = matches!(ty, Ty::Adt(..)) && self.program.index.opaque_items.is_empty();
         let mut exprs = Vec::new();
@@ -324,7 +346,10 @@ impl Builder<'_> {
         if is_spawn(last) {
             return self.spawn(id, path, args);
         }
-        if matches!(last, "with" | "free" | "scope" | "without_interrupts" | "interrupt_free" | "catch_unwind" | "block_on") {
+        if matches!(
+            last,
+            "with" | "free" | "scope" | "without_interrupts" | "interrupt_free" | "catch_unwind" | "block_on"
+        ) {
             let values = self.values(args);
             if let Some(closure) = values.iter().rev().find_map(|value| value.closure) {
                 return self.inline_closure(closure, &[Value::default()], span);
@@ -341,8 +366,13 @@ impl Builder<'_> {
         let values = self.values(args);
         let owner = path.rsplit("::").nth(1).unwrap_or("");
         let wraps = crate::types::is_transparent(owner)
-            && matches!(last, "new" | "pin" | "from" | "clone" | "const_new" | "new_unchecked" | "init" | "as_mut" | "get_mut");
-        if wraps || matches!(path, "std::hint::black_box" | "std::convert::identity" | "std::borrow::BorrowMut::borrow_mut") {
+            && matches!(
+                last,
+                "new" | "pin" | "from" | "clone" | "const_new" | "new_unchecked" | "init" | "as_mut" | "get_mut"
+            );
+        if wraps
+            || matches!(path, "std::hint::black_box" | "std::convert::identity" | "std::borrow::BorrowMut::borrow_mut")
+        {
             let value = values.into_iter().next_back().unwrap_or_default();
             if owner == "ManuallyDrop"
                 && let Some(arg) = args.last()
@@ -372,9 +402,17 @@ impl Builder<'_> {
             && let (Some(a), Some(b)) = (&left.place, &right.place)
         {
             let between = self.temporary(Ty::Unknown, span);
-            for (place, from) in [(Place::var(between), a.clone()), (a.clone(), b.clone()), (b.clone(), Place::var(between))] {
-                let assignment =
-                    crate::flow::Assignment { place, from: Some(from), by_move: true, rebinds: true, head: None, same_as: None };
+            for (place, from) in
+                [(Place::var(between), a.clone()), (a.clone(), b.clone()), (b.clone(), Place::var(between))]
+            {
+                let assignment = crate::flow::Assignment {
+                    place,
+                    from: Some(from),
+                    by_move: true,
+                    rebinds: true,
+                    head: None,
+                    same_as: None,
+                };
                 self.emit(Effect::Set(Box::new(assignment)), span);
             }
         }
@@ -386,19 +424,18 @@ impl Builder<'_> {
         let values = self.values(args);
         let span = self.span(id);
         let Some(place) = values.first().and_then(|value| value.place.clone()) else { return Value::default() };
+        // What was there has another name now, and may come back; the place holds a new instance.
         let taken = self.temporary(self.ty(id).clone(), span);
+        self.set(taken, &Value { place: Some(place.clone()), ..Value::default() }, span);
         let new = values.get(1).cloned().unwrap_or_default();
-        let moves = crate::flow::Assignment {
-            place: Place::var(taken),
-            from: Some(place.clone()),
+        let writes = crate::flow::Assignment {
+            place,
+            from: new.place,
             by_move: true,
-            rebinds: true,
-            head: None,
+            rebinds: false,
+            head: new.head,
             same_as: None,
         };
-        self.emit(Effect::Set(Box::new(moves)), span);
-        let writes =
-            crate::flow::Assignment { place, from: new.place, by_move: true, rebinds: false, head: new.head, same_as: None };
         self.emit(Effect::Write(Box::new(writes)), span);
         Value { place: Some(Place::var(taken)), is_owned: true, ..Value::default() }
     }

@@ -74,7 +74,9 @@ impl Builder<'_> {
             ExprKind::Binary { op, lhs, rhs } if matches!(*op, "==" | "!=" | "<" | "<=" | ">" | ">=") => {
                 self.comparison(id, op, *lhs, *rhs, no);
             }
-            ExprKind::MethodCall { receiver, method, args, .. } if args.is_empty() && presence_head(method).is_some() => {
+            ExprKind::MethodCall { receiver, method, args, .. }
+                if args.is_empty() && presence_head(method).is_some() =>
+            {
                 self.presence(id, *receiver, method, no);
             }
             _ => self.truth(id, no),

@@ -71,9 +71,15 @@ impl Builder<'_> {
     fn target(&self, label: Option<&String>, again: bool) -> Option<(usize, NodeId, crate::flow::Var)> {
         self.scopes.iter().enumerate().rev().find_map(|(at, scope)| match &scope.kind {
             ScopeKind::Breakable { label: own, is_loop, frame_depth, after, again: back, value }
-                if *frame_depth == self.depth && (label.is_some() || *is_loop) && (label.is_none() || label == own.as_ref()) =>
+                if *frame_depth == self.depth
+                    && (label.is_some() || *is_loop)
+                    && (label.is_none() || label == own.as_ref()) =>
             {
-                if again { back.map(|back| (at, back, *value)) } else { Some((at, *after, *value)) }
+                if again {
+                    back.map(|back| (at, back, *value))
+                } else {
+                    Some((at, *after, *value))
+                }
             }
             _ => None,
         })

@@ -181,7 +181,10 @@ impl Builder<'_> {
 
     /// A part of a new value.
     pub(super) fn place_part(&mut self, part: Place, value: &Value, expr: ExprId) {
-        if self.at.is_none() || (value.place.is_none() && value.closure.is_none()) || !self.may_hold_filter(self.ty(expr)) {
+        if self.at.is_none()
+            || (value.place.is_none() && value.closure.is_none())
+            || !self.may_hold_filter(self.ty(expr))
+        {
             return;
         }
         let assignment = crate::flow::Assignment {
@@ -212,7 +215,10 @@ impl Builder<'_> {
                 .any(|target| index.function(*target).function.output == crate::syntax::tree::TypeRef::Never),
             Some(Callee::External(path)) => matches!(
                 path.as_str(),
-                "std::process::exit" | "std::process::abort" | "std::panic::panic_any" | "std::panic::resume_unwind"
+                "std::process::exit"
+                    | "std::process::abort"
+                    | "std::panic::panic_any"
+                    | "std::panic::resume_unwind"
                     | "std::hint::unreachable_unchecked"
             ),
             _ => false,

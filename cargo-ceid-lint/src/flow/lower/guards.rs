@@ -127,7 +127,8 @@ impl Builder<'_> {
             }
             ("filters", []) if is_ceid(&ty, "CycleGuard") => {
                 let value = self.expr(receiver);
-                let guard = value.place.as_ref().and_then(Place::base_var).and_then(|var| self.guards_of.get(&var)).copied();
+                let guard =
+                    value.place.as_ref().and_then(Place::base_var).and_then(|var| self.guards_of.get(&var)).copied();
                 let held = guard.and_then(|guard| self.graph.guards[guard.0 as usize].holds.first().copied());
                 Some(held.map_or(value, |held| Value { place: Some(Place::var(held)), ..Value::default() }))
             }

@@ -1,7 +1,7 @@
 //! Iterators: what a chain of adaptors runs over, and what it does when it is consumed.
 
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{CycleKind, Effect, IndexKey, LoopInfo, Place, Rounds, Var};
+use crate::flow::{CycleKind, Directive, Effect, IndexKey, LoopInfo, Place, Rounds, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
@@ -47,7 +47,13 @@ pub(super) enum Stage {
 
 impl Source {
     pub(super) fn bounded() -> Self {
-        Self { item: Item::Opaque, rounds: Rounds::Bounded, passes_over: false, stages: Vec::new(), text: String::new() }
+        Self {
+            item: Item::Opaque,
+            rounds: Rounds::Bounded,
+            passes_over: false,
+            stages: Vec::new(),
+            text: String::new(),
+        }
     }
 }
 
@@ -94,7 +100,9 @@ impl Builder<'_> {
             Rounds::Unbounded
         } else {
             match ty {
-                Ty::Array(_, length) if matches!(item, Item::Opaque) => length.value.map_or(Rounds::Bounded, Rounds::Constant),
+                Ty::Array(_, length) if matches!(item, Item::Opaque) => {
+                    length.value.map_or(Rounds::Bounded, Rounds::Constant)
+                }
                 _ => Rounds::Bounded,
             }
         };
@@ -109,9 +117,7 @@ impl Builder<'_> {
         let rounds = match end {
             None => Rounds::Unbounded,
             Some(end) => match (first, self.number(end)) {
-                (Some(first), Some(last)) => {
-                    Rounds::Constant((last + u64::from(inclusive)).saturating_sub(first))
-                }
+                (Some(first), Some(last)) => Rounds::Constant((last + u64::from(inclusive)).saturating_sub(first)),
                 _ => Rounds::Bounded,
             },
         };
@@ -124,6 +130,16 @@ impl Builder<'_> {
         match &body.expr(id).kind {
             ExprKind::Literal(Literal::Int(value, _)) => *value,
             ExprKind::Cast { value, .. } => self.number(*value),
+            ExprKind::Binary { op, lhs, rhs } => {
+                let (left, right) = (self.number(*lhs)?, self.number(*rhs)?);
+                match *op {
+                    "+" => left.checked_add(right),
+                    "-" => left.checked_sub(right),
+                    "*" => left.checked_mul(right),
+                    "/" => left.checked_div(right),
+                    _ => None,
+                }
+            }
             ExprKind::Path(_) => match self.index_key(id)? {
                 IndexKey::Number(number) => Some(number),
                 _ => None,
@@ -145,17 +161,21 @@ impl Builder<'_> {
         if matches!(name.as_str(), "repeat_with" | "from_fn" | "repeat" | "successors") {
             let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
             let stages = values.iter().rev().find_map(|value| value.closure).map(|closure| (Stage::Make, closure));
-            return Source { item: Item::Made, rounds: Rounds::Unbounded, stages: stages.into_iter().collect(), ..Source::bounded() };
+            return Source {
+                item: Item::Made,
+                rounds: Rounds::Unbounded,
+                stages: stages.into_iter().collect(),
+                ..Source::bounded()
+            };
         }
         self.collection(id)
     }
 
     fn adaptor(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Source {
         match method {
-            "iter" | "iter_mut" | "into_iter" | "by_ref" | "rev" | "peekable" | "fuse" | "copied" | "cloned" | "as_mut"
-            | "as_mut_slice" | "as_slice" | "as_ref" | "unwrap" | "each_mut" | "deref_mut" | "par_iter_mut" | "into_iter_mut" => {
-                self.source(receiver)
-            }
+            "iter" | "iter_mut" | "into_iter" | "by_ref" | "rev" | "peekable" | "fuse" | "copied" | "cloned"
+            | "as_mut" | "as_mut_slice" | "as_slice" | "as_ref" | "unwrap" | "each_mut" | "deref_mut"
+            | "par_iter_mut" | "into_iter_mut" => self.source(receiver),
             "take" => {
                 let source = self.source(receiver);
                 let count = args.first().and_then(|arg| {
@@ -171,11 +191,21 @@ impl Builder<'_> {
             }
             "skip" | "step_by" | "chain" => {
                 let source = self.source(receiver);
+                let mut number = None;
                 for arg in args {
                     self.expr(*arg);
+                    number = self.number(*arg);
                 }
-                let rounds = if source.rounds == Rounds::Unbounded { Rounds::Unbounded } else { Rounds::Bounded };
-                let passes_over = source.passes_over || method != "chain";
+                let rounds = match (&source.rounds, method, number) {
+                    (Rounds::Unbounded, ..) => Rounds::Unbounded,
+                    (Rounds::Constant(count), "step_by", Some(step)) if step > 0 => {
+                        Rounds::Constant(count.div_ceil(step))
+                    }
+                    (Rounds::Constant(count), "skip", Some(skipped)) => Rounds::Constant(count.saturating_sub(skipped)),
+                    _ => Rounds::Bounded,
+                };
+                let passes_over = source.passes_over
+                    || (method != "chain" && matches!(source.item, Item::Element(_) | Item::Chunk(_)));
                 let item = if matches!(source.item, Item::Counter(_)) { Item::Opaque } else { source.item };
                 Source { item, rounds, passes_over, ..source }
             }
@@ -196,7 +226,8 @@ impl Builder<'_> {
                 stages.extend(other.stages);
                 Source { item: Item::Tuple(vec![source.item, other.item]), rounds, stages, ..Source::bounded() }
             }
-            "map" | "filter" | "inspect" | "filter_map" | "take_while" | "skip_while" | "map_while" | "flat_map" | "scan" => {
+            "map" | "filter" | "inspect" | "filter_map" | "take_while" | "skip_while" | "map_while" | "flat_map"
+            | "scan" => {
                 let mut source = self.source(receiver);
                 let closure = args.iter().map(|arg| self.expr(*arg)).filter_map(|value| value.closure).last();
                 let stage = match method {
@@ -236,13 +267,41 @@ impl Builder<'_> {
     }
 
     /// A method that consumes an iterator; `None` if the call is something else.
-    pub(super) fn iterator_call(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Option<Value> {
+    pub(super) fn iterator_call(
+        &mut self,
+        id: ExprId,
+        receiver: ExprId,
+        method: &str,
+        args: &[ExprId],
+    ) -> Option<Value> {
         let consumes = matches!(
             method,
-            "for_each" | "fold" | "sum" | "product" | "collect" | "count" | "last" | "all" | "any" | "max" | "min" | "try_for_each"
-                | "try_fold" | "find" | "position" | "partition" | "unzip" | "reduce" | "min_by" | "max_by" | "nth"
+            "for_each"
+                | "fold"
+                | "sum"
+                | "product"
+                | "collect"
+                | "count"
+                | "last"
+                | "all"
+                | "any"
+                | "max"
+                | "min"
+                | "try_for_each"
+                | "try_fold"
+                | "find"
+                | "position"
+                | "partition"
+                | "unzip"
+                | "reduce"
+                | "min_by"
+                | "max_by"
+                | "nth"
         );
-        if !consumes || !self.is_iterator(receiver, method) || matches!(self.typed().callees.get(&id), Some(Callee::Resolved(_))) {
+        if !consumes
+            || !self.is_iterator(receiver, method)
+            || matches!(self.typed().callees.get(&id), Some(Callee::Resolved(_)))
+        {
             return None;
         }
         let source = self.source(receiver);
@@ -276,7 +335,17 @@ impl Builder<'_> {
         match &self.body().expr(id).kind {
             ExprKind::MethodCall { method, .. } => matches!(
                 method.as_str(),
-                "map" | "iter" | "iter_mut" | "into_iter" | "filter" | "zip" | "enumerate" | "chunks" | "chunks_mut" | "rev" | "take"
+                "map"
+                    | "iter"
+                    | "iter_mut"
+                    | "into_iter"
+                    | "filter"
+                    | "zip"
+                    | "enumerate"
+                    | "chunks"
+                    | "chunks_mut"
+                    | "rev"
+                    | "take"
             ),
             _ => false,
         }
@@ -343,6 +412,7 @@ impl Builder<'_> {
             drains: false,
             is_foreign: self.is_foreign(),
             text: source.text.clone(),
+            directive: Directive::at(self.program.sources, keyword),
         };
         let id = self.add_loop(info);
         self.emit(Effect::LoopEnter(id), keyword);
@@ -367,7 +437,14 @@ impl Builder<'_> {
     }
 
     /// A closure of the chain runs in the round.
-    fn stage(&mut self, stage: Stage, closure: ClosureRef, item: Value, head: crate::flow::NodeId, span: Span) -> Value {
+    fn stage(
+        &mut self,
+        stage: Stage,
+        closure: ClosureRef,
+        item: Value,
+        head: crate::flow::NodeId,
+        span: Span,
+    ) -> Value {
         let args = if stage == Stage::Make { Vec::new() } else { vec![item.clone()] };
         let made = self.inline_closure(closure, &args, span);
         match stage {
@@ -375,8 +452,11 @@ impl Builder<'_> {
             Stage::Inspect => item,
             Stage::Filter => {
                 if self.at.is_some() {
-                    let (passes, skipped) =
-                        self.opaque_branch(span, "the item passes the filter".to_owned(), crate::flow::About::default());
+                    let (passes, skipped) = self.opaque_branch(
+                        span,
+                        "the item passes the filter".to_owned(),
+                        crate::flow::About::default(),
+                    );
                     self.resume(skipped);
                     self.jump(head);
                     self.resume(passes);
@@ -468,7 +548,16 @@ impl Builder<'_> {
 /// Whether iterating over a value of the type only ends when the other side does.
 fn is_endless_type(ty: &Ty) -> bool {
     ty.external_name().is_some_and(|name| {
-        matches!(name, "Receiver" | "UnboundedReceiver" | "Incoming" | "Ticker" | "Interval" | "Subscriber" | "IntoIter" | "Repeat")
-            && name != "IntoIter"
+        matches!(
+            name,
+            "Receiver"
+                | "UnboundedReceiver"
+                | "Incoming"
+                | "Ticker"
+                | "Interval"
+                | "Subscriber"
+                | "IntoIter"
+                | "Repeat"
+        ) && name != "IntoIter"
     })
 }

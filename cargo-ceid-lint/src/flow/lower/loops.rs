@@ -1,7 +1,7 @@
 //! Loops: how often they run, and what their heads bind.
 
 use super::{Builder, Scope, ScopeKind, Value};
-use crate::flow::{CycleKind, Effect, LoopId, LoopInfo, NodeId, Place, Rounds, Var};
+use crate::flow::{CycleKind, Directive, Effect, LoopId, LoopInfo, NodeId, Place, Rounds, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, PatId, StmtKind};
@@ -55,6 +55,7 @@ impl Builder<'_> {
             passes_over: false,
             drains: false,
             is_foreign: self.is_foreign(),
+            directive: Directive::at(self.program.sources, keyword),
             text,
         });
         self.emit(Effect::LoopEnter(id), keyword);
@@ -220,7 +221,9 @@ impl Builder<'_> {
         let tree = self.body();
         let typed = self.typed();
         let writes = tree.exprs.iter().filter(|expr| match &expr.kind {
-            ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } => typed.expr_local.get(place) == Some(&local),
+            ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } => {
+                typed.expr_local.get(place) == Some(&local)
+            }
             ExprKind::Reference { mutable: true, value, .. } => typed.expr_local.get(value) == Some(&local),
             _ => false,
         });
@@ -232,7 +235,10 @@ impl Builder<'_> {
             StmtKind::Expr { expr, .. } => match &tree.expr(*expr).kind {
                 ExprKind::AssignOp { op: "+", place, value } => {
                     typed.expr_local.get(place) == Some(&local)
-                        && matches!(&tree.expr(*value).kind, ExprKind::Literal(crate::syntax::tree::Literal::Int(Some(1), _)))
+                        && matches!(
+                            &tree.expr(*value).kind,
+                            ExprKind::Literal(crate::syntax::tree::Literal::Int(Some(1), _))
+                        )
                 }
                 _ => false,
             },
@@ -252,8 +258,22 @@ impl Builder<'_> {
                     name => {
                         return matches!(
                             name,
-                            "pop" | "pop_front" | "pop_back" | "try_recv" | "dequeue" | "try_pop" | "try_next" | "poll_next" | "next"
-                                | "try_dequeue" | "try_receive" | "take" | "pop_first" | "pop_last" | "try_iter" | "try_pop_front"
+                            "pop"
+                                | "pop_front"
+                                | "pop_back"
+                                | "try_recv"
+                                | "dequeue"
+                                | "try_pop"
+                                | "try_next"
+                                | "poll_next"
+                                | "next"
+                                | "try_dequeue"
+                                | "try_receive"
+                                | "take"
+                                | "pop_first"
+                                | "pop_last"
+                                | "try_iter"
+                                | "try_pop_front"
                         );
                     }
                 },

@@ -102,7 +102,8 @@ impl Builder<'_> {
         }
         let span = self.span(id);
         let before = self.graph.nodes.len();
-        let (runs, skipped) = self.opaque_branch(span, text.to_owned(), About { is_constant: true, ..About::default() });
+        let (runs, skipped) =
+            self.opaque_branch(span, text.to_owned(), About { is_constant: true, ..About::default() });
         let after = self.add_node(Effect::Nothing, span);
         self.resume(runs);
         for operand in operands {
@@ -185,7 +186,12 @@ impl Builder<'_> {
     }
 
     /// `control.run(|f, info| …)`: a loop whose every round is guarded.
-    pub(super) fn guarded_closure(&mut self, closure: super::ClosureRef, set: &crate::index::Ty, span: crate::source::Span) {
+    pub(super) fn guarded_closure(
+        &mut self,
+        closure: super::ClosureRef,
+        set: &crate::index::Ty,
+        span: crate::source::Span,
+    ) {
         let body = self.frames[closure.frame].body;
         let crate::syntax::tree::ExprKind::Closure(code) = &body.expr(closure.expr).kind else { return };
         let name = match code.params.first().map(|(pat, _)| &body.pat(*pat).kind) {
@@ -211,9 +217,7 @@ impl Builder<'_> {
             crate::index::Shape::Struct(fields) => fields
                 .fields
                 .iter()
-                .filter(|field| {
-                    index.field_ty(ty, None, &field.name).is_some_and(|ty| crate::flow::place::holds_filter(index, &ty))
-                })
+                .filter(|field| index.field_ty(ty, None, &field.name).is_some_and(|ty| index.holds_filter(&ty)))
                 .map(|field| field.name.clone())
                 .collect(),
             crate::index::Shape::Enum(_) => Vec::new(),

@@ -18,8 +18,8 @@ mod values;
 use std::collections::{HashMap, HashSet};
 
 use super::{
-    Assignment, Cause, Computed, ControlFlowGraph, Effect, GuardId, GuardInfo, Head, LoopId, LoopInfo, Node, NodeId, Place, Program, Var,
-    VarInfo,
+    Assignment, Cause, Computed, ControlFlowGraph, Effect, GuardId, GuardInfo, Head, LoopId, LoopInfo, Node, NodeId,
+    Place, Program, Var, VarInfo,
 };
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
@@ -86,7 +86,14 @@ enum ScopeKind {
     /// A block: its guards end with it.
     Block,
     /// A loop, or a block with a label: where `break` and `continue` go, and what holds the value.
-    Breakable { label: Option<String>, is_loop: bool, frame_depth: u32, after: NodeId, again: Option<NodeId>, value: Var },
+    Breakable {
+        label: Option<String>,
+        is_loop: bool,
+        frame_depth: u32,
+        after: NodeId,
+        again: Option<NodeId>,
+        value: Var,
+    },
     /// The body of a function or closure that is inlined, or of a `try` or `async` block: where `return` or `?` goes.
     Body { catches_return: bool, after: NodeId, value: Var },
 }
@@ -398,7 +405,9 @@ impl<'a> Builder<'a> {
                 self.numbers.insert(var, number);
             }
         }
-        if let Some(guard) = value.place.as_ref().and_then(|place| place.base_var()).and_then(|var| self.guards_of.get(&var)).copied() {
+        if let Some(guard) =
+            value.place.as_ref().and_then(|place| place.base_var()).and_then(|var| self.guards_of.get(&var)).copied()
+        {
             self.guards_of.insert(var, guard);
         }
         if let Some(from) = value.place.as_ref().and_then(Place::base_var).or(value.same_as) {

@@ -5,7 +5,7 @@ use super::{Builder, Value};
 use crate::flow::{About, Effect, Head, Mark, NodeId, Test, Var};
 use crate::index::{Def, Shape};
 use crate::source::Span;
-use crate::syntax::tree::{Arm, ExprId, PatId, PatKind};
+use crate::syntax::tree::{Arm, ExprId, ExprKind, PatId, PatKind};
 use crate::types::LocalId;
 
 /// What is matched: its value, and what tells it from other values.
@@ -17,6 +17,8 @@ struct Matched {
     about: About,
     text: String,
     span: Option<Span>,
+    /// The expression, if it is one of the source.
+    expr: Option<ExprId>,
 }
 
 impl Builder<'_> {
@@ -74,7 +76,7 @@ impl Builder<'_> {
         let text = self.text(scrutinee);
         let total = self.total_heads(self.ty(scrutinee));
         let pure = pure.or_else(|| value.same_as.map(|var| self.pure_var(var)));
-        Matched { value, pure, total, about, text, span: None }
+        Matched { value, pure, total, about, text, span: None, expr: Some(scrutinee) }
     }
 
     /// `let PAT = value` in a condition: goes on where it matches, leads to `no` where it does not.
@@ -89,7 +91,7 @@ impl Builder<'_> {
         about.is_presence = true;
         let total = self.total_heads(self.ty(expr));
         let text = format!("let {} = {}", self.pattern_text(pat), self.text(expr));
-        let matched = Matched { value: value.clone(), pure, total, about, text, span: Some(span) };
+        let matched = Matched { value: value.clone(), pure, total, about, text, span: Some(span), expr: Some(expr) };
         self.test_pattern(pat, &matched, no);
     }
 
@@ -127,13 +129,14 @@ impl Builder<'_> {
                 self.ask_heads(&[head], true, matched, span, no);
             }
             PatKind::TupleStruct(_, pats) => {
-                let inner: Vec<(String, PatId)> = pats.iter().enumerate().map(|(at, pat)| (at.to_string(), *pat)).collect();
+                let inner: Vec<(String, PatId)> =
+                    pats.iter().enumerate().map(|(at, pat)| (at.to_string(), *pat)).collect();
                 self.ask_variant(pat, &inner, matched, span, no);
             }
             PatKind::Struct(_, fields) => self.ask_variant(pat, fields, matched, span, no),
             PatKind::Tuple(pats) => {
                 for (number, inner) in pats.iter().enumerate() {
-                    let part = self.part(matched, &number.to_string(), false);
+                    let part = self.tuple_part(matched, number, *inner);
                     self.ask(*inner, &part, no);
                 }
             }
@@ -141,9 +144,10 @@ impl Builder<'_> {
             PatKind::Literal(text) => self.ask_heads(&[text.clone()], true, matched, span, no),
             PatKind::Slice(pats) => {
                 let is_plain = pats.iter().all(|pat| self.is_irrefutable(*pat));
-                let is_array = matches!(&matched.value.place, Some(_)) && is_plain && pats.iter().any(|pat| {
-                    matches!(self.body().pat(*pat).kind, PatKind::Rest)
-                }) && pats.len() == 1;
+                let is_array = matches!(&matched.value.place, Some(_))
+                    && is_plain
+                    && pats.iter().any(|pat| matches!(self.body().pat(*pat).kind, PatKind::Rest))
+                    && pats.len() == 1;
                 if !is_array {
                     self.ask_opaque(matched, span, no);
                 }
@@ -178,9 +182,14 @@ impl Builder<'_> {
                 }
                 self.branch_on_subject(id, heads, exact, span, matched.text.clone(), about)
             }
-            None => {
-                self.branch(Test { subject: None, holds: u32::MAX, fails: u32::MAX, span, text: matched.text.clone(), about })
-            }
+            None => self.branch(Test {
+                subject: None,
+                holds: u32::MAX,
+                fails: u32::MAX,
+                span,
+                text: matched.text.clone(),
+                about,
+            }),
         };
         self.link(failed, no);
         self.resume(yes);
@@ -188,7 +197,8 @@ impl Builder<'_> {
 
     fn ask_variant(&mut self, pat: PatId, inner: &[(String, PatId)], matched: &Matched, span: Span, no: NodeId) {
         let def = self.typed().pat_def.get(&pat).cloned();
-        let is_struct = matches!(&def, Some(Def::Type(id)) if matches!(self.program.index.type_def(*id).shape, Shape::Struct(_)));
+        let is_struct =
+            matches!(&def, Some(Def::Type(id)) if matches!(self.program.index.type_def(*id).shape, Shape::Struct(_)));
         let is_single = matches!(&def, Some(Def::Variant(id, _))
             if matches!(&self.program.index.type_def(*id).shape, Shape::Enum(variants) if variants.len() == 1));
         let exact = inner.iter().all(|(_, pat)| self.is_irrefutable(*pat));
@@ -221,7 +231,8 @@ impl Builder<'_> {
 
     /// A part of what is matched.
     fn part(&mut self, matched: &Matched, name: &str, is_transparent: bool) -> Matched {
-        let place = matched.value.place.as_ref().map(|place| if is_transparent { place.clone() } else { place.field(name) });
+        let place =
+            matched.value.place.as_ref().map(|place| if is_transparent { place.clone() } else { place.field(name) });
         let value = Value { place, is_owned: matched.value.is_owned, ..Value::default() };
         let pure = matched.pure.as_ref().map(|pure| Pure {
             key: format!("{}.{name}{}", pure.key, if is_transparent { "!" } else { "" }),
@@ -229,6 +240,25 @@ impl Builder<'_> {
             whole: None,
         });
         Matched { value, pure, total: None, ..matched.clone() }
+    }
+
+    /// An element of a tuple that is matched: where the tuple is written out, it is asked about by itself.
+    fn tuple_part(&mut self, matched: &Matched, number: usize, pat: PatId) -> Matched {
+        let mut part = self.part(matched, &number.to_string(), false);
+        part.expr = None;
+        let body = self.body();
+        if let Some(expr) = matched.expr
+            && let ExprKind::Tuple(parts) = &body.expr(expr).kind
+            && let Some(own) = parts.get(number).copied()
+        {
+            let binds: Vec<Var> = self.locals_of(pat).into_iter().map(|local| self.var_of(local)).collect();
+            self.derive(&binds, own);
+            part.pure = self.pure(own).or(part.pure);
+            part.total = self.total_heads(self.ty(own));
+            part.about = self.about_presence(own, binds);
+            part.expr = Some(own);
+        }
+        part
     }
 
     /// `a | b`: one question if only heads are asked for, one after the other otherwise.
@@ -259,8 +289,12 @@ impl Builder<'_> {
                 Some(def) => Some(self.def_head(def, &path.text())),
                 None => Some(path.text()),
             },
-            PatKind::Bind { .. } => self.typed().pat_def.get(&pat).map(|def| self.def_head(def, &self.pattern_text(pat))),
-            PatKind::TupleStruct(_, pats) if pats.iter().all(|pat| matches!(self.body().pat(*pat).kind, PatKind::Wild | PatKind::Rest)) => {
+            PatKind::Bind { .. } => {
+                self.typed().pat_def.get(&pat).map(|def| self.def_head(def, &self.pattern_text(pat)))
+            }
+            PatKind::TupleStruct(_, pats)
+                if pats.iter().all(|pat| matches!(self.body().pat(*pat).kind, PatKind::Wild | PatKind::Rest)) =>
+            {
                 self.typed().pat_def.get(&pat).map(|def| self.def_head(def, ""))
             }
             PatKind::Struct(_, fields) if fields.is_empty() => {
@@ -287,8 +321,12 @@ impl Builder<'_> {
             }
             PatKind::Reference(inner) => self.is_irrefutable(*inner),
             PatKind::Tuple(pats) => pats.iter().all(|pat| self.is_irrefutable(*pat)),
-            PatKind::Struct(_, fields) => self.is_struct_pat(pat) && fields.iter().all(|(_, pat)| self.is_irrefutable(*pat)),
-            PatKind::TupleStruct(_, pats) => self.is_struct_pat(pat) && pats.iter().all(|pat| self.is_irrefutable(*pat)),
+            PatKind::Struct(_, fields) => {
+                self.is_struct_pat(pat) && fields.iter().all(|(_, pat)| self.is_irrefutable(*pat))
+            }
+            PatKind::TupleStruct(_, pats) => {
+                self.is_struct_pat(pat) && pats.iter().all(|pat| self.is_irrefutable(*pat))
+            }
             PatKind::Path(_)
             | PatKind::Or(_)
             | PatKind::Slice(_)
@@ -389,7 +427,8 @@ impl Builder<'_> {
             }
             PatKind::Slice(pats) => {
                 for (number, inner) in pats.iter().enumerate() {
-                    let place = value.place.as_ref().map(|place| place.element(crate::flow::IndexKey::Number(number as u64)));
+                    let place =
+                        value.place.as_ref().map(|place| place.element(crate::flow::IndexKey::Number(number as u64)));
                     let rest = pats[..number].iter().any(|pat| matches!(body.pat(*pat).kind, PatKind::Rest));
                     let place = if rest {
                         value.place.as_ref().map(|place| place.element(crate::flow::IndexKey::Data("the end".into())))
@@ -445,8 +484,18 @@ fn is_event_source(about: &About) -> bool {
     about.names.iter().any(|name| {
         matches!(
             name.as_str(),
-            "select" | "select3" | "select4" | "select_array" | "recv" | "receive" | "next_event" | "wait_event" | "poll_event"
-                | "try_recv" | "recv_timeout" | "next_message"
+            "select"
+                | "select3"
+                | "select4"
+                | "select_array"
+                | "recv"
+                | "receive"
+                | "next_event"
+                | "wait_event"
+                | "poll_event"
+                | "try_recv"
+                | "recv_timeout"
+                | "next_message"
         )
     })
 }

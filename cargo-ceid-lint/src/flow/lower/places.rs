@@ -32,7 +32,9 @@ impl Builder<'_> {
             return Some(Place::var(self.var_of(local)));
         }
         match self.typed().expr_def.get(&id) {
-            Some(Def::Value(value)) if self.program.index.value(*value).item.is_static => Some(Place::of_static(*value)),
+            Some(Def::Value(value)) if self.program.index.value(*value).item.is_static => {
+                Some(Place::of_static(*value))
+            }
             _ => None,
         }
     }
@@ -58,7 +60,8 @@ impl Builder<'_> {
     fn deref_target(&self, ty: &Ty) -> Option<(Ty, FunctionId)> {
         let index = self.program.index;
         let target = index.project(ty, "Target");
-        let through = index.methods(ty, "deref_mut").into_iter().chain(index.methods(ty, "deref")).next()?.function()?;
+        let through =
+            index.methods(ty, "deref_mut").into_iter().chain(index.methods(ty, "deref")).next()?.function()?;
         (target != Ty::Unknown).then_some((target, through))
     }
 
@@ -155,7 +158,8 @@ impl Builder<'_> {
     fn settle_key(&self, key: IndexKey, value: Option<&Place>) -> IndexKey {
         match key {
             IndexKey::Var(var) => {
-                let is_counter = self.graph.loops.iter().any(|info| info.counter.is_some_and(|(counter, _)| counter == var));
+                let is_counter =
+                    self.graph.loops.iter().any(|info| info.counter.is_some_and(|(counter, _)| counter == var));
                 let is_param = self.graph.var(var).param.is_some();
                 // A parameter of an inlined function or closure is what was passed for it.
                 let is_bound = value.is_some_and(|place| place.base_var() == Some(var));
@@ -270,14 +274,8 @@ impl Builder<'_> {
             if let Some(var) = place.base_var() {
                 self.numbers.remove(&var);
             }
-            let assignment = crate::flow::Assignment {
-                place,
-                from: None,
-                by_move: true,
-                rebinds: false,
-                head: None,
-                same_as: None,
-            };
+            let assignment =
+                crate::flow::Assignment { place, from: None, by_move: true, rebinds: false, head: None, same_as: None };
             self.emit(Effect::Write(Box::new(assignment)), span);
         }
         Value::default()
@@ -316,7 +314,9 @@ impl Builder<'_> {
         }
         match ty {
             Ty::Int | Ty::Float | Ty::Bool | Ty::Str | Ty::Char | Ty::Never | Ty::FunctionItem(_) => false,
-            Ty::Ref(_, inner) | Ty::Pointer(inner) | Ty::Array(inner, _) | Ty::Slice(inner) => self.holds(inner, depth + 1),
+            Ty::Ref(_, inner) | Ty::Pointer(inner) | Ty::Array(inner, _) | Ty::Slice(inner) => {
+                self.holds(inner, depth + 1)
+            }
             Ty::Tuple(parts) => parts.iter().any(|part| self.holds(part, depth + 1)),
             Ty::External(path, args) => match path.rsplit("::").next().unwrap_or("") {
                 "String" | "Duration" | "Instant" | "Range" => false,
@@ -326,7 +326,7 @@ impl Builder<'_> {
                         || self.program.index.filter_spec(ty).is_some()
                 }
             },
-            Ty::Adt(..) => crate::flow::place::holds_filter(self.program.index, ty),
+            Ty::Adt(..) => self.program.index.holds_filter(ty),
             Ty::Unknown | Ty::Var(_) | Ty::Param(_) | Ty::Opaque(_) | Ty::Function(..) | Ty::Closure(_) => true,
         }
     }

@@ -175,7 +175,9 @@ impl Builder<'_> {
                 // A static may be changed by someone else.
                 (!item.is_static).then(|| Pure { key: path.text(), ..Pure::default() })
             }
-            Some(Def::Variant(..) | Def::External(_) | Def::Type(_)) => Some(Pure { key: path.text(), ..Pure::default() }),
+            Some(Def::Variant(..) | Def::External(_) | Def::Type(_)) => {
+                Some(Pure { key: path.text(), ..Pure::default() })
+            }
             _ => None,
         }
     }
@@ -184,9 +186,32 @@ impl Builder<'_> {
     fn is_pure_method(&self, id: ExprId, method: &str) -> bool {
         let known = matches!(
             method,
-            "is_some" | "is_none" | "is_ok" | "is_err" | "is_empty" | "len" | "abs" | "is_nan" | "is_finite" | "as_ref" | "is_positive"
-                | "is_negative" | "min" | "max" | "is_multiple_of" | "as_deref" | "signum" | "get" | "clone" | "to_owned"
-                | "is_sign_negative" | "is_sign_positive" | "rem_euclid" | "contains" | "contains_key" | "is_infinite"
+            "is_some"
+                | "is_none"
+                | "is_ok"
+                | "is_err"
+                | "is_empty"
+                | "len"
+                | "abs"
+                | "is_nan"
+                | "is_finite"
+                | "as_ref"
+                | "is_positive"
+                | "is_negative"
+                | "min"
+                | "max"
+                | "is_multiple_of"
+                | "as_deref"
+                | "signum"
+                | "get"
+                | "clone"
+                | "to_owned"
+                | "is_sign_negative"
+                | "is_sign_positive"
+                | "rem_euclid"
+                | "contains"
+                | "contains_key"
+                | "is_infinite"
         );
         match self.typed().callees.get(&id) {
             Some(Callee::Builtin) => known,
@@ -226,7 +251,10 @@ impl Builder<'_> {
                         _ => false,
                     },
                     Some(Callee::Builtin) => {
-                        matches!(method.as_str(), "is_some" | "is_none" | "is_ok" | "is_err" | "abs" | "is_empty" | "len")
+                        matches!(
+                            method.as_str(),
+                            "is_some" | "is_none" | "is_ok" | "is_err" | "abs" | "is_empty" | "len"
+                        )
                     }
                     _ => false,
                 }
@@ -291,7 +319,9 @@ impl Builder<'_> {
                 Shape::Enum(variants) => Some(variants.iter().map(|variant| variant.name.clone()).collect()),
                 Shape::Struct(_) => None,
             },
-            Ty::External(path, _) if path.ends_with("::Option") || path.ends_with("::Result") || path.ends_with("::LockResult") => {
+            Ty::External(path, _)
+                if path.ends_with("::Option") || path.ends_with("::Result") || path.ends_with("::LockResult") =>
+            {
                 Some(vec!["+".to_owned(), "-".to_owned()])
             }
             _ => None,
@@ -341,6 +371,7 @@ impl Builder<'_> {
             ExprKind::Binary { op, lhs, rhs } => {
                 about.is_comparison |= matches!(*op, "<" | "<=" | ">" | ">=");
                 about.is_remainder |= *op == "%";
+                about.is_masked |= *op == "&";
                 self.collect_about(*lhs, about, depth + 1);
                 self.collect_about(*rhs, about, depth + 1);
             }
@@ -382,8 +413,9 @@ pub(super) fn literal_text(literal: &Literal) -> Head {
 /// The head of a constructor outside the analysed code.
 pub(super) fn external_head(path: &str) -> Head {
     match path.rsplit("::").next().unwrap_or(path) {
-        "Some" | "Ok" => "+".to_owned(),
-        "None" | "Err" => "-".to_owned(),
+        // `Ready` ends a future as `None` ends an iterator.
+        "Some" | "Ok" | "Pending" => "+".to_owned(),
+        "None" | "Err" | "Ready" => "-".to_owned(),
         name => name.to_owned(),
     }
 }
