@@ -113,9 +113,12 @@ pub(crate) fn compare(program: &Program, outcome: &Outcome, figures: &mut Figure
     let mut all = Vec::new();
     let mut listed = Vec::new();
     for (cycle, pair) in &outcome.pairs {
-        figures.pairs += 1;
+        figures.pairs += usize::from(cycle.is_some_and(|cycle| outcome.is_reached(cycle)));
         let filters = program.filters(&pair.name);
         let disagreement = match cycle {
+            // A loop that no input reaches says nothing, nor does a helper on its own.
+            Some(cycle) if !outcome.is_reached(*cycle) => None,
+            None => None,
             Some(cycle) if !filters.is_empty() => {
                 listed.extend(&filters);
                 let seen = filters.iter().map(|&filter| outcome.seen[*cycle][filter]).fold(Seen::default(), |all, one| {

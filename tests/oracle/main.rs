@@ -27,9 +27,9 @@ use program::{Program, size};
 /// Programs of one compilation.
 const BATCH: usize = 250;
 /// How many disagreements of one kind and verdict are shrunk.
-const SHRUNK_OF_A_KIND: usize = 4;
+const SHRUNK_OF_A_KIND: usize = 3;
 /// How many smaller programs are tried at once for one disagreement.
-const CANDIDATES: usize = 24;
+const CANDIDATES: usize = 16;
 
 fn main() -> ExitCode {
     let Some(options) = Options::read() else {
@@ -126,6 +126,9 @@ fn shrink_all(directory: &Path, cases: &mut Vec<Case>) {
         }
         if tried.is_empty() {
             break;
+        }
+        if std::env::var_os("ORACLE_ROUNDS").is_some() {
+            println!("shrinking: {} candidates of {:?}", tried.len(), cases.iter().map(|c| size(&c.program.items)).collect::<Vec<_>>());
         }
         let programs: Vec<Program> = tried.iter().map(|(_, program)| program.clone()).collect();
         let mut is_smaller = vec![false; cases.len()];

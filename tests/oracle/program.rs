@@ -102,6 +102,12 @@ pub(crate) fn size(nodes: &[Node]) -> usize {
     nodes.iter().map(Node::size).sum()
 }
 
+/// Whether control never reaches what comes after.
+pub(crate) fn ends(body: &[Node]) -> bool {
+    matches!(body.last(), Some(Node::Line(line))
+        if ["return", "break", "continue"].iter().any(|word| line.starts_with(word)))
+}
+
 impl Program {
     /// Prints it as a module that begins on the line after `line`.
     pub(crate) fn print(&self, name: &str, line: usize) -> Printed {

@@ -56,6 +56,13 @@ pub(crate) struct Outcome {
     pub(crate) pairs: Vec<(Option<usize>, Pair)>,
 }
 
+impl Outcome {
+    /// Whether a loop had an iteration in any run.
+    pub(crate) fn is_reached(&self, cycle: usize) -> bool {
+        self.seen[cycle][0] != Seen::default()
+    }
+}
+
 /// Runs a batch; `None` for a program that does not compile.
 pub(crate) fn batch(directory: &Path, programs: &[Program]) -> Vec<Option<Outcome>> {
     std::fs::create_dir_all(directory).expect("the batch's directory can be made");

@@ -1,6 +1,6 @@
 //! Smaller programs that may still show the same disagreement. Nothing here runs them.
 
-use crate::program::{Arm, Block, Node, Program, size};
+use crate::program::{Arm, Block, Node, Program, ends, size};
 
 /// All programs that are one step smaller, in no order of size. Many do not compile.
 pub(crate) fn candidates(program: &Program) -> Vec<Program> {
@@ -8,9 +8,44 @@ pub(crate) fn candidates(program: &Program) -> Vec<Program> {
     for items in smaller(&program.items) {
         all.push(Program { items, ..program.clone() });
     }
-    all.retain(|candidate| matches!(candidate.items.last(), Some(Node::Block(_))));
+    all.retain(declares_what_it_uses);
     all.sort_by_key(|candidate| size(&candidate.items));
     all
+}
+
+/// Whether every numbered name is declared somewhere, and the program still runs something: cheap to see, and true of
+/// few candidates that do not compile.
+fn declares_what_it_uses(program: &Program) -> bool {
+    let text = program.print("p", 0).text;
+    let is_run = |node: &Node| matches!(node, Node::Block(block) if block.arms[0].head.starts_with("pub fn run("));
+    if !program.items.last().is_some_and(is_run) {
+        return false;
+    }
+    let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '\'';
+    let names = text.split(|c| !is_part(c)).filter(|name| {
+        name.starts_with(|c: char| c.is_ascii_lowercase() || c == '\'') && name.ends_with(|c: char| c.is_ascii_digit())
+    });
+    let is_declared = |name: &str| {
+        let forms = ["let ", "mut ", "fn ", "for ", "(", ", "].map(|before| format!("{before}{name}"));
+        let after = [" = ", ")", ",", "(", " in ", ": "];
+        let declares = |line: &str| {
+            let line = line.trim_start();
+            let opens = ["let ", "for ", "if let ", "pub fn ", "while let "].iter().any(|word| line.starts_with(word));
+            (opens || line.ends_with("=> {"))
+                && forms.iter().any(|form| {
+                    line.split_once(form.as_str()).is_some_and(|(_, rest)| after.iter().any(|end| rest.starts_with(end)))
+                })
+        };
+        if name.starts_with('\'') {
+            text.contains(&format!("{name}: "))
+        } else {
+            text.lines().any(declares)
+        }
+    };
+    let mut names: Vec<&str> = names.filter(|name| !["f32", "p"].contains(name)).collect();
+    names.sort_unstable();
+    names.dedup();
+    names.into_iter().all(is_declared)
 }
 
 fn smaller(nodes: &[Node]) -> Vec<Vec<Node>> {
@@ -24,7 +59,9 @@ fn smaller(nodes: &[Node]) -> Vec<Vec<Node>> {
         match node {
             Node::Line(text) => simpler(text).into_iter().for_each(|text| replace(&[Node::Line(text)])),
             Node::Block(block) => {
-                block.arms.iter().for_each(|arm| replace(&arm.body));
+                // A jump without its condition would make the code below it dead.
+                let arms = block.arms.iter().filter(|arm| !ends(&arm.body));
+                arms.for_each(|arm| replace(&arm.body));
                 smaller_blocks(block).into_iter().for_each(|block| replace(&[Node::Block(block)]));
             }
         }

@@ -77,7 +77,7 @@ impl Generator {
                 let head = format!("if let Err(_) = {call} {{");
                 nodes.push(Node::branch(head, self.block(&scope.inner()), None));
             }
-            5 if scope.targets.iter().any(|target| target.is_loop) => {
+            5 if scope.targets.last().is_some_and(|target| target.is_loop) => {
                 let word = self.rng.pick(&["continue;", "break;"]);
                 let node = Node::block(format!("let Ok(()) = {call} else {{"), vec![Node::line(word)]);
                 let Node::Block(mut block) = node else { unreachable!("it was made as a block") };
@@ -116,7 +116,7 @@ impl Generator {
         let name = self.name("z");
         let (pattern, value) =
             self.rng.pick(&[("Some", "io.sample()"), ("Ok", "io.attempt()")]);
-        let is_in_loop = scope.targets.iter().any(|target| target.is_loop);
+        let is_in_loop = scope.targets.last().is_some_and(|target| target.is_loop);
         match self.rng.below(3) {
             0 if is_in_loop => {
                 let word = self.rng.pick(&["continue;", "break;"]);

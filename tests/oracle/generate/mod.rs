@@ -5,7 +5,7 @@ mod places;
 mod scope;
 mod statements;
 
-use crate::program::{Block, Node, Program};
+use crate::program::{Block, Node, Program, ends};
 use crate::rng::Rng;
 use scope::{Helper, Place, Returns, Scope};
 
@@ -20,6 +20,7 @@ pub(crate) fn program(seed: u64, index: u64) -> Program {
         loops: 1,
         budget: 0,
         is_stateful: false,
+        is_disciplined: false,
     }
     .program((seed, index))
 }
@@ -36,6 +37,8 @@ struct Generator {
     /// Statements that may still be made in this function.
     budget: usize,
     is_stateful: bool,
+    /// Whether most updates are such that each path has one.
+    is_disciplined: bool,
 }
 
 /// Where the filters of a program live.
@@ -117,7 +120,7 @@ impl Generator {
                 self.names.push((option.clone(), 2));
                 self.names.push((format!("{option}.Some.0"), 2));
                 scope.options.push(option);
-                built.push(("spare".into(), "Some(Kf::new(2))".into()));
+                built.push(("spare".into(), "io.flag().then(|| Kf::new(2))".into()));
             }
             _ => {}
         }
@@ -132,17 +135,28 @@ impl Generator {
             nodes.push(Node::line(format!("let {name} = io.flag();")));
             scope.conditions.push(name);
         }
-        if self.rng.percent(10) {
-            let name = self.name("latch");
-            let value = self.rng.pick(&["true", "false"]);
-            nodes.push(Node::line(format!("let mut {name} = {value};")));
-            scope.flags.push(name);
-            self.is_stateful = true;
-        }
+        let latch = self.rng.percent(10).then(|| self.name("latch"));
+        scope.flags.extend(latch.clone());
         self.budget = 5 + self.rng.below(9);
+        self.is_disciplined = self.rng.percent(60);
         scope.is_in_cycle = true;
         let label = self.rng.percent(30).then(|| "'main".to_owned());
-        let body = self.block(&scope.inside(label.clone(), true));
+        let inner = scope.inside(label.clone(), true);
+        let mut body = self.block(&inner);
+        if self.is_disciplined {
+            for place in inner.places.clone() {
+                let mut fragment = Vec::new();
+                self.disciplined(&inner, &place, &mut fragment);
+                let at = if self.rng.percent(60) { 0 } else { self.rng.below(body.len() + 1) };
+                body.splice(at..at, fragment);
+            }
+        }
+        if let Some(latch) = latch {
+            let is_set = mentions(&body, &format!("{latch} = "));
+            let value = if is_set { self.rng.pick(&["true", "false"]) } else { "io.flag()" };
+            nodes.push(Node::line(format!("let mut {latch} = {value};")));
+            self.is_stateful |= is_set;
+        }
         nodes.push(self.counted_loop(0, label, body, false));
         nodes.push(Node::line(scope.returns.values()[0]));
         nodes
@@ -201,7 +215,11 @@ impl Generator {
     fn function_body(&mut self, scope: &Scope) -> Vec<Node> {
         let mut body = self.block(scope);
         if !ends(&body) {
-            body.push(Node::line(self.rng.pick(scope.returns.values())));
+            body.push(Node::line(match scope.returns.values() {
+                [value] => (*value).to_owned(),
+                [yes, no, ..] => format!("if io.flag() {{ {yes} }} else {{ {no} }}"),
+                [] => unreachable!("every function returns something"),
+            }));
         }
         body
     }
@@ -213,10 +231,12 @@ impl Generator {
     }
 }
 
-/// Whether control never reaches what comes after.
-fn ends(body: &[Node]) -> bool {
-    matches!(body.last(), Some(Node::Line(line))
-        if ["return", "break", "continue"].iter().any(|word| line.starts_with(word)))
+/// Whether a line of them holds a text.
+fn mentions(body: &[Node], text: &str) -> bool {
+    body.iter().any(|node| match node {
+        Node::Line(line) => line.contains(text),
+        Node::Block(block) => block.arms.iter().any(|arm| mentions(&arm.body, text)),
+    })
 }
 
 fn robot(built: &[(String, String)]) -> Node {
@@ -227,7 +247,7 @@ fn robot(built: &[(String, String)]) -> Node {
 fn field_type(value: &str) -> &'static str {
     match value.as_bytes()[0] {
         b'[' => "[Kf; 2]",
-        b'S' => "Option<Kf>",
+        b'i' => "Option<Kf>",
         _ => "Kf",
     }
 }

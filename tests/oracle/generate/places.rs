@@ -1,8 +1,8 @@
 //! Statements about filters: updates, resets, aliases, closures, elements and payloads.
 
 use super::scope::{Place, Returns, Scope};
-use super::{Generator, ends};
-use crate::program::Node;
+use super::Generator;
+use crate::program::{Node, ends};
 
 impl Generator {
     pub(super) fn update(&mut self, scope: &Scope, nodes: &mut Vec<Node>) {

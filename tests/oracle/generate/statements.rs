@@ -1,8 +1,8 @@
 //! Statements of control: conditions, branches, loops and jumps.
 
-use super::scope::{Returns, Scope};
-use super::{Generator, ends};
-use crate::program::Node;
+use super::scope::{Place, Returns, Scope};
+use super::Generator;
+use crate::program::{Node, ends};
 
 impl Generator {
     /// The statements of a block.
@@ -28,8 +28,10 @@ impl Generator {
     fn statement(&mut self, scope: &mut Scope, nodes: &mut Vec<Node>) {
         let deep = usize::from(scope.depth < 4);
         let cycles = usize::from(scope.is_in_cycle && scope.depth < 3);
+        let updates = if self.is_disciplined { 2 } else { 10 };
+        let calls = if self.is_disciplined { 2 } else { 4 };
         let weights =
-            [10, 6 * deep, 2 * deep, 3, 4, 1, 2, 3 * deep, cycles, 4, 3 * deep, 3, deep, 2 * deep, 1, 2 * deep];
+            [updates, 6 * deep, 2 * deep, 3, 4, 1, 2, 3 * deep, cycles, calls, 2 * deep, 2, deep, 2 * deep, 1, 2 * deep];
         match self.rng.weighted(&weights) {
             0 => self.update(scope, nodes),
             1 => self.branch(scope, nodes),
@@ -54,8 +56,15 @@ impl Generator {
     pub(super) fn condition(&mut self, scope: &Scope) -> String {
         match self.rng.below(10) {
             0..=2 => "io.flag()".into(),
-            3 if scope.depth < 4 => format!("{} && {}", self.atom(scope), self.atom(scope)),
-            4 if scope.depth < 4 => format!("{} || {}", self.atom(scope), self.atom(scope)),
+            word @ (3 | 4) if scope.depth < 4 => {
+                let (left, right) = (self.atom(scope), self.atom(scope));
+                let is_same = left.trim_start_matches('!') == right.trim_start_matches('!') && left != "io.flag()";
+                match (is_same, word) {
+                    (true, _) => left,
+                    (false, 3) => format!("{left} && {right}"),
+                    (false, _) => format!("{left} || {right}"),
+                }
+            }
             5 => "io.attempt().is_ok()".into(),
             _ => self.atom(scope),
         }
@@ -131,9 +140,12 @@ impl Generator {
         if let Some(target) = scope.targets.iter().rev().find(|target| target.is_loop)
             && self.rng.percent(60)
         {
-            let is_innermost = scope.targets.last().is_some_and(|last| last.label == target.label);
+            let is_innermost = scope.targets.last().is_some_and(|last| last.is_loop);
             let word = if self.rng.percent(65) { "continue" } else { "break" };
-            return match (&target.label, is_innermost || self.rng.percent(50)) {
+            if target.label.is_none() && !is_innermost {
+                return "io.show(1.0);".into();
+            }
+            return match (&target.label, is_innermost && self.rng.percent(50)) {
                 (Some(label), false) => format!("{word} {label};"),
                 _ => format!("{word};"),
             };
@@ -168,6 +180,69 @@ impl Generator {
         } else {
             let name = self.rng.pick(&scope.flags);
             nodes.push(Node::line(format!("{name} = {value};")));
+        }
+    }
+
+    /// Updates a place once on every path, in a way that must be seen through.
+    pub(super) fn disciplined(&mut self, scope: &Scope, place: &Place, nodes: &mut Vec<Node>) {
+        let update = Node::line(format!("{}.update();", place.spelled));
+        let condition = self.name("c");
+        let bind = Node::line(format!("let {condition} = io.flag();"));
+        self.budget += 2;
+        let mut between = Vec::new();
+        let mut inner = scope.inner();
+        inner.conditions.push(condition.clone());
+        let length = self.rng.below(3);
+        self.statements(&mut inner, length, &mut between);
+        between.truncate(between.len() - usize::from(ends(&between)));
+        match self.rng.below(8) {
+            0 => {
+                let (mut then, mut otherwise) = (vec![update.clone()], vec![update]);
+                then.extend(between);
+                self.statements(&mut scope.inner(), 1, &mut otherwise);
+                let head = format!("if {} {{", self.condition(scope));
+                nodes.push(Node::branch(head, then, Some(otherwise)));
+            }
+            1 | 2 => {
+                nodes.push(bind);
+                nodes.push(Node::branch(format!("if {condition} {{"), vec![update.clone()], None));
+                nodes.extend(between);
+                nodes.push(Node::branch(format!("if !{condition} {{"), vec![update], None));
+            }
+            3 => {
+                let done = self.name("done");
+                let then = vec![update.clone(), Node::line(format!("{done} = true;"))];
+                nodes.extend([bind, Node::line(format!("let mut {done} = false;"))]);
+                nodes.push(Node::branch(format!("if {condition} {{"), then, None));
+                nodes.extend(between);
+                nodes.push(Node::branch(format!("if !{done} {{"), vec![update], None));
+            }
+            4 => {
+                let arms = [("Ok(_)", between), ("Err(_)", Vec::new())].map(|(pattern, mut body)| {
+                    body.push(update.clone());
+                    (pattern.to_owned(), body)
+                });
+                nodes.extend([bind, Node::matches("io.attempt()", arms.to_vec())]);
+            }
+            5 => {
+                nodes.push(bind);
+                nodes.extend(between);
+                let then = vec![update.clone(), Node::line("continue;")];
+                nodes.push(Node::branch(format!("if {condition} {{"), then, None));
+                nodes.push(update);
+            }
+            6 => {
+                nodes.push(bind);
+                nodes.push(update);
+                nodes.extend(between);
+            }
+            _ => {
+                let skip = self.name("'skip");
+                let leave = vec![update.clone(), Node::line(format!("break {skip};"))];
+                let body = vec![Node::branch(format!("if {condition} {{"), leave, None), update];
+                nodes.extend([bind, Node::block(format!("{skip}: {{"), body)]);
+                nodes.extend(between);
+            }
         }
     }
 
