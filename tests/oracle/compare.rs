@@ -86,7 +86,10 @@ impl fmt::Display for Figures {
         let share = |part: usize, whole: usize| 100.0 * part as f64 / whole.max(1) as f64;
         let Self { programs, sampled, pairs, promises, repeated, missed, gated, .. } = self;
         writeln!(f, "programs            {programs} ({sampled} with too many paths to take all)")?;
-        writeln!(f, "pairs               {pairs}: {promises} once, {repeated} repeated, {missed} missed, {gated} gated")?;
+        writeln!(
+            f,
+            "pairs               {pairs}: {promises} once, {repeated} repeated, {missed} missed, {gated} gated"
+        )?;
         writeln!(f, "contradicted once   {}", self.broken_promises)?;
         writeln!(f, "false repeated      {}", self.false_repeated)?;
         writeln!(f, "false missed        {}", self.false_missed)?;
@@ -121,9 +124,11 @@ pub(crate) fn compare(program: &Program, outcome: &Outcome, figures: &mut Figure
             None => None,
             Some(cycle) if !filters.is_empty() => {
                 listed.extend(&filters);
-                let seen = filters.iter().map(|&filter| outcome.seen[*cycle][filter]).fold(Seen::default(), |all, one| {
-                    Seen { completing: all.completing | one.completing, exiting: all.exiting | one.exiting }
-                });
+                let seen =
+                    filters.iter().map(|&filter| outcome.seen[*cycle][filter]).fold(Seen::default(), |all, one| Seen {
+                        completing: all.completing | one.completing,
+                        exiting: all.exiting | one.exiting,
+                    });
                 judge(pair, seen, outcome.is_complete, figures).map(|kind| (kind, shown(seen)))
             }
             _ => {

@@ -52,8 +52,16 @@ fn main() -> ExitCode {
             }
         }
         if options.programs > BATCH as u64 {
-            println!("{} programs: {} broken, {} repeated, {} missed, {}/{} equal, {} unproved", figures.programs,
-                figures.broken_promises, figures.false_repeated, figures.false_missed, figures.equal, figures.comparable, figures.unproved);
+            println!(
+                "{} programs: {} broken, {} repeated, {} missed, {}/{} equal, {} unproved",
+                figures.programs,
+                figures.broken_promises,
+                figures.false_repeated,
+                figures.false_missed,
+                figures.equal,
+                figures.comparable,
+                figures.unproved
+            );
         }
     }
     open.sort_by_key(|case| case.found.kind);
@@ -128,7 +136,11 @@ fn shrink_all(directory: &Path, cases: &mut Vec<Case>) {
             break;
         }
         if std::env::var_os("ORACLE_ROUNDS").is_some() {
-            println!("shrinking: {} candidates of {:?}", tried.len(), cases.iter().map(|c| size(&c.program.items)).collect::<Vec<_>>());
+            println!(
+                "shrinking: {} candidates of {:?}",
+                tried.len(),
+                cases.iter().map(|c| size(&c.program.items)).collect::<Vec<_>>()
+            );
         }
         let programs: Vec<Program> = tried.iter().map(|(_, program)| program.clone()).collect();
         let mut is_smaller = vec![false; cases.len()];

@@ -98,8 +98,7 @@ impl Batch {
     fn write(directory: &Path, programs: &[Program], accepted: &[usize]) -> Self {
         let mut text = PRELUDE.to_owned();
         let mut line = text.lines().count();
-        let mut table =
-            "pub const ALL: &[(fn(&dyn super::programs::Io), usize, bool)] = &[\n".to_owned();
+        let mut table = "pub const ALL: &[(fn(&dyn super::programs::Io), usize, bool)] = &[\n".to_owned();
         let (mut starts, mut loops) = (Vec::new(), Vec::new());
         for (at, &index) in accepted.iter().enumerate() {
             let program = &programs[index];

@@ -21,6 +21,11 @@ fn declares_what_it_uses(program: &Program) -> bool {
     if !program.items.last().is_some_and(is_run) {
         return false;
     }
+    // A variable that only its first value decides is another matter than the one that was found.
+    let is_constant = |name: &str| {
+        ["true", "false"].iter().any(|value| text.contains(&format!("let mut {name} = {value};")))
+            && text.matches(&format!("{name} = ")).count() == 1
+    };
     let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '\'';
     let names = text.split(|c| !is_part(c)).filter(|name| {
         name.starts_with(|c: char| c.is_ascii_lowercase() || c == '\'') && name.ends_with(|c: char| c.is_ascii_digit())
@@ -33,19 +38,16 @@ fn declares_what_it_uses(program: &Program) -> bool {
             let opens = ["let ", "for ", "if let ", "pub fn ", "while let "].iter().any(|word| line.starts_with(word));
             (opens || line.ends_with("=> {"))
                 && forms.iter().any(|form| {
-                    line.split_once(form.as_str()).is_some_and(|(_, rest)| after.iter().any(|end| rest.starts_with(end)))
+                    line.split_once(form.as_str())
+                        .is_some_and(|(_, rest)| after.iter().any(|end| rest.starts_with(end)))
                 })
         };
-        if name.starts_with('\'') {
-            text.contains(&format!("{name}: "))
-        } else {
-            text.lines().any(declares)
-        }
+        if name.starts_with('\'') { text.contains(&format!("{name}: ")) } else { text.lines().any(declares) }
     };
     let mut names: Vec<&str> = names.filter(|name| !["f32", "p"].contains(name)).collect();
     names.sort_unstable();
     names.dedup();
-    names.into_iter().all(is_declared)
+    names.into_iter().all(|name| is_declared(name) && !is_constant(name))
 }
 
 fn smaller(nodes: &[Node]) -> Vec<Vec<Node>> {

@@ -25,14 +25,21 @@ impl Generator {
         }
     }
 
-    fn call_text(&mut self, scope: &Scope, helper: &Helper, is_method: bool) -> Option<String> {
+    pub(super) fn call_text(&mut self, scope: &Scope, helper: &Helper, is_method: bool) -> Option<String> {
         if is_method {
             return Some(format!("self.{}(io)", helper.name));
         }
         let mut arguments = String::new();
         let mut roots: Vec<String> = Vec::new();
         for _ in 0..helper.filters {
-            let free: Vec<_> = scope.places.iter().filter(|place| !roots.contains(&place.root)).collect();
+            let free: Vec<_> = scope
+                .places
+                .iter()
+                .filter(|place| {
+                    let fits = if helper.is_generic { !place.spelled.contains('(') } else { !place.is_abstract };
+                    fits && !roots.contains(&place.root)
+                })
+                .collect();
             if free.is_empty() {
                 return None;
             }
@@ -67,10 +74,8 @@ impl Generator {
             0 => nodes.push(Node::line(format!("let _ = {call};"))),
             1 | 2 if scope.returns == Returns::Result => nodes.push(Node::line(format!("{call}?;"))),
             3 => {
-                let arms = vec![
-                    ("Ok(())".into(), self.block(&scope.inner())),
-                    ("Err(_)".into(), self.block(&scope.inner())),
-                ];
+                let arms =
+                    vec![("Ok(())".into(), self.block(&scope.inner())), ("Err(_)".into(), self.block(&scope.inner()))];
                 nodes.push(Node::matches(call, arms));
             }
             4 => {
@@ -97,10 +102,8 @@ impl Generator {
             0 => nodes.push(Node::line(format!("let _ = {call};"))),
             1 if scope.returns == Returns::Option => nodes.push(Node::line(format!("{call}?;"))),
             2 => {
-                let arms = vec![
-                    ("Some(_)".into(), self.block(&scope.inner())),
-                    ("None".into(), self.block(&scope.inner())),
-                ];
+                let arms =
+                    vec![("Some(_)".into(), self.block(&scope.inner())), ("None".into(), self.block(&scope.inner()))];
                 nodes.push(Node::matches(call, arms));
             }
             _ => {
@@ -114,8 +117,7 @@ impl Generator {
     /// An input that may be absent.
     pub(super) fn let_pattern(&mut self, scope: &Scope, nodes: &mut Vec<Node>) {
         let name = self.name("z");
-        let (pattern, value) =
-            self.rng.pick(&[("Some", "io.sample()"), ("Ok", "io.attempt()")]);
+        let (pattern, value) = self.rng.pick(&[("Some", "io.sample()"), ("Ok", "io.attempt()")]);
         let is_in_loop = scope.targets.last().is_some_and(|target| target.is_loop);
         match self.rng.below(3) {
             0 if is_in_loop => {
@@ -136,7 +138,11 @@ impl Generator {
             _ => {
                 let then = self.block(&scope.inner());
                 let otherwise = self.rng.percent(30).then(|| self.block(&scope.inner()));
-                nodes.push(Node::branch(format!("if let {pattern}({name}) = {value} {{"), then, otherwise));
+                let chain = match scope.conditions.last() {
+                    Some(condition) if self.rng.percent(20) => format!("{condition} && "),
+                    _ => String::new(),
+                };
+                nodes.push(Node::branch(format!("if {chain}let {pattern}({name}) = {value} {{"), then, otherwise));
             }
         }
     }

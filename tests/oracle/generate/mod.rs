@@ -16,6 +16,7 @@ pub(crate) fn program(seed: u64, index: u64) -> Program {
         names: Vec::new(),
         helpers: Vec::new(),
         methods: Vec::new(),
+        pickers: Vec::new(),
         fresh: 0,
         loops: 1,
         budget: 0,
@@ -30,6 +31,8 @@ struct Generator {
     names: Vec<(String, usize)>,
     helpers: Vec<Helper>,
     methods: Vec<Helper>,
+    /// Functions that return one of two filters.
+    pickers: Vec<String>,
     /// Variables and labels so far.
     fresh: usize,
     /// Counted loops so far.
@@ -53,12 +56,20 @@ impl Generator {
     fn program(mut self, origin: (u64, u64)) -> Program {
         let home = self.rng.pick(&[Home::Locals, Home::Locals, Home::Locals, Home::LocalStruct, Home::SelfFields]);
         let mut items: Vec<Node> = (0..self.rng.below(3)).map(|_| self.helper()).collect();
+        if self.rng.percent(20) {
+            items.push(self.picker());
+        }
         let returns = self.rng.pick(&[Returns::Unit, Returns::Result]);
         let mut scope = Scope::function(returns);
-        let built = self.filters(home, &mut scope);
+        let is_nested = home != Home::Locals && self.rng.percent(30);
+        let built = self.filters(home, is_nested, &mut scope);
         if home != Home::Locals {
             let fields = built.iter().map(|(name, value)| Node::line(format!("{name}: {},", field_type(value))));
-            items.push(Node::block("pub struct Robot {", fields.collect()));
+            let name = if is_nested { "Axes" } else { "Robot" };
+            items.push(Node::block(format!("pub struct {name} {{"), fields.collect()));
+        }
+        if is_nested {
+            items.push(Node::block("pub struct Robot {", vec![Node::line("axes: Axes,")]));
         }
         let methods = if home == Home::SelfFields { self.methods(&scope) } else { Vec::new() };
         scope.has_self = home == Home::SelfFields;
@@ -68,12 +79,12 @@ impl Generator {
                 let head = format!("pub fn control(&mut self, io: &dyn Io){} {{", returns.arrow());
                 let functions = methods.into_iter().chain([Node::block(head, control)]);
                 items.push(Node::block("impl Robot {", functions.collect()));
-                let body = vec![robot(&built), Node::line("let _ = robot.control(io);")];
+                let body = vec![robot(&built, is_nested), Node::line("let _ = robot.control(io);")];
                 items.push(Node::block("pub fn run(io: &dyn Io) {", body));
             }
             Home::Locals | Home::LocalStruct => {
                 let mut body = match home {
-                    Home::LocalStruct => vec![robot(&built)],
+                    Home::LocalStruct => vec![robot(&built, is_nested)],
                     _ => built.iter().map(|(name, value)| Node::line(format!("let mut {name} = {value};"))).collect(),
                 };
                 body.extend(control);
@@ -91,12 +102,13 @@ impl Generator {
     }
 
     /// Two or three filters, sometimes in an array or an option; each with the value it is built from.
-    fn filters(&mut self, home: Home, scope: &mut Scope) -> Vec<(String, String)> {
+    fn filters(&mut self, home: Home, is_nested: bool, scope: &mut Scope) -> Vec<(String, String)> {
         let prefix = match home {
             Home::Locals => "",
             Home::LocalStruct => "robot.",
             Home::SelfFields => "self.",
         };
+        let prefix = &if is_nested { format!("{prefix}axes.") } else { prefix.to_owned() };
         let mut built = Vec::new();
         for (filter, name) in ["a", "b"].iter().enumerate() {
             let spelled = format!("{prefix}{name}");
@@ -104,7 +116,14 @@ impl Generator {
             self.names.push((spelled, filter));
             built.push(((*name).to_owned(), format!("Kf::new({filter})")));
         }
-        match self.rng.below(5) {
+        match self.rng.below(6) {
+            2 => {
+                let (kind, borrow) = self.rng.pick(&[("Mutex", "lock().unwrap()"), ("RefCell", "borrow_mut()")]);
+                let shared = format!("{prefix}shared");
+                scope.places.push(Place::owned(&format!("{shared}.{borrow}"), &shared, 2));
+                self.names.push((shared, 2));
+                built.push(("shared".into(), format!("{kind}::new(Kf::new(2))")));
+            }
             0 => {
                 let array = format!("{prefix}fs");
                 for (position, filter) in [2, 3].into_iter().enumerate() {
@@ -137,8 +156,16 @@ impl Generator {
         }
         let latch = self.rng.percent(10).then(|| self.name("latch"));
         scope.flags.extend(latch.clone());
+        if self.rng.percent(10) {
+            self.budget = 2;
+            scope.is_in_cycle = true;
+            let cycle = self.loops;
+            self.loops += 1;
+            let body = self.block(&scope.inside(None, true));
+            nodes.push(self.counted_loop(cycle, None, body, true));
+        }
         self.budget = 5 + self.rng.below(9);
-        self.is_disciplined = self.rng.percent(60);
+        self.is_disciplined = self.rng.percent(75);
         scope.is_in_cycle = true;
         let label = self.rng.percent(30).then(|| "'main".to_owned());
         let inner = scope.inside(label.clone(), true);
@@ -186,12 +213,35 @@ impl Generator {
         let returns = self.rng.pick(&[Returns::Unit, Returns::Bool, Returns::Result, Returns::Result, Returns::Option]);
         let filters = 1 + usize::from(self.rng.percent(25));
         let mut scope = Scope::function(returns);
-        scope.places.extend(["f", "g"][..filters].iter().map(|name| Place::reference(name)));
-        let parameters: String = ["f", "g"][..filters].iter().map(|name| format!("{name}: &mut Kf, ")).collect();
+        let (generics, kind) = self.rng.pick(&[
+            ("", "Kf"),
+            ("", "Kf"),
+            ("", "Kf"),
+            ("<F: SampledFilter>", "F"),
+            ("", "impl SampledFilter"),
+        ]);
+        let is_generic = kind != "Kf";
+        for name in &["f", "g"][..filters] {
+            scope.places.push(Place { is_abstract: is_generic, ..Place::reference(name) });
+        }
+        let parameters: String = ["f", "g"][..filters].iter().map(|name| format!("{name}: &mut {kind}, ")).collect();
         self.budget = 2 + self.rng.below(4);
         let body = self.function_body(&scope);
-        let head = format!("pub fn {name}({parameters}io: &dyn Io){} {{", returns.arrow());
-        self.helpers.push(Helper { name, filters, returns });
+        let head = format!("pub fn {name}{generics}({parameters}io: &dyn Io){} {{", returns.arrow());
+        self.helpers.push(Helper { name, filters, returns, is_generic });
+        Node::block(head, body)
+    }
+
+    /// A function that returns one of its filters.
+    fn picker(&mut self) -> Node {
+        let name = self.name("pick");
+        let head = format!("pub fn {name}<'x>(f: &'x mut Kf, g: &'x mut Kf, io: &dyn Io) -> &'x mut Kf {{");
+        self.pickers.push(name);
+        let body = match self.rng.below(3) {
+            0 => vec![Node::line("if io.flag() { f } else { g }")],
+            1 => vec![Node::line("f.update();"), Node::line("if io.flag() { g } else { f }")],
+            _ => vec![Node::line("g")],
+        };
         Node::block(head, body)
     }
 
@@ -207,7 +257,7 @@ impl Generator {
             self.budget = 2 + self.rng.below(4);
             let body = self.function_body(&scope);
             nodes.push(Node::block(format!("pub fn {name}(&mut self, io: &dyn Io){} {{", returns.arrow()), body));
-            self.methods.push(Helper { name, filters: 0, returns });
+            self.methods.push(Helper { name, filters: 0, returns, is_generic: false });
         }
         nodes
     }
@@ -239,14 +289,18 @@ fn mentions(body: &[Node], text: &str) -> bool {
     })
 }
 
-fn robot(built: &[(String, String)]) -> Node {
+fn robot(built: &[(String, String)], is_nested: bool) -> Node {
     let fields: Vec<String> = built.iter().map(|(name, value)| format!("{name}: {value}")).collect();
-    Node::line(format!("let mut robot = Robot {{ {} }};", fields.join(", ")))
+    let fields = fields.join(", ");
+    let fields = if is_nested { format!("axes: Axes {{ {fields} }}") } else { fields };
+    Node::line(format!("let mut robot = Robot {{ {fields} }};"))
 }
 
 fn field_type(value: &str) -> &'static str {
     match value.as_bytes()[0] {
         b'[' => "[Kf; 2]",
+        b'M' => "Mutex<Kf>",
+        b'R' => "RefCell<Kf>",
         b'i' => "Option<Kf>",
         _ => "Kf",
     }

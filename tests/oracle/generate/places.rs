@@ -1,7 +1,7 @@
 //! Statements about filters: updates, resets, aliases, closures, elements and payloads.
 
-use super::scope::{Place, Returns, Scope};
 use super::Generator;
+use super::scope::{Place, Returns, Scope};
 use crate::program::{Node, ends};
 
 impl Generator {
@@ -9,11 +9,11 @@ impl Generator {
         if scope.places.is_empty() {
             return;
         }
-        let place = self.rng.pick(&scope.places).spelled;
+        let Place { spelled: place, is_abstract, .. } = self.rng.pick(&scope.places);
         nodes.push(Node::line(match self.rng.below(30) {
             0 => format!("SampledFilter::update(&mut {place});"),
-            1 => format!("io.show({place}.value());"),
-            2 => format!("{place}.feed(1.0);"),
+            1 if !is_abstract => format!("io.show({place}.value());"),
+            2 if !is_abstract => format!("{place}.feed(1.0);"),
             3 => format!("let _ = io.flag() && {{ {place}.update(); true }};"),
             _ => format!("{place}.update();"),
         }));
@@ -29,8 +29,16 @@ impl Generator {
             return;
         }
         let place = self.rng.pick(&scope.places);
+        if place.is_abstract {
+            return;
+        }
         nodes.push(Node::line(match place.filter {
-            Some(filter) if self.rng.percent(40) => format!("{} = Kf::new({filter});", place.spelled),
+            Some(filter) if self.rng.percent(20) => {
+                format!("let _ = std::mem::replace({}, Kf::new({filter}));", place.borrowed())
+            }
+            Some(filter) if !place.spelled.contains('(') && self.rng.percent(40) => {
+                format!("{} = Kf::new({filter});", place.spelled)
+            }
             _ => format!("{}.reset();", place.spelled),
         }));
     }
@@ -46,14 +54,20 @@ impl Generator {
         if others.is_empty() || self.rng.percent(35) {
             nodes.push(Node::line(format!("let {name} = {};", first.reborrowed())));
             let rest = scope.without(&[&first.root]);
-            return self.with_places(rest, vec![Place::reference(&name)], nodes);
+            let place = Place { is_abstract: first.is_abstract, ..Place::reference(&name) };
+            return self.with_places(rest, vec![place], nodes);
         }
         let second = self.rng.pick(&others);
         let rest = scope.without(&[&first.root, &second.root]);
         let (one, two) = (first.reborrowed(), second.reborrowed());
         let condition = self.condition(scope);
-        let mut places = vec![Place::reference(&name)];
-        match self.rng.below(4) {
+        let is_abstract = first.is_abstract;
+        let mut places = vec![Place { is_abstract, ..Place::reference(&name) }];
+        match self.rng.below(5) {
+            4 if !is_abstract && !self.pickers.is_empty() => {
+                let pick = self.rng.pick(&self.pickers);
+                nodes.push(Node::line(format!("let {name} = {pick}({one}, {two}, io);")));
+            }
             0 => nodes.push(Node::line(format!("let {name} = if {condition} {{ {one} }} else {{ {two} }};"))),
             1 => {
                 nodes.push(Node::line(format!("let mut {name} = {one};")));
@@ -69,12 +83,12 @@ impl Generator {
                 } else {
                     swap
                 });
-                places.push(Place::reference(&other));
+                places.push(Place { is_abstract, ..Place::reference(&other) });
             }
             _ => {
                 let other = self.name("r");
                 nodes.push(Node::line(format!("let ({name}, {other}) = ({one}, {two});")));
-                places.push(Place::reference(&other));
+                places.push(Place { is_abstract, ..Place::reference(&other) });
             }
         }
         self.with_places(rest, places, nodes);
@@ -111,6 +125,16 @@ impl Generator {
         inner.is_in_cycle = false;
         inner.returns = Returns::Unit;
         inner.depth = inner.depth.max(2);
+        if self.rng.percent(15) {
+            let call = self.rng.pick(&["twice", "maybe", "once"]);
+            return nodes.push(Node::line(format!("{call}(io, || {}.update());", place.spelled)));
+        }
+        if self.rng.percent(15) {
+            nodes.push(Node::line(format!("let {name} = |f: &mut Kf| f.update();")));
+            let call = Node::line(format!("{name}({});", place.borrowed()));
+            let branch = Node::branch(format!("if {} {{", self.condition(scope)), vec![call.clone()], None);
+            return nodes.extend([branch, call].into_iter().take(1 + self.rng.below(2)));
+        }
         if self.rng.percent(50) {
             nodes.push(Node::line(format!("let mut {name} = || {}.update();", place.spelled)));
         } else {
@@ -144,7 +168,14 @@ impl Generator {
             return self.elements(scope, &array, nodes);
         }
         let Some(option) = scope.options.last().cloned() else { return self.update(scope, nodes) };
-        match self.rng.below(4) {
+        match self.rng.below(5) {
+            4 => {
+                let name = self.name("p");
+                let body =
+                    vec![Node::line(format!("{name}.update();")), Node::line(format!("{option} = Some({name});"))];
+                let head = format!("if let Some(mut {name}) = {option}.take() {{");
+                nodes.push(Node::branch(head, body, None));
+            }
             0 => nodes.push(Node::line(format!("{option}.as_mut().map(|f| f.update());"))),
             1 => nodes.push(Node::line(format!("{option}.as_mut().unwrap().update();"))),
             _ => {
@@ -160,8 +191,19 @@ impl Generator {
 
     fn elements(&mut self, scope: &Scope, array: &str, nodes: &mut Vec<Node>) {
         let name = self.name("f");
-        match self.rng.below(5) {
+        match self.rng.below(7) {
             0 => nodes.push(Node::line(format!("{array}.iter_mut().for_each(|f| f.update());"))),
+            5 => {
+                let body = vec![Node::line(format!("{array}[{name}].update();"))];
+                nodes.push(Node::block(format!("for {name} in 0..2 {{"), body));
+            }
+            6 => {
+                let other = self.name("f");
+                nodes.push(Node::line(format!("let [{name}, {other}] = &mut {array};")));
+                let rest = scope.without(&[array]);
+                let places = [name, other].iter().map(|name| Place::reference(name)).collect();
+                self.with_places(rest, places, nodes);
+            }
             1 => {
                 let body = vec![Node::line(format!("{array}[{name}].update();"))];
                 nodes.push(Node::block(format!("for {name} in 0..{array}.len() {{"), body));

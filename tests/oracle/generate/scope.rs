@@ -11,17 +11,25 @@ pub(super) struct Place {
     pub(super) root: String,
     /// The number it is built with; `None` when it may be one of several.
     pub(super) filter: Option<usize>,
+    /// Whether only its update law is known.
+    pub(super) is_abstract: bool,
 }
 
 impl Place {
     /// A reference variable.
     pub(super) fn reference(name: &str) -> Self {
-        Self { spelled: name.into(), is_reference: true, root: name.into(), filter: None }
+        Self { spelled: name.into(), is_reference: true, root: name.into(), filter: None, is_abstract: false }
     }
 
     /// A local, a field, or an element.
     pub(super) fn owned(spelled: &str, root: &str, filter: usize) -> Self {
-        Self { spelled: spelled.into(), is_reference: false, root: root.into(), filter: Some(filter) }
+        Self {
+            spelled: spelled.into(),
+            is_reference: false,
+            root: root.into(),
+            filter: Some(filter),
+            is_abstract: false,
+        }
     }
 
     /// The place as an argument.
@@ -88,6 +96,8 @@ pub(super) struct Helper {
     pub(super) filters: usize,
     /// What it gives back.
     pub(super) returns: Returns,
+    /// Whether it takes any filter, not only a `Kf`.
+    pub(super) is_generic: bool,
 }
 
 /// The surroundings of a statement.

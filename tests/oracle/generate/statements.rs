@@ -1,7 +1,7 @@
 //! Statements of control: conditions, branches, loops and jumps.
 
-use super::scope::{Place, Returns, Scope};
 use super::Generator;
+use super::scope::{Place, Returns, Scope};
 use crate::program::{Node, ends};
 
 impl Generator {
@@ -30,8 +30,24 @@ impl Generator {
         let cycles = usize::from(scope.is_in_cycle && scope.depth < 3);
         let updates = if self.is_disciplined { 2 } else { 10 };
         let calls = if self.is_disciplined { 2 } else { 4 };
-        let weights =
-            [updates, 6 * deep, 2 * deep, 3, 4, 1, 2, 3 * deep, cycles, calls, 2 * deep, 2, deep, 2 * deep, 1, 2 * deep];
+        let weights = [
+            updates,
+            6 * deep,
+            2 * deep,
+            3,
+            4,
+            1,
+            2,
+            3 * deep,
+            cycles,
+            calls,
+            2 * deep,
+            2,
+            deep,
+            2 * deep,
+            1,
+            2 * deep,
+        ];
         match self.rng.weighted(&weights) {
             0 => self.update(scope, nodes),
             1 => self.branch(scope, nodes),
@@ -54,11 +70,15 @@ impl Generator {
 
     /// A condition; each question to the inputs is one of its own.
     pub(super) fn condition(&mut self, scope: &Scope) -> String {
+        if scope.depth < 4 && self.rng.percent(4) && !scope.places.is_empty() {
+            return format!("{{ {}.update(); io.flag() }}", self.rng.pick(&scope.places).spelled);
+        }
         match self.rng.below(10) {
             0..=2 => "io.flag()".into(),
             word @ (3 | 4) if scope.depth < 4 => {
                 let (left, right) = (self.atom(scope), self.atom(scope));
-                let is_same = left.trim_start_matches('!') == right.trim_start_matches('!') && left != "io.flag()";
+                let bare = |text: &str| text.trim_matches(['!', '(', ')']).to_owned();
+                let is_same = bare(&left) == bare(&right) && !left.contains("io");
                 match (is_same, word) {
                     (true, _) => left,
                     (false, 3) => format!("{left} && {right}"),
@@ -71,12 +91,22 @@ impl Generator {
     }
 
     fn atom(&mut self, scope: &Scope) -> String {
+        if self.rng.percent(8)
+            && let Some(helper) = self.helpers.iter().rfind(|helper| helper.returns == Returns::Bool).cloned()
+            && let Some(call) = self.call_text(scope, &helper, false)
+        {
+            return call;
+        }
         let names: Vec<&String> = scope.conditions.iter().chain(&scope.flags).collect();
         if names.is_empty() || self.rng.percent(20) {
             return "io.flag()".into();
         }
         let name = names[self.rng.below(names.len())].clone();
-        if self.rng.percent(40) { format!("!{name}") } else { name }
+        match self.rng.percent(40) {
+            true if name.contains(' ') => format!("!({name})"),
+            true => format!("!{name}"),
+            false => name,
+        }
     }
 
     fn branch(&mut self, scope: &Scope, nodes: &mut Vec<Node>) {
@@ -168,7 +198,11 @@ impl Generator {
     fn bind_mode(&mut self, scope: &mut Scope, nodes: &mut Vec<Node>) {
         let name = self.name("m");
         nodes.push(Node::line(format!("let {name} = io.mode();")));
-        scope.modes.push(name);
+        if self.rng.percent(30) {
+            scope.conditions.push(format!("{name} == Mode::Hover"));
+        } else {
+            scope.modes.push(name);
+        }
     }
 
     fn flag(&mut self, scope: &mut Scope, nodes: &mut Vec<Node>) {
@@ -268,7 +302,20 @@ impl Generator {
         let cycle = self.loops;
         self.loops += 1;
         let label = self.rng.percent(20).then(|| format!("'{}", self.name("wait")));
-        let body = self.block(&scope.inside(label.clone(), true));
+        let mut body = self.block(&scope.inside(label.clone(), true));
+        if self.rng.percent(30) {
+            let name = self.name("z");
+            if self.rng.percent(50) && !scope.places.is_empty() {
+                let place = self.rng.pick(&scope.places).spelled;
+                let sample = [format!("{place}.feed({name});"), format!("{place}.update();")];
+                body.splice(0..0, sample.map(Node::Line));
+            }
+            let node = Node::block(format!("while let Some({name}) = io.pop({cycle}) {{"), body);
+            let Node::Block(mut block) = node else { unreachable!("it was made as a block") };
+            block.cycle = Some(cycle);
+            block.after.push(format!("io.leave({cycle});"));
+            return nodes.push(Node::Block(block));
+        }
         let node = self.counted_loop(cycle, label, body, true);
         nodes.push(node);
     }

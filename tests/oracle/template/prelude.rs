@@ -44,8 +44,27 @@ pub enum Mode {
     Land,
 }
 
+pub use std::cell::RefCell;
+pub use std::sync::Mutex;
+
+pub fn once(_: &dyn Io, mut action: impl FnMut()) {
+    action();
+}
+
+pub fn twice(_: &dyn Io, mut action: impl FnMut()) {
+    action();
+    action();
+}
+
+pub fn maybe(io: &dyn Io, action: impl FnOnce()) {
+    if io.flag() {
+        action();
+    }
+}
+
 pub trait Io {
     fn next(&self, cycle: usize) -> bool;
+    fn pop(&self, cycle: usize) -> Option<f32>;
     fn leave(&self, cycle: usize);
     fn flag(&self) -> bool;
     fn mode(&self) -> Mode;

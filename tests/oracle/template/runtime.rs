@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use programs::{Fault, Io, Mode};
 
 /// A program whose paths are more than this is only sampled.
-const LIMIT: usize = 6000;
+const LIMIT: usize = 8000;
 /// How many iterations an inner loop without an end of its own takes at most.
 const INNER_TRIPS: usize = 2;
 /// How many choices one run may take before the rest are all the first alternative.
@@ -142,6 +142,10 @@ impl Io for Inputs {
         WORLD.with_borrow_mut(|world| world.next(cycle))
     }
 
+    fn pop(&self, cycle: usize) -> Option<f32> {
+        self.next(cycle).then_some(1.0)
+    }
+
     fn leave(&self, cycle: usize) {
         WORLD.with_borrow_mut(|world| {
             if let Some(position) = world.open.iter().position(|open| open.cycle == cycle) {
@@ -159,7 +163,7 @@ impl Io for Inputs {
     }
 
     fn count(&self) -> usize {
-        usize::from(choose(4))
+        usize::from(choose(3))
     }
 
     fn sample(&self) -> Option<f32> {
