@@ -89,7 +89,8 @@ impl Aliases {
         by_move: bool,
         at: Option<LoopId>,
     ) {
-        if by_move && !self.unnamed.contains(&var) && !self.keeps_moved(graph, from, at) {
+        let is_reference = matches!(graph.var(var).ty, crate::index::Ty::Ref(..));
+        if by_move && !is_reference && !self.unnamed.contains(&var) && !self.keeps_moved(graph, from, at) {
             // What is moved into a variable lives there from now on.
             self.owning.insert(var);
             return;

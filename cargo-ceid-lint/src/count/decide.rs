@@ -6,7 +6,7 @@ use super::search::{End, EndKind, Exploration, Region, Search};
 use super::summary::returned;
 use super::verdict::{Gate, Verdict};
 use crate::diagnostic::WitnessStep;
-use crate::flow::{Cause, Effect, Mark, NodeId};
+use crate::flow::{Cause, Effect, IndexKey, Mark, NodeId, Projection};
 use crate::source::Span;
 
 /// What was decided for a pair.
@@ -47,6 +47,9 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
         law: law_name(search),
     };
     if let Some(end) = shortest(&exploration, ends.iter().filter(|end| end.state.count == Count::Many)) {
+        if asks_dropped(search, &exploration, end) {
+            return too_many_conditions(base);
+        }
         return repeated(search, region, &exploration, end, base);
     }
     if exploration.limit {
@@ -59,6 +62,14 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
     if let Some(end) = ends.iter().find(|end| end.state.unknown.is_some()) {
         let cause = end.state.unknown.map(|cause| exploration.causes[cause as usize].clone());
         return Decision { verdict: Verdict::Unproved, cause, ..base };
+    }
+    // An element that the counted rounds leave out is updated on no path.
+    let is_element = search.instance.steps.iter().any(|step| matches!(step, Projection::Index(IndexKey::Number(_))));
+    if is_element && !completing.is_empty() && ends.iter().all(|end| end.state.count == Count::Zero && !end.state.reset)
+    {
+        let head = head_of(search, region);
+        let begins = WitnessStep { span: head, message: "no path of this cycle updates it".to_owned() };
+        return Decision { verdict: Verdict::Missed, witness: vec![begins], primary: Some(head), ..base };
     }
     let skipping: Vec<&End> =
         completing.iter().copied().filter(|end| end.state.count == Count::Zero && !end.state.reset).collect();
@@ -101,12 +112,27 @@ fn skipped(
             let gate = kinds.into_iter().min_by_key(|(span, _)| *span).map(|(_, gate)| gate);
             Decision { verdict: Verdict::Gated, gate, ..base }
         }
+        Some(end) if asks_dropped(search, exploration, end) => too_many_conditions(base),
         Some(end) => {
             let witness = steps(search, region, exploration, end);
             let primary = skip_span(search, exploration, end);
             Decision { verdict: Verdict::Skipped, witness, primary, ..base }
         }
     }
+}
+
+/// Whether a way passes a condition twice that could not be told apart: then it may not exist.
+fn asks_dropped(search: &Search<'_>, exploration: &Exploration, end: &End) -> bool {
+    let mut asked = std::collections::BTreeSet::new();
+    exploration.path(end.at).iter().any(|at| match &search.graph.node(exploration.states[*at].node).effect {
+        Effect::Branch(test) => test.subject.is_some_and(|id| exploration.dropped.contains(&id) && !asked.insert(id)),
+        _ => false,
+    })
+}
+
+fn too_many_conditions(base: Decision) -> Decision {
+    let cause = Cause::Limit("the cycle has too many conditions that depend on each other".to_owned());
+    Decision { verdict: Verdict::Unproved, cause: Some(cause), ..base }
 }
 
 fn repeated(search: &Search<'_>, region: Region, exploration: &Exploration, end: &End, base: Decision) -> Decision {
@@ -182,14 +208,19 @@ fn skip_span(search: &Search<'_>, exploration: &Exploration, end: &End) -> Optio
     Some(search.graph.node(*shown).span)
 }
 
+/// The keyword at the head of a cycle.
+fn head_of(search: &Search<'_>, region: Region) -> Span {
+    match region {
+        Region::Loop(id) => search.graph.loop_info(id).keyword,
+        Region::Function => search.program.index.function(search.graph.function).function.keyword,
+    }
+}
+
 /// The way as labelled steps.
 fn steps(search: &Search<'_>, region: Region, exploration: &Exploration, end: &End) -> Vec<WitnessStep> {
     let graph = search.graph;
     let mut steps = Vec::new();
-    let head = match region {
-        Region::Loop(id) => graph.loop_info(id).keyword,
-        Region::Function => search.program.index.function(graph.function).function.keyword,
-    };
+    let head = head_of(search, region);
     steps.push(WitnessStep { span: head, message: "one control cycle begins here".to_owned() });
     let path = exploration.path(end.at);
     let mut updates = 0;

@@ -162,7 +162,7 @@ impl Gates<'_, '_> {
         if self.is_readiness(test) {
             return Some(Gate::Sample);
         }
-        if self.is_latch(test) {
+        if self.is_latch(test, at) {
             return Some(Gate::Startup);
         }
         if test.subject.is_some() && self.is_unchanging(test, at) {
@@ -425,7 +425,7 @@ impl Gates<'_, '_> {
     }
 
     /// A truth value or option that is set once and never taken back.
-    fn is_latch(&self, test: &Test) -> bool {
+    fn is_latch(&self, test: &Test, at: NodeId) -> bool {
         let graph = self.search.graph;
         let [place] = test.about.reads.as_slice() else { return false };
         let mut heads: Vec<&str> = Vec::new();
@@ -440,7 +440,12 @@ impl Gates<'_, '_> {
             }
         }
         let written_elsewhere = self.calls_write(place);
-        !heads.is_empty() && heads.iter().all(|head| *head == heads[0]) && !written_elsewhere
+        // What is set opens the way to the update; a latch that closes it for good is no start-up.
+        let opens = self.updating_heads(test, at);
+        !heads.is_empty()
+            && heads.iter().all(|head| *head == heads[0])
+            && opens.iter().any(|head| head == heads[0])
+            && !written_elsewhere
     }
 
     fn calls_write(&self, place: &Place) -> bool {

@@ -78,6 +78,8 @@ pub(super) struct Exploration {
     pub(super) causes: Vec<Cause>,
     /// Set if the search gave up.
     pub(super) limit: bool,
+    /// Conditions that could not be told apart, because there are too many.
+    pub(super) dropped: BTreeSet<crate::flow::SubjectId>,
 }
 
 impl Exploration {
@@ -314,6 +316,7 @@ impl<'a> Search<'a> {
                 ends: Vec::new(),
                 causes: Vec::new(),
                 limit: false,
+                dropped: BTreeSet::new(),
             },
             reach: self.reach(region),
             seen: HashMap::new(),
@@ -323,6 +326,7 @@ impl<'a> Search<'a> {
             run.start(*node, entry.as_ref());
         }
         run.go();
+        run.exploration.dropped.clone_from(&run.tracked.dropped);
         run.exploration
     }
 
@@ -354,6 +358,43 @@ impl<'a> Search<'a> {
             }
         }
         reach
+    }
+
+    /// The heads that a subject can have where a loop is entered: those of the constants that a variable is given outside it.
+    fn known_before(&self, region: Region, id: crate::flow::SubjectId) -> u32 {
+        let graph = self.graph;
+        let subject = &graph.subjects[id.0 as usize];
+        let (Region::Loop(own), Some(place)) = (region, &subject.whole) else { return subject.anything() };
+        let is_local = place.steps.is_empty() && place.base_var().is_some_and(|var| graph.var(var).param.is_none());
+        if !is_local {
+            return subject.anything();
+        }
+        let mut heads = 0;
+        for node in graph.nodes.iter().filter(|node| !graph.is_within(node.in_loop, own)) {
+            let written = match &node.effect {
+                Effect::Set(set) | Effect::Write(set) if set.place == *place => match &set.head {
+                    Some(head) => {
+                        heads |= subject.bit(head);
+                        false
+                    }
+                    None => true,
+                },
+                Effect::Set(set) | Effect::Write(set) => set.place.overlaps(place),
+                Effect::Unknown { places, .. } => places.iter().any(|other| other.overlaps(place)),
+                Effect::Call(site) => site.args.iter().any(|arg| {
+                    !arg.is_shared
+                        && arg
+                            .place
+                            .as_ref()
+                            .is_some_and(|other| self.aliases.roots(other).iter().any(|root| root.overlaps(place)))
+                }),
+                _ => false,
+            };
+            if written {
+                return subject.anything();
+            }
+        }
+        if heads == 0 { subject.anything() } else { heads }
     }
 
     /// The names that the instance can have, and what is known, where control reaches a loop's head from outside.
@@ -627,8 +668,7 @@ impl Run<'_, '_> {
     fn start(&mut self, node: NodeId, entry: Option<&Entry>) {
         let names = entry.map_or_else(|| vec![self.search.instance.clone()], |entry| entry.names.clone());
         let names = self.names.intern(names);
-        let all: Vec<u32> =
-            self.tracked.subjects.iter().map(|id| self.search.graph.subjects[id.0 as usize].anything()).collect();
+        let all: Vec<u32> = self.tracked.subjects.iter().map(|id| self.search.known_before(self.region, *id)).collect();
         let masks = self.masks.intern(all);
         let rounds = self.rounds.intern(Vec::new());
         let state = State {
@@ -829,6 +869,24 @@ impl Run<'_, '_> {
         names.iter().map(|name| place.relate(name, &|var| self.number(state, var))).collect()
     }
 
+    /// As [`Self::relations`], where an element that stands for each is the one that the instance is.
+    fn relations_to_each(&self, state: &State, place: &Place) -> Vec<Relation> {
+        if !place.stands_for_each() {
+            return self.relations(state, place);
+        }
+        let names = self.names.get(state.names);
+        let own = |name: &Place| {
+            let mut place = place.clone();
+            for (step, of_name) in place.steps.iter_mut().zip(&name.steps) {
+                if *step == Projection::Index(IndexKey::Each) && matches!(of_name, Projection::Index(_)) {
+                    step.clone_from(of_name);
+                }
+            }
+            place.relate(name, &|var| self.number(state, var))
+        };
+        names.iter().map(own).collect()
+    }
+
     fn holds(&self, state: &State, place: &Place) -> bool {
         self.relations(state, place).iter().any(|relation| matches!(relation, Relation::Holds(_)))
     }
@@ -923,7 +981,7 @@ impl Run<'_, '_> {
                     continue;
                 }
                 let Some(place) = place_of(given, site) else { continue };
-                let relations = self.relations(&state, &place);
+                let relations = self.relations_to_each(&state, &place);
                 let exact =
                     relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if rest.is_empty()));
                 let owner =

@@ -143,8 +143,6 @@ pub(super) struct Tracked {
     pub(super) subjects: Vec<SubjectId>,
     /// Subjects that would have to be tracked, beyond the limit.
     pub(super) dropped: BTreeSet<SubjectId>,
-    /// The branches that matter.
-    pub(super) branches: BTreeSet<NodeId>,
 }
 
 /// Finds what matters, beginning with the nodes at which something happens to the instance.
@@ -221,7 +219,7 @@ pub(super) fn tracked(
     let dropped = wanted.iter().skip(MAX_TRACKED).copied().collect();
     wanted.truncate(MAX_TRACKED);
     wanted.sort_unstable();
-    Tracked { subjects: wanted, dropped, branches }
+    Tracked { subjects: wanted, dropped }
 }
 
 /// The nodes that give a subject a head that is known: constants, copies, results of calls.

@@ -167,44 +167,26 @@ impl Summaries {
 
     fn summarise(&self, program: &Program<'_>, graph: &ControlFlowGraph) -> Summary {
         let aliases = Aliases::of(graph, self);
-        let mut summary = Summary { heads: 0, ..Summary::default() };
+        let mut summary = Summary::default();
         let mut touched: BTreeSet<Given> = BTreeSet::new();
+        let mut unknown: BTreeMap<Given, Cause> = BTreeMap::new();
         for node in &graph.nodes {
             match &node.effect {
-                Effect::Update(update) => self.touch(graph, &aliases, &update.place, &mut touched),
-                Effect::Reset { place, .. } => self.touch(graph, &aliases, place, &mut touched),
-                Effect::Unknown { places, .. } => {
+                Effect::Update(update) => note(graph, &aliases, &update.place, &mut touched),
+                Effect::Reset { place, .. } => note(graph, &aliases, place, &mut touched),
+                Effect::Unknown { places, cause } => {
                     for place in places {
-                        self.touch(graph, &aliases, place, &mut touched);
+                        note_unknown(graph, &aliases, place, cause, &mut unknown);
                     }
                 }
-                Effect::Call(site) => {
-                    for target in &site.targets {
-                        let Some(callee) = self.get(*target) else { continue };
-                        for given in callee.outcomes.keys() {
-                            if let Some(place) = place_of(given, site) {
-                                self.touch(graph, &aliases, &place, &mut touched);
-                            }
-                        }
-                        for given in &callee.writes {
-                            if let Some(place) = place_of(given, site) {
-                                self.note(graph, &aliases, &place, &mut summary.writes);
-                            }
-                        }
-                        for given in &callee.uses {
-                            if let Some(place) = place_of(given, site) {
-                                self.note(graph, &aliases, &place, &mut summary.uses);
-                            }
-                        }
-                    }
-                }
+                Effect::Call(site) => self.add_call(graph, &aliases, site, &mut summary, &mut touched, &mut unknown),
                 Effect::Write(write) => {
-                    self.note(graph, &aliases, &write.place, &mut summary.writes);
+                    note(graph, &aliases, &write.place, &mut summary.writes);
                     if holds_filter_at(program, graph, &write.place) {
-                        self.touch(graph, &aliases, &write.place, &mut touched);
+                        note(graph, &aliases, &write.place, &mut touched);
                     }
                 }
-                Effect::Use { place } => self.note(graph, &aliases, place, &mut summary.uses),
+                Effect::Use { place } => note(graph, &aliases, place, &mut summary.uses),
                 Effect::Return(value) => {
                     if let Some(place) = &value.place {
                         for (part, root) in aliases.parts(place) {
@@ -221,16 +203,68 @@ impl Summaries {
                 _ => {}
             }
         }
-        // A part of a place is looked at through the place where both are touched.
+        summary.uses.retain(|given| holds_filter_at(program, graph, &instance_of(graph, given)));
+        bound(&mut summary.uses);
+        bound(&mut summary.writes);
+        self.judge(program, graph, &aliases, touched, unknown, &mut summary);
+        summary
+    }
+
+    /// What a call passes on from its callees.
+    fn add_call(
+        &self,
+        graph: &ControlFlowGraph,
+        aliases: &Aliases,
+        site: &crate::flow::CallSite,
+        summary: &mut Summary,
+        touched: &mut BTreeSet<Given>,
+        unknown: &mut BTreeMap<Given, Cause>,
+    ) {
+        for callee in site.targets.iter().filter_map(|target| self.get(*target)) {
+            for (given, outcomes) in &callee.outcomes {
+                let Some(place) = place_of(given, site) else { continue };
+                match outcomes.as_slice() {
+                    [Outcome { count: Count::Zero, reset: false, unknown: Some(cause), .. }] => {
+                        note_unknown(graph, aliases, &place, cause, unknown);
+                    }
+                    _ => note(graph, aliases, &place, touched),
+                }
+            }
+            for (from, into) in [(&callee.writes, &mut summary.writes), (&callee.uses, &mut summary.uses)] {
+                for place in from.iter().filter_map(|given| place_of(given, site)) {
+                    note(graph, aliases, &place, into);
+                }
+            }
+        }
+    }
+
+    /// Finds the ways through the function for each place that something happens to.
+    fn judge(
+        &self,
+        program: &Program<'_>,
+        graph: &ControlFlowGraph,
+        aliases: &Aliases,
+        touched: BTreeSet<Given>,
+        unknown: BTreeMap<Given, Cause>,
+        summary: &mut Summary,
+    ) {
+        let ty_of = |given: &Given| super::instances::place_ty(program.index, graph, &instance_of(graph, given));
+        for (given, cause) in unknown {
+            let may_matter = ty_of(&given).is_none_or(|ty| super::instances::may_hold_filter(program.index, &ty));
+            if may_matter && !touched.contains(&given) && summary.outcomes.len() < MAX_PLACES {
+                summary.outcomes.insert(given, vec![Outcome::unknown(cause)]);
+            }
+        }
+        if touched.is_empty() {
+            return;
+        }
         let dependence = Rc::new(ControlDependence::of(graph));
         for given in touched {
-            let instance = instance_of(graph, &given);
-            let may_matter = super::instances::place_ty(program.index, graph, &instance)
-                .is_none_or(|ty| super::instances::may_hold_filter(program.index, &ty));
-            if !may_matter {
+            if !ty_of(&given).is_none_or(|ty| super::instances::may_hold_filter(program.index, &ty)) {
                 continue;
             }
-            let search = Search::with_dependence(program, graph, &aliases, self, &instance, 0, Rc::clone(&dependence));
+            let instance = instance_of(graph, &given);
+            let search = Search::with_dependence(program, graph, aliases, self, &instance, 0, Rc::clone(&dependence));
             if search.updating().is_empty() {
                 if let Some(cause) = search.unknown_cause() {
                     summary.outcomes.insert(given, vec![Outcome::unknown(cause)]);
@@ -240,22 +274,34 @@ impl Summaries {
                     continue;
                 }
             }
-            let outcomes = search.outcomes(Region::Function);
-            summary.outcomes.insert(given, outcomes);
+            summary.outcomes.insert(given, search.outcomes(Region::Function));
         }
-        summary
     }
+}
 
-    fn touch(&self, graph: &ControlFlowGraph, aliases: &Aliases, place: &Place, touched: &mut BTreeSet<Given>) {
-        self.note(graph, aliases, place, touched);
+/// How many places a summary tells apart; beyond that they are taken together.
+const MAX_PLACES: usize = 64;
+
+/// Takes places together by their parameters where there are too many.
+fn bound(places: &mut BTreeSet<Given>) {
+    if places.len() > MAX_PLACES {
+        *places = places.iter().map(|given| Given { base: given.base, steps: Vec::new() }).collect();
     }
+}
 
-    fn note(&self, graph: &ControlFlowGraph, aliases: &Aliases, place: &Place, into: &mut BTreeSet<Given>) {
-        for root in aliases.roots(place) {
-            if let Some(given) = given(graph, &root) {
-                into.insert(given);
-            }
-        }
+fn note(graph: &ControlFlowGraph, aliases: &Aliases, place: &Place, into: &mut BTreeSet<Given>) {
+    into.extend(aliases.roots(place).iter().filter_map(|root| given(graph, root)));
+}
+
+fn note_unknown(
+    graph: &ControlFlowGraph,
+    aliases: &Aliases,
+    place: &Place,
+    cause: &Cause,
+    into: &mut BTreeMap<Given, Cause>,
+) {
+    for given in aliases.roots(place).iter().filter_map(|root| given(graph, root)) {
+        into.entry(given).or_insert_with(|| cause.clone());
     }
 }
 

@@ -114,10 +114,10 @@ impl Infer<'_> {
                         let owner = MethodOwner::Declared(TraitName::External(external), None);
                         return Value::Assoc(vec![owner], None);
                     }
-                    // `mem::replace`: a function in a module, not of a type.
+                    // `mem::replace` is a function in a module, `Poll::Ready` a variant; neither is a type's function.
                     let is_module =
                         external.rsplit("::").next().is_some_and(|last| last.starts_with(char::is_lowercase));
-                    if is_module {
+                    if is_module || name.starts_with(char::is_uppercase) {
                         return Value::Def(Def::External(format!("{external}::{name}")));
                     }
                     self.index.lower(&TypeRef::Path(prefix), &self.scope)
@@ -478,6 +478,15 @@ impl Infer<'_> {
                 _ => Ty::std(wrapper, vec![other, first]),
             };
         }
+        // `Poll::Ready(x)`: a variant, because a function's name is lower case.
+        let mut names = path.rsplit("::");
+        let is_variant = names.next().is_some_and(|name| name.starts_with(char::is_uppercase))
+            && names.next().is_some_and(|name| name.starts_with(char::is_uppercase));
+        if is_variant {
+            self.typed.callees.insert(id, Callee::Constructor(Some(Def::External(path.to_owned()))));
+            let owner = path.rsplit_once("::").map_or(path, |(owner, _)| owner);
+            return Ty::std(owner, vec![first]);
+        }
         self.typed.callees.insert(id, Callee::External(path.to_owned()));
         match path {
             "std::default::Default::default" => expected.cloned().unwrap_or(Ty::Unknown),
@@ -602,6 +611,14 @@ impl Infer<'_> {
     fn unresolved_method(&mut self, id: ExprId, ty: &Ty, method: &str, turbofish: &[TypeRef], args: &[ExprId]) -> Ty {
         for arg in args {
             self.expr(*arg, None);
+        }
+        if *ty == Ty::Bool && matches!(method, "then" | "then_some") {
+            self.typed.callees.insert(id, Callee::Builtin);
+            let made = match method {
+                "then" => self.closure_output(args.first().copied()),
+                _ => args.first().map_or(Ty::Unknown, |arg| self.typed.expr_ty[arg.0 as usize].clone()),
+            };
+            return Ty::std("std::option::Option", vec![made]);
         }
         let is_builtin = matches!(ty, Ty::Int | Ty::Float | Ty::Bool | Ty::Str | Ty::Char | Ty::Tuple(_));
         self.typed.callees.insert(id, if is_builtin { Callee::Builtin } else { Callee::Unknown });

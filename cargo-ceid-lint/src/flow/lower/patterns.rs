@@ -76,6 +76,16 @@ impl Builder<'_> {
         let text = self.text(scrutinee);
         let total = self.total_heads(self.ty(scrutinee));
         let pure = pure.or_else(|| value.same_as.map(|var| self.pure_var(var)));
+        let pure = match pure {
+            None if self.at.is_some() => {
+                // The arms ask about one value, although nothing is known of it.
+                let span = self.span(scrutinee);
+                let var = self.temporary(self.ty(scrutinee).clone(), span);
+                self.set(var, &value, span);
+                Some(self.pure_var(var))
+            }
+            pure => pure,
+        };
         Matched { value, pure, total, about, text, span: None, expr: Some(scrutinee) }
     }
 
