@@ -8,6 +8,7 @@ use serde_json::Value;
 
 use crate::program::Program;
 use crate::support::program::report_file;
+use crate::support::root;
 
 /// The text that stands above the programs, and the crate root that runs them.
 const PRELUDE: &str = include_str!("template/prelude.rs");
@@ -65,7 +66,9 @@ impl Outcome {
 
 /// Runs a batch; `None` for a program that does not compile.
 pub(crate) fn batch(directory: &Path, programs: &[Program]) -> Vec<Option<Outcome>> {
-    std::fs::create_dir_all(directory).expect("the batch's directory can be made");
+    if !directory.join("libceid_core.rlib").exists() {
+        build_core(directory);
+    }
     let mut accepted: Vec<usize> = (0..programs.len()).collect();
     loop {
         let batch = Batch::write(directory, programs, &accepted);
@@ -82,6 +85,22 @@ pub(crate) fn batch(directory: &Path, programs: &[Program]) -> Vec<Option<Outcom
         }
         accepted = accepted.into_iter().enumerate().filter(|(at, _)| !rejected.contains(at)).map(|(_, i)| i).collect();
     }
+}
+
+fn compiler() -> Command {
+    Command::new(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()))
+}
+
+/// Builds the library with the guards, once for all batches.
+fn build_core(directory: &Path) {
+    std::fs::create_dir_all(directory).expect("the batch's directory can be made");
+    let status = compiler()
+        .current_dir(directory)
+        .args(["--edition", "2024", "--crate-type", "rlib", "--crate-name", "ceid_core", "--cap-lints", "allow"])
+        .arg(root().join("ceid-core/src/lib.rs"))
+        .status()
+        .expect("rustc starts");
+    assert!(status.success(), "ceid-core does not compile on its own");
 }
 
 struct Batch {
@@ -119,11 +138,10 @@ impl Batch {
 
     /// The positions of programs that the compiler refuses.
     fn compile(&self) -> Vec<usize> {
-        let compiler = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-        let output = Command::new(compiler)
+        let output = compiler()
             .current_dir(&self.directory)
             .args(["--edition", "2024", "--cap-lints", "allow", "-C", "debuginfo=0", "--error-format", "json"])
-            .args(["-o", "batch", "main.rs"])
+            .args(["--extern", "ceid_core=libceid_core.rlib", "-o", "batch", "main.rs"])
             .output()
             .expect("rustc starts");
         let messages = String::from_utf8_lossy(&output.stderr);

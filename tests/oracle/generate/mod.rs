@@ -1,6 +1,7 @@
 //! Random control loops. What they count is never computed here: only a run says it.
 
 mod calls;
+mod guarded;
 mod places;
 mod scope;
 mod statements;
@@ -54,6 +55,9 @@ enum Home {
 
 impl Generator {
     fn program(mut self, origin: (u64, u64)) -> Program {
+        if self.rng.percent(8) {
+            return self.guarded(origin);
+        }
         let home = self.rng.pick(&[Home::Locals, Home::Locals, Home::Locals, Home::LocalStruct, Home::SelfFields]);
         let mut items: Vec<Node> = (0..self.rng.below(3)).map(|_| self.helper()).collect();
         if self.rng.percent(20) {
@@ -164,7 +168,7 @@ impl Generator {
             let body = self.block(&scope.inside(None, true));
             nodes.push(self.counted_loop(cycle, None, body, true));
         }
-        self.budget = 5 + self.rng.below(9);
+        self.budget = 3 + self.rng.below(8);
         self.is_disciplined = self.rng.percent(75);
         scope.is_in_cycle = true;
         let label = self.rng.percent(30).then(|| "'main".to_owned());

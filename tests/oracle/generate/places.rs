@@ -177,7 +177,6 @@ impl Generator {
                 nodes.push(Node::branch(head, body, None));
             }
             0 => nodes.push(Node::line(format!("{option}.as_mut().map(|f| f.update());"))),
-            1 => nodes.push(Node::line(format!("{option}.as_mut().unwrap().update();"))),
             _ => {
                 let name = self.name("p");
                 let mut inner = scope.without(&[&option]).inner();

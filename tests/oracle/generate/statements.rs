@@ -226,7 +226,7 @@ impl Generator {
         let mut between = Vec::new();
         let mut inner = scope.inner();
         inner.conditions.push(condition.clone());
-        let length = self.rng.below(3);
+        let length = self.rng.below(2);
         self.statements(&mut inner, length, &mut between);
         between.truncate(between.len() - usize::from(ends(&between)));
         match self.rng.below(8) {
@@ -234,6 +234,7 @@ impl Generator {
                 let (mut then, mut otherwise) = (vec![update.clone()], vec![update]);
                 then.extend(between);
                 self.statements(&mut scope.inner(), 1, &mut otherwise);
+                nodes.push(bind);
                 let head = format!("if {} {{", self.condition(scope));
                 nodes.push(Node::branch(head, then, Some(otherwise)));
             }

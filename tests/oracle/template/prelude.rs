@@ -35,6 +35,43 @@ impl SampledFilter for Kf {
     }
 }
 
+/// A filter that only a guard updates.
+pub struct Gf {
+    id: usize,
+    state: f32,
+}
+
+impl Gf {
+    pub fn new(id: usize) -> Self {
+        Gf { id, state: 0.0 }
+    }
+
+    pub fn feed(&mut self, sample: f32) {
+        self.state += sample;
+    }
+
+    pub fn value(&self) -> f32 {
+        self.state
+    }
+}
+
+impl<R: ceid_core::Rate> ceid_core::SampledFilter<R> for Gf {
+    fn update(&mut self, _: ceid_core::Tick<'_, R>) {
+        self.state *= 0.5;
+        crate::updated(self.id);
+    }
+}
+
+pub struct Pace;
+
+impl ceid_core::Clock for Pace {
+    type Rate = ceid_core::Hz<1000>;
+
+    fn wait(&mut self) -> Option<ceid_core::CycleInfo> {
+        crate::wait().then(ceid_core::CycleInfo::default)
+    }
+}
+
 pub struct Fault;
 
 #[derive(Clone, Copy, PartialEq)]

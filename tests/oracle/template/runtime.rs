@@ -64,6 +64,11 @@ pub fn built(id: usize) {
     WORLD.with_borrow_mut(|world| world.open.iter_mut().for_each(|open| open.counts[id].is_reset = true));
 }
 
+/// Called by the clock of a guarded loop.
+pub fn wait() -> bool {
+    WORLD.with_borrow_mut(|world| world.next(0))
+}
+
 impl World {
     fn choose(&mut self, alternatives: u8) -> u8 {
         if let Some(state) = &mut self.random {
