@@ -4,6 +4,7 @@
 mod support;
 
 mod cli;
+mod documents;
 mod dogfood;
 mod exit_status;
 mod explain;

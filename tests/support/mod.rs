@@ -8,25 +8,17 @@ pub(crate) mod program;
 pub(crate) mod workspace;
 
 /// Every rule that the program knows, by its name without prefix.
-pub(crate) const RULES: &[&str] = &[
-    "blanket_suppression",
-    "debug_only_update",
-    "forgotten_guard",
-    "gated_update",
-    "guard_dropped_early",
-    "guard_outside_cycle",
-    "missed_update",
-    "multi_event_update",
-    "rate_mismatch",
-    "repeated_update",
-    "skipped_update",
-    "time_in_cycle",
-    "unguarded_update",
-    "unknown_rule",
-    "unproved_update",
-    "unregistered_filter",
-    "unused_suppression",
-];
+pub(crate) const RULES: [&str; RULE_COUNT] = {
+    let mut names = [""; RULE_COUNT];
+    let mut at = 0;
+    while at < RULE_COUNT {
+        names[at] = cargo_ceid_lint::rules::RULES[at].name;
+        at += 1;
+    }
+    names
+};
+
+const RULE_COUNT: usize = cargo_ceid_lint::rules::RULES.len();
 
 /// The root of the repository.
 pub(crate) fn root() -> std::path::PathBuf {

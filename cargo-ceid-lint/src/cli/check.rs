@@ -1,5 +1,7 @@
 //! `cargo ceid-lint`, and `cargo ceid-lint check`.
 
+use std::collections::BTreeSet;
+
 use clap::ArgMatches;
 
 use super::args::{CheckArgs, MessageFormat};
@@ -88,8 +90,10 @@ fn show(checked: &Checked, console: Console) {
         console.show(&text::diagnostic(&checked.report.sources, diagnostic, console.style(Stream::Err)));
     }
     checked.show_problems(console);
+    let rules: BTreeSet<&str> = checked.report.diagnostics.iter().map(|diagnostic| diagnostic.rule).collect();
     if let Some(first) = checked.report.diagnostics.first() {
-        console.say(&format!("`cargo ceid-lint explain {}` says more about this rule", first.rule));
+        let what = if rules.len() == 1 { "this rule" } else { "a rule" };
+        console.say(&format!("for more about {what}, run `cargo ceid-lint explain {}`", first.rule));
     }
 }
 

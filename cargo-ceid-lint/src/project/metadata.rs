@@ -53,12 +53,19 @@ fn members_only(manifest_path: &Path, directory: &Path, selection: &Selection) -
     Ok(workspace)
 }
 
-/// Whether a lock file lies beside the manifest or above it, where the workspace root may be.
+/// Whether a lock file lies beside the manifest or above it, up to the root of the workspace.
 fn has_lock_file(manifest_path: &Path) -> bool {
-    manifest_path
-        .ancestors()
-        .skip(1)
-        .any(|directory| directory.join("Cargo.lock").is_file() && directory.join("Cargo.toml").is_file())
+    for directory in manifest_path.ancestors().skip(1) {
+        let Ok(text) = std::fs::read_to_string(directory.join("Cargo.toml")) else { continue };
+        if directory.join("Cargo.lock").is_file() {
+            return true;
+        }
+        // A lock file above a root belongs to another workspace.
+        if toml::from_str::<toml::Table>(&text).is_ok_and(|manifest| manifest.contains_key("workspace")) {
+            return false;
+        }
+    }
+    false
 }
 
 fn arguments(manifest_path: &Path, selection: &Selection) -> Vec<OsString> {

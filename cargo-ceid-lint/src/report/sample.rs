@@ -116,6 +116,7 @@ fn cycles(head: Span, sources: &SourceMap) -> Vec<Cycle> {
         rules: Vec::new(),
         cause: None,
         witness: Vec::new(),
+        primary: None,
         suppressed: None,
     };
     let mut repeated = pair("kf", Verdict::Repeated, &[1, 2]);
