@@ -164,7 +164,8 @@ fn dependencies_stay_with_their_owners() {
                 .iter()
                 .find(|(name, _)| *name == first)
                 .or_else(|| STD_OWNERS.iter().find(|(name, _)| first == "std" && *name == second));
-            let is_own = |owners: &[&str]| owners.contains(&file.module.as_str()) || owners.contains(&file.name.as_str());
+            let is_own =
+                |owners: &[&str]| owners.contains(&file.module.as_str()) || owners.contains(&file.name.as_str());
             if owners.is_some_and(|(_, owners)| !is_own(owners) && file.module != "main") {
                 failures.push(format!("{}: `{first}::{second}` is not the business of `{}`", file.name, file.module));
             }
@@ -187,7 +188,9 @@ fn files_are_short() {
         let lines = file.text.lines().count();
         let is_excused = LONG_FILES.iter().any(|(name, _)| *name == file.name);
         match (lines > MOST_LINES, is_excused) {
-            (true, false) => failures.push(format!("{}: {lines} lines, at most {MOST_LINES} without a reason", file.name)),
+            (true, false) => {
+                failures.push(format!("{}: {lines} lines, at most {MOST_LINES} without a reason", file.name))
+            }
             (false, true) => failures.push(format!("{}: {lines} lines need no excuse", file.name)),
             _ => {}
         }

@@ -32,7 +32,7 @@ fn declares_what_it_uses(program: &Program) -> bool {
     });
     let is_declared = |name: &str| {
         let forms = ["let ", "mut ", "fn ", "for ", "(", ", "].map(|before| format!("{before}{name}"));
-        let after = [" = ", ")", ",", "(", " in ", ": "];
+        let after = [" = ", ")", ",", "(", "<", " in ", ": "];
         let declares = |line: &str| {
             let line = line.trim_start();
             let opens = ["let ", "for ", "if let ", "pub fn ", "while let "].iter().any(|word| line.starts_with(word));

@@ -1,7 +1,9 @@
 //! What the configuration asks for and this version does not do yet: nothing that was asked for is dropped in silence.
 
 use super::Console;
-use crate::config::{Config, FilterEntry, FilterTarget, InstancePlace, Multiplicity, OnErr, Receiver, Section, TimeBase};
+use crate::config::{
+    Config, FilterEntry, FilterTarget, InstancePlace, Multiplicity, OnErr, Receiver, Section, TimeBase,
+};
 use crate::project::Project;
 
 /// Names the keys of each file that change nothing.

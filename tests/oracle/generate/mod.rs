@@ -101,6 +101,7 @@ impl Generator {
                 }
             }
         }
+        vary_constants(&mut items);
         let Self { names, loops, is_stateful, .. } = self;
         Program { origin, items, names, loops, is_stateful }
     }
@@ -183,10 +184,9 @@ impl Generator {
             }
         }
         if let Some(latch) = latch {
-            let is_set = mentions(&body, &format!("{latch} = "));
-            let value = if is_set { self.rng.pick(&["true", "false"]) } else { "io.flag()" };
+            let value = self.rng.pick(&["true", "false"]);
             nodes.push(Node::line(format!("let mut {latch} = {value};")));
-            self.is_stateful |= is_set;
+            self.is_stateful |= mentions(&body, &format!("{latch} = "));
         }
         nodes.push(self.counted_loop(0, label, body, false));
         nodes.push(Node::line(scope.returns.values()[0]));
@@ -285,12 +285,39 @@ impl Generator {
     }
 }
 
-/// Whether a line of them holds a text.
+/// Makes inputs of the flags that keep their first value: what a constant decides is no question to a linter.
+fn vary_constants(items: &mut [Node]) {
+    let whole = items.to_vec();
+    vary(items, &whole);
+}
+
+fn vary(nodes: &mut [Node], whole: &[Node]) {
+    for node in nodes {
+        match node {
+            Node::Line(line) => {
+                let declared = line.strip_prefix("let mut ").and_then(|rest| rest.split_once(" = "));
+                if let Some((name, "true;" | "false;")) = declared
+                    && count(whole, &format!("{name} = ")) == 1
+                {
+                    *line = format!("let {name} = io.flag();");
+                }
+            }
+            Node::Block(block) => block.arms.iter_mut().for_each(|arm| vary(&mut arm.body, whole)),
+        }
+    }
+}
+
 fn mentions(body: &[Node], text: &str) -> bool {
-    body.iter().any(|node| match node {
-        Node::Line(line) => line.contains(text),
-        Node::Block(block) => block.arms.iter().any(|arm| mentions(&arm.body, text)),
-    })
+    count(body, text) > 0
+}
+
+/// How many lines hold a text.
+fn count(nodes: &[Node], text: &str) -> usize {
+    let count_one = |node: &Node| match node {
+        Node::Line(line) => usize::from(line.contains(text)),
+        Node::Block(block) => block.arms.iter().map(|arm| count(&arm.body, text)).sum(),
+    };
+    nodes.iter().map(count_one).sum()
 }
 
 fn robot(built: &[(String, String)], is_nested: bool) -> Node {

@@ -48,6 +48,13 @@ impl Generator {
         if scope.places.is_empty() {
             return;
         }
+        // A lock that lives on would meet the next one.
+        let mut scope = scope.clone();
+        scope.places.retain(|place| !place.spelled.contains('('));
+        if scope.places.is_empty() {
+            return;
+        }
+        let scope = &mut scope;
         let first = self.rng.pick(&scope.places);
         let others: Vec<Place> = scope.places.iter().filter(|place| place.root != first.root).cloned().collect();
         let name = self.name("r");
