@@ -102,6 +102,15 @@ impl fmt::Display for Figures {
 }
 
 impl Figures {
+    /// One line for long runs.
+    pub(crate) fn short(&self) -> String {
+        let Self { programs, broken_promises, false_repeated, false_missed, equal, comparable, unproved, .. } = self;
+        format!(
+            "{programs} programs: {broken_promises} once contradicted, {false_repeated} repeated and {false_missed} missed \
+             not shown, {equal} of {comparable} equal, {unproved} unproved"
+        )
+    }
+
     /// Whether the linter keeps its promises: nothing contradicted, 99 % equal, at most 3 % unproved.
     pub(crate) fn are_good(&self) -> bool {
         let wrong = self.broken_promises + self.false_repeated + self.false_missed + self.absent;

@@ -14,8 +14,6 @@ pub(crate) enum Node {
 pub(crate) struct Block {
     /// Lines above the arms.
     pub(crate) before: Vec<String>,
-    /// The number of a loop whose iterations are counted; its keyword stands on the head of the first arm.
-    pub(crate) cycle: Option<usize>,
     /// The blocks, in order.
     pub(crate) arms: Vec<Arm>,
     /// Lines below the arms.
@@ -36,8 +34,8 @@ pub(crate) struct Arm {
 /// A whole program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Program {
-    /// Where it came from: seed and index.
-    pub(crate) origin: (u64, u64),
+    /// Where it came from, as a sentence.
+    pub(crate) origin: String,
     /// Its items; the last one is the function `run`.
     pub(crate) items: Vec<Node>,
     /// The spelled places of the filters, with the number that each is built with.
@@ -70,6 +68,12 @@ impl Node {
         Self::Block(Block { arms, after: vec!["}".into()], ..Block::default() })
     }
 
+    /// The same as the end of a `let`.
+    pub(crate) fn binding(head: impl Into<String>, body: Vec<Self>) -> Self {
+        let arms = vec![Arm { head: head.into(), body, foot: None }];
+        Self::Block(Block { arms, after: vec!["};".into()], ..Block::default() })
+    }
+
     /// An `if`, or an `if let`, with or without an `else`.
     pub(crate) fn branch(head: impl Into<String>, then: Vec<Self>, otherwise: Option<Vec<Self>>) -> Self {
         let mut arms = vec![Arm { head: head.into(), body: then, foot: None }];
@@ -82,7 +86,6 @@ impl Node {
         let arm = |(pattern, body)| Arm { head: format!("{pattern} => {{"), body, foot: Some("}".into()) };
         Self::Block(Block {
             before: vec![format!("match {value} {{")],
-            cycle: None,
             arms: arms.into_iter().map(arm).collect(),
             after: vec!["}".into()],
         })
@@ -119,6 +122,33 @@ impl Program {
         printed
     }
 
+    /// The whole text of a file of `fixtures/oracle`.
+    pub(crate) fn fixture(&self) -> String {
+        let names: Vec<String> = self.names.iter().map(|(name, filter)| format!("{name}={filter}")).collect();
+        let mut printed = Printed::default();
+        printed.nodes(0, &self.items);
+        let Self { origin, loops, is_stateful, .. } = self;
+        let stateful = if *is_stateful { "//@ stateful\n" } else { "" };
+        format!("//! {origin}\n//@ filters: {}\n//@ loops: {loops}\n{stateful}{}", names.join(", "), printed.text)
+    }
+
+    /// Reads such a file. Its statements are lines to it, so it cannot be shrunk.
+    pub(crate) fn kept(text: &str) -> Self {
+        let directive = |word: &str| text.lines().find_map(|line| line.strip_prefix("//@ ")?.strip_prefix(word));
+        let name = |name: &str| {
+            let (name, filter) = name.split_once('=')?;
+            Some((name.to_owned(), filter.parse().ok()?))
+        };
+        let names = directive("filters: ").expect("a kept program says its filters").split(", ");
+        Self {
+            origin: text.lines().next().and_then(|line| line.strip_prefix("//! ")).unwrap_or_default().to_owned(),
+            items: text.lines().filter(|line| !line.starts_with("//")).map(Node::line).collect(),
+            names: names.map(|text| name(text).expect("a filter is `name=number`")).collect(),
+            loops: directive("loops: ").and_then(|count| count.parse().ok()).expect("a kept program says its loops"),
+            is_stateful: directive("stateful").is_some(),
+        }
+    }
+
     /// The numbers of the filters that a place of the report stands for.
     pub(crate) fn filters(&self, name: &str) -> Vec<usize> {
         let matches = |(own, _): &&(String, usize)| match name.strip_suffix("[*]") {
@@ -138,6 +168,17 @@ impl Printed {
         self.text.push_str(text);
         self.text.push('\n');
         self.line += 1;
+        // A `loop` asks on its first line, all others on that of their keyword.
+        let (question, line) = match text.trim_start().strip_prefix("if !") {
+            Some(question) => (question, self.line - 1),
+            None => (text, self.line),
+        };
+        let number = ["io.next(", "io.pop("].iter().find_map(|call| question.split_once(call)?.1.split_once(')'));
+        if let Some((number, _)) = number {
+            self.loops.push((line, number.parse().expect("loops are numbered")));
+        } else if text.contains("clock.next_cycle()") {
+            self.loops.push((line, 0));
+        }
     }
 
     fn nodes(&mut self, depth: usize, nodes: &[Node]) {
@@ -155,9 +196,6 @@ impl Printed {
         }
         for arm in &block.arms {
             self.line(depth, &arm.head);
-            if let (Some(cycle), true) = (block.cycle, std::ptr::eq(arm, &raw const block.arms[0])) {
-                self.loops.push((self.line, cycle));
-            }
             self.nodes(depth + 1, &arm.body);
             if let Some(foot) = &arm.foot {
                 self.line(depth, foot);

@@ -150,9 +150,6 @@ impl Batch {
         let spans = errors.iter().flat_map(|error| error["spans"].as_array().into_iter().flatten());
         let rejected: Vec<usize> = spans.filter_map(|span| self.program_of(span)).collect();
         let first = errors.iter().find_map(|error| error["rendered"].as_str()).unwrap_or_default();
-        if std::env::var_os("ORACLE_REJECTED").is_some() {
-            errors.iter().filter_map(|error| error["rendered"].as_str()).for_each(|text| println!("{text}"));
-        }
         assert!(output.status.success() || !rejected.is_empty(), "the batch does not compile:\n{first}");
         rejected
     }

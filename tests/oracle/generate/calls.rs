@@ -84,10 +84,7 @@ impl Generator {
             }
             5 if scope.targets.last().is_some_and(|target| target.is_loop) => {
                 let word = self.rng.pick(&["continue;", "break;"]);
-                let node = Node::block(format!("let Ok(()) = {call} else {{"), vec![Node::line(word)]);
-                let Node::Block(mut block) = node else { unreachable!("it was made as a block") };
-                block.after = vec!["};".into()];
-                nodes.push(Node::Block(block));
+                nodes.push(Node::binding(format!("let Ok(()) = {call} else {{"), vec![Node::line(word)]));
             }
             _ => {
                 let word = self.rng.pick(&["is_ok", "is_err"]);
@@ -122,10 +119,7 @@ impl Generator {
         match self.rng.below(3) {
             0 if is_in_loop => {
                 let word = self.rng.pick(&["continue;", "break;"]);
-                let node = Node::block(format!("let {pattern}({name}) = {value} else {{"), vec![Node::line(word)]);
-                let Node::Block(mut block) = node else { unreachable!("it was made as a block") };
-                block.after = vec!["};".into()];
-                nodes.push(Node::Block(block));
+                nodes.push(Node::binding(format!("let {pattern}({name}) = {value} else {{"), vec![Node::line(word)]));
             }
             1 => {
                 let other = if pattern == "Some" { "None" } else { "Err(_)" };

@@ -2,11 +2,11 @@
 
 use super::Generator;
 use super::scope::{Returns, Scope};
-use crate::program::{Node, Program};
+use crate::program::{Node, Program, ends};
 
 impl Generator {
     /// A loop over the cycles of a clock, with a guard somewhere in its body.
-    pub(super) fn guarded(mut self, origin: (u64, u64)) -> Program {
+    pub(super) fn guarded(mut self, origin: String) -> Program {
         let filters = ["a", "b", "d"];
         let registered = 1 + self.rng.below(filters.len());
         let mut body = vec![Node::line("let mut clock = Pace;")];
@@ -22,7 +22,7 @@ impl Generator {
             self.budget = 2;
             self.statements(&mut scope, 2, &mut inside);
         }
-        if !crate::program::ends(&inside) {
+        if !ends(&inside) {
             inside.push(Node::line(format!("ceid_core::ceid!(cycle => {});", filters[..registered].join(", "))));
             self.budget = 3 + self.rng.below(6);
             for _ in 0..2 {
@@ -30,18 +30,12 @@ impl Generator {
                 let used = self.rng.pick(&[format!("{name}.feed(1.0);"), format!("io.show({name}.value());")]);
                 inside.push(Node::line(used));
                 self.statements(&mut scope, 3, &mut inside);
-                if crate::program::ends(&inside) {
+                if ends(&inside) {
                     break;
                 }
             }
         }
-        let Node::Block(mut block) =
-            Node::block(format!("{head}while let Some(cycle) = clock.next_cycle() {{"), inside)
-        else {
-            unreachable!("it was made as a block")
-        };
-        block.cycle = Some(0);
-        body.push(Node::Block(block));
+        body.push(Node::block(format!("{head}while let Some(cycle) = clock.next_cycle() {{"), inside));
         let items = vec![Node::line("use ceid_core::Clock as _;"), Node::block("pub fn run(io: &dyn Io) {", body)];
         Program { origin, items, names: self.names, loops: self.loops, is_stateful: false }
     }

@@ -6,7 +6,7 @@ mod places;
 mod scope;
 mod statements;
 
-use crate::program::{Block, Node, Program, ends};
+use crate::program::{Arm, Block, Node, Program, ends};
 use crate::rng::Rng;
 use scope::{Helper, Place, Returns, Scope};
 
@@ -24,7 +24,7 @@ pub(crate) fn program(seed: u64, index: u64) -> Program {
         is_stateful: false,
         is_disciplined: false,
     }
-    .program((seed, index))
+    .program(format!("Program {index} of seed {seed}."))
 }
 
 struct Generator {
@@ -54,7 +54,7 @@ enum Home {
 }
 
 impl Generator {
-    fn program(mut self, origin: (u64, u64)) -> Program {
+    fn program(mut self, origin: String) -> Program {
         if self.rng.percent(8) {
             return self.guarded(origin);
         }
@@ -203,12 +203,7 @@ impl Generator {
         } else {
             format!("{label}while io.next({cycle}) {{")
         };
-        let Node::Block(mut block) = Node::block(head, body) else { unreachable!("it was made as a block") };
-        block.cycle = Some(cycle);
-        if is_inner {
-            block.after.push(format!("io.leave({cycle});"));
-        }
-        Node::Block(Block { ..block })
+        if is_inner { inner_loop(head, body, cycle) } else { Node::block(head, body) }
     }
 
     /// A function that takes filters by reference.
@@ -307,6 +302,13 @@ fn vary(nodes: &mut [Node], whole: &[Node]) {
     }
 }
 
+/// A counted loop inside another one: when it is over, its last iteration is.
+fn inner_loop(head: String, body: Vec<Node>, cycle: usize) -> Node {
+    let arms = vec![Arm { head, body, foot: None }];
+    Node::Block(Block { before: Vec::new(), arms, after: vec!["}".into(), format!("io.leave({cycle});")] })
+}
+
+/// Whether a line of them holds a text.
 fn mentions(body: &[Node], text: &str) -> bool {
     count(body, text) > 0
 }

@@ -146,10 +146,7 @@ impl Generator {
             nodes.push(Node::line(format!("let mut {name} = || {}.update();", place.spelled)));
         } else {
             let body = self.block(&inner);
-            let node = Node::block(format!("let mut {name} = || {{"), body);
-            let Node::Block(mut block) = node else { unreachable!("it was made as a block") };
-            block.after = vec!["};".into()];
-            nodes.push(Node::Block(block));
+            nodes.push(Node::binding(format!("let mut {name} = || {{"), body));
         }
         let mut rest = scope.without(&[&place.root]);
         rest.closures.push(name.clone());

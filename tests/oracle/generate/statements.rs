@@ -1,7 +1,7 @@
 //! Statements of control: conditions, branches, loops and jumps.
 
-use super::Generator;
 use super::scope::{Place, Returns, Scope};
+use super::{Generator, inner_loop};
 use crate::program::{Node, ends};
 
 impl Generator {
@@ -311,11 +311,8 @@ impl Generator {
                 let sample = [format!("{place}.feed({name});"), format!("{place}.update();")];
                 body.splice(0..0, sample.map(Node::Line));
             }
-            let node = Node::block(format!("while let Some({name}) = io.pop({cycle}) {{"), body);
-            let Node::Block(mut block) = node else { unreachable!("it was made as a block") };
-            block.cycle = Some(cycle);
-            block.after.push(format!("io.leave({cycle});"));
-            return nodes.push(Node::Block(block));
+            let head = format!("while let Some({name}) = io.pop({cycle}) {{");
+            return nodes.push(inner_loop(head, body, cycle));
         }
         let node = self.counted_loop(cycle, label, body, true);
         nodes.push(node);
