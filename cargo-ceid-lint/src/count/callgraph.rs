@@ -15,8 +15,8 @@ pub(super) fn components(graphs: &[Option<ControlFlowGraph>]) -> Vec<Vec<Functio
         next: 0,
         found: Vec::new(),
     };
-    for start in 0..graphs.len() {
-        if graphs[start].is_some() && state.index[start].is_none() {
+    for (start, graph) in graphs.iter().enumerate() {
+        if graph.is_some() && state.index[start].is_none() {
             state.visit(start);
         }
     }

@@ -10,7 +10,7 @@ mod infer;
 mod pattern;
 mod unify;
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use crate::index::{BodyOwner, Def, FunctionId, Index, MethodOwner, Ty};
 use crate::source::Span;
@@ -87,7 +87,7 @@ pub struct TypedBody {
     /// The variant, type or constant that a pattern names.
     pub pat_def: HashMap<PatId, Def>,
     /// What each call runs.
-    pub callees: HashMap<ExprId, Callee>,
+    pub callees: BTreeMap<ExprId, Callee>,
 }
 
 impl TypedBody {

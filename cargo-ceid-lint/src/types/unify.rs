@@ -67,10 +67,10 @@ impl Variables {
         let (left, right) = (self.shallow(left), self.shallow(right));
         match (&left, &right) {
             (Ty::Var(a), Ty::Var(b)) if a == b => {}
-            (Ty::Var(id), other) | (other, Ty::Var(id)) => {
-                if !matches!(other, Ty::Unknown | Ty::Never) && !self.occurs(*id, other, 0) {
-                    self.bound[*id as usize] = Some(other.clone());
-                }
+            (Ty::Var(id), other) | (other, Ty::Var(id))
+                if !matches!(other, Ty::Unknown | Ty::Never) && !self.occurs(*id, other, 0) =>
+            {
+                self.bound[*id as usize] = Some(other.clone());
             }
             (Ty::Adt(a, left), Ty::Adt(b, right)) if a == b => self.unify_all(left, right, depth),
             (Ty::External(a, left), Ty::External(b, right)) if a == b => self.unify_all(left, right, depth),

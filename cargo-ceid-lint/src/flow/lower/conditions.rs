@@ -6,6 +6,9 @@ use crate::flow::{About, Head, NodeId};
 use crate::index::Ty;
 use crate::syntax::tree::{ExprId, ExprKind, Literal};
 
+/// What a comparison asks about, and all heads that it can have.
+type Compared = (Pure, Option<Vec<Head>>);
+
 impl Builder<'_> {
     pub(super) fn if_expr(&mut self, id: ExprId, condition: ExprId, then: ExprId, otherwise: Option<ExprId>) -> Value {
         let span = self.span(id);
@@ -134,7 +137,7 @@ impl Builder<'_> {
     }
 
     /// What a comparison asks about, in one spelling: `a != X` is `a == X` turned round, `a >= b` is `a < b` turned round.
-    fn compared(&mut self, op: &str, lhs: ExprId, rhs: ExprId) -> (Option<(Pure, Option<Vec<Head>>)>, Vec<Head>, bool) {
+    fn compared(&mut self, op: &str, lhs: ExprId, rhs: ExprId) -> (Option<Compared>, Vec<Head>, bool) {
         let negated = matches!(op, "!=" | ">=" | ">");
         if matches!(op, "==" | "!=") {
             for (subject, constant) in [(lhs, rhs), (rhs, lhs)] {

@@ -406,7 +406,7 @@ impl<'a> Builder<'a> {
             }
         }
         if let Some(guard) =
-            value.place.as_ref().and_then(|place| place.base_var()).and_then(|var| self.guards_of.get(&var)).copied()
+            value.place.as_ref().and_then(Place::base_var).and_then(|var| self.guards_of.get(&var)).copied()
         {
             self.guards_of.insert(var, guard);
         }

@@ -151,10 +151,10 @@ impl Builder<'_> {
                 }
             }
             PatKind::Or(pats) => self.ask_any(pats, matched, span, no),
-            PatKind::Literal(text) => self.ask_heads(&[text.clone()], true, matched, span, no),
+            PatKind::Literal(text) => self.ask_heads(std::slice::from_ref(text), true, matched, span, no),
             PatKind::Slice(pats) => {
                 let is_plain = pats.iter().all(|pat| self.is_irrefutable(*pat));
-                let is_array = matches!(&matched.value.place, Some(_))
+                let is_array = matched.value.place.is_some()
                     && is_plain
                     && pats.iter().any(|pat| matches!(self.body().pat(*pat).kind, PatKind::Rest))
                     && pats.len() == 1;

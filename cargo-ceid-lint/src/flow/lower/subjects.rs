@@ -375,10 +375,8 @@ impl Builder<'_> {
                 self.collect_about(*lhs, about, depth + 1);
                 self.collect_about(*rhs, about, depth + 1);
             }
-            ExprKind::Path(path) => {
-                if !self.typed().expr_local.contains_key(&id) {
-                    about.names.push(path.last().to_owned());
-                }
+            ExprKind::Path(path) if !self.typed().expr_local.contains_key(&id) => {
+                about.names.push(path.last().to_owned());
             }
             ExprKind::Field { base, .. } => self.collect_about(*base, about, depth + 1),
             ExprKind::Not(inner)

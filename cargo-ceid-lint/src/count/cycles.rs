@@ -1,0 +1,174 @@
+//! Which loops are the cycles of an instance.
+
+use std::collections::BTreeSet;
+
+use super::aliases::Aliases;
+use super::functions::FunctionKind;
+use super::search::Search;
+use super::summary::Summaries;
+use crate::flow::{ControlFlowGraph, Directive, Effect, LoopId, NodeId, Place, Rounds, Var};
+use crate::index::FunctionId;
+
+/// An instance that a function updates, with its cycles.
+pub(super) struct Instance {
+    pub(super) place: Place,
+    /// The loops that are its cycles.
+    pub(super) loops: BTreeSet<LoopId>,
+    /// Whether the function itself is one.
+    pub(super) function: bool,
+    /// Loops that are cycles of their own inside its cycles.
+    pub(super) sample_loops: BTreeSet<LoopId>,
+}
+
+/// The cycles of an instance among the loops around its updates.
+pub(super) fn choose_cycles(
+    graph: &ControlFlowGraph,
+    aliases: &Aliases,
+    summaries: &Summaries,
+    search: &Search<'_>,
+    kind: FunctionKind,
+    in_cycle: &BTreeSet<FunctionId>,
+) -> Instance {
+    let declared = search.instance.base_var().and_then(|var| graph.var(var).in_loop);
+    let is_helper = in_cycle.contains(&graph.function);
+    let mut chosen: Vec<(NodeId, Option<LoopId>)> = Vec::new();
+    let mut sample_loops = BTreeSet::new();
+    let mut nodes = search.updating();
+    if nodes.is_empty() {
+        nodes = search.unknown();
+    }
+    for node in nodes {
+        let mut around: Vec<LoopId> = Vec::new();
+        for id in graph.loops_around(node) {
+            // A loop in whose body the instance is made is no cycle of it, nor is one around that.
+            if Some(id) == declared {
+                break;
+            }
+            around.push(id);
+        }
+        around.retain(|id| !search.binds(*id) && graph.loop_info(*id).directive != Some(Directive::NotACycle));
+        chosen
+            .push((node, choose(graph, aliases, summaries, search, node, &around, kind, is_helper, &mut sample_loops)));
+    }
+    let loops: BTreeSet<LoopId> = chosen.iter().filter_map(|(_, id)| *id).collect();
+    // Where updates sit at two depths, the cycle is the innermost loop that holds them all.
+    let outer: BTreeSet<LoopId> = loops
+        .iter()
+        .filter(|id| {
+            !loops.iter().any(|other| {
+                other != *id
+                    && graph.is_within(Some(**id), *other)
+                    && chosen
+                        .iter()
+                        .any(|(node, own)| *own == Some(*other) && !graph.is_within(graph.node(*node).in_loop, **id))
+            })
+        })
+        .copied()
+        .collect();
+    let made_here = declared.is_some() || search.instance.base_var().is_some_and(|var| graph.var(var).param.is_none());
+    let outside = chosen.iter().any(|(_, id)| id.is_none());
+    let function = outside && !made_here && matches!(kind, FunctionKind::Cycle | FunctionKind::Presumed);
+    Instance { place: search.instance.clone(), loops: outer, function, sample_loops }
+}
+
+fn choose(
+    graph: &ControlFlowGraph,
+    aliases: &Aliases,
+    summaries: &Summaries,
+    search: &Search<'_>,
+    node: NodeId,
+    around: &[LoopId],
+    kind: FunctionKind,
+    is_helper: bool,
+    sample_loops: &mut BTreeSet<LoopId>,
+) -> Option<LoopId> {
+    let declared = |id: &&LoopId| graph.loop_info(**id).directive == Some(Directive::Cycle);
+    if let Some(id) = around.iter().find(declared) {
+        return Some(*id);
+    }
+    let unbounded = around.iter().position(|id| graph.loop_info(*id).rounds == Rounds::Unbounded);
+    // A loop over samples that are fed to the instance is its cycle, inside whatever else is one.
+    let inner = &around[..unbounded.unwrap_or(around.len())];
+    for id in inner {
+        if feeds(graph, aliases, summaries, search, node, *id) {
+            let is_nested = around.iter().any(|other| other != id && graph.is_within(Some(*id), *other));
+            if is_nested || is_helper || kind == FunctionKind::Cycle {
+                sample_loops.insert(*id);
+            }
+            return Some(*id);
+        }
+    }
+    if let Some(at) = unbounded {
+        return Some(around[at]);
+    }
+    if kind == FunctionKind::Cycle {
+        // In a function that is a cycle, an inner loop multiplies.
+        return None;
+    }
+    let first = around.first().copied()?;
+    if is_helper {
+        // In a helper a loop of a known number of rounds multiplies; another one is a cycle of its own.
+        let own = around.iter().find(|id| !matches!(graph.loop_info(**id).rounds, Rounds::Constant(_))).copied();
+        if let Some(own) = own {
+            sample_loops.insert(own);
+        }
+        return own;
+    }
+    Some(first)
+}
+
+/// Whether what a loop binds is fed to the instance at an update in it, or its result is combined with that.
+fn feeds(
+    graph: &ControlFlowGraph,
+    aliases: &Aliases,
+    summaries: &Summaries,
+    search: &Search<'_>,
+    node: NodeId,
+    id: LoopId,
+) -> bool {
+    let info = graph.loop_info(id);
+    if info.rounds == Rounds::Unbounded || info.bound.is_empty() {
+        return false;
+    }
+    // A counter is no sample, but what it indexes is one.
+    let mut bound = info.bound.clone();
+    if let Some((counter, _)) = info.counter {
+        bound.retain(|var| *var != counter && !aliases.is_derived(counter, &[*var]));
+        let data = info.indexes.iter().filter(|collection| {
+            !aliases
+                .roots(collection)
+                .iter()
+                .any(|root| root.base == search.instance.base && root.overlaps(search.instance))
+        });
+        bound.extend(data.filter_map(Place::base_var));
+    }
+    let is_fed = |fed: &[Var], into: &[Var]| {
+        fed.iter().any(|var| aliases.is_derived(*var, &bound))
+            || bound.iter().any(|var| aliases.is_derived(*var, into) && !into.is_empty())
+    };
+    let at_update = match &graph.node(node).effect {
+        Effect::Update(update) => is_fed(&update.fed, &update.into),
+        Effect::Call(site) => is_fed(&site.fed, &site.into),
+        _ => false,
+    };
+    at_update
+        || graph.node_ids().any(|other| {
+            graph.is_within(graph.node(other).in_loop, id)
+                && match &graph.node(other).effect {
+                    Effect::Call(site) => {
+                        is_fed(&site.fed, &[])
+                            && site.args.first().and_then(|arg| arg.place.as_ref()).is_some_and(|place| {
+                                aliases.roots(place).iter().any(|root| root.overlaps(search.instance))
+                            })
+                            && site.targets.iter().any(|target| summaries.get(*target).is_some())
+                    }
+                    Effect::Write(write) => {
+                        let into: Vec<Var> = write.place.base_var().into_iter().collect();
+                        aliases.roots(&write.place).iter().any(|root| {
+                            root.overlaps(search.instance) && root.steps.len() > search.instance.steps.len()
+                        }) && into.iter().any(|var| aliases.is_derived(*var, &bound))
+                    }
+                    _ => false,
+                }
+        })
+}

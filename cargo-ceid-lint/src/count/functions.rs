@@ -1,0 +1,136 @@
+//! What one call of a function is: a control cycle, perhaps one, or a part of whatever calls it.
+
+use std::collections::BTreeSet;
+
+use super::callgraph::callees;
+use crate::flow::{ControlFlowGraph, Directive, Effect, Program, Rounds};
+use crate::index::{FunctionId, Index, Owner};
+
+/// What one call of a function is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum FunctionKind {
+    /// One control cycle.
+    Cycle,
+    /// Perhaps one control cycle: only what is certainly wrong is said.
+    Presumed,
+    /// A part of whatever calls it.
+    Helper,
+    /// Nothing that is looked at: a test.
+    Outside,
+}
+
+/// The functions that analysed code outside tests calls.
+pub(super) fn called_functions(index: &Index, graphs: &[Option<ControlFlowGraph>]) -> BTreeSet<FunctionId> {
+    graphs
+        .iter()
+        .flatten()
+        .filter(|graph| !is_outside(index, graph.function))
+        .flat_map(|graph| {
+            let own = graph.function;
+            callees(graph)
+                .into_iter()
+                .map(|callee| FunctionId(u32::try_from(callee).unwrap_or(u32::MAX)))
+                .filter(move |callee| *callee != own)
+        })
+        .collect()
+}
+
+fn is_outside(index: &Index, id: FunctionId) -> bool {
+    let def = index.function(id);
+    def.is_test || index.crate_of(def.module).is_test
+}
+
+/// The functions that run inside some cycle: called from a loop, or from a function that is a cycle, at any depth.
+pub(super) fn reached_from_cycles(
+    program: &Program<'_>,
+    graphs: &[Option<ControlFlowGraph>],
+    called: &BTreeSet<FunctionId>,
+) -> BTreeSet<FunctionId> {
+    let mut reached: BTreeSet<FunctionId> = BTreeSet::new();
+    let mut open = Vec::new();
+    for graph in graphs.iter().flatten() {
+        let whole = matches!(function_kind(program, graph, called), FunctionKind::Cycle | FunctionKind::Presumed);
+        for node in &graph.nodes {
+            if let Effect::Call(site) = &node.effect
+                && (whole || node.in_loop.is_some())
+            {
+                open.extend(site.targets.iter().copied());
+            }
+        }
+    }
+    while let Some(id) = open.pop() {
+        if reached.insert(id)
+            && let Some(graph) = &graphs[id.0 as usize]
+        {
+            open.extend(callees(graph).into_iter().map(|callee| FunctionId(u32::try_from(callee).unwrap_or(u32::MAX))));
+        }
+    }
+    reached
+}
+
+/// What one call of a function is.
+pub(super) fn function_kind(
+    program: &Program<'_>,
+    graph: &ControlFlowGraph,
+    called: &BTreeSet<FunctionId>,
+) -> FunctionKind {
+    let index = program.index;
+    let id = graph.function;
+    if is_outside(index, id) {
+        return FunctionKind::Outside;
+    }
+    match Directive::at(program.sources, index.function(id).function.keyword) {
+        Some(Directive::Cycle) => return FunctionKind::Cycle,
+        Some(Directive::NotACycle) => return FunctionKind::Helper,
+        None => {}
+    }
+    if is_cycle_function(index, id) {
+        return FunctionKind::Cycle;
+    }
+    // A function with a loop that never ends is not called once per cycle.
+    let is_endless = graph.loops.iter().any(|info| info.rounds == Rounds::Unbounded && !info.is_foreign);
+    if called.contains(&id) || is_constructor(index, id) || index.function(id).name == "main" || is_endless {
+        return FunctionKind::Helper;
+    }
+    FunctionKind::Presumed
+}
+
+/// Whether a framework calls the function once per cycle, or it is the law of a filter that is made of filters.
+fn is_cycle_function(index: &Index, id: FunctionId) -> bool {
+    let def = index.function(id);
+    let by_attribute = def.attributes.iter().any(|attribute| {
+        let last = attribute.path.rsplit("::").next().unwrap_or("");
+        // An `async` task runs a loop of its own.
+        CYCLE_ATTRIBUTES.contains(&last) || (last == "task" && !def.function.is_async)
+    });
+    if by_attribute {
+        return true;
+    }
+    let Owner::Impl(impl_id) = def.owner else { return false };
+    let of_impl = index.impl_def(impl_id);
+    if let Some(name) = &of_impl.implements {
+        let trait_text = index.trait_text(name);
+        if CYCLE_METHODS.iter().any(|(of, method)| *of == trait_text && *method == def.name) {
+            return true;
+        }
+    }
+
+    index.filter_spec(&of_impl.self_ty).is_some_and(|spec| {
+        let by_trait = of_impl.implements.as_ref().is_none_or(|name| index.is_filter_trait(name));
+        by_trait && spec.law.iter().any(|group| group.methods.contains(&def.name))
+    })
+}
+
+fn is_constructor(index: &Index, id: FunctionId) -> bool {
+    let def = index.function(id);
+    def.function.receiver.is_none()
+        && (matches!(def.name.as_str(), "new" | "default" | "init" | "build" | "create")
+            || ["new_", "with_", "from_", "init_"].iter().any(|prefix| def.name.starts_with(prefix)))
+}
+
+/// Attributes of functions that a framework calls once per cycle.
+const CYCLE_ATTRIBUTES: &[&str] = &["interrupt", "exception", "handler"];
+
+/// Methods of traits that a framework calls once per cycle.
+const CYCLE_METHODS: &[(&str, &str)] =
+    &[("RealtimeFunctionality", "cycle"), ("CuTask", "process"), ("Future", "poll"), ("Iterator", "next")];

@@ -1,0 +1,397 @@
+//! Which filters a cycle owes an update although no path of it updates them.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use super::analyse::{Analysis, Context, CycleId, FunctionFacts, Unregistered, field_key};
+use super::decide::{self, Decision};
+use super::functions::FunctionKind;
+use super::instances::{self, leaves, place_ty};
+use super::search::{Region, Search};
+use super::summary::place_of;
+use super::verdict::{Pair, Verdict};
+use crate::flow::{ControlFlowGraph, Directive, Effect, LoopId, NodeId, Place, Projection, Rounds, Var};
+use crate::index::Ty;
+use crate::source::Span;
+use crate::syntax::tree::Receiver;
+
+impl Context<'_> {
+    /// Filters in scope that no cycle updates.
+    pub(super) fn owed(
+        &self,
+        facts: &FunctionFacts<'_>,
+        pairs: &mut BTreeMap<CycleId, Vec<Pair>>,
+        analysis: &mut Analysis,
+    ) {
+        let graph = facts.graph;
+        let index = self.program.index;
+        for (number, info) in (0u32..).zip(&graph.vars) {
+            let var = Var(number);
+            if info.name.is_empty() || !facts.aliases.roots(&Place::var(var)).contains(&Place::var(var)) {
+                continue;
+            }
+            // What a reference points to is owed nothing here, unless a caller lends it.
+            if matches!(info.ty, Ty::Ref(false, _)) || (matches!(info.ty, Ty::Ref(..)) && info.param.is_none()) {
+                continue;
+            }
+            let of_self = info.param.is_some();
+            // The law of a filter is not owed to the filter by its own methods, but to its parts.
+            let is_own = of_self && info.name == "self" && index.filter_spec(&instances::inner(&info.ty)).is_some();
+            let all = if is_own { instances::parts(index, &info.ty) } else { leaves(index, &info.ty) };
+            for leaf in all {
+                let place = Place::var(var).join(&leaf.steps);
+                if facts.updated.iter().any(|instance| instance.place.overlaps(&place)) {
+                    self.owed_after_all(facts, &place, pairs);
+                    continue;
+                }
+                self.owed_instance(facts, var, &place, &leaf, pairs, analysis);
+            }
+        }
+    }
+
+    /// Elements of an array that no cycle updates while it updates others.
+    pub(super) fn owed_elements(&self, facts: &FunctionFacts<'_>, pairs: &mut BTreeMap<CycleId, Vec<Pair>>) {
+        let in_collection = |place: &Place, other: &Place| {
+            place.base == other.base
+                && place.steps.len() == other.steps.len()
+                && place.steps.iter().zip(&other.steps).all(|(left, right)| {
+                    left == right || matches!((left, right), (Projection::Index(_), Projection::Index(_)))
+                })
+        };
+        for instance in facts.updated.iter().filter(|instance| instance.loops.is_empty() && !instance.function) {
+            let sibling = facts.updated.iter().find(|other| {
+                (!other.loops.is_empty() || (other.function && facts.kind == FunctionKind::Cycle))
+                    && in_collection(&instance.place, &other.place)
+            });
+            let Some(sibling) = sibling else { continue };
+            match sibling.loops.first() {
+                Some(id) => self.push_missed(facts, &instance.place, CycleId::Loop(*id), pairs),
+                None => self.push_missed(facts, &instance.place, CycleId::Function, pairs),
+            }
+        }
+    }
+
+    /// An instance that is updated, but in no cycle, is owed an update by the cycle that uses it.
+    fn owed_after_all(&self, facts: &FunctionFacts<'_>, place: &Place, pairs: &mut BTreeMap<CycleId, Vec<Pair>>) {
+        let graph = facts.graph;
+        let is_in_cycle = facts
+            .updated
+            .iter()
+            .any(|instance| instance.place.overlaps(place) && (!instance.loops.is_empty() || instance.function));
+        let elsewhere = field_key(self.program.index, graph, place).is_some_and(|key| self.fields.contains(&key));
+        if is_in_cycle || elsewhere {
+            return;
+        }
+        if let Some(id) = self.using_loop(facts, place) {
+            self.push_missed(facts, place, CycleId::Loop(id), pairs);
+        }
+    }
+
+    fn owed_instance(
+        &self,
+        facts: &FunctionFacts<'_>,
+        var: Var,
+        place: &Place,
+        leaf: &instances::Leaf,
+        pairs: &mut BTreeMap<CycleId, Vec<Pair>>,
+        analysis: &mut Analysis,
+    ) {
+        let graph = facts.graph;
+        let index = self.program.index;
+        let info = graph.var(var);
+        // What lies in a parameter or static may be updated elsewhere; what lies in a local is updated here or handed on.
+        let is_local = info.param.is_none();
+        let key = field_key(index, graph, place);
+        if !is_local && key.as_ref().is_some_and(|key| self.fields.contains(key) || self.anywhere.contains(key)) {
+            return;
+        }
+        let uses = self.uses(facts, place);
+        if uses.leaves || leaf.is_uncertain {
+            return;
+        }
+        // A cycle that updates a sibling owes this one an update, too.
+        let scope = |id: CycleId| match id {
+            CycleId::Loop(id) => {
+                info.in_loop.is_none_or(|declared| declared != id && graph.is_within(Some(id), declared))
+                    && (info.param.is_none() || leaf.steps.is_empty() || !leaf.steps.is_empty())
+                    && self.is_declared_before(graph, var, id)
+            }
+            CycleId::Function => info.param.is_some() && facts.kind == FunctionKind::Cycle,
+        };
+        let is_param_itself = info.param.is_some() && leaf.steps.is_empty();
+        let sibling = pairs
+            .iter()
+            .filter(|(id, filters)| {
+                scope(**id)
+                    && filters.iter().any(|pair| pair.verdict != Verdict::Missed)
+                    && (!is_param_itself
+                        || matches!(id, CycleId::Loop(id) if graph.loop_info(*id).rounds == Rounds::Unbounded))
+                    && self.is_sibling(facts, place, **id)
+            })
+            .map(|(id, _)| *id)
+            .next();
+        if let Some(id) = sibling {
+            self.push_missed(facts, place, id, pairs);
+            return;
+        }
+        if let Some(id) = self.using_loop(facts, place).filter(|id| scope(CycleId::Loop(*id))) {
+            self.push_missed(facts, place, CycleId::Loop(id), pairs);
+            return;
+        }
+        if info.param.is_some() || !self.is_built_here(graph, var) {
+            return;
+        }
+        // Its scope holds a loop that never ends.
+        let endless = (0u32..).map(LoopId).zip(&graph.loops).find(|(id, own)| {
+            own.rounds == Rounds::Unbounded
+                && !own.is_foreign
+                && own.directive != Some(Directive::NotACycle)
+                && scope(CycleId::Loop(*id))
+        });
+        let is_local_filter = leaf.steps.is_empty();
+        match endless {
+            Some((id, _)) if !uses.written => self.push_missed(facts, place, CycleId::Loop(id), pairs),
+            Some((id, _)) if is_local_filter => {
+                self.push_unregistered(facts, var, place, Some(graph.loop_info(id).keyword), analysis);
+            }
+            None if is_local_filter => self.push_unregistered(facts, var, place, None, analysis),
+            _ => {}
+        }
+    }
+
+    /// Whether a cycle updates something in the same scope: a local of the function, or a field of the same value.
+    fn is_sibling(&self, facts: &FunctionFacts<'_>, place: &Place, id: CycleId) -> bool {
+        let graph = facts.graph;
+        let is_local = |place: &Place| {
+            place.base_var().is_some_and(|var| graph.var(var).param.is_none() || place.steps.is_empty())
+        };
+        facts.updated.iter().any(|instance| {
+            let belongs = match id {
+                CycleId::Loop(id) => instance.loops.contains(&id),
+                CycleId::Function => instance.function,
+            };
+            belongs
+                && ((instance.place.base == place.base && instance.place != *place)
+                    || (is_local(&instance.place) && is_local(place)))
+        })
+    }
+
+    fn is_declared_before(&self, graph: &ControlFlowGraph, var: Var, id: LoopId) -> bool {
+        let info = graph.var(var);
+        info.param.is_some() || info.declared < graph.loop_info(id).head
+    }
+
+    /// Whether a variable gets a value of its own in this function, not one that a closure or pattern was handed.
+    fn is_built_here(&self, graph: &ControlFlowGraph, var: Var) -> bool {
+        !matches!(graph.var(var).ty, Ty::Ref(..))
+    }
+
+    fn push_missed(
+        &self,
+        facts: &FunctionFacts<'_>,
+        place: &Place,
+        id: CycleId,
+        pairs: &mut BTreeMap<CycleId, Vec<Pair>>,
+    ) {
+        let graph = facts.graph;
+        let (head, function) = match id {
+            CycleId::Loop(id) => {
+                if graph.loop_info(id).is_foreign {
+                    return;
+                }
+                (graph.loop_info(id).keyword, false)
+            }
+            CycleId::Function => (self.program.index.function(graph.function).function.keyword, true),
+        };
+        let place = match (place.stands_for_each(), function) {
+            _ if pairs.get(&id).is_some_and(|filters| {
+                let name = graph.place_name(self.program.index, place);
+                filters.iter().any(|pair| pair.name == name)
+            }) =>
+            {
+                return;
+            }
+            _ => place,
+        };
+        let decision = self.decide_unseen(facts, place, id, head);
+        if let Some(decision) = decision {
+            let pair = self.pair(facts, place, decision);
+            pairs.entry(id).or_default().push(pair);
+        }
+    }
+
+    /// A pair that nothing updates: missed, unless something unseen could.
+    fn decide_unseen(&self, facts: &FunctionFacts<'_>, place: &Place, id: CycleId, head: Span) -> Option<Decision> {
+        let search = Search::with_dependence(
+            self.program,
+            facts.graph,
+            &facts.aliases,
+            self.summaries,
+            place,
+            0,
+            Rc::clone(&facts.dependence),
+        );
+        let region = match id {
+            CycleId::Loop(id) => Region::Loop(id),
+            CycleId::Function => Region::Function,
+        };
+        Some(decide::decide_missed(&search, region, head))
+    }
+
+    /// The loop that uses an instance and therefore owes it an update.
+    fn using_loop(&self, facts: &FunctionFacts<'_>, place: &Place) -> Option<LoopId> {
+        let graph = facts.graph;
+        for id in graph.node_ids() {
+            if !self.node_uses(facts, id, place) {
+                continue;
+            }
+            let around = graph.loops_around(id).find(|id| {
+                let info = graph.loop_info(*id);
+                info.rounds == Rounds::Unbounded && !info.is_foreign && info.directive != Some(Directive::NotACycle)
+            });
+            if around.is_some() {
+                return around;
+            }
+        }
+        None
+    }
+
+    fn node_uses(&self, facts: &FunctionFacts<'_>, id: NodeId, place: &Place) -> bool {
+        let touches =
+            |other: &Place| {
+                facts.aliases.roots(other).iter().any(|root| {
+                    root.base == place.base && root.steps.len() >= place.steps.len() && root.overlaps(place)
+                })
+            };
+        match &facts.graph.node(id).effect {
+            Effect::Use { place } => touches(place),
+            Effect::Call(site) => {
+                site.args.iter().filter_map(|arg| arg.place.as_ref()).any(&touches)
+                    || site.targets.iter().any(|target| {
+                        self.summaries.get(*target).is_some_and(|summary| {
+                            summary
+                                .uses
+                                .iter()
+                                .chain(&summary.writes)
+                                .any(|given| place_of(given, site).is_some_and(|place| touches(&place)))
+                        })
+                    })
+            }
+            Effect::Write(write) => touches(&write.place) && write.place != *place,
+            _ => false,
+        }
+    }
+
+    /// What the function does with an instance that it never updates.
+    fn uses(&self, facts: &FunctionFacts<'_>, place: &Place) -> Uses {
+        let mut uses = Uses::default();
+        let holds = |other: &Place| facts.aliases.roots(other).iter().any(|root| root.overlaps(place));
+        for node in &facts.graph.nodes {
+            match &node.effect {
+                Effect::Unknown { places, .. } => uses.leaves |= places.iter().any(&holds),
+                Effect::Reset { place, .. } => uses.written |= holds(place),
+                Effect::Write(write) => {
+                    uses.written |= holds(&write.place);
+                    uses.leaves |= write.from.as_ref().is_some_and(&holds) && write.by_move;
+                }
+                Effect::Set(set) => {
+                    uses.leaves |= set.by_move
+                        && set.from.as_ref().is_some_and(|from| {
+                            facts.aliases.roots(from).iter().any(|root| {
+                                root.base == place.base && root.steps.len() <= place.steps.len() && root.overlaps(place)
+                            })
+                        })
+                        && set.place.base != place.base
+                        && self.is_real_move(facts, &set.place);
+                }
+                Effect::Return(value) => uses.leaves |= value.place.as_ref().is_some_and(&holds),
+                Effect::Use { place } => uses.read |= holds(place),
+                Effect::Call(site) => {
+                    for (number, arg) in site.args.iter().enumerate() {
+                        let Some(own) = &arg.place else { continue };
+                        if !holds(own) {
+                            continue;
+                        }
+                        if self.takes_by_value(site, number) {
+                            uses.leaves = true;
+                        } else if arg.is_shared || self.reads_only(site, number) {
+                            uses.read = true;
+                        } else {
+                            uses.fed = true;
+                        }
+                    }
+                }
+                _ => {}
+            }
+        }
+        uses
+    }
+
+    /// Whether a variable that something is moved into has a name, or is a part of a new value.
+    fn is_real_move(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
+        place.base_var().is_none_or(|var| !facts.graph.var(var).name.is_empty() || !place.steps.is_empty())
+    }
+
+    /// Whether every target of a call takes an argument by value.
+    fn takes_by_value(&self, site: &crate::flow::CallSite, number: usize) -> bool {
+        site.targets.iter().any(|target| {
+            let function = &self.program.index.function(*target).function;
+            match (&function.receiver, number) {
+                (Some(Receiver::Value), 0) => true,
+                (Some(_), 0) => false,
+                (receiver, number) => {
+                    let at = number - usize::from(receiver.is_some());
+                    function
+                        .params
+                        .get(at)
+                        .is_some_and(|ty| !matches!(ty, crate::syntax::tree::TypeRef::Reference { .. }))
+                }
+            }
+        })
+    }
+
+    fn reads_only(&self, site: &crate::flow::CallSite, number: usize) -> bool {
+        number == 0
+            && site
+                .targets
+                .iter()
+                .all(|target| self.program.index.function(*target).function.receiver == Some(Receiver::Shared))
+    }
+
+    fn push_unregistered(
+        &self,
+        facts: &FunctionFacts<'_>,
+        var: Var,
+        place: &Place,
+        cycle: Option<Span>,
+        analysis: &mut Analysis,
+    ) {
+        let index = self.program.index;
+        let graph = facts.graph;
+        let def = index.function(graph.function);
+        let info = index.crate_of(def.module);
+        let ty = place_ty(index, graph, place).unwrap_or(Ty::Unknown);
+        analysis.unregistered.push(Unregistered {
+            package: info.package,
+            target: info.target,
+            name: graph.place_name(index, place),
+            filter_type: index.type_name(&ty),
+            span: graph.var(var).span,
+            function: index.function_name(graph.function),
+            cycle,
+        });
+    }
+}
+
+/// What a function does with an instance.
+#[derive(Clone, Copy, Debug, Default)]
+struct Uses {
+    /// It is moved, returned or handed to something unseen.
+    leaves: bool,
+    /// It is reset, or its state is written.
+    written: bool,
+    /// It is handed to a method that may change it.
+    fed: bool,
+    /// It is read.
+    read: bool,
+}

@@ -1,0 +1,240 @@
+//! What calls and assignments do to a state: counts, names, and what is known of conditions.
+
+use super::State;
+use super::run::Run;
+use crate::count::counts::Count;
+use crate::count::summary::{Outcome, place_of, returned};
+use crate::flow::{Assignment, CallSite, Cause, OTHER_HEADS, Place, Relation, Var};
+
+impl Run<'_, '_> {
+    pub(super) fn call(&mut self, at: usize, state: &State, site: &CallSite) {
+        let search = self.search;
+        let mut masks = state.masks;
+        for target in &site.targets {
+            let Some(summary) = search.summaries.get(*target) else { continue };
+            for given in &summary.writes {
+                if let Some(place) = place_of(given, site) {
+                    masks = self.killed(masks, &place);
+                }
+            }
+        }
+        masks = self.killed(masks, &Place::var(site.result));
+        let state = State { masks, ..state.clone() };
+        let mut after: Vec<State> = Vec::new();
+        for target in &site.targets {
+            let Some(summary) = search.summaries.get(*target) else {
+                after.push(state.clone());
+                continue;
+            };
+            let mut states = vec![(state.clone(), returned::ANY)];
+            let mut applied = false;
+            for (given, outcomes) in &summary.outcomes {
+                // A law that hands on to another one of the same filter is one update.
+                if site.is_law && given.is_self() {
+                    continue;
+                }
+                let Some(place) = place_of(given, site) else { continue };
+                let relations = self.relations_to_each(&state, &place);
+                let exact =
+                    relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if rest.is_empty()));
+                let owner =
+                    relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if !rest.is_empty()));
+                let doubt = relations.iter().find_map(|relation| match relation {
+                    Relation::MayHold(text, rest) if rest.is_empty() => Some(text.clone()),
+                    _ => None,
+                });
+                if exact {
+                    applied = true;
+                    states = self.apply(&states, outcomes);
+                } else if owner {
+                    states = self.apply_to_owner(&states, outcomes);
+                } else if let Some(text) = doubt
+                    && outcomes.iter().any(|outcome| outcome.count != Count::Zero)
+                    && !self.is_other_round(&state, &place)
+                {
+                    let cause = Cause::Index(self.spell(&place, &text));
+                    let cause = self.cause(&cause);
+                    for (state, _) in &mut states {
+                        state.unknown = Some(cause);
+                    }
+                }
+            }
+            if !applied && summary.heads != 0 {
+                for (_, heads) in &mut states {
+                    *heads &= summary.heads;
+                }
+            }
+            for (next, heads) in states {
+                let masks = self.with_heads(next.masks, site.result, heads);
+                after.push(State { masks, ..next });
+            }
+        }
+        if site.targets.is_empty() {
+            after.push(state);
+        }
+        for next in after {
+            let names = self.names.get(next.names).clone();
+            for names in search.borrowed(&names, site) {
+                let names = self.names.intern(names);
+                self.everywhere(at, &State { names, ..next.clone() });
+            }
+        }
+    }
+
+    pub(super) fn apply(&mut self, states: &[(State, u8)], outcomes: &[Outcome]) -> Vec<(State, u8)> {
+        let mut after = Vec::new();
+        for (state, heads) in states {
+            for outcome in outcomes {
+                let mut next = state.clone();
+                if outcome.count == Count::PerSample {
+                    next.count = next.count.then(Count::PerSample);
+                } else {
+                    self.add(&mut next, outcome.count);
+                    if outcome.count == Count::Many {
+                        next.count = Count::Many;
+                    }
+                }
+                next.reset |= outcome.reset;
+                next.partly_reset |= outcome.partly_reset;
+                next.direct |= outcome.direct && outcome.count != Count::Zero;
+                if let Some(cause) = &outcome.unknown {
+                    next.unknown = Some(self.cause(cause));
+                }
+                if outcome.count == Count::Zero {
+                    next.helper_gate = outcome.gate;
+                }
+                after.push((next, heads & outcome.returned));
+            }
+        }
+        after.retain(|(_, heads)| *heads != 0);
+        after
+    }
+
+    /// What happens to the owner of the instance: a reset, or something unknown.
+    pub(super) fn apply_to_owner(&mut self, states: &[(State, u8)], outcomes: &[Outcome]) -> Vec<(State, u8)> {
+        let mut after: Vec<(State, u8)> = Vec::new();
+        for (state, heads) in states {
+            for outcome in outcomes {
+                let mut next = state.clone();
+                next.reset |= outcome.reset;
+                if let Some(cause) = &outcome.unknown {
+                    next.unknown = Some(self.cause(cause));
+                }
+                let entry = (next, heads & outcome.returned);
+                if entry.1 != 0 && !after.contains(&entry) {
+                    after.push(entry);
+                }
+            }
+        }
+        after
+    }
+
+    /// Nothing is known any more of what reads a place.
+    pub(super) fn killed(&mut self, masks: u32, place: &Place) -> u32 {
+        let graph = self.search.graph;
+        let mut all = self.masks.get(masks).clone();
+        let mut changed = false;
+        for (at, id) in self.tracked.subjects.iter().enumerate() {
+            let subject = &graph.subjects[id.0 as usize];
+            if subject.reads.iter().any(|read| read.overlaps(place)) {
+                all[at] = subject.anything();
+                changed = true;
+            }
+        }
+        if changed { self.masks.intern(all) } else { masks }
+    }
+
+    /// The result of a call has one of these heads.
+    pub(super) fn with_heads(&mut self, masks: u32, result: Var, heads: u8) -> u32 {
+        let graph = self.search.graph;
+        let place = Place::var(result);
+        let Some(at) =
+            self.tracked.subjects.iter().position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&place))
+        else {
+            return masks;
+        };
+        let subject = &graph.subjects[self.tracked.subjects[at].0 as usize];
+        let mut mask = if heads & returned::OTHER != 0 { OTHER_HEADS } else { 0 };
+        for (number, head) in subject.heads.iter().enumerate() {
+            if heads & returned::bit(head) != 0 {
+                mask |= 1 << number;
+            }
+        }
+        let mut all = self.masks.get(masks).clone();
+        all[at] = mask & subject.anything();
+        self.masks.intern(all)
+    }
+
+    pub(super) fn assign(&mut self, at: usize, state: &State, set: &Assignment) {
+        let graph = self.search.graph;
+        let names = self.names.get(state.names).clone();
+        let (renamed, replaced) = self.search.renamed(&names, set, &|var| self.number(state, var));
+        let mut next = state.clone();
+        next.names = self.names.intern(renamed);
+        next.reset |= replaced;
+        if !set.rebinds && !replaced && names.iter().any(|name| set.place.relate(name, &|_| None) == Relation::Part) {
+            next.partly_reset = true;
+        }
+        // A copy of a variable has its heads.
+        let copied = set.same_as.and_then(|var| {
+            let from = self
+                .tracked
+                .subjects
+                .iter()
+                .position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&Place::var(var)))?;
+            Some((from, self.masks.get(state.masks)[from]))
+        });
+        next.masks = self.killed(next.masks, &set.place);
+        let target = self
+            .tracked
+            .subjects
+            .iter()
+            .position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&set.place));
+        if let Some(target) = target {
+            let subject = &graph.subjects[self.tracked.subjects[target].0 as usize];
+            let mask = match (&set.head, copied) {
+                (Some(head), _) => Some(subject.bit(head)),
+                (None, Some((from, mask))) => {
+                    let source = &graph.subjects[self.tracked.subjects[from].0 as usize];
+                    let mut bits = if mask & OTHER_HEADS != 0 { OTHER_HEADS } else { 0 };
+                    for (number, head) in source.heads.iter().enumerate() {
+                        if mask & (1 << number) != 0 {
+                            bits |= subject.bit(head);
+                        }
+                    }
+                    // Heads that only the copy tells apart are among the source's others.
+                    if mask & OTHER_HEADS != 0 {
+                        for (number, head) in subject.heads.iter().enumerate() {
+                            if !source.heads.contains(head) {
+                                bits |= 1 << number;
+                            }
+                        }
+                    }
+                    Some(bits & subject.anything())
+                }
+                (None, None) => None,
+            };
+            if let Some(mask) = mask {
+                let mut all = self.masks.get(next.masks).clone();
+                all[target] = mask;
+                next.masks = self.masks.intern(all);
+            }
+        }
+        self.everywhere(at, &next);
+    }
+
+    /// A counter has a number.
+    pub(super) fn with_number(&mut self, masks: u32, counter: Var, number: u64) -> u32 {
+        let graph = self.search.graph;
+        let place = Place::var(counter);
+        let Some(at) =
+            self.tracked.subjects.iter().position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&place))
+        else {
+            return masks;
+        };
+        let subject = &graph.subjects[self.tracked.subjects[at].0 as usize];
+        let mut all = self.masks.get(masks).clone();
+        all[at] = subject.bit(&number.to_string());
+        self.masks.intern(all)
+    }
+}

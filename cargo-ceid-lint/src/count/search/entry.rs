@@ -1,0 +1,124 @@
+//! Where a search of a loop begins: the names that the instance has there, and what is known of conditions.
+
+use super::{Entry, MAX_STATES, Region, Search};
+use crate::flow::{Base, Effect, LoopId, NodeId, Place};
+use std::collections::BTreeSet;
+
+impl Search<'_> {
+    /// The heads that a subject can have where a loop is entered: those of the constants that a variable is given outside it.
+    pub(super) fn known_before(&self, region: Region, id: crate::flow::SubjectId) -> u32 {
+        let graph = self.graph;
+        let subject = &graph.subjects[id.0 as usize];
+        let (Region::Loop(own), Some(place)) = (region, &subject.whole) else { return subject.anything() };
+        let is_local = place.steps.is_empty() && place.base_var().is_some_and(|var| graph.var(var).param.is_none());
+        if !is_local {
+            return subject.anything();
+        }
+        let mut heads = 0;
+        for node in graph.nodes.iter().filter(|node| !graph.is_within(node.in_loop, own)) {
+            let written = match &node.effect {
+                Effect::Set(set) | Effect::Write(set) if set.place == *place => match &set.head {
+                    Some(head) => {
+                        heads |= subject.bit(head);
+                        false
+                    }
+                    None => true,
+                },
+                Effect::Set(set) | Effect::Write(set) => set.place.overlaps(place),
+                Effect::Unknown { places, .. } => places.iter().any(|other| other.overlaps(place)),
+                Effect::Call(site) => site.args.iter().any(|arg| {
+                    !arg.is_shared
+                        && arg
+                            .place
+                            .as_ref()
+                            .is_some_and(|other| self.aliases.roots(other).iter().any(|root| root.overlaps(place)))
+                }),
+                _ => false,
+            };
+            if written {
+                return subject.anything();
+            }
+        }
+        if heads == 0 { subject.anything() } else { heads }
+    }
+
+    /// The names that the instance can have, and what is known, where control reaches a loop's head from outside.
+    pub(in crate::count) fn entries(&self, id: LoopId) -> Vec<Entry> {
+        let head = self.graph.loop_info(id).head;
+        let starts = self.declarations();
+        let mut found = Vec::new();
+        let mut seen_names: BTreeSet<Vec<Place>> = BTreeSet::new();
+        let reaching = self.explore_to(head, &starts);
+        for names in reaching {
+            if seen_names.insert(names.clone()) {
+                found.push(Entry { names });
+            }
+        }
+        if found.is_empty() {
+            found.push(Entry { names: vec![self.instance.clone()] });
+        }
+        found
+    }
+
+    /// Where the instance begins to exist: the function's entry, or the nodes that give its variable a value.
+    fn declarations(&self) -> Vec<NodeId> {
+        let Base::Var(var) = self.instance.base else { return vec![NodeId(0)] };
+        if self.graph.var(var).param.is_some() {
+            return vec![NodeId(0)];
+        }
+        let nodes: Vec<NodeId> = self
+            .graph
+            .node_ids()
+            .filter(|id| {
+                matches!(&self.graph.node(*id).effect, Effect::Set(set)
+                    if set.place.steps.is_empty() && set.place.base_var() == Some(var))
+            })
+            .collect();
+        if nodes.is_empty() { vec![NodeId(0)] } else { nodes }
+    }
+
+    /// The names of the instance at a node, over all ways that lead there; conditions are not told apart.
+    fn explore_to(&self, target: NodeId, starts: &[NodeId]) -> Vec<Vec<Place>> {
+        let mut seen: BTreeSet<(NodeId, Vec<Place>)> = BTreeSet::new();
+        let mut open: Vec<(NodeId, Vec<Place>)> = Vec::new();
+        for start in starts {
+            let names = vec![self.instance.clone()];
+            for next in &self.graph.node(*start).next {
+                open.push((*next, names.clone()));
+            }
+            if *start == target {
+                return vec![names];
+            }
+        }
+        let mut found = Vec::new();
+        while let Some((node, names)) = open.pop() {
+            if node == target {
+                found.push(names);
+                continue;
+            }
+            if seen.len() > MAX_STATES / 4 || !seen.insert((node, names.clone())) {
+                continue;
+            }
+            let info = self.graph.node(node);
+            let all = match &info.effect {
+                Effect::Set(set) => vec![self.renamed(&names, set, &|_| None).0],
+                Effect::Write(write) => vec![self.renamed(&names, write, &|_| None).0],
+                Effect::Call(site) => self.borrowed(&names, site),
+                Effect::LoopHead(id) => {
+                    let mut all = vec![self.without_items(&names, *id)];
+                    if self.covers(*id) {
+                        all.push(self.with_items(&all[0], *id));
+                    }
+                    all
+                }
+                _ => vec![names],
+            };
+            for names in all {
+                for next in &info.next {
+                    open.push((*next, names.clone()));
+                }
+            }
+        }
+        found
+    }
+}

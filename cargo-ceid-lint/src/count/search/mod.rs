@@ -1,0 +1,329 @@
+//! Every way through a region, for one instance: how often it is updated, and what else happens to it.
+//!
+//! The ways are those of the control-flow graph, told apart by the count so far, the names that the instance has, and what is
+//! known of the conditions that matter. A breadth-first search makes the first way that is found the shortest witness.
+
+mod effects;
+mod entry;
+mod names;
+mod run;
+
+use std::collections::BTreeSet;
+
+use names::{covering_loops, indexes_instance};
+use run::Run;
+
+use super::aliases::Aliases;
+use super::counts::Count;
+use super::slice::{ControlDependence, tracked};
+use super::summary::{Outcome, Summaries, place_of};
+use super::verdict::Gate;
+use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, LoopId, NodeId, Place, Program, Relation, Rounds};
+
+/// What is searched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Region {
+    /// The whole function: one call is one iteration.
+    Function,
+    /// One iteration of a loop.
+    Loop(LoopId),
+}
+
+/// How many states a search may have before it gives up.
+const MAX_STATES: usize = 60_000;
+
+/// Constant trip counts up to this are followed round by round.
+const MAX_ROUNDS: u64 = 16;
+
+/// Where a way is, and what happened on it.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) struct State {
+    pub(super) node: NodeId,
+    pub(super) count: Count,
+    pub(super) in_sample: bool,
+    pub(super) reset: bool,
+    pub(super) partly_reset: bool,
+    pub(super) direct: bool,
+    /// The number of the cause for which nothing is certain any more.
+    pub(super) unknown: Option<u16>,
+    /// The node behind which no update can be reached any more on this way, without one before it.
+    pub(super) skipped_at: Option<NodeId>,
+    /// Why the helper called there skips, if it does so on purpose.
+    pub(super) helper_gate: Option<Gate>,
+    names: u32,
+    masks: u32,
+    rounds: u32,
+}
+
+/// How a way ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum EndKind {
+    /// The next iteration follows.
+    Completes,
+    /// The loop or function is left for good.
+    Exits,
+}
+
+/// A way's end.
+#[derive(Clone, Debug)]
+pub(super) struct End {
+    pub(super) kind: EndKind,
+    pub(super) state: State,
+    /// The number of the state in [`Exploration::states`].
+    pub(super) at: usize,
+    pub(super) returned: u8,
+}
+
+/// All ways through a region.
+#[derive(Debug)]
+pub(super) struct Exploration {
+    pub(super) states: Vec<State>,
+    parents: Vec<Option<usize>>,
+    pub(super) ends: Vec<End>,
+    pub(super) causes: Vec<Cause>,
+    /// Set if the search gave up.
+    pub(super) limit: bool,
+    /// Conditions that could not be told apart, because there are too many.
+    pub(super) dropped: BTreeSet<crate::flow::SubjectId>,
+}
+
+impl Exploration {
+    /// The states of the way to one, in order.
+    pub(super) fn path(&self, at: usize) -> Vec<usize> {
+        let mut path = vec![at];
+        let mut at = at;
+        while let Some(parent) = self.parents[at] {
+            path.push(parent);
+            at = parent;
+        }
+        path.reverse();
+        path
+    }
+}
+
+/// What is searched for.
+pub(super) struct Search<'a> {
+    pub(super) program: &'a Program<'a>,
+    pub(super) graph: &'a ControlFlowGraph,
+    pub(super) aliases: &'a Aliases,
+    pub(super) summaries: &'a Summaries,
+    pub(super) instance: &'a Place,
+    pub(super) law: usize,
+    /// Loops whose updates count once for each of their rounds.
+    pub(super) sample_loops: BTreeSet<LoopId>,
+    /// Loops that visit each element of the collection that the instance is an element of.
+    covering: BTreeSet<LoopId>,
+    dependence: std::rc::Rc<ControlDependence>,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn with_dependence(
+        program: &'a Program<'a>,
+        graph: &'a ControlFlowGraph,
+        aliases: &'a Aliases,
+        summaries: &'a Summaries,
+        instance: &'a Place,
+        law: usize,
+        dependence: std::rc::Rc<ControlDependence>,
+    ) -> Self {
+        let covering = covering_loops(graph, aliases, instance);
+        let mut search = Self {
+            program,
+            graph,
+            aliases,
+            summaries,
+            instance,
+            law,
+            sample_loops: BTreeSet::new(),
+            covering,
+            dependence,
+        };
+        search.sample_loops = search.own_cycles();
+        search
+    }
+
+    /// Whether a loop visits each element once, the instance among them.
+    pub(super) fn covers(&self, id: LoopId) -> bool {
+        self.covering.contains(&id)
+    }
+
+    /// Whether a loop binds the instance or its index, so that it is no cycle of it.
+    pub(super) fn binds(&self, id: LoopId) -> bool {
+        self.covers(id) || indexes_instance(self.aliases, self.graph.loop_info(id), self.instance)
+    }
+
+    /// Loops of a called function that are cycles of their own: those whose number of rounds is not known.
+    fn own_cycles(&self) -> BTreeSet<LoopId> {
+        (0u32..)
+            .zip(&self.graph.loops)
+            .filter(|(number, info)| !matches!(info.rounds, Rounds::Constant(_)) && !self.covers(LoopId(*number)))
+            .map(|(number, _)| LoopId(number))
+            .collect()
+    }
+
+    /// The nodes at which something may happen to the instance, whatever its names.
+    pub(super) fn touching(&self) -> BTreeSet<NodeId> {
+        self.graph.node_ids().filter(|id| self.touches(*id, true)).collect()
+    }
+
+    /// The nodes that may update it.
+    pub(super) fn updating(&self) -> BTreeSet<NodeId> {
+        self.graph.node_ids().filter(|id| self.touches(*id, false)).collect()
+    }
+
+    /// The nodes behind which nothing is known of it.
+    pub(super) fn unknown(&self) -> BTreeSet<NodeId> {
+        let is_unknown = |id: &NodeId| match &self.graph.node(*id).effect {
+            Effect::Unknown { places, .. } => places.iter().any(|place| self.may_be(place, false)),
+            Effect::Call(site) => site.targets.iter().any(|target| {
+                self.summaries.get(*target).is_some_and(|summary| {
+                    summary.outcomes.iter().any(|(given, outcomes)| {
+                        outcomes.iter().any(|outcome| outcome.unknown.is_some())
+                            && place_of(given, site).is_some_and(|place| self.may_be(&place, false))
+                    })
+                })
+            }),
+            _ => false,
+        };
+        self.graph.node_ids().filter(is_unknown).collect()
+    }
+
+    /// Why nothing is known of the instance, where something unseen gets it.
+    pub(super) fn unknown_cause(&self) -> Option<Cause> {
+        let node = self.unknown().into_iter().next()?;
+        match &self.graph.node(node).effect {
+            Effect::Unknown { cause, .. } => Some(cause.clone()),
+            Effect::Call(site) => site.targets.iter().find_map(|target| {
+                let outcomes = self.summaries.get(*target)?.outcomes.values();
+                outcomes.flatten().find_map(|outcome| outcome.unknown.clone())
+            }),
+            _ => None,
+        }
+    }
+
+    fn touches(&self, id: NodeId, any: bool) -> bool {
+        match &self.graph.node(id).effect {
+            Effect::Update(update) => self.may_be(&update.place, true),
+            Effect::Call(site) => self.call_touches(site, any),
+            Effect::Reset { place, .. } => any && self.may_be(place, false),
+            Effect::Unknown { places, .. } => any && places.iter().any(|place| self.may_be(place, false)),
+            Effect::Write(write) => any && !write.rebinds && self.may_be(&write.place, false),
+            Effect::Set(set) => any && set.from.as_ref().is_some_and(|from| self.may_be(from, false)),
+            Effect::Return(_) => any,
+            _ => false,
+        }
+    }
+
+    fn call_touches(&self, site: &CallSite, any: bool) -> bool {
+        site.targets.iter().any(|target| {
+            self.summaries.get(*target).is_some_and(|summary| {
+                summary.outcomes.iter().any(|(given, outcomes)| {
+                    !(site.is_law && given.is_self())
+                        && (any || outcomes.iter().any(|outcome| outcome.count != Count::Zero))
+                        && place_of(given, site).is_some_and(|place| self.may_be(&place, true))
+                })
+            })
+        })
+    }
+
+    /// Whether a place may be the instance, or hold it unless it must be exact.
+    fn may_be(&self, place: &Place, exact: bool) -> bool {
+        self.aliases.roots(place).iter().any(|root| match root.relate(self.instance, &|_| None) {
+            Relation::Holds(rest) | Relation::MayHold(_, rest) => !exact || rest.is_empty(),
+            Relation::Part | Relation::Apart => false,
+        })
+    }
+
+    /// The ways through the whole function, as its callers see them.
+    pub(super) fn outcomes(&self, region: Region) -> Vec<Outcome> {
+        let exploration = self.explore(region, &[(NodeId(0), None)]);
+        let mut outcomes: BTreeSet<Outcome> = BTreeSet::new();
+        for end in &exploration.ends {
+            outcomes.insert(Outcome {
+                count: end.state.count,
+                reset: end.state.reset,
+                partly_reset: end.state.partly_reset,
+                unknown: end.state.unknown.map(|cause| exploration.causes[cause as usize].clone()),
+                direct: end.state.direct,
+                returned: end.returned,
+                gate: super::gates::of_end(self, region, &exploration, end),
+            });
+        }
+        if exploration.limit {
+            outcomes.insert(Outcome::unknown(Cause::Limit("the function has too many paths".to_owned())));
+        }
+        merge(outcomes)
+    }
+
+    /// Searches a region. Each start is a node with the names that the instance has there, or its own name.
+    pub(super) fn explore(&self, region: Region, starts: &[(NodeId, Option<Entry>)]) -> Exploration {
+        let touching = self.touching();
+        let inside = |node: NodeId| match region {
+            Region::Function => true,
+            Region::Loop(id) => self.graph.is_within(self.graph.node(node).in_loop, id),
+        };
+        let mut touching_inside: BTreeSet<NodeId> = touching.into_iter().filter(|node| inside(*node)).collect();
+        // A filter that is updated when its guard ends is touched there.
+        touching_inside.extend(self.graph.node_ids().filter(|id| {
+            inside(*id)
+                && matches!(&self.graph.node(*id).effect, Effect::Update(update) if self.may_be(&update.place, true))
+        }));
+        let tracked = tracked(self.graph, &self.dependence, &touching_inside, &inside);
+        let mut run = Run::new(self, region, tracked, self.reach(region));
+        for (node, entry) in starts {
+            run.start(*node, entry.as_ref());
+        }
+        run.finish()
+    }
+
+    /// The nodes from which an update can be reached without leaving the iteration.
+    pub(super) fn reach(&self, region: Region) -> Vec<bool> {
+        let graph = self.graph;
+        let mut before: Vec<Vec<NodeId>> = vec![Vec::new(); graph.nodes.len()];
+        for id in graph.node_ids() {
+            if let Region::Loop(own) = region
+                && !graph.is_within(graph.node(id).in_loop, own)
+            {
+                continue;
+            }
+            for next in &graph.node(id).next {
+                let ends = matches!(region, Region::Loop(own) if *next == graph.loop_info(own).head);
+                // The next round of a loop over the elements is another element's.
+                let others = matches!(&graph.node(*next).effect, Effect::LoopHead(inner)
+                    if self.covers(*inner) && graph.is_within(graph.node(id).in_loop, *inner));
+                if !ends && !others {
+                    before[next.0 as usize].push(id);
+                }
+            }
+        }
+        let mut reach = vec![false; graph.nodes.len()];
+        let mut open: Vec<NodeId> = self.updating().into_iter().collect();
+        while let Some(id) = open.pop() {
+            if !std::mem::replace(&mut reach[id.0 as usize], true) {
+                open.extend(before[id.0 as usize].iter().copied());
+            }
+        }
+        reach
+    }
+}
+
+/// What is known where a search begins.
+#[derive(Clone, Debug)]
+pub(super) struct Entry {
+    pub(super) names: Vec<Place>,
+}
+
+/// Ways that differ only in what they give back are one.
+fn merge(outcomes: BTreeSet<Outcome>) -> Vec<Outcome> {
+    let mut merged: Vec<Outcome> = Vec::new();
+    for outcome in outcomes {
+        let same = merged
+            .iter_mut()
+            .find(|other| Outcome { returned: 0, ..(*other).clone() } == Outcome { returned: 0, ..outcome.clone() });
+        match same {
+            Some(other) => other.returned |= outcome.returned,
+            None => merged.push(outcome),
+        }
+    }
+    merged
+}

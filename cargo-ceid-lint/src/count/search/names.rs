@@ -1,0 +1,178 @@
+//! The names that an instance has: what assignments, borrows and the rounds of loops do to them.
+
+use super::{MAX_ROUNDS, Search};
+use crate::count::aliases::Aliases;
+use crate::flow::{Assignment, CallSite, ControlFlowGraph, IndexKey, LoopId, Place, Projection, Relation, Rounds, Var};
+use std::collections::BTreeSet;
+
+impl Search<'_> {
+    /// The names after a value is given to a place, and whether the instance itself is replaced.
+    pub(super) fn renamed(
+        &self,
+        names: &[Place],
+        set: &Assignment,
+        value: &dyn Fn(Var) -> Option<u64>,
+    ) -> (Vec<Place>, bool) {
+        let mut gained: Vec<Place> = Vec::new();
+        let mut lost: Vec<Place> = Vec::new();
+        if let Some(from) = &set.from {
+            for name in names {
+                if let Relation::Holds(rest) = from.relate(name, value) {
+                    gained.push(set.place.join(&rest));
+                    if set.by_move && *from != set.place {
+                        lost.push(name.clone());
+                    }
+                }
+            }
+        }
+        let mut replaced = false;
+        let mut kept: Vec<Place> = Vec::new();
+        for name in names {
+            if lost.contains(name) && !gained.contains(name) {
+                continue;
+            }
+            match set.place.relate(name, value) {
+                Relation::Holds(_) if !gained.contains(name) => {
+                    if set.rebinds {
+                        continue;
+                    }
+                    replaced = gained.is_empty();
+                    kept.push(name.clone());
+                }
+                _ => kept.push(name.clone()),
+            }
+        }
+        kept.extend(gained);
+        kept.sort();
+        kept.dedup();
+        (kept, replaced)
+    }
+
+    /// The names after a call that may give back a borrow; one for each part that it may be.
+    pub(super) fn borrowed(&self, names: &[Place], site: &CallSite) -> Vec<Vec<Place>> {
+        let result = Place::var(site.result);
+        let base: Vec<Place> = names.iter().filter(|name| name.base != result.base).cloned().collect();
+        // Borrows of one part of the result exclude each other; those of several parts are there together.
+        let mut all = vec![base.clone()];
+        let mut parts: Vec<(&[Projection], Vec<Vec<Place>>)> = Vec::new();
+        for target in &site.targets {
+            for borrow in self.summaries.returns(*target) {
+                let Some(place) = site.args.get(borrow.param).and_then(|arg| arg.place.as_ref()) else { continue };
+                let from = place.join(&borrow.steps);
+                let part = result.join(&borrow.part);
+                let gained: Vec<Place> = base
+                    .iter()
+                    .filter_map(|name| match from.relate(name, &|_| None) {
+                        Relation::Holds(rest) => Some(part.join(&rest)),
+                        _ => None,
+                    })
+                    .collect();
+                match parts.iter_mut().find(|(own, _)| *own == borrow.part.as_slice()) {
+                    Some((_, ways)) if ways.contains(&gained) => {}
+                    Some((_, ways)) => ways.push(gained),
+                    None => parts.push((&borrow.part, vec![gained])),
+                }
+            }
+        }
+        for (_, ways) in parts {
+            let before = std::mem::take(&mut all);
+            for names in before {
+                for gained in &ways {
+                    let mut names = names.clone();
+                    names.extend(gained.iter().cloned());
+                    names.sort();
+                    names.dedup();
+                    if !all.contains(&names) && all.len() < 16 {
+                        all.push(names);
+                    }
+                }
+            }
+        }
+        all
+    }
+
+    /// The names without those that last for one round of a loop.
+    pub(super) fn without_items(&self, names: &[Place], id: LoopId) -> Vec<Place> {
+        let info = self.graph.loop_info(id);
+        names
+            .iter()
+            .filter(|name| {
+                let is_item = name.base_var().is_some_and(|var| info.items.iter().any(|(item, _)| *item == var));
+                let is_indexed = info
+                    .counter
+                    .is_some_and(|(counter, _)| name.steps.contains(&Projection::Index(IndexKey::Var(counter))));
+                (!is_item && !is_indexed) || **name == *self.instance
+            })
+            .cloned()
+            .collect()
+    }
+
+    /// The names in the round that is the instance's own.
+    pub(super) fn with_items(&self, names: &[Place], id: LoopId) -> Vec<Place> {
+        let info = self.graph.loop_info(id);
+        let mut all = names.to_vec();
+        for (item, source) in &info.items {
+            for name in names {
+                if let Some(rest) = element_rest(source, name) {
+                    all.push(Place::var(*item).join(&rest));
+                }
+            }
+        }
+        if let Some((counter, _)) = info.counter {
+            for name in names {
+                for (at, step) in name.steps.iter().enumerate() {
+                    if matches!(step, Projection::Index(IndexKey::Each | IndexKey::Number(_) | IndexKey::Named(_))) {
+                        let mut indexed = name.clone();
+                        indexed.steps[at] = Projection::Index(IndexKey::Var(counter));
+                        all.push(indexed);
+                    }
+                }
+            }
+        }
+        all.sort();
+        all.dedup();
+        all
+    }
+}
+
+/// The steps of a name behind an element of a collection; a whole collection is handed out by chunks.
+fn element_rest(source: &Place, name: &Place) -> Option<Vec<Projection>> {
+    if source.base != name.base || source.steps.len() > name.steps.len() {
+        return None;
+    }
+    let matches = source.steps.iter().zip(&name.steps).all(|(left, right)| match (left, right) {
+        (Projection::Index(IndexKey::Each), Projection::Index(_)) => true,
+        (left, right) => left == right,
+    });
+    matches.then(|| name.steps[source.steps.len()..].to_vec())
+}
+
+/// Whether a loop's counter is the index of the instance.
+pub(super) fn indexes_instance(aliases: &Aliases, info: &crate::flow::LoopInfo, instance: &Place) -> bool {
+    info.indexes.iter().flat_map(|collection| aliases.roots(collection)).any(|root| {
+        root.base == instance.base
+            && root.steps.len() < instance.steps.len()
+            && root.steps[..] == instance.steps[..root.steps.len()]
+            && matches!(instance.steps[root.steps.len()], Projection::Index(_))
+    })
+}
+
+/// Loops that visit each element of the collection that the instance is an element of.
+pub(super) fn covering_loops(graph: &ControlFlowGraph, aliases: &Aliases, instance: &Place) -> BTreeSet<LoopId> {
+    let mut found = BTreeSet::new();
+    for (number, info) in (0u32..).zip(&graph.loops) {
+        let of_items = info
+            .items
+            .iter()
+            .any(|(_, source)| aliases.roots(source).iter().any(|root| element_rest(root, instance).is_some()));
+        // A loop that counts to a constant and does not stand for each element is followed round by round.
+        let exact = matches!(info.rounds, Rounds::Constant(count) if count <= MAX_ROUNDS)
+            && info.counter.is_some_and(|(_, first)| first.is_some())
+            && !instance.stands_for_each();
+        let of_index = !exact && indexes_instance(aliases, info, instance);
+        if (of_items || of_index) && info.rounds != Rounds::Unbounded {
+            found.insert(LoopId(number));
+        }
+    }
+    found
+}

@@ -1,0 +1,450 @@
+//! One search at work: its states, what each effect does to them, and how ways end.
+
+use std::collections::{HashMap, VecDeque};
+
+use super::{End, EndKind, Entry, Exploration, MAX_ROUNDS, MAX_STATES, Region, Search, State};
+use crate::count::counts::Count;
+use crate::count::slice::Tracked;
+use crate::count::summary::returned;
+use crate::flow::{
+    Cause, Effect, IndexKey, LoopId, NodeId, OTHER_HEADS, Place, Projection, Relation, Rounds, Test, Var,
+};
+
+#[derive(Default)]
+pub(super) struct Interner<T> {
+    values: Vec<T>,
+    known: HashMap<T, u32>,
+}
+
+impl<T: Clone + Eq + std::hash::Hash> Interner<T> {
+    pub(super) fn intern(&mut self, value: T) -> u32 {
+        if let Some(id) = self.known.get(&value) {
+            return *id;
+        }
+        let id = u32::try_from(self.values.len()).unwrap_or(u32::MAX);
+        self.values.push(value.clone());
+        self.known.insert(value, id);
+        id
+    }
+
+    pub(super) fn get(&self, id: u32) -> &T {
+        &self.values[id as usize]
+    }
+}
+
+/// How far each loop that is counted has come.
+pub(super) type RoundsDone = Vec<(LoopId, u64)>;
+
+pub(super) struct Run<'s, 'a> {
+    pub(super) search: &'s Search<'a>,
+    pub(super) region: Region,
+    pub(super) tracked: Tracked,
+    pub(super) names: Interner<Vec<Place>>,
+    pub(super) masks: Interner<Vec<u32>>,
+    pub(super) rounds: Interner<RoundsDone>,
+    pub(super) exploration: Exploration,
+    /// The nodes from which an update can still be reached in the iteration.
+    pub(super) reach: Vec<bool>,
+    pub(super) seen: HashMap<State, usize>,
+    pub(super) queue: VecDeque<usize>,
+}
+
+impl<'s, 'a> Run<'s, 'a> {
+    pub(super) fn new(search: &'s Search<'a>, region: Region, tracked: Tracked, reach: Vec<bool>) -> Self {
+        Self {
+            search,
+            region,
+            tracked,
+            names: Interner { values: Vec::new(), known: HashMap::new() },
+            masks: Interner { values: Vec::new(), known: HashMap::new() },
+            rounds: Interner { values: Vec::new(), known: HashMap::new() },
+            exploration: Exploration {
+                states: Vec::new(),
+                parents: Vec::new(),
+                ends: Vec::new(),
+                causes: Vec::new(),
+                limit: false,
+                dropped: std::collections::BTreeSet::new(),
+            },
+            reach,
+            seen: HashMap::new(),
+            queue: VecDeque::new(),
+        }
+    }
+
+    /// Follows all ways to their ends.
+    pub(super) fn finish(mut self) -> Exploration {
+        while let Some(at) = self.queue.pop_front() {
+            let state = self.exploration.states[at].clone();
+            self.step(at, &state);
+        }
+        self.exploration.dropped.clone_from(&self.tracked.dropped);
+        self.exploration
+    }
+
+    pub(super) fn start(&mut self, node: NodeId, entry: Option<&Entry>) {
+        let names = entry.map_or_else(|| vec![self.search.instance.clone()], |entry| entry.names.clone());
+        let names = self.names.intern(names);
+        let all: Vec<u32> = self.tracked.subjects.iter().map(|id| self.search.known_before(self.region, *id)).collect();
+        let masks = self.masks.intern(all);
+        let rounds = self.rounds.intern(Vec::new());
+        let state = State {
+            node,
+            count: Count::Zero,
+            in_sample: false,
+            reset: false,
+            partly_reset: false,
+            direct: false,
+            unknown: None,
+            skipped_at: None,
+            helper_gate: None,
+            names,
+            masks,
+            rounds,
+        };
+        self.push(state, None);
+    }
+
+    fn push(&mut self, state: State, parent: Option<usize>) {
+        if self.seen.contains_key(&state) {
+            return;
+        }
+        if self.exploration.states.len() >= MAX_STATES {
+            self.exploration.limit = true;
+            return;
+        }
+        let at = self.exploration.states.len();
+        self.exploration.states.push(state.clone());
+        self.exploration.parents.push(parent);
+        self.seen.insert(state, at);
+        self.queue.push_back(at);
+    }
+
+    /// Follows an edge: the way may end with it.
+    fn follow(&mut self, at: usize, state: State, to: NodeId) {
+        let graph = self.search.graph;
+        let mut state = state;
+        let ends = matches!(self.region, Region::Loop(id) if to == graph.loop_info(id).head);
+        if state.count == Count::Zero
+            && state.skipped_at.is_none()
+            && self.reach[state.node.0 as usize]
+            && (ends || !self.reach[to.0 as usize])
+        {
+            state.skipped_at = Some(state.node);
+        }
+        if let Region::Loop(id) = self.region {
+            if to == graph.loop_info(id).head {
+                self.end(EndKind::Completes, at, &state, returned::ANY);
+                // What is known at the end of an iteration is known at the beginning of the next.
+                let next = State {
+                    node: to,
+                    count: Count::Zero,
+                    in_sample: false,
+                    reset: false,
+                    partly_reset: false,
+                    direct: false,
+                    unknown: None,
+                    skipped_at: None,
+                    helper_gate: None,
+                    ..state
+                };
+                self.push(next, None);
+                return;
+            }
+            if !graph.is_within(graph.node(to).in_loop, id) {
+                self.end(EndKind::Exits, at, &state, returned::ANY);
+                return;
+            }
+        }
+        let in_sample = state.in_sample
+            && graph
+                .loops_around(to)
+                .any(|id| self.search.sample_loops.contains(&id) && self.region != Region::Loop(id));
+        self.push(State { node: to, in_sample, ..state }, Some(at));
+    }
+
+    fn end(&mut self, kind: EndKind, at: usize, state: &State, returned: u8) {
+        self.exploration.ends.push(End { kind, state: state.clone(), at, returned });
+    }
+
+    pub(super) fn everywhere(&mut self, at: usize, state: &State) {
+        let next = self.search.graph.node(state.node).next.clone();
+        for to in next {
+            self.follow(at, state.clone(), to);
+        }
+    }
+
+    fn step(&mut self, at: usize, state: &State) {
+        let graph = self.search.graph;
+        let node = graph.node(state.node);
+        match &node.effect {
+            Effect::Nothing | Effect::Mark(_) | Effect::Use { .. } | Effect::GuardStart(_) | Effect::GuardEnd(_) => {
+                self.everywhere(at, state);
+            }
+            Effect::Update(update) if update.law == self.search.law => {
+                let next = self.updated(state, &update.place, update.by_guard);
+                self.everywhere(at, &next);
+            }
+            Effect::Update(_) => self.everywhere(at, state),
+            Effect::Reset { place, full } => {
+                let mut next = state.clone();
+                if self.holds(state, place) {
+                    next.reset |= *full;
+                    next.partly_reset |= !*full;
+                }
+                self.everywhere(at, &next);
+            }
+            Effect::Call(site) => self.call(at, state, site),
+            Effect::Set(set) => self.assign(at, state, set),
+            Effect::Write(write) => self.assign(at, state, write),
+            Effect::Unknown { places, cause } => {
+                let mut next = state.clone();
+                if places.iter().any(|place| self.may_hold(state, place)) {
+                    next.unknown = Some(self.cause(cause));
+                }
+                for place in places {
+                    next.masks = self.killed(next.masks, place);
+                }
+                self.everywhere(at, &next);
+            }
+            Effect::Branch(test) => self.branch(at, state, test),
+            Effect::LoopEnter(id) => {
+                let mut rounds = self.rounds.get(state.rounds).clone();
+                rounds.retain(|(open, _)| open != id);
+                let rounds = self.rounds.intern(rounds);
+                self.everywhere(at, &State { rounds, ..state.clone() });
+            }
+            Effect::LoopHead(id) => self.head(at, state, *id),
+            Effect::Fork => {
+                if let Some(here) = node.next.first().copied() {
+                    self.follow(at, state.clone(), here);
+                }
+            }
+            Effect::Return(value) => {
+                let heads = match (&value.head, value.same_as) {
+                    (Some(head), _) => returned::bit(head),
+                    (None, Some(var)) => self.heads_of(state, var),
+                    (None, None) => returned::ANY,
+                };
+                let kind = if self.region == Region::Function { EndKind::Completes } else { EndKind::Exits };
+                self.end(kind, at, state, heads);
+            }
+            Effect::Diverge | Effect::End => {}
+        }
+    }
+
+    /// What is known of the heads of a variable.
+    fn heads_of(&self, state: &State, var: Var) -> u8 {
+        let graph = self.search.graph;
+        let place = Place::var(var);
+        let tracked =
+            self.tracked.subjects.iter().position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&place));
+        let Some(tracked) = tracked else { return returned::ANY };
+        let subject = &graph.subjects[self.tracked.subjects[tracked].0 as usize];
+        let mask = self.masks.get(state.masks)[tracked];
+        let mut heads = 0;
+        for (number, head) in subject.heads.iter().enumerate() {
+            if mask & (1 << number) != 0 {
+                heads |= returned::bit(head);
+            }
+        }
+        if mask & OTHER_HEADS != 0 {
+            heads |= returned::OTHER;
+        }
+        heads
+    }
+
+    pub(super) fn cause(&mut self, cause: &Cause) -> u16 {
+        let at = match self.exploration.causes.iter().position(|known| known == cause) {
+            Some(at) => at,
+            None => {
+                self.exploration.causes.push(cause.clone());
+                self.exploration.causes.len() - 1
+            }
+        };
+        u16::try_from(at).unwrap_or(u16::MAX)
+    }
+
+    /// The number that a counter has in the round at hand.
+    pub(super) fn number(&self, state: &State, var: Var) -> Option<u64> {
+        let rounds = self.rounds.get(state.rounds);
+        rounds.iter().find_map(|(id, done)| {
+            let (counter, first) = self.search.graph.loop_info(*id).counter?;
+            (counter == var && *done > 0).then_some(first? + done - 1)
+        })
+    }
+
+    pub(super) fn relations(&self, state: &State, place: &Place) -> Vec<Relation> {
+        let names = self.names.get(state.names);
+        names.iter().map(|name| place.relate(name, &|var| self.number(state, var))).collect()
+    }
+
+    /// As [`Self::relations`], where an element that stands for each is the one that the instance is.
+    pub(super) fn relations_to_each(&self, state: &State, place: &Place) -> Vec<Relation> {
+        if !place.stands_for_each() {
+            return self.relations(state, place);
+        }
+        let names = self.names.get(state.names);
+        let own = |name: &Place| {
+            let mut place = place.clone();
+            for (step, of_name) in place.steps.iter_mut().zip(&name.steps) {
+                if *step == Projection::Index(IndexKey::Each) && matches!(of_name, Projection::Index(_)) {
+                    step.clone_from(of_name);
+                }
+            }
+            place.relate(name, &|var| self.number(state, var))
+        };
+        names.iter().map(own).collect()
+    }
+
+    fn holds(&self, state: &State, place: &Place) -> bool {
+        self.relations(state, place).iter().any(|relation| matches!(relation, Relation::Holds(_)))
+    }
+
+    fn may_hold(&self, state: &State, place: &Place) -> bool {
+        self.relations(state, place)
+            .iter()
+            .any(|relation| matches!(relation, Relation::Holds(_) | Relation::MayHold(..)))
+    }
+
+    /// The state after a law ran at a place.
+    fn updated(&mut self, state: &State, place: &Place, by_guard: bool) -> State {
+        let mut next = state.clone();
+        let relations = self.relations(state, place);
+        let exact = relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if rest.is_empty()));
+        if exact {
+            self.add(&mut next, Count::One);
+            next.direct |= !by_guard;
+            return next;
+        }
+        let doubt = relations.into_iter().find_map(|relation| match relation {
+            Relation::MayHold(text, rest) if rest.is_empty() => Some(text),
+            _ => None,
+        });
+        if let Some(text) = doubt
+            && !self.is_other_round(state, place)
+        {
+            let cause = Cause::Index(self.spell(place, &text).to_string());
+            next.unknown = Some(self.cause(&cause));
+        }
+        next
+    }
+
+    pub(super) fn spell(&self, place: &Place, _text: &str) -> String {
+        self.search.graph.place_name(self.search.program.index, place)
+    }
+
+    /// Whether a place is indexed with the counter of a loop that visits each element: in a round that is not the instance's own
+    /// it names another element.
+    pub(super) fn is_other_round(&self, state: &State, place: &Place) -> bool {
+        let graph = self.search.graph;
+        place.steps.iter().any(|step| match step {
+            Projection::Index(IndexKey::Var(var)) => graph.loops_around(state.node).any(|id| {
+                self.search.covers(id) && graph.loop_info(id).counter.is_some_and(|(counter, _)| counter == *var)
+            }),
+            _ => false,
+        })
+    }
+
+    /// Adds to the count; updates in a loop that is a cycle of its own count once for all its rounds.
+    pub(super) fn add(&self, state: &mut State, count: Count) {
+        let graph = self.search.graph;
+        let in_sample = graph
+            .loops_around(state.node)
+            .take_while(|id| self.region != Region::Loop(*id))
+            .any(|id| self.search.sample_loops.contains(&id));
+        if in_sample && count != Count::Zero {
+            if state.in_sample && state.count == Count::PerSample {
+                return;
+            }
+            state.in_sample = true;
+            state.count = state.count.then(Count::PerSample);
+            return;
+        }
+        state.count = state.count.then(count);
+    }
+
+    fn branch(&mut self, at: usize, state: &State, test: &Test) {
+        let next = self.search.graph.node(state.node).next.clone();
+        let tracked = test.subject.and_then(|subject| self.tracked.subjects.iter().position(|id| *id == subject));
+        for (number, to) in next.into_iter().enumerate() {
+            let heads = if number == 0 { test.holds } else { test.fails };
+            let mut after = state.clone();
+            if let Some(tracked) = tracked {
+                let mut all = self.masks.get(state.masks).clone();
+                all[tracked] &= heads;
+                if all[tracked] == 0 {
+                    continue;
+                }
+                after.masks = self.masks.intern(all);
+            }
+            self.follow(at, after, to);
+        }
+    }
+
+    /// Another round of a loop, or no more.
+    fn head(&mut self, at: usize, state: &State, id: LoopId) {
+        let graph = self.search.graph;
+        let info = graph.loop_info(id);
+        let next = graph.node(state.node).next.clone();
+        let [round, rest @ ..] = next.as_slice() else { return };
+        let names = self.names.get(state.names).clone();
+        let plain = self.search.without_items(&names, id);
+        let plain_id = self.names.intern(plain.clone());
+        let state = State { names: plain_id, ..state.clone() };
+        let mut rounds = self.rounds.get(state.rounds).clone();
+        let done = rounds.iter().find(|(open, _)| *open == id).map_or(0, |(_, done)| *done);
+        let is_region = self.region == Region::Loop(id);
+        if self.search.covers(id) && !is_region {
+            let own = self.search.with_items(&plain, id);
+            let own = self.names.intern(own);
+            if done == 0 {
+                rounds.push((id, 1));
+                let visited = self.rounds.intern(rounds);
+                self.follow(at, State { names: own, rounds: visited, ..state.clone() }, *round);
+            }
+            self.follow(at, state.clone(), *round);
+            if done > 0 || info.passes_over {
+                for to in rest {
+                    self.follow(at, state.clone(), *to);
+                }
+            }
+            return;
+        }
+        if let Rounds::Constant(count) = info.rounds
+            && !is_region
+        {
+            let last = count.min(MAX_ROUNDS);
+            if done < last || (count > MAX_ROUNDS && done == last) {
+                let now = (done + 1).min(last);
+                rounds.retain(|(open, _)| *open != id);
+                rounds.push((id, now));
+                let more = self.rounds.intern(rounds);
+                let mut after = State { rounds: more, ..state.clone() };
+                if let Some((counter, first)) = info.counter {
+                    after.masks = self.killed(after.masks, &Place::var(counter));
+                    if count <= MAX_ROUNDS
+                        && let Some(first) = first
+                    {
+                        after.masks = self.with_number(after.masks, counter, first + now - 1);
+                    }
+                }
+                self.follow(at, after, *round);
+            }
+            if done >= last || (info.passes_over) {
+                for to in rest {
+                    self.follow(at, state.clone(), *to);
+                }
+            }
+            return;
+        }
+        let mut after = state.clone();
+        if let Some((counter, _)) = info.counter {
+            after.masks = self.killed(after.masks, &Place::var(counter));
+        }
+        self.follow(at, after, *round);
+        for to in rest {
+            self.follow(at, state.clone(), *to);
+        }
+    }
+}
