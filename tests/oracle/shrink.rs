@@ -8,9 +8,38 @@ pub(crate) fn candidates(program: &Program) -> Vec<Program> {
     for items in smaller(&program.items) {
         all.push(Program { items, ..program.clone() });
     }
+    for name in variables(&program.items) {
+        all.push(Program { items: without(&program.items, &name), ..program.clone() });
+    }
     all.retain(declares_what_it_uses);
     all.sort_by_key(|candidate| size(&candidate.items));
     all
+}
+
+/// The variables that are assigned.
+fn variables(nodes: &[Node]) -> Vec<String> {
+    let variables = |node: &Node| match node {
+        Node::Line(line) => {
+            let name = line.strip_prefix("let mut ").and_then(|rest| rest.split_once(" = "));
+            name.map(|(name, _)| name.to_owned()).into_iter().collect()
+        }
+        Node::Block(block) => block.arms.iter().flat_map(|arm| variables(&arm.body)).collect::<Vec<_>>(),
+    };
+    nodes.iter().flat_map(variables).collect()
+}
+
+/// The statements without a variable and its assignments.
+fn without(nodes: &[Node], name: &str) -> Vec<Node> {
+    let assigns = |line: &str| line.strip_prefix("let mut ").unwrap_or(line).starts_with(&format!("{name} = "));
+    let without = |node: &Node| match node {
+        Node::Line(line) => (!assigns(line)).then(|| node.clone()),
+        Node::Block(block) => {
+            let mut block = block.clone();
+            block.arms.iter_mut().for_each(|arm| arm.body = without(&arm.body, name));
+            Some(Node::Block(block))
+        }
+    };
+    nodes.iter().filter_map(without).collect()
 }
 
 /// Whether every numbered name is declared somewhere, and the program still runs something: cheap to see, and true of

@@ -36,7 +36,9 @@ impl Generator {
                 .places
                 .iter()
                 .filter(|place| {
-                    let fits = if helper.is_generic { !place.spelled.contains('(') } else { !place.is_abstract };
+                    // A lock in a condition would be held in the branch, too.
+                    let can_lock = !helper.is_generic && helper.returns == Returns::Unit;
+                    let fits = (can_lock || !place.spelled.contains('(')) && (helper.is_generic || !place.is_abstract);
                     fits && !roots.contains(&place.root)
                 })
                 .collect();
