@@ -61,7 +61,7 @@ fn cases_compile() {
 
 #[test]
 fn workspaces_compile() {
-    for name in ["figure3_legacy", "figure3_guarded", "two_crates", "path_modules", "configured"] {
+    for name in ["figure3_legacy", "figure3_guarded", "two_crates", "path_modules"] {
         let manifest = workspace::committed(name).join("Cargo.toml");
         cargo_check(&manifest, "fixtures_compile_target", &["--workspace"]);
     }

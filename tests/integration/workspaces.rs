@@ -55,11 +55,6 @@ fn modules_by_path_and_by_feature() {
 }
 
 #[test]
-fn filters_declared_by_configuration() {
-    check("configured");
-}
-
-#[test]
 fn every_workspace_that_expects_something_is_tested() {
     let tests = include_str!("workspaces.rs");
     for entry in std::fs::read_dir(root().join("fixtures/workspaces")).expect("the workspaces are committed") {

@@ -180,11 +180,6 @@ fn is_instance(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
     }
 }
 
-/// The cycle of one update among the loops around it, innermost first.
-#[expect(
-    clippy::too_many_arguments,
-    reason = "the choice depends on all of it, and a struct would be made for one call"
-)]
 /// The fields of types that some cycle updates.
 fn updated_fields(index: &Index, facts: &[FunctionFacts<'_>], in_cycle: &BTreeSet<FunctionId>) -> BTreeSet<FieldKey> {
     let mut found = BTreeSet::new();

@@ -71,6 +71,11 @@ pub(super) fn choose_cycles(
     Instance { place: search.instance.clone(), loops: outer, function, sample_loops }
 }
 
+/// The cycle of one update among the loops around it, innermost first.
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the choice depends on all of it, and a struct would be made for one call"
+)]
 fn choose(
     graph: &ControlFlowGraph,
     aliases: &Aliases,

@@ -8,6 +8,7 @@ use proc_macro2::{TokenStream, TokenTree};
 use super::depth::{Excess, MAX_LINKS, MAX_NESTING, check_depth};
 use super::lower::Lowerer;
 use super::lower::attrs::Attrs;
+use super::macros::OwnMacros;
 use super::tree::Item;
 use super::{RootModule, cfg_eval::Presence};
 use crate::diagnostic::Problem;
@@ -31,6 +32,8 @@ pub(super) struct Loader<'a> {
     loads: usize,
     /// Names of the crate's own macros seen so far: they hide the known ones.
     pub(super) own_macros: BTreeSet<String>,
+    /// The rules of those that were lowered so far.
+    pub(super) own: OwnMacros,
 }
 
 /// Where the modules of a module are looked for.
@@ -84,7 +87,16 @@ impl<'a> Loader<'a> {
         files: &'a mut FileSet,
         problems: &'a mut Vec<Problem>,
     ) -> Self {
-        Self { cfg, edition, files, problems, open: Vec::new(), loads: 0, own_macros: BTreeSet::new() }
+        Self {
+            cfg,
+            edition,
+            files,
+            problems,
+            open: Vec::new(),
+            loads: 0,
+            own_macros: BTreeSet::new(),
+            own: OwnMacros::default(),
+        }
     }
 
     pub(super) fn root(mut self, path: &Path) -> RootModule {

@@ -34,7 +34,11 @@ impl Gates<'_, '_> {
     pub(super) fn is_unchanging(&self, test: &Test, at: NodeId) -> bool {
         let graph = self.search.graph;
         let _ = at;
-        !test.about.reads.is_empty()
+        // What a call gave back may be another value every time.
+        let is_named = |place: &Place| place.base_var().is_none_or(|var| !graph.var(var).name.is_empty());
+        let subject = test.subject.map(|id| &graph.subjects[id.0 as usize]);
+        subject.is_none_or(|subject| subject.reads.iter().all(is_named))
+            && !test.about.reads.is_empty()
             && test.about.reads.iter().all(|place| {
                 let declared_inside = match (self.region, place.base_var()) {
                     (Region::Loop(own), Some(var)) => graph.is_within(graph.var(var).in_loop, own),

@@ -8,12 +8,41 @@ use crate::syntax::text::mentions;
 use crate::syntax::tree::{AssocItem, AssocKind, OpaqueMacro, ValueItem};
 
 impl Lowerer<'_, '_> {
-    pub(super) fn trait_items(&mut self, items: &[syn::TraitItem]) -> Vec<AssocItem> {
-        items.iter().filter_map(|item| self.trait_item(item)).collect()
+    pub(in crate::syntax) fn trait_items(&mut self, items: &[syn::TraitItem]) -> Vec<AssocItem> {
+        let mut lowered = Vec::new();
+        for item in items {
+            if let syn::TraitItem::Macro(call) = item
+                && let Some(own) = self.own_assoc_items(&call.attrs, |low| low.own_trait_items(&call.mac))
+            {
+                lowered.extend(own);
+            } else {
+                lowered.extend(self.trait_item(item));
+            }
+        }
+        lowered
     }
 
-    pub(super) fn impl_items(&mut self, items: &[syn::ImplItem]) -> Vec<AssocItem> {
-        items.iter().filter_map(|item| self.impl_item(item)).collect()
+    pub(in crate::syntax) fn impl_items(&mut self, items: &[syn::ImplItem]) -> Vec<AssocItem> {
+        let mut lowered = Vec::new();
+        for item in items {
+            if let syn::ImplItem::Macro(call) = item
+                && let Some(own) = self.own_assoc_items(&call.attrs, |low| low.own_impl_items(&call.mac))
+            {
+                lowered.extend(own);
+            } else {
+                lowered.extend(self.impl_item(item));
+            }
+        }
+        lowered
+    }
+
+    /// The items that a call of one of the crate's own macros stands for, if it is certain that the call is there.
+    fn own_assoc_items(
+        &mut self,
+        attributes: &[syn::Attribute],
+        items: impl FnOnce(&mut Self) -> Option<Vec<AssocItem>>,
+    ) -> Option<Vec<AssocItem>> {
+        if matches!(self.cfg_key(attributes), Some(None)) { items(self) } else { None }
     }
 
     /// `None` if `cfg` removed it.

@@ -1,11 +1,13 @@
 //! Attributes: what `cfg` says, where `#[path]` points, and the rest as text. Never keeps docs.
 
 use proc_macro2::TokenStream;
+use quote::ToTokens as _;
 use syn::parse::{ParseStream, Parser as _};
 
 use super::{Lowerer, path_text};
 use crate::source::Span;
 use crate::syntax::cfg_eval::{Presence, evaluate, predicate};
+use crate::syntax::text::tokens_text;
 use crate::syntax::tree::{Attribute, CfgKey};
 
 /// What the attributes of something say.
@@ -100,6 +102,11 @@ impl Lowerer<'_, '_> {
 
     /// What follows the path, in the source's spelling.
     fn meta_arguments(&self, meta: &syn::Meta) -> String {
+        // The tokens of a macro's code do not stand in the source as they are.
+        if self.progress.is_inside() {
+            let tokens = tokens_text(&meta.to_token_stream());
+            return tokens.strip_prefix(&path_text(meta.path())).unwrap_or_default().to_owned();
+        }
         match meta {
             syn::Meta::Path(_) => String::new(),
             syn::Meta::List(list) => self.snippet(self.span(list.delimiter.span().join())).to_owned(),

@@ -253,6 +253,7 @@ impl Lowerer<'_, '_> {
         };
         let module = name(&item.ident);
         let mut items = Vec::new();
+        let mark = self.loader.own.mark();
         if let Some((_, content)) = &item.content {
             // An inline module's `#[path]` names a directory.
             let dir = self.dir.inline(&module, head.attrs.module_path(|_| true));
@@ -265,6 +266,9 @@ impl Lowerer<'_, '_> {
                 head.attrs.kept.extend(file.attrs.kept);
                 items = file.items;
             }
+        }
+        if !head.attrs.has("macro_use") {
+            self.loader.own.leave(&mark);
         }
         self.push(out, head, ItemKind::Mod(items));
     }
@@ -337,10 +341,15 @@ impl Lowerer<'_, '_> {
         let Some(head) = self.head_of(&item.attrs, None, item.ident.as_ref(), mac.span, end) else { return };
         if item.ident.is_some() && mac.path == "macro_rules" {
             let exported = head.attrs.has("macro_export");
+            if let Some(ident) = &item.ident {
+                let presence = head.attrs.presence.clone().and(self.given.clone());
+                self.define_macro(ident, &item.mac.tokens, &presence);
+            }
             self.push(out, head, ItemKind::MacroRules { rules: mac.tokens, exported });
             return;
         }
-        if !self.given(head.attrs.presence.clone(), |low| low.known_item_macro(&item.mac, out)) {
+        let is_read = |low: &mut Self| low.known_item_macro(&item.mac, out) || low.own_items(&item.mac, out);
+        if !self.given(head.attrs.presence.clone(), is_read) {
             self.push(out, head, ItemKind::MacroCall(mac));
         }
     }

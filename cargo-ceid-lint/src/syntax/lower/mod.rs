@@ -22,6 +22,7 @@ use syn::ext::IdentExt as _;
 
 use self::attrs::Attrs;
 use super::cfg_eval::Presence;
+use super::macros::Progress;
 use super::modules::{LoadedFile, Loader, ModuleDir};
 use super::text::mentions;
 use super::tree::{Body, Item, OpaqueMacro};
@@ -40,11 +41,14 @@ pub(super) struct Lowerer<'l, 'a> {
     given: Presence,
     /// How many types enclose the one that is lowered.
     type_depth: Cell<usize>,
+    /// How far macros are expanded around what is lowered.
+    pub(super) progress: Progress,
 }
 
 impl<'l, 'a> Lowerer<'l, 'a> {
     pub(super) fn new(loader: &'l mut Loader<'a>, file: FileId, text: Arc<str>, base: usize, dir: ModuleDir) -> Self {
-        Self { loader, file, text, base, dir, given: Presence::Present, type_depth: Cell::new(0) }
+        let (given, type_depth) = (Presence::Present, Cell::new(0));
+        Self { loader, file, text, base, dir, given, type_depth, progress: Progress::default() }
     }
 
     pub(super) fn file(mut self, tree: &syn::File) -> LoadedFile {
@@ -65,7 +69,7 @@ impl<'l, 'a> Lowerer<'l, 'a> {
     pub(in crate::syntax) fn span(&self, span: proc_macro2::Span) -> Span {
         let range = span.byte_range();
         let at = |offset: usize| u32::try_from(self.base + offset).unwrap_or(u32::MAX);
-        Span::new(self.file, at(range.start), at(range.end))
+        self.progress.place(Span::new(self.file, at(range.start), at(range.end)))
     }
 
     pub(super) fn snippet(&self, span: Span) -> &str {

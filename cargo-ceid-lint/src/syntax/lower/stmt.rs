@@ -14,9 +14,11 @@ impl BodyLowerer<'_, '_, '_> {
         self.add(ExprKind::Block(block), span)
     }
 
-    pub(super) fn block(&mut self, block: &syn::Block) -> Block {
+    pub(in crate::syntax) fn block(&mut self, block: &syn::Block) -> Block {
         let mut lowered = Block::default();
+        let mark = self.low.loader.own.mark();
         self.stmts(&block.stmts, &Presence::Present, true, &mut lowered);
+        self.low.loader.own.leave(&mark);
         lowered
     }
 
@@ -93,8 +95,16 @@ impl BodyLowerer<'_, '_, '_> {
         if self.low.given(presence, |low| low.known_item_macro(&stmt.mac, items)) {
             return;
         }
-        let id = self.macro_expr(&stmt.mac);
         let semi = stmt.semi_token.map(|semi| self.span(semi.span));
+        let id = match self.own_stmts(&stmt.mac) {
+            Some(own) if own.declares => {
+                let presence = self.low.attrs(&stmt.attrs).presence.and(given.clone());
+                self.expanding(&stmt.mac, |body| body.stmts(&own.stmts, &presence, is_value, block));
+                return;
+            }
+            Some(own) => self.own_block(&stmt.mac, own.stmts),
+            None => self.macro_expr(&stmt.mac),
+        };
         self.push_expr(id, semi, cfg, is_last, block);
     }
 

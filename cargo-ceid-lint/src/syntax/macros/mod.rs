@@ -1,8 +1,9 @@
-//! Known macros, read as code. Never expands anything: a macro whose tokens do not have the expected shape is opaque, and
-//! so is one that the crate defines itself under a known name.
+//! Macros, read as code: known ones by what they do, the crate's own by their rules. A known one whose tokens do not have
+//! the expected shape is opaque. Never takes one of the crate's own for a known one of the same name.
 
 mod ceid;
 mod cfg_if;
+mod expand;
 mod operands;
 mod select;
 mod statics;
@@ -16,6 +17,7 @@ use super::text::mentions;
 use super::tree::{ExprId, ExprKind, Item, Literal, MacroExpr, MacroKind};
 use crate::source::Span;
 pub(super) use cfg_if::CfgBranch;
+pub(super) use expand::{OwnMacros, Progress};
 
 /// Crates whose macros are known by their path: `tracing::info!`.
 const KNOWN_CRATES: &[&str] = &[
@@ -148,7 +150,10 @@ impl BodyLowerer<'_, '_, '_> {
         if let Some(branches) = self.low.cfg_if_branches(mac) {
             return self.cfg_if_expr(mac, branches);
         }
-        self.known_macro(mac).unwrap_or_else(|| self.opaque_macro(mac))
+        match self.known_macro(mac).or_else(|| self.own_expr(mac)) {
+            Some(id) => id,
+            None => self.opaque_macro(mac),
+        }
     }
 
     pub(super) fn opaque_macro(&mut self, mac: &syn::Macro) -> ExprId {

@@ -5,6 +5,7 @@ mod conditions;
 mod items;
 mod known_macros;
 mod module_tree;
+mod own_macros;
 mod places;
 mod robustness;
 mod show;

@@ -1,0 +1,183 @@
+//! The crate's own `macro_rules!` macros, expanded. Never fails: a call that no rule matches, or that goes on for too long,
+//! stays opaque.
+//!
+//! The tokens of a call's arguments keep their places, and all others get that of the call: that is where somebody can act,
+//! and a macro may be defined in another file. Names are not renamed: what a macro declares for itself stays within the block
+//! that its code becomes.
+
+mod code;
+mod matcher;
+mod rules;
+mod transcribe;
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use proc_macro2::{TokenStream, TokenTree};
+
+use self::rules::{Rule, list, parse_rules};
+use super::shape;
+use crate::source::Span;
+use crate::syntax::cfg_eval::Presence;
+use crate::syntax::lower::{Lowerer, name};
+
+/// How deep the code of macros may call macros.
+const MAX_DEPTH: usize = 32;
+
+/// How many tokens a call in the source may become, the calls in its code included.
+const MAX_TOKENS: usize = 50_000;
+
+/// How deep brackets may be nested in the code of one call: deeper code would need more stack than there is.
+const MAX_NESTING: usize = 100;
+
+/// The rules of a macro.
+#[derive(Debug)]
+struct Rules(Vec<Rule>);
+
+impl Rules {
+    /// `None` if they are not understood.
+    fn parse(tokens: &TokenStream) -> Option<Self> {
+        parse_rules(tokens).map(Self)
+    }
+
+    /// What the first rule that matches stands for.
+    fn expand(&self, arguments: &TokenStream, call: proc_macro2::Span, limit: usize) -> Option<TokenStream> {
+        let arguments = list(arguments);
+        let (rule, bindings) =
+            self.0.iter().find_map(|rule| Some((rule, matcher::match_all(&rule.matcher, &arguments)?)))?;
+        transcribe::transcribe(&rule.transcriber, &bindings, call, limit)
+    }
+}
+
+/// The macros of the crate that were met so far. Without rules, a macro is known to be there but not what it stands for.
+#[derive(Default)]
+pub(in crate::syntax) struct OwnMacros {
+    /// Those that are in scope by their order in the text, the innermost last.
+    in_scope: Vec<(String, Option<Rc<Rules>>)>,
+    /// All of them, for calls by path and by import.
+    anywhere: BTreeMap<String, Option<Rc<Rules>>>,
+}
+
+/// Marks what is in scope, to go back to it.
+pub(in crate::syntax) struct ScopeMark(usize);
+
+impl OwnMacros {
+    pub(in crate::syntax) fn mark(&self) -> ScopeMark {
+        ScopeMark(self.in_scope.len())
+    }
+
+    /// Forgets the macros of a module or block that ends.
+    pub(in crate::syntax) fn leave(&mut self, mark: &ScopeMark) {
+        self.in_scope.truncate(mark.0);
+    }
+
+    fn rules(&self, path: &syn::Path) -> Option<Rc<Rules>> {
+        let names: Vec<String> = path.segments.iter().map(|segment| name(&segment.ident)).collect();
+        match names.as_slice() {
+            [only] => match self.in_scope.iter().rfind(|(name, _)| name == only) {
+                Some((_, rules)) => rules.clone(),
+                // It may be imported, but a known one is more likely to be.
+                None if shape(only).is_none() && path.leading_colon.is_none() => self.anywhere.get(only)?.clone(),
+                None => None,
+            },
+            [first, .., last] if matches!(first.as_str(), "crate" | "self" | "super") => {
+                self.anywhere.get(last)?.clone()
+            }
+            _ => None,
+        }
+    }
+}
+
+/// How far the expansion of a call has gone.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::syntax) struct Progress {
+    depth: usize,
+    tokens: usize,
+    /// The call in the source.
+    call: Option<Span>,
+}
+
+impl Progress {
+    /// The place of a token. One that begins or ends where the call does is the macro's own, or a bracket of it, whose halves
+    /// are the ends of the call.
+    pub(in crate::syntax) fn place(self, span: Span) -> Span {
+        match self.call {
+            Some(call) if span.start == call.start || span.end == call.end => call,
+            _ => span,
+        }
+    }
+
+    pub(super) fn enter(&mut self, call: Span) {
+        self.call.get_or_insert(call);
+        self.depth += 1;
+    }
+
+    pub(super) fn leave(&mut self) {
+        self.depth -= 1;
+        if self.depth == 0 {
+            self.call = None;
+        }
+    }
+
+    /// Whether code is lowered that a macro stands for.
+    pub(in crate::syntax) fn is_inside(self) -> bool {
+        self.depth > 0
+    }
+}
+
+impl Lowerer<'_, '_> {
+    /// Brings a macro into scope. One that may not be there hides others, and is not expanded.
+    pub(in crate::syntax) fn define_macro(&mut self, ident: &syn::Ident, tokens: &TokenStream, presence: &Presence) {
+        let certain = *presence == Presence::Present;
+        let rules = if certain { Rules::parse(tokens).map(Rc::new) } else { None };
+        let own = &mut self.loader.own;
+        let ident = name(ident);
+        // Two macros of one name cannot be told apart by it.
+        own.anywhere.entry(ident.clone()).and_modify(|known| *known = None).or_insert_with(|| rules.clone());
+        own.in_scope.push((ident.clone(), rules));
+        self.loader.own_macros.insert(ident);
+    }
+
+    /// The code that a call of one of the crate's own macros stands for.
+    pub(super) fn expansion(&mut self, mac: &syn::Macro) -> Option<TokenStream> {
+        let rules = self.loader.own.rules(&mac.path)?;
+        if self.progress.depth >= MAX_DEPTH {
+            return None;
+        }
+        if self.progress.depth == 0 {
+            self.progress.tokens = 0;
+        }
+        let left = MAX_TOKENS.checked_sub(self.progress.tokens + 1)?;
+        let tokens = rules.expand(&mac.tokens, call_place(mac), left)?;
+        let (count, nesting) = size(&tokens);
+        self.progress.tokens += count + 1;
+        (nesting <= MAX_NESTING).then_some(tokens)
+    }
+
+    /// Lowers the code that a call stands for.
+    pub(super) fn expanding<T>(&mut self, mac: &syn::Macro, work: impl FnOnce(&mut Self) -> T) -> T {
+        let call = self.opaque(mac).span;
+        self.progress.enter(call);
+        let value = work(self);
+        self.progress.leave();
+        value
+    }
+}
+
+/// The whole call. In the code of another macro, that is the place of the outer call.
+fn call_place(mac: &syn::Macro) -> proc_macro2::Span {
+    let close = mac.delimiter.span().close();
+    let start = mac.path.segments.first().map_or(close, |segment| segment.ident.span());
+    start.join(close).unwrap_or(start)
+}
+
+/// How many tokens there are, and how deep their brackets are nested.
+fn size(tokens: &TokenStream) -> (usize, usize) {
+    tokens.clone().into_iter().fold((0, 0), |(count, nesting), token| match token {
+        TokenTree::Group(group) => {
+            let (inner, depth) = size(&group.stream());
+            (count + inner + 1, nesting.max(depth + 1))
+        }
+        _ => (count + 1, nesting),
+    })
+}
