@@ -207,8 +207,11 @@ impl<'a> Search<'a> {
             Effect::Call(site) => self.call_touches(site, any),
             Effect::Reset { place, .. } => any && self.may_be(place, false),
             Effect::Unknown { places, .. } => any && places.iter().any(|place| self.may_be(place, false)),
-            Effect::Write(write) => any && !write.rebinds && self.may_be(&write.place, false),
-            Effect::Set(set) => any && set.from.as_ref().is_some_and(|from| self.may_be(from, false)),
+            Effect::Write(write) if !write.rebinds => any && self.may_be(&write.place, false),
+            // A reference that may name the instance points to something else from here on, or to the instance.
+            Effect::Set(set) | Effect::Write(set) => {
+                any && set.from.as_ref().is_some_and(|from| self.may_be(from, false) || self.may_be(&set.place, false))
+            }
             Effect::Return(_) => any,
             _ => false,
         }
@@ -268,7 +271,15 @@ impl<'a> Search<'a> {
             inside(*id)
                 && matches!(&self.graph.node(*id).effect, Effect::Update(update) if self.may_be(&update.place, true))
         }));
-        let tracked = tracked(self.graph, &self.dependence, &touching_inside, &inside);
+        let own_loop = match region {
+            Region::Function => None,
+            Region::Loop(id) => Some(id),
+        };
+        let times = |node: NodeId| match inside(node) {
+            false => 0,
+            true => 1 + u32::from(self.graph.node(node).in_loop != own_loop),
+        };
+        let tracked = tracked(self.graph, &self.dependence, &touching_inside, &times);
         let mut run = Run::new(self, region, tracked, self.reach(region));
         for (node, entry) in starts {
             run.start(*node, entry.as_ref());

@@ -107,6 +107,21 @@ impl Search<'_> {
             .collect()
     }
 
+    /// How many rounds come before the instance's own, where it is an element with a number and the elements come in order.
+    pub(super) fn rounds_before(&self, names: &[Place], id: LoopId) -> Option<u64> {
+        let info = self.graph.loop_info(id);
+        let number = |source: &Place, name: &Place| {
+            element_rest(source, name)?;
+            let at = source.steps.len().checked_sub(1)?;
+            match (&source.steps[at], &name.steps[at]) {
+                (Projection::Index(IndexKey::Each), Projection::Index(IndexKey::Number(number))) => Some(*number),
+                _ => None,
+            }
+        };
+        let items = info.items.iter().filter(|_| info.in_order);
+        items.flat_map(|(_, source)| names.iter().filter_map(move |name| number(source, name))).next()
+    }
+
     /// The names in the round that is the instance's own.
     pub(super) fn with_items(&self, names: &[Place], id: LoopId) -> Vec<Place> {
         let info = self.graph.loop_info(id);

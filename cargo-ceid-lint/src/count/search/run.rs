@@ -398,13 +398,20 @@ impl<'s, 'a> Run<'s, 'a> {
         if self.search.covers(id) && !is_region {
             let own = self.search.with_items(&plain, id);
             let own = self.names.intern(own);
-            if done == 0 {
-                rounds.push((id, 1));
-                let visited = self.rounds.intern(rounds);
-                self.follow(at, State { names: own, rounds: visited, ..state.clone() }, *round);
+            // The rounds before the instance's own: their number if it is known, or else any.
+            let before = self.search.rounds_before(&plain, id).filter(|before| *before < MAX_ROUNDS);
+            rounds.retain(|(open, _)| *open != id);
+            rounds.push((id, done + 1));
+            let more = self.rounds.intern(rounds);
+            if done == before.unwrap_or(0) {
+                self.follow(at, State { names: own, rounds: more, ..state.clone() }, *round);
             }
-            self.follow(at, state.clone(), *round);
-            if done > 0 || info.passes_over {
+            match before {
+                Some(before) if done < before => self.follow(at, State { rounds: more, ..state.clone() }, *round),
+                Some(before) if done == before => {}
+                _ => self.follow(at, state.clone(), *round),
+            }
+            if done > before.unwrap_or(0) || info.passes_over {
                 for to in rest {
                     self.follow(at, state.clone(), *to);
                 }
