@@ -6,12 +6,14 @@ mod closures;
 mod conditions;
 mod exits;
 mod expr;
+mod external;
 mod guards;
 mod iterators;
 mod loops;
 mod macros;
 mod patterns;
 mod places;
+mod resets;
 mod subjects;
 mod values;
 
