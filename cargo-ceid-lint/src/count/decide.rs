@@ -6,7 +6,7 @@ use super::search::{End, EndKind, Exploration, Region, Search};
 use super::summary::returned;
 use super::verdict::{Gate, Verdict};
 use crate::diagnostic::WitnessStep;
-use crate::flow::{Cause, Effect, IndexKey, Mark, NodeId, Projection};
+use crate::flow::{Cause, Effect, IndexKey, Mark, NodeId};
 use crate::source::Span;
 
 /// What was decided for a pair.
@@ -32,6 +32,10 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
                 end.kind = EndKind::Exits;
             }
         }
+    }
+    // Without a fallback the attempt itself counts as the update.
+    for end in ends.iter_mut().filter(|end| end.state.attempted) {
+        end.state.count = end.state.count.then(Count::One);
     }
     let completing: Vec<&End> = ends.iter().filter(|end| end.kind == EndKind::Completes).collect();
     let mut counts: Vec<u8> = completing.iter().map(|end| end.state.count.number()).collect();
@@ -65,7 +69,7 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
     }
     // The updates that are there are another element's, or dead.
     let is_untouched = ends.iter().all(|end| end.state.count == Count::Zero && !end.state.reset);
-    let is_element = search.instance.steps.iter().any(|step| matches!(step, Projection::Index(IndexKey::Number(_))));
+    let is_element = search.instance.steps.iter().any(|step| matches!(step.key(), Some(IndexKey::Number(_))));
     if is_untouched && is_element && !completing.is_empty() {
         return missed(head_of(search, region), base);
     }
@@ -196,7 +200,7 @@ fn explore(search: &Search<'_>, region: Region) -> Exploration {
 /// The name of the law that runs, as the source calls it.
 fn law_name(search: &Search<'_>) -> Option<String> {
     search.updating().iter().find_map(|id| match &search.graph.node(*id).effect {
-        Effect::Update(update) => Some(update.method.clone()),
+        Effect::Update(update) if update.law == search.law => Some(update.method.clone()),
         _ => None,
     })
 }

@@ -98,9 +98,9 @@ impl Search<'_> {
             .iter()
             .filter(|name| {
                 let is_item = name.base_var().is_some_and(|var| info.items.iter().any(|(item, _)| *item == var));
-                let is_indexed = info
-                    .counter
-                    .is_some_and(|(counter, _)| name.steps.contains(&Projection::Index(IndexKey::Var(counter))));
+                let is_indexed = info.counter.is_some_and(|(counter, _)| {
+                    name.steps.iter().any(|step| step.key() == Some(&IndexKey::Var(counter)))
+                });
                 (!is_item && !is_indexed) || **name == *self.instance
             })
             .cloned()
@@ -136,9 +136,9 @@ impl Search<'_> {
         if let Some((counter, _)) = info.counter {
             for name in names {
                 for (at, step) in name.steps.iter().enumerate() {
-                    if matches!(step, Projection::Index(IndexKey::Each | IndexKey::Number(_) | IndexKey::Named(_))) {
+                    if matches!(step.key(), Some(IndexKey::Each | IndexKey::Number(_) | IndexKey::Named(_))) {
                         let mut indexed = name.clone();
-                        indexed.steps[at] = Projection::Index(IndexKey::Var(counter));
+                        indexed.steps[at] = step.with_key(IndexKey::Var(counter));
                         all.push(indexed);
                     }
                 }
@@ -168,7 +168,7 @@ pub(super) fn indexes_instance(aliases: &Aliases, info: &crate::flow::LoopInfo, 
         root.base == instance.base
             && root.steps.len() < instance.steps.len()
             && root.steps[..] == instance.steps[..root.steps.len()]
-            && matches!(instance.steps[root.steps.len()], Projection::Index(_))
+            && instance.steps[root.steps.len()].key().is_some()
     })
 }
 
