@@ -15,7 +15,7 @@ use run::Run;
 
 use super::aliases::Aliases;
 use super::counts::Count;
-use super::slice::{ControlDependence, tracked};
+use super::slice::{self, ControlDependence, tracked};
 use super::summary::{Outcome, Summaries, place_of};
 use super::verdict::Gate;
 use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, LoopId, NodeId, Place, Program, Relation, Rounds};
@@ -282,7 +282,12 @@ impl<'a> Search<'a> {
             false => 0,
             true => 1 + u32::from(self.graph.node(node).in_loop != own_loop),
         };
-        let tracked = tracked(self.graph, &self.dependence, &touching_inside, &times);
+        let mut tracked = tracked(self.graph, &self.dependence, &touching_inside, &times);
+        // Whether a way completes depends on the branches that leave the loop.
+        touching_inside.extend(self.graph.node_ids().filter(|id| {
+            inside(*id) && self.graph.node(*id).next.iter().any(|next| region != Region::Function && !inside(*next))
+        }));
+        tracked.add(slice::tracked(self.graph, &self.dependence, &touching_inside, &times));
         let mut run = Run::new(self, region, tracked, self.reach(region));
         for (node, entry) in starts {
             run.start(*node, entry.as_ref());
