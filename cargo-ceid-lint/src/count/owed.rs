@@ -10,7 +10,7 @@ use super::instances::{self, leaves, place_ty};
 use super::search::{Region, Search};
 use super::summary::place_of;
 use super::verdict::{Pair, Verdict};
-use crate::flow::{ControlFlowGraph, Directive, Effect, LoopId, NodeId, Place, Projection, Rounds, Var};
+use crate::flow::{Caller, ControlFlowGraph, Directive, Effect, LoopId, NodeId, Place, Projection, Rounds, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::Receiver;
@@ -146,10 +146,7 @@ impl Context<'_> {
         }
         // Its scope holds a loop that never ends.
         let endless = (0u32..).map(LoopId).zip(&graph.loops).find(|(id, own)| {
-            own.rounds == Rounds::Unbounded
-                && !own.is_foreign
-                && own.directive != Some(Directive::NotACycle)
-                && scope(CycleId::Loop(*id))
+            own.is_endless() && own.directive != Some(Directive::NotACycle) && scope(CycleId::Loop(*id))
         });
         let is_local_filter = leaf.steps.is_empty();
         match endless {
@@ -199,10 +196,12 @@ impl Context<'_> {
         let graph = facts.graph;
         let (head, function) = match id {
             CycleId::Loop(id) => {
-                if graph.loop_info(id).is_foreign {
+                let info = graph.loop_info(id);
+                if info.caller == Caller::Unseen {
                     return;
                 }
-                (graph.loop_info(id).keyword, false)
+                let Some((head, _)) = info.cycle_head() else { return };
+                (head, false)
             }
             CycleId::Function => (self.program.index.function(graph.function).function.keyword, true),
         };
