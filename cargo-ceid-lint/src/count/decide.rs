@@ -227,7 +227,10 @@ fn skip_span(search: &Search<'_>, exploration: &Exploration, end: &End) -> Optio
 /// The keyword at the head of a cycle.
 fn head_of(search: &Search<'_>, region: Region) -> Span {
     match region {
-        Region::Loop(id) => search.graph.loop_info(id).keyword,
+        Region::Loop(id) => {
+            let info = search.graph.loop_info(id);
+            info.cycle_head().map_or(info.keyword, |(head, _)| head)
+        }
         Region::Function => search.program.index.function(search.graph.function).function.keyword,
     }
 }

@@ -1,6 +1,7 @@
 //! From a typed body to its control-flow graph. Decides nothing about filters: it only says what happens where.
 
 mod builtins;
+mod callbacks;
 mod calls;
 mod closures;
 mod conditions;
