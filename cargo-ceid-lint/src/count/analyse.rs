@@ -6,9 +6,11 @@ use std::rc::Rc;
 use super::aliases::Aliases;
 use super::counts::Count;
 use super::cycles::{Instance, choose_cycles};
+use super::debug_only;
 use super::decide::{self, Decision};
 use super::functions::{FunctionKind, called_functions, function_kind, reached_from_cycles};
 use super::instances::{leaves, place_ty, settle_elements};
+use super::remarks::Remark;
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
 use super::summary::{Summaries, place_of};
@@ -26,6 +28,8 @@ pub struct Analysis {
     pub unregistered: Vec<Unregistered>,
     /// Guards that do not do what they are there for.
     pub guards: Vec<GuardDefect>,
+    /// What further rules say of the pairs and cycles.
+    pub remarks: Vec<Remark>,
 }
 
 /// A filter that is built and then neither registered, updated, moved nor returned.
@@ -118,7 +122,7 @@ fn function_facts<'a>(
     let aliases = Aliases::of(graph, summaries);
     let dependence = Rc::new(ControlDependence::of(graph));
     let mut places: BTreeSet<Place> = BTreeSet::new();
-    for node in &graph.nodes {
+    for node in graph.nodes.iter().filter(|node| node.debug_only.is_none()) {
         match &node.effect {
             Effect::Update(update) => places.extend(aliases.roots(&update.place)),
             Effect::Call(site) => {
@@ -142,7 +146,8 @@ fn function_facts<'a>(
             _ => {}
         }
     }
-    places.retain(|place| is_instance(program.index, graph, place));
+    places.extend(debug_only::updates(graph, &aliases, summaries).into_iter().map(|(_, place, _)| place));
+    places.retain(|place| is_instance(program.index, graph, place) && !is_debug_only(graph, place));
     let places = settle_elements(program.index, graph, &places);
     let mut updated = Vec::new();
     for place in places {
@@ -178,6 +183,14 @@ fn is_instance(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
             !info.name.is_empty() || info.param.is_some()
         }
     }
+}
+
+/// Whether only a debug build has the variable in which a filter lives.
+pub(super) fn is_debug_only(graph: &ControlFlowGraph, place: &Place) -> bool {
+    place.base_var().is_some_and(|var| {
+        let info = graph.var(var);
+        info.param.is_none() && graph.node(info.declared).debug_only.is_some()
+    })
 }
 
 /// The fields of types that some cycle updates.
@@ -266,6 +279,7 @@ impl Context<'_> {
         self.owed_elements(facts, &mut pairs);
         self.owed(facts, &mut pairs, analysis);
         super::guards::defects(self.program, facts, analysis);
+        super::remarks::add(self, facts, &mut pairs, analysis);
         let def = index.function(graph.function);
         let info = index.crate_of(def.module);
         for (id, mut filters) in pairs {
@@ -308,7 +322,17 @@ impl Context<'_> {
             CycleId::Function => Region::Function,
         };
         let presumed = id == CycleId::Function && facts.kind == FunctionKind::Presumed;
-        let decision = decide::decide(&search, region, id == CycleId::Function && facts.kind == FunctionKind::Cycle);
+        let by_framework = id == CycleId::Function && facts.kind == FunctionKind::Cycle;
+        let decision = if search.updating().is_empty() && search.unknown().is_empty() {
+            // Only a debug build updates it.
+            let head = match id {
+                CycleId::Loop(id) => graph.loop_info(id).keyword,
+                CycleId::Function => self.program.index.function(graph.function).function.keyword,
+            };
+            decide::decide_missed(&search, region, head)
+        } else {
+            decide::decide(&search, region, by_framework)
+        };
         let is_sample_loop = matches!(id, CycleId::Loop(id) if instance.sample_loops.contains(&id));
         let _ = in_cycle;
         let decision = match decision.verdict {

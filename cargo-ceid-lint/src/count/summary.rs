@@ -5,6 +5,7 @@ use std::rc::Rc;
 
 use super::aliases::Aliases;
 use super::counts::Count;
+use super::debug_only::{self, DebugOnly};
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
 use super::verdict::Gate;
@@ -106,6 +107,8 @@ pub(super) struct Summary {
     pub(super) heads: u8,
     /// What it reads or feeds without updating it.
     pub(super) uses: BTreeSet<Given>,
+    /// What only a debug build updates.
+    pub(super) debug_only: BTreeMap<Given, DebugOnly>,
 }
 
 /// The summaries of all functions.
@@ -206,6 +209,14 @@ impl Summaries {
         summary.uses.retain(|given| holds_filter_at(program, graph, &instance_of(graph, given)));
         bound(&mut summary.uses);
         bound(&mut summary.writes);
+        for (id, place, why) in debug_only::updates(graph, &aliases, self) {
+            if let Some(given) = given(graph, &place)
+                && debug_only::is_callers(graph, id)
+                && summary.debug_only.len() < MAX_PLACES
+            {
+                summary.debug_only.entry(given).or_insert(why);
+            }
+        }
         self.judge(program, graph, &aliases, touched, unknown, &mut summary);
         summary
     }

@@ -102,6 +102,8 @@ pub struct Node {
     pub next: Vec<NodeId>,
     /// The innermost loop it lies in.
     pub in_loop: Option<LoopId>,
+    /// The branch behind which it lies, if only a debug build or a log level leads there: what is shipped does not have it.
+    pub debug_only: Option<NodeId>,
 }
 
 /// Why something cannot be known.
