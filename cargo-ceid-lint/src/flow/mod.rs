@@ -2,6 +2,7 @@
 
 mod lower;
 mod place;
+mod steps;
 mod test;
 
 use crate::index::{BodyOwner, FunctionId, Index, Ty};
@@ -10,6 +11,7 @@ use crate::types::TypedBody;
 
 pub use lower::lower_function;
 pub use place::{Base, IndexKey, Place, Projection, Relation};
+pub use steps::{StepUnit, step_unit, takes_step};
 pub use test::{About, Head, OTHER_HEADS, Subject, SubjectId, Test};
 
 /// What a cycle is in the source.

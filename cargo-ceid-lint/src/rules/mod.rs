@@ -113,6 +113,7 @@ pub const RULES: &[Rule] = &[
     rule!("guard_dropped_early", Correctness, "a guard that ends before the cycle does"),
     rule!("guard_outside_cycle", Correctness, "a guard from before the loop updates once, not once per cycle"),
     rule!("missed_update", Correctness, "a filter that the cycle owes an update and never updates"),
+    rule!("multi_event_update", Suspicious, "a filter with a fixed step that two different events advance"),
     rule!("repeated_update", Correctness, "a filter that is updated twice or more in one cycle"),
     rule!("skipped_update", Suspicious, "a filter that some paths through the cycle do not update"),
     rule!("unguarded_update", Proof, "a filter that is updated once by attention, not by a guard"),

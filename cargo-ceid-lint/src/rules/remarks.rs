@@ -66,5 +66,17 @@ fn words(remark: &Remark) -> Words {
                 ],
             }
         }
+        Fact::MultiEvent => Words {
+            message: format!(
+                "`{name}` has a fixed step, and two different events of this loop advance it: its step no longer means anything"
+            ),
+            label: "advanced again here, for another event".to_owned(),
+            note: "how much time lies between two updates depends on which events come, and the law assumes one sample time"
+                .to_owned(),
+            helps: vec![
+                format!("advance `{name}` for one event only, or in a loop of its own with a clock"),
+                "let the law be told how much time has passed".to_owned(),
+            ],
+        },
     }
 }

@@ -1,6 +1,7 @@
 //! What further rules say of the pairs of a function: facts that no verdict carries. A pair keeps the verdict of its counts.
 
 mod debug_only;
+mod events;
 
 use std::collections::BTreeMap;
 
@@ -45,6 +46,8 @@ pub enum Fact {
         /// `debug_assert!`, `#[cfg(debug_assertions)]`
         by: String,
     },
+    /// Two events of one loop advance a filter whose step is fixed.
+    MultiEvent,
 }
 
 impl Fact {
@@ -53,6 +56,7 @@ impl Fact {
     pub fn rule(&self) -> &'static str {
         match self {
             Self::DebugOnly { .. } => "debug_only_update",
+            Self::MultiEvent => "multi_event_update",
         }
     }
 }
@@ -70,6 +74,7 @@ pub(super) fn add(
         }
     }
     debug_only::add(context, facts, pairs, analysis);
+    events::add(context, facts, pairs, analysis);
 }
 
 /// Whether a guard could stand in a cycle: the law of a filter that is made of filters is what a guard runs.

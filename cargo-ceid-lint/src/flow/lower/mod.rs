@@ -254,6 +254,14 @@ impl<'a> Builder<'a> {
             match &body.expr(expr).kind {
                 ExprKind::MethodCall { method, .. } => computed.calls.push(method.clone()),
                 ExprKind::Path(path) if path.segments.len() > 1 => computed.calls.push(path.last().to_owned()),
+                ExprKind::Call { callee, .. } => {
+                    if let ExprKind::Path(path) = &body.expr(*callee).kind
+                        && path.segments.len() == 1
+                        && !self.typed().expr_local.contains_key(callee)
+                    {
+                        computed.calls.push(path.last().to_owned());
+                    }
+                }
                 ExprKind::Field { .. } | ExprKind::Path(_) => computed.places.extend(self.static_place(expr)),
                 _ => {}
             }
