@@ -16,13 +16,21 @@ pub(super) struct DebugOnly {
     pub(super) by: String,
 }
 
-/// The updates of a function that only a debug build runs: the node, the filter, and what keeps it back. Those of its callees
-/// stand at their calls.
-pub(super) fn updates(
-    graph: &ControlFlowGraph,
-    aliases: &Aliases,
-    summaries: &Summaries,
-) -> Vec<(NodeId, Place, DebugOnly)> {
+/// An update that only a debug build runs, in a function or in what it calls.
+#[derive(Clone, Debug)]
+pub(super) struct DebugUpdate {
+    /// Where it happens in the function; for a callee's update, the call.
+    pub(super) node: NodeId,
+    /// The filter.
+    pub(super) place: Place,
+    /// The half of its law.
+    pub(super) law: usize,
+    /// What keeps it back.
+    pub(super) why: DebugOnly,
+}
+
+/// The updates of a function that only a debug build runs.
+pub(super) fn updates(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summaries) -> Vec<DebugUpdate> {
     let mut found = Vec::new();
     for id in graph.node_ids() {
         let node = graph.node(id);
@@ -30,27 +38,28 @@ pub(super) fn updates(
             Effect::Branch(test) => Some(DebugOnly { span: node.span, by: test.text.clone() }),
             _ => None,
         });
-        let mut add = |place: &Place, why: &DebugOnly| {
-            found.extend(aliases.roots(place).into_iter().map(|root| (id, root, why.clone())));
+        let mut add = |place: &Place, law: usize, why: &DebugOnly| {
+            let roots = aliases.roots(place).into_iter();
+            found.extend(roots.map(|place| DebugUpdate { node: id, place, law, why: why.clone() }));
         };
         match (&node.effect, &own) {
-            (Effect::Update(update), Some(why)) => add(&update.place, why),
+            (Effect::Update(update), Some(why)) => add(&update.place, update.law, why),
             (Effect::Call(site), _) => {
                 for summary in site.targets.iter().filter_map(|target| summaries.get(*target)) {
-                    for (given, why) in &summary.debug_only {
+                    for ((given, law), why) in &summary.debug_only {
                         if let Some(place) = place_of(given, site) {
-                            add(&place, why);
+                            add(&place, *law, why);
                         }
                     }
                     let Some(why) = &own else { continue };
-                    for (given, outcomes) in &summary.outcomes {
+                    for (law, given, outcomes) in summary.outcomes_by_half() {
                         let updates = outcomes.iter().any(|outcome| outcome.count != Count::Zero);
                         // A law that hands on to another one of the same filter is one update.
                         if updates
-                            && !(site.is_law && given.is_self())
+                            && !site.law_of.is_some_and(|of| given.is_param(of))
                             && let Some(place) = place_of(given, site)
                         {
-                            add(&place, why);
+                            add(&place, law, why);
                         }
                     }
                 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Fact, Remark, head, note};
 use crate::count::analyse::{Analysis, Context, CycleId, FunctionFacts, is_debug_only};
-use crate::count::debug_only;
+use crate::count::debug_only::{self, DebugUpdate};
 use crate::count::functions::FunctionKind;
 use crate::count::instances::place_ty;
 use crate::count::verdict::{Pair, Verdict};
@@ -22,26 +22,27 @@ pub(super) fn add(
     let def = index.function(graph.function);
     let info = index.crate_of(def.module);
     let mut seen = BTreeSet::new();
-    for (id, place, why) in debug_only::updates(graph, &facts.aliases, context.summaries) {
-        if is_debug_only(graph, &place) || !facts.updated.iter().any(|instance| instance.place == place) {
+    for DebugUpdate { node, place, law, why } in debug_only::updates(graph, &facts.aliases, context.summaries) {
+        let is_known = facts.updated.iter().any(|instance| instance.place == place && instance.law == law);
+        if is_debug_only(graph, &place) || !is_known {
             continue;
         }
         let name = graph.place_name(index, &place);
-        let around = graph.loops_around(id).map(CycleId::Loop).chain([CycleId::Function]);
-        let mut around = around.filter(|id| pairs.get(id).is_some_and(|own| own.iter().any(|pair| pair.name == name)));
-        let cycle = around.next();
+        let is_own = |pair: &Pair| pair.name == name && pair.half == law;
+        let around = graph.loops_around(node).map(CycleId::Loop).chain([CycleId::Function]);
+        let cycle = around.into_iter().find(|id| pairs.get(id).is_some_and(|own| own.iter().any(is_own)));
         let is_given = place.base_var().is_none_or(|var| graph.var(var).param.is_some());
-        if cycle.is_none() && is_given && facts.kind == FunctionKind::Helper && debug_only::is_callers(graph, id) {
+        if cycle.is_none() && is_given && facts.kind == FunctionKind::Helper && debug_only::is_callers(graph, node) {
             // It is said of the cycles of its callers.
             continue;
         }
-        let verdict = cycle.and_then(|id| pairs[&id].iter().find(|pair| pair.name == name)).map(|pair| pair.verdict);
+        let pair = cycle.and_then(|id| pairs.get_mut(&id)?.iter_mut().find(|pair| is_own(pair)));
+        let verdict = pair.as_ref().map(|pair| pair.verdict);
         // Where a release build has an update of its own, each build may have its way. No macro has another way.
         let is_alternative = verdict.is_some_and(|verdict| !matches!(verdict, Verdict::Missed | Verdict::Skipped));
-        if (why.by.contains("debug_assertions") && is_alternative) || !seen.insert((cycle, name.clone())) {
+        if (why.by.contains("debug_assertions") && is_alternative) || !seen.insert((cycle, name.clone(), law)) {
             continue;
         }
-        let pair = cycle.and_then(|id| pairs.get_mut(&id)?.iter_mut().find(|pair| pair.name == name));
         let counts = match pair {
             Some(pair) => {
                 note(pair, "debug_only_update");

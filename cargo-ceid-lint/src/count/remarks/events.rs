@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use super::{Fact, Remark, note};
+use crate::config::TimeBase;
 use crate::count::analyse::{Analysis, Context, CycleId, FunctionFacts};
 use crate::count::counts::Count;
 use crate::count::cycles::Instance;
@@ -30,8 +31,9 @@ pub(super) fn add(
     for instance in &facts.updated {
         for id in &instance.loops {
             let name = graph.place_name(index, &instance.place);
-            let pair = pairs.get_mut(&CycleId::Loop(*id)).and_then(|all| all.iter_mut().find(|pair| pair.name == name));
-            let Some(pair) = pair else { continue };
+            let own = pairs.get_mut(&CycleId::Loop(*id));
+            let own = own.and_then(|own| own.iter_mut().find(|pair| pair.name == name && pair.half == instance.law));
+            let Some(pair) = own else { continue };
             let Some((first, second)) = two_events(context, facts, instance, *id) else { continue };
             note(pair, "multi_event_update");
             let def = index.function(graph.function);
@@ -82,7 +84,7 @@ fn two_events(
         &facts.aliases,
         context.summaries,
         &instance.place,
-        0,
+        instance.law,
         Rc::clone(&facts.dependence),
     );
     search.sample_loops.clone_from(&instance.sample_loops);
@@ -198,6 +200,9 @@ fn reached_without(graph: &ControlFlowGraph, id: LoopId, branch: NodeId, side: u
 fn has_fixed_step(index: &Index, graph: &ControlFlowGraph, instance: &Instance) -> bool {
     let Some(ty) = place_ty(index, graph, &instance.place) else { return false };
     let Some(spec) = index.filter_spec(&ty) else { return false };
+    if let Some(time_base) = spec.time_base {
+        return time_base == TimeBase::Fixed;
+    }
     let methods = spec.law.iter().flat_map(|group| &group.methods);
     let laws: Vec<_> = methods
         .flat_map(|method| index.methods(&ty, method).into_iter().map(move |owner| (method, owner)))

@@ -69,7 +69,7 @@ pub(super) fn add(
     analysis: &mut Analysis,
 ) {
     for pair in pairs.iter_mut().filter(|(id, _)| is_migratable(context, facts, **id)).flat_map(|(_, pairs)| pairs) {
-        if pair.verdict == Verdict::Once {
+        if pair.verdict == Verdict::Once && pair.counts == [1] {
             note(pair, "unguarded_update");
         }
     }
