@@ -187,7 +187,14 @@ impl<'a> Search<'a> {
             }),
             _ => false,
         };
-        self.graph.node_ids().filter(is_unknown).collect()
+        self.graph.node_ids().filter(|id| self.graph.node(*id).debug_only.is_none()).filter(is_unknown).collect()
+    }
+
+    /// The nodes at which only a debug build updates it.
+    pub(super) fn debug_only(&self) -> BTreeSet<NodeId> {
+        let updates = super::debug_only::updates(self.graph, self.aliases, self.summaries);
+        let own = updates.iter().filter(|update| update.place == *self.instance && update.law == self.law);
+        own.map(|update| update.node).collect()
     }
 
     /// Why nothing is known of the instance, where something unseen gets it.
@@ -204,6 +211,9 @@ impl<'a> Search<'a> {
     }
 
     fn touches(&self, id: NodeId, any: bool) -> bool {
+        if self.graph.node(id).debug_only.is_some() {
+            return false;
+        }
         match &self.graph.node(id).effect {
             Effect::Update(update) => update.law == self.law && self.may_be(&update.place, true),
             Effect::Call(site) => self.call_touches(site, any),
