@@ -181,10 +181,8 @@ impl Builder<'_> {
 
     /// A part of a new value.
     pub(super) fn place_part(&mut self, part: Place, value: &Value, expr: ExprId) {
-        if self.at.is_none()
-            || (value.place.is_none() && value.closure.is_none())
-            || !self.may_hold_filter(self.ty(expr))
-        {
+        self.keep_closure(value, self.span(expr));
+        if self.at.is_none() || value.place.is_none() || !self.may_hold_filter(self.ty(expr)) {
             return;
         }
         let assignment = crate::flow::Assignment {

@@ -1,7 +1,7 @@
 //! Iterators: what a chain of adaptors runs over, and what it does when it is consumed.
 
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{CycleKind, Directive, Effect, IndexKey, LoopInfo, Place, Rounds, Var};
+use crate::flow::{Caller, CycleKind, Directive, Effect, IndexKey, LoopInfo, Place, Rounds, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
@@ -30,9 +30,12 @@ pub(super) struct Source {
     pub(super) item: Item,
     pub(super) rounds: Rounds,
     pub(super) passes_over: bool,
+    pub(super) in_order: bool,
     /// Closures that run in each round before the item is there: `map`, `filter`, `inspect`.
     pub(super) stages: Vec<(Stage, ClosureRef)>,
     pub(super) text: String,
+    /// The variables that the items are computed from.
+    pub(super) reads: Vec<Var>,
 }
 
 /// What an adaptor does with its closure.
@@ -51,8 +54,10 @@ impl Source {
             item: Item::Opaque,
             rounds: Rounds::Bounded,
             passes_over: false,
+            in_order: true,
             stages: Vec::new(),
             text: String::new(),
+            reads: Vec::new(),
         }
     }
 }
@@ -83,6 +88,7 @@ impl Builder<'_> {
             _ => self.collection(id),
         };
         source.text = self.text(id);
+        source.reads = self.reads_of(id);
         source
     }
 
@@ -100,9 +106,7 @@ impl Builder<'_> {
             Rounds::Unbounded
         } else {
             match ty {
-                Ty::Array(_, length) if matches!(item, Item::Opaque) => {
-                    length.value.map_or(Rounds::Bounded, Rounds::Constant)
-                }
+                Ty::Array(_, length) => length.value.map_or(Rounds::Bounded, Rounds::Constant),
                 _ => Rounds::Bounded,
             }
         };
@@ -173,9 +177,10 @@ impl Builder<'_> {
 
     fn adaptor(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Source {
         match method {
-            "iter" | "iter_mut" | "into_iter" | "by_ref" | "rev" | "peekable" | "fuse" | "copied" | "cloned"
-            | "as_mut" | "as_mut_slice" | "as_slice" | "as_ref" | "unwrap" | "each_mut" | "deref_mut"
-            | "par_iter_mut" | "into_iter_mut" => self.source(receiver),
+            "rev" => Source { in_order: false, ..self.source(receiver) },
+            "iter" | "iter_mut" | "into_iter" | "by_ref" | "peekable" | "fuse" | "copied" | "cloned" | "as_mut"
+            | "as_mut_slice" | "as_slice" | "as_ref" | "unwrap" | "each_mut" | "deref_mut" | "par_iter_mut"
+            | "into_iter_mut" => self.source(receiver),
             "take" => {
                 let source = self.source(receiver);
                 let count = args.first().and_then(|arg| {
@@ -207,9 +212,9 @@ impl Builder<'_> {
                 let passes_over = source.passes_over
                     || (method != "chain" && matches!(source.item, Item::Element(_) | Item::Chunk(_)));
                 let item = if matches!(source.item, Item::Counter(_)) { Item::Opaque } else { source.item };
-                Source { item, rounds, passes_over, ..source }
+                Source { item, rounds, passes_over, in_order: false, ..source }
             }
-            "cycle" => Source { rounds: Rounds::Unbounded, ..self.source(receiver) },
+            "cycle" => Source { rounds: Rounds::Unbounded, in_order: false, ..self.source(receiver) },
             "enumerate" => {
                 let source = self.source(receiver);
                 Source { item: Item::Tuple(vec![Item::Counter(Some(0)), source.item]), ..source }
@@ -224,7 +229,14 @@ impl Builder<'_> {
                 };
                 let mut stages = source.stages;
                 stages.extend(other.stages);
-                Source { item: Item::Tuple(vec![source.item, other.item]), rounds, stages, ..Source::bounded() }
+                let in_order = source.in_order && other.in_order;
+                Source {
+                    item: Item::Tuple(vec![source.item, other.item]),
+                    rounds,
+                    in_order,
+                    stages,
+                    ..Source::bounded()
+                }
             }
             "map" | "filter" | "inspect" | "filter_map" | "take_while" | "skip_while" | "map_while" | "flat_map"
             | "scan" => {
@@ -300,7 +312,7 @@ impl Builder<'_> {
         );
         if !consumes
             || !self.is_iterator(receiver, method)
-            || matches!(self.typed().callees.get(&id), Some(Callee::Resolved(_)))
+            || matches!(self.typed().callees.get(&id), Some(Callee::Resolved(resolved)) if !resolved.targets.is_empty())
         {
             return None;
         }
@@ -325,7 +337,8 @@ impl Builder<'_> {
         if matches!(ty.external_name(), Some("Iterator" | "Range")) {
             return true;
         }
-        if matches!(ty, Ty::Unknown) {
+        // A trait without a body of its own: a stream, as far as its method's name tells.
+        if matches!(ty, Ty::Unknown | Ty::Param(_) | Ty::Opaque(_)) {
             return matches!(consumer, "for_each" | "fold" | "try_for_each") || self.has_adaptor(id);
         }
         false
@@ -353,13 +366,8 @@ impl Builder<'_> {
 
     fn consume(&mut self, id: ExprId, source: Source, closure: Option<ClosureRef>, takes_state: bool, stops: bool) {
         let span = self.span(id);
-        let bar = closure.or_else(|| source.stages.last().map(|(_, closure)| *closure)).map_or(span, |closure| {
-            let body = self.frames[closure.frame].body;
-            match &body.expr(closure.expr).kind {
-                ExprKind::Closure(code) => code.bar,
-                _ => span,
-            }
-        });
+        let runs = closure.or_else(|| source.stages.last().map(|(_, closure)| *closure));
+        let bar = runs.map_or(span, |closure| self.bar(closure));
         self.run_loop(CycleKind::Closure, bar, None, source, |this, item, info| {
             let Some(closure) = closure else { return };
             let mut args = vec![item];
@@ -409,8 +417,11 @@ impl Builder<'_> {
             bound: Vec::new(),
             indexes: Vec::new(),
             passes_over: source.passes_over,
+            in_order: source.in_order && !source.passes_over,
             drains: false,
             is_foreign: self.is_foreign(),
+            closure: None,
+            caller: Caller::Code,
             text: source.text.clone(),
             directive: Directive::at(self.program.sources, keyword),
         };
@@ -425,7 +436,7 @@ impl Builder<'_> {
         self.link(head, after);
         self.push_loop_scope(label, after, head, keyword);
         self.resume(round);
-        let mut item = self.item_value(id, &source.item, keyword);
+        let mut item = self.item_value(id, &source.item, &source.reads, keyword);
         for (stage, closure) in &source.stages {
             item = self.stage(*stage, *closure, item, head, keyword);
         }
@@ -467,10 +478,11 @@ impl Builder<'_> {
     }
 
     /// The value of a round's item, and what its variables name.
-    fn item_value(&mut self, id: crate::flow::LoopId, item: &Item, span: Span) -> Value {
+    fn item_value(&mut self, id: crate::flow::LoopId, item: &Item, reads: &[Var], span: Span) -> Value {
         match item {
             Item::Opaque | Item::Made => {
                 let var = self.temporary(Ty::Unknown, span);
+                self.graph.derived.extend(reads.iter().map(|read| (var, *read)));
                 self.graph.loops[id.0 as usize].bound.push(var);
                 Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }
             }
@@ -494,7 +506,7 @@ impl Builder<'_> {
             Item::Tuple(items) => {
                 let var = self.temporary(Ty::Unknown, span);
                 for (number, item) in items.iter().enumerate() {
-                    let value = self.item_value(id, item, span);
+                    let value = self.item_value(id, item, reads, span);
                     let part = Place::var(var).field(&number.to_string());
                     let assignment = crate::flow::Assignment {
                         place: part,

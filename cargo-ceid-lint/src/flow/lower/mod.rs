@@ -1,17 +1,21 @@
 //! From a typed body to its control-flow graph. Decides nothing about filters: it only says what happens where.
 
 mod builtins;
+mod callbacks;
 mod calls;
 mod closures;
 mod conditions;
 mod exits;
 mod expr;
+mod external;
 mod guards;
 mod iterators;
+mod laws;
 mod loops;
 mod macros;
 mod patterns;
 mod places;
+mod resets;
 mod subjects;
 mod values;
 
@@ -129,6 +133,8 @@ struct Builder<'a> {
     numbers: HashMap<Var, u64>,
     /// The numbers that variables were declared with, even if they change.
     initials: HashMap<Var, u64>,
+    /// Variables that hold a state which a law returned: the half and the method.
+    advanced: HashMap<Var, (usize, String)>,
     guards_of: HashMap<Var, GuardId>,
     /// What a guard that is not bound yet was given: the name and the place.
     guarded: HashMap<Var, (String, Place)>,
@@ -166,6 +172,7 @@ impl<'a> Builder<'a> {
             closures: HashMap::new(),
             numbers: HashMap::new(),
             initials: HashMap::new(),
+            advanced: HashMap::new(),
             guards_of: HashMap::new(),
             guarded: HashMap::new(),
             subjects: HashMap::new(),

@@ -211,6 +211,9 @@ impl Builder<'_> {
         if self.at.is_none() {
             return Value::default();
         }
+        if self.advance(target, value) {
+            return Value::default();
+        }
         let span = self.span(id);
         if let (ExprKind::Tuple(places), ExprKind::Tuple(_)) = (&body.expr(target).kind, &body.expr(value).kind) {
             for (number, place) in places.iter().enumerate() {
@@ -242,6 +245,7 @@ impl Builder<'_> {
             }
         }
         let place = self.expr(target).place;
+        self.keep_closure(value, span);
         let Some(place) = place else { return };
         if let Some(var) = place.base_var()
             && place.steps.is_empty()
