@@ -3,6 +3,7 @@
 mod cycle;
 mod lower;
 mod place;
+mod steps;
 mod test;
 
 use crate::index::{BodyOwner, FunctionId, Index, Ty};
@@ -12,6 +13,7 @@ use crate::types::TypedBody;
 pub use cycle::{Caller, CycleKind, Directive, LoopInfo, Rounds};
 pub use lower::lower_function;
 pub use place::{Base, IndexKey, Place, Projection, Relation};
+pub use steps::{StepUnit, step_unit, takes_step};
 pub use test::{About, Head, OTHER_HEADS, Subject, SubjectId, Test};
 
 /// A node of a [`ControlFlowGraph`].
@@ -75,6 +77,8 @@ pub struct Node {
     pub next: Vec<NodeId>,
     /// The innermost loop it lies in.
     pub in_loop: Option<LoopId>,
+    /// The branch behind which it lies, if only a debug build or a log level leads there: what is shipped does not have it.
+    pub debug_only: Option<NodeId>,
 }
 
 /// Why something cannot be known.
@@ -294,6 +298,8 @@ pub struct GuardInfo {
     pub forgotten: Option<(Span, String)>,
     /// The name it is bound to, if it has one.
     pub name: Option<String>,
+    /// Set if it is a value of another type, whose own destructor runs where it ends.
+    pub destructor: Option<FunctionId>,
 }
 
 /// What the lowering may ask.
