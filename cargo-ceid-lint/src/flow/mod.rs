@@ -12,7 +12,7 @@ use crate::types::TypedBody;
 
 pub use cycle::{Caller, CycleKind, Directive, LoopInfo, Rounds};
 pub use lower::lower_function;
-pub use place::{Base, IndexKey, Place, Projection, Relation};
+pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
 pub use steps::{StepUnit, step_unit, takes_step};
 pub use test::{About, Head, OTHER_HEADS, Subject, SubjectId, Test};
 
