@@ -6,18 +6,24 @@
 
 #[cfg(feature = "alloc")]
 extern crate alloc;
+#[cfg(feature = "std")]
+extern crate std;
 
 pub mod cycle;
 pub mod filter;
 pub mod rate;
 
-pub use cycle::{Clock, Cycle, CycleGuard, CycleInfo, Cyclic, Free, Take};
+#[cfg(feature = "std")]
+pub use cycle::StdTime;
+pub use cycle::{Clock, Cycle, CycleGuard, CycleInfo, Cyclic, Free, Overrun, Periodic, Releases, Take, Time};
 pub use filter::{Divider, SampledFilter, Tick};
 pub use rate::{Hz, Rate};
 
 /// Everything a control loop needs, for `use ceid_core::prelude::*;`.
 pub mod prelude {
-    pub use crate::{Clock, CycleInfo, Cyclic, Free, Hz, Rate, SampledFilter, Tick};
+    #[cfg(feature = "std")]
+    pub use crate::StdTime;
+    pub use crate::{Clock, CycleInfo, Cyclic, Free, Hz, Overrun, Periodic, Rate, SampledFilter, Tick};
     pub use crate::{assert_updated_once, ceid, each_cycle, filters};
 }
 

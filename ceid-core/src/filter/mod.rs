@@ -1,6 +1,8 @@
 //! Sampled-time filters: the update law, the permit to run it, and what may hold filters. Nothing here decides when a
 //! cycle begins or ends.
 
+#![forbid(unsafe_code)]
+
 mod divider;
 #[cfg(feature = "alloc")]
 mod heap;
