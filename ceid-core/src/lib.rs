@@ -16,14 +16,16 @@ pub mod rate;
 #[cfg(feature = "std")]
 pub use cycle::StdTime;
 pub use cycle::{Clock, Cycle, CycleGuard, CycleInfo, Cyclic, Free, Overrun, Periodic, Releases, Take, Time};
-pub use filter::{Divider, SampledFilter, Tick};
+pub use filter::{Divider, OnlyInCeid, Sample, SampledFilter, Tick, Unregistered};
 pub use rate::{Hz, Rate};
 
 /// Everything a control loop needs, for `use ceid_core::prelude::*;`.
 pub mod prelude {
     #[cfg(feature = "std")]
     pub use crate::StdTime;
-    pub use crate::{Clock, CycleInfo, Cyclic, Free, Hz, Overrun, Periodic, Rate, SampledFilter, Tick};
+    pub use crate::{
+        Clock, CycleInfo, Cyclic, Free, Hz, Overrun, Periodic, Rate, Sample, SampledFilter, Tick, Unregistered,
+    };
     pub use crate::{assert_updated_once, ceid, each_cycle, filters};
 }
 

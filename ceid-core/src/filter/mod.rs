@@ -7,12 +7,18 @@ mod divider;
 #[cfg(feature = "alloc")]
 mod heap;
 mod holders;
+mod register;
+mod sample;
 mod set;
 mod tick;
+mod unregistered;
 
 pub use divider::Divider;
+pub use register::{OnlyInCeid, Register};
+pub use sample::Sample;
 pub use set::{Field, Registers, divided_rate, field_name_hash, is_registered_once};
 pub use tick::Tick;
+pub use unregistered::Unregistered;
 
 use crate::rate::Rate;
 
