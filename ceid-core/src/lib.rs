@@ -16,7 +16,7 @@ pub mod rate;
 #[cfg(feature = "std")]
 pub use cycle::StdTime;
 pub use cycle::{Clock, Cycle, CycleGuard, CycleInfo, Cyclic, Free, Overrun, Periodic, Releases, Take, Time};
-pub use filter::{Divider, OnlyInCeid, Sample, SampledFilter, Tick, Unregistered};
+pub use filter::{Divider, OnlyInCeid, Sample, SampledFilter, Shared, Tick, Unregistered};
 pub use rate::{Hz, Rate};
 
 /// Everything a control loop needs, for `use ceid_core::prelude::*;`.
