@@ -41,6 +41,8 @@ macro_rules! each_cycle {
                     let $info = guard.info();
                     let $filters = guard.filters();
                     $body
+                    // The end of the body leaves it as `continue` does, so that both share one copy of the laws.
+                    continue;
                 }
             }
         }
