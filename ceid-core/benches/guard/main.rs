@@ -60,36 +60,32 @@ fn compare(sizes: &[usize]) -> Result<Vec<String>, String> {
     println!("\"same\": the assembly of the loop is the same as by hand\n");
 
     let mut failures = Vec::new();
-    for (panic, body) in [
-        ("abort", Body::Straight),
-        ("abort", Body::Inlined),
-        ("abort", Body::Opaque),
-        ("unwind", Body::Inlined),
-        ("unwind", Body::Opaque),
+    for (panic, body, title) in [
+        ("abort", Body::Straight, "panic = \"abort\", a body with one end"),
+        ("abort", Body::Early, "panic = \"abort\", a body with a `continue`"),
+        ("abort", Body::Opaque, "panic = \"abort\", a body with a `continue` and an opaque call"),
+        ("unwind", Body::Opaque, "panic = \"unwind\", a body with a `continue` and an opaque call"),
     ] {
         let library = tools::library(&folder, panic)?;
-        println!("panic = \"{panic}\", {} body", body.name());
-        println!("| filters | by hand | `ceid!` of a set | `each_cycle!` | `run` |");
-        println!("| ---: | ---: | ---: | ---: | ---: |");
+        println!("{title}");
+        println!(
+            "| filters | by hand | `each_cycle!` | `run` | `ceid!` of a set | by hand, before each `continue` too |"
+        );
+        println!("| ---: | ---: | ---: | ---: | ---: | ---: |");
         for &filters in sizes {
             let loops = Loops { folder: &folder, library: &library, panic, body, filters };
             let hand = loops.measure(Form::Hand)?;
             let mut row = format!("| {filters} | {:.1} |", hand.instructions);
-            for form in [Form::HandTwice, Form::List, Form::EachCycle, Form::Run] {
-                let guard = loops.measure(form)?;
-                if guard.result != hand.result {
-                    return Err(format!("{} computes something else than the calls by hand", guard.program.display()));
+            for form in [Form::EachCycle, Form::Run, Form::List, Form::HandTwice] {
+                let other = loops.measure(form)?;
+                if other.result != hand.result {
+                    return Err(format!("{} computes something else than the calls by hand", other.program.display()));
                 }
-                let ratio = guard.instructions / hand.instructions;
-                let same = guard.assembly == hand.assembly;
-                let mark = if same { ", same" } else { "" };
-                row += &format!(" {:.1} ({ratio:.3}{mark}) |", guard.instructions);
-                let met = match panic {
-                    "abort" => form != Form::List || (same && guard.instructions == hand.instructions),
-                    _ => ratio <= UNWINDING_BAR,
-                };
-                if !met {
-                    failures.push(format!("{}: {ratio:.3}, same assembly: {same}", guard.program.display()));
+                let ratio = other.instructions / hand.instructions;
+                let same = other.assembly == hand.assembly;
+                row += &format!(" {:.1} ({ratio:.3}{}) |", other.instructions, if same { ", same" } else { "" });
+                if !bar(form, body, panic).is_met(ratio, same) {
+                    failures.push(format!("{}: {ratio:.3}, same assembly: {same}", other.program.display()));
                 }
             }
             println!("{row}");
@@ -98,6 +94,37 @@ fn compare(sizes: &[usize]) -> Result<Vec<String>, String> {
     }
     paper(&folder, sizes)?;
     Ok(failures)
+}
+
+/// What a form has to reach against calls by hand.
+#[derive(Clone, Copy)]
+enum Bar {
+    SameAssembly,
+    Ratio(f64),
+    /// Shown only.
+    None,
+}
+
+impl Bar {
+    fn is_met(self, ratio: f64, same: bool) -> bool {
+        match self {
+            Self::SameAssembly => same,
+            Self::Ratio(most) => ratio <= most,
+            Self::None => true,
+        }
+    }
+}
+
+fn bar(form: Form, body: Body, panic: &str) -> Bar {
+    match (form, panic) {
+        (Form::Hand | Form::HandTwice, _) => Bar::None,
+        (_, "unwind") => Bar::Ratio(UNWINDING_BAR),
+        (Form::Run, _) => Bar::Ratio(1.000_5),
+        // The compiler copies the laws of a guard that it cannot see the end of the body of to each `continue`, as if
+        // they were written there. Which is faster depends on how much of that it inlines.
+        (Form::List, _) if body != Body::Straight => Bar::None,
+        _ => Bar::SameAssembly,
+    }
 }
 
 /// One program of the comparison.

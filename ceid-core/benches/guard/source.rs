@@ -5,7 +5,7 @@
 pub(crate) enum Form {
     /// One call after the other, below the body, which an early end of the cycle jumps to.
     Hand,
-    /// One call after the other, below the body and again before each `continue`.
+    /// The same calls in a function, called below the body and before each `continue`.
     HandTwice,
     /// `ceid!(cycle => f = filters)`
     List,
@@ -27,22 +27,22 @@ impl Form {
     }
 }
 
-/// Where the body gets its measurement.
+/// What the body is like: where it gets its measurement, and where it ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Body {
-    /// From an array, so that nothing in the cycle can panic.
-    Inlined,
-    /// The same, and no early end.
+    /// From an array, so that nothing in the cycle can panic; the body has one end.
     Straight,
-    /// From a function behind a pointer, which may panic for all the compiler knows.
+    /// The same with an early end.
+    Early,
+    /// From a function behind a pointer, which may panic for all the compiler knows; with an early end.
     Opaque,
 }
 
 impl Body {
     pub(crate) const fn name(self) -> &'static str {
         match self {
-            Self::Inlined => "inlined",
             Self::Straight => "straight",
+            Self::Early => "early",
             Self::Opaque => "opaque",
         }
     }
@@ -53,10 +53,10 @@ fn each(filters: usize, text: impl Fn(usize) -> String) -> String {
     (0..filters).map(text).collect()
 }
 
-/// The statements between the guard and the laws; an early end of the cycle is part of every body.
+/// The statements between the guard and the laws.
 fn body(filters: usize, body: Body, set: &str, leave: &str) -> String {
     let measure = match body {
-        Body::Inlined | Body::Straight => "samples.0[(n & 255) as usize]",
+        Body::Straight | Body::Early => "samples.0[(n & 255) as usize]",
         Body::Opaque => "(samples.1)(n)",
     };
     let chain = each(filters - 1, |filter| format!("{set}.f{}.input = {set}.f{filter}.output;\n", filter + 1));
@@ -78,8 +78,11 @@ pub(crate) fn rust(form: Form, filters: usize, kind: Body) -> String {
                     format!("while let Some(info) = clock.wait() {{\nlet n = info.n;\n'body: {{\n{lines}}}\n{calls}}}")
                 }
                 Form::HandTwice => {
-                    let lines = lines("filters", &format!("{calls}continue;"));
-                    format!("while let Some(info) = clock.wait() {{\nlet n = info.n;\n{lines}{calls}}}")
+                    let lines = lines("filters", "update(filters);\ncontinue;");
+                    format!(
+                        "#[inline]\nfn update(filters: &mut Filters) {{ {calls} }}\n\
+                         while let Some(info) = clock.wait() {{\nlet n = info.n;\n{lines}update(filters);}}"
+                    )
                 }
                 _ => {
                     let lines = lines("f", "continue;");
