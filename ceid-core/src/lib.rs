@@ -1,4 +1,8 @@
-#![doc = include_str!("../README.md")]
+#![cfg_attr(feature = "std", doc = include_str!("../README.md"))]
+#![cfg_attr(
+    not(feature = "std"),
+    doc = "Sampled-time filters whose update law runs exactly once per control cycle: see the README."
+)]
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
