@@ -72,7 +72,8 @@ macro_rules! each_cycle {
 /// From this line to the end of the enclosing block, each name is a plain `&mut` to its filter, so the statements that
 /// follow need no change. At the end of the block the laws run once each, in the order of the list, on every way out.
 ///
-/// - `name = place` guards a field under a name: `kf = self.kf`. Of an array, guard the whole, or take it apart first:
+/// - `name = place` guards a field under a name: `kf = self.kf`. A whole set is entered in the same way: after
+///   `ceid!(cycle => f = self.filters)`, `f` is a plain `&mut Filters`. Of an array, guard the whole, or take it apart first:
 ///   `let [left, right] = &mut wheels;`.
 /// - A variable may own the filter, or hold a `&mut`, `Box`, `RefMut` or `MutexGuard` of it (`Box<dyn ...>` with the
 ///   feature `alloc`). To replace a filter as a whole, write `*kf = KalmanF::new()`.
@@ -82,6 +83,7 @@ macro_rules! each_cycle {
 ///   rule `skipped_update`). [`each_cycle!`](crate::each_cycle) has no such gap.
 #[doc(alias = "CEID")]
 #[doc(alias = "CEIDAll")]
+#[doc(alias = "enter")]
 #[doc(alias = "UniqueCheck")]
 #[doc(alias = "cyclicExecution")]
 #[macro_export]

@@ -134,7 +134,8 @@ macro_rules! __update_field {
     };
 }
 
-/// Asserts at compile time that a set made by [`filters!`](crate::filters) updates exactly one filter of a type.
+/// Asserts at compile time that a set made by [`filters!`](crate::filters), or a tuple (the paper's list of types),
+/// updates exactly one filter of a type.
 ///
 /// ```
 /// use ceid_core::prelude::*;
@@ -159,7 +160,7 @@ macro_rules! assert_updated_once {
 }
 
 /// Says that a set updates a filter of type `F`, in the field that `Field` stands for. Implemented by
-/// [`filters!`](crate::filters), asked by [`assert_updated_once!`](crate::assert_updated_once).
+/// [`filters!`](crate::filters) and for tuples, asked by [`assert_updated_once!`](crate::assert_updated_once).
 #[doc(alias = "CEIDEqualComparable")]
 #[diagnostic::on_unimplemented(
     message = "`{F}` is not updated by `{Self}`",
