@@ -290,6 +290,8 @@ pub struct GuardInfo {
     pub span: Span,
     /// What it updates when it is dropped, captured when it is made.
     pub holds: Vec<Var>,
+    /// The filters that are or lie in what it holds.
+    pub updates: Vec<Place>,
     /// The innermost loop in which it is made.
     pub in_loop: Option<LoopId>,
     /// The names of what it holds, for messages.
