@@ -1,35 +1,38 @@
 #![doc = include_str!("../README.md")]
 #![no_std]
-// The three modules that need `unsafe` say so where they are declared; in every other file it is an error.
+// The three files that need `unsafe` say so where they are declared; all others forbid it.
 #![deny(unsafe_code)]
 #![deny(missing_docs)]
 #![warn(clippy::std_instead_of_core, clippy::alloc_instead_of_core)]
 
 #[cfg(feature = "alloc")]
 extern crate alloc;
-#[cfg(any(feature = "std", test))]
+#[cfg(feature = "std")]
 extern crate std;
 
-#[forbid(unsafe_code)]
 pub mod cycle;
 pub mod exchange;
-#[forbid(unsafe_code)]
 pub mod filter;
-#[forbid(unsafe_code)]
 pub mod rate;
 pub mod thread;
 #[forbid(unsafe_code)]
 pub mod transaction;
 
-pub use cycle::{Clock, Cycle, CycleGuard, CycleInfo, Cyclic, Free, Take};
-pub use filter::{Divider, SampledFilter, Tick};
+#[cfg(feature = "std")]
+pub use cycle::StdTime;
+pub use cycle::{Clock, Cycle, CycleGuard, CycleInfo, Cyclic, Free, Overrun, Periodic, Releases, Take, Time};
+pub use filter::{Divider, OnlyInCeid, Sample, SampledFilter, Tick, Unregistered};
 pub use rate::{Hz, Rate};
 pub use thread::{Flow, RealtimeFunctionality, RealtimeThread};
 pub use transaction::TransactionIo;
 
 /// Everything a control loop needs, for `use ceid_core::prelude::*;`.
 pub mod prelude {
-    pub use crate::{Clock, CycleInfo, Cyclic, Free, Hz, Rate, SampledFilter, Tick};
+    #[cfg(feature = "std")]
+    pub use crate::StdTime;
+    pub use crate::{
+        Clock, CycleInfo, Cyclic, Free, Hz, Overrun, Periodic, Rate, Sample, SampledFilter, Tick, Unregistered,
+    };
     pub use crate::{Flow, RealtimeFunctionality, RealtimeThread};
     pub use crate::{assert_updated_once, ceid, each_cycle, filters};
 }

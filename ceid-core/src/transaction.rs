@@ -24,7 +24,10 @@ use crate::exchange::{Exchange, ExchangeCell, Read, Reading, Write};
 /// let (mut outside, mut inside) = io.split();
 ///
 /// std::thread::scope(|scope| {
-///     scope.spawn(move || inside.set_output(inside.input().value() * 2.0));
+///     scope.spawn(move || {
+///         let speed = inside.input().value();
+///         inside.set_output(speed * 2.0);
+///     });
 ///     outside.set_input(0.7);
 /// });
 /// assert!(outside.output().is_fresh());

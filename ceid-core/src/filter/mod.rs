@@ -1,16 +1,24 @@
 //! Sampled-time filters: the update law, the permit to run it, and what may hold filters. Nothing here decides when a
 //! cycle begins or ends.
 
+#![forbid(unsafe_code)]
+
 mod divider;
 #[cfg(feature = "alloc")]
 mod heap;
 mod holders;
+mod register;
+mod sample;
 mod set;
 mod tick;
+mod unregistered;
 
 pub use divider::Divider;
+pub use register::{OnlyInCeid, Register};
+pub use sample::Sample;
 pub use set::{Field, Registers, divided_rate, field_name_hash, is_registered_once};
 pub use tick::Tick;
+pub use unregistered::Unregistered;
 
 use crate::rate::Rate;
 

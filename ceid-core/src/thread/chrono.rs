@@ -1,12 +1,11 @@
 //! Ordinary threads of an operating system, with the clock of the standard library (feature `std`).
 
-use core::time::Duration;
-use std::time::Instant;
 use std::vec::Vec;
-use std::{fs, io, thread};
+use std::{fs, io};
 
 use super::workers::{self, Workers};
-use super::{CyclicTask, Granted, Privilege, Privileges, RealtimeThread, TimeSource, Until};
+use super::{CyclicTask, Granted, Privilege, Privileges, RealtimeThread, Until};
+use crate::cycle::StdTime;
 
 /// Runs each task in a thread of its own, as punctually as an ordinary thread can be.
 ///
@@ -30,18 +29,17 @@ impl RealtimeThread for ChronoCycleThread {
 
     /// Allocates and makes threads before release 0, not in the loop. Blocks for the whole run.
     fn run(&mut self, tasks: &mut [&mut dyn CyclicTask], until: Until<'_>) -> Privileges {
-        let threads = workers::run(tasks, &Chrono { origin: Instant::now() }, until);
+        let threads = workers::run(tasks, &Chrono { time: StdTime::new() }, until);
         Privileges { threads, ..Privileges::default() }
     }
 }
 
-#[derive(Clone, Copy)]
 struct Chrono {
-    origin: Instant,
+    time: StdTime,
 }
 
 impl Workers for Chrono {
-    type Time = Self;
+    type Time = StdTime;
 
     fn prepare(&self, task: &'static str, _: u32) -> Granted {
         Granted { task, timer_slack: Privilege::of(shorten_timer_slack()), ..Granted::default() }
@@ -51,20 +49,8 @@ impl Workers for Chrono {
         true
     }
 
-    fn time(&self) -> Self {
-        *self
-    }
-}
-
-impl TimeSource for Chrono {
-    #[inline]
-    fn now_ns(&mut self) -> u64 {
-        u64::try_from(self.origin.elapsed().as_nanos()).unwrap_or(u64::MAX)
-    }
-
-    #[inline]
-    fn wait_until(&mut self, deadline_ns: u64) {
-        thread::sleep(Duration::from_nanos(deadline_ns.saturating_sub(self.now_ns())));
+    fn time(&self) -> StdTime {
+        self.time
     }
 }
 

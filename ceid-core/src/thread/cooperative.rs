@@ -1,43 +1,7 @@
 //! The loop of every world: waits for the earliest release, runs its cycle. Only how it waits differs.
 
 use super::{CyclicTask, Outcome, Until};
-
-/// What time it is, and how to wait for later: a timer of a chip, a clock of an operating system, or virtual time.
-///
-/// ```
-/// use ceid_core::thread::TimeSource;
-/// use core::sync::atomic::{AtomicU32, Ordering};
-///
-/// /// Counted by the interrupt of a timer, once per millisecond.
-/// static MILLISECONDS: AtomicU32 = AtomicU32::new(0);
-///
-/// struct Timer;
-///
-/// impl TimeSource for Timer {
-///     fn now_ns(&mut self) -> u64 {
-///         u64::from(MILLISECONDS.load(Ordering::Relaxed)) * 1_000_000
-///     }
-///
-///     fn wait_until(&mut self, _: u64) {
-///         // On a chip: wait for the next interrupt.
-///         # MILLISECONDS.fetch_add(1, Ordering::Relaxed);
-///     }
-/// }
-/// # let mut timer = Timer;
-/// # timer.wait_until(1_000_000);
-/// # assert_eq!(timer.now_ns(), 1_000_000);
-/// ```
-pub trait TimeSource {
-    /// Nanoseconds since some moment before the run. MUST NOT go back.
-    ///
-    /// It should neither block nor allocate.
-    fn now_ns(&mut self) -> u64;
-
-    /// Waits until `now_ns` has reached `deadline_ns`, or for a shorter time: it is called again until the time has come.
-    ///
-    /// Each return is an occasion to see a stop request.
-    fn wait_until(&mut self, deadline_ns: u64);
-}
+use crate::cycle::Time;
 
 /// Begins a run of all tasks; if one of them cannot run, none does.
 pub(super) fn start(tasks: &mut [&mut dyn CyclicTask], until: &Until<'_>) {
@@ -50,12 +14,7 @@ pub(super) fn start(tasks: &mut [&mut dyn CyclicTask], until: &Until<'_>) {
 
 /// Runs the tasks in this thread, one cycle at a time, by the time of their releases and then in the order given.
 /// Returns whether all of them have run to the end.
-pub(super) fn run(
-    tasks: &mut [&mut dyn CyclicTask],
-    time: &mut impl TimeSource,
-    start_ns: u64,
-    until: Until<'_>,
-) -> bool {
+pub(super) fn run(tasks: &mut [&mut dyn CyclicTask], time: &mut impl Time, start_ns: u64, until: Until<'_>) -> bool {
     // The others are ended also if a cycle unwinds.
     let tasks = EndsAll(tasks);
     while let Some(task) = earliest(tasks.0) {
@@ -76,7 +35,7 @@ pub(super) fn run(
 struct Ended;
 
 /// Returns what time it is, once it is `deadline_ns`.
-fn wait(time: &mut impl TimeSource, deadline_ns: u64, until: &Until<'_>) -> Result<u64, Ended> {
+fn wait(time: &mut impl Time, deadline_ns: u64, until: &Until<'_>) -> Result<u64, Ended> {
     loop {
         if until.is_stop_requested() || until.is_ended() {
             return Err(Ended);
@@ -85,7 +44,7 @@ fn wait(time: &mut impl TimeSource, deadline_ns: u64, until: &Until<'_>) -> Resu
         if now_ns >= deadline_ns {
             return Ok(now_ns);
         }
-        time.wait_until(deadline_ns);
+        time.sleep_until_ns(deadline_ns);
     }
 }
 

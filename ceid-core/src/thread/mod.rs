@@ -6,13 +6,13 @@
 //! | thread | time | tasks | needs |
 //! | --- | --- | --- | --- |
 //! | [`SimulatedCycleThread`] | virtual: no waiting, every run alike | in one thread | nothing |
-//! | [`SuperloopCycleThread`] | of a [`TimeSource`], such as a timer of the chip | in one thread | nothing |
+//! | [`SuperloopCycleThread`] | of a [`Time`], such as a timer of the chip | in one thread | nothing |
 //! | [`ChronoCycleThread`] | of the operating system, soft | a thread each | feature `std` |
 //! | [`RtPreemptCycleThread`] | of Linux, real-time priorities | a thread each | feature `linux-rt` |
 //!
 //! ```
 //! use ceid_core::prelude::*;
-//! use ceid_core::thread::{Overrun, SimulatedCycleThread, Task, Until};
+//! use ceid_core::thread::{SimulatedCycleThread, Task, Until};
 //! use core::time::Duration;
 //!
 //! # struct LowPass { input: f64, output: f64 }
@@ -72,8 +72,6 @@ mod privileges;
 #[forbid(unsafe_code)]
 mod rt_preempt;
 #[forbid(unsafe_code)]
-mod schedule;
-#[forbid(unsafe_code)]
 mod simulated;
 #[forbid(unsafe_code)]
 mod superloop;
@@ -90,19 +88,19 @@ mod workers;
 
 #[cfg(feature = "std")]
 pub use chrono::ChronoCycleThread;
-pub use cooperative::TimeSource;
 pub use histogram::Histogram;
 #[cfg(feature = "std")]
 pub use privileges::{Granted, Privilege, Privileges};
 #[cfg(all(feature = "linux-rt", target_os = "linux"))]
 pub use rt_preempt::{IfRefused, RtPreemptCycleThread, Scheduling};
-pub use schedule::Overrun;
 pub use simulated::SimulatedCycleThread;
 pub use superloop::SuperloopCycleThread;
 pub use task::{CyclicTask, Outcome, Task};
 pub use until::{StopSignal, Until};
 
 use crate::cycle::CycleInfo;
+#[cfg(doc)]
+use crate::cycle::{Overrun, Time};
 use crate::rate::Rate;
 
 /// What a robot does in each cycle, at one rate; independent of the thread that runs it.

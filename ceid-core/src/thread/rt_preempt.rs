@@ -7,7 +7,8 @@ use std::io::{self, Write as _};
 use std::vec::Vec;
 
 use super::workers::{self, Workers};
-use super::{CyclicTask, Granted, Privilege, Privileges, RealtimeThread, TimeSource, Until, system_calls};
+use super::{CyclicTask, Granted, Privilege, Privileges, RealtimeThread, Until, system_calls};
+use crate::cycle::Time;
 
 /// Runs each task in a thread of its own, with a real-time priority, locked memory and absolute sleeps.
 ///
@@ -24,7 +25,7 @@ use super::{CyclicTask, Granted, Privilege, Privileges, RealtimeThread, TimeSour
 ///
 /// ```
 /// use ceid_core::prelude::*;
-/// use ceid_core::thread::{IfRefused, Overrun, RtPreemptCycleThread, Scheduling, Task, Until};
+/// use ceid_core::thread::{IfRefused, RtPreemptCycleThread, Scheduling, Task, Until};
 /// use core::time::Duration;
 /// # struct Motor;
 /// # impl RealtimeFunctionality for Motor {
@@ -154,14 +155,14 @@ impl Workers for RtPreempt<'_> {
 
 struct Monotonic;
 
-impl TimeSource for Monotonic {
+impl Time for Monotonic {
     #[inline]
     fn now_ns(&mut self) -> u64 {
         system_calls::monotonic_ns()
     }
 
     #[inline]
-    fn wait_until(&mut self, deadline_ns: u64) {
+    fn sleep_until_ns(&mut self, deadline_ns: u64) {
         system_calls::sleep_until(deadline_ns);
     }
 }

@@ -1,6 +1,7 @@
 //! Virtual time: the simulator of the paper.
 
-use super::{CyclicTask, RealtimeThread, TimeSource, Until, cooperative};
+use super::{CyclicTask, RealtimeThread, Until, cooperative};
+use crate::cycle::Time;
 
 /// Runs tasks in virtual time: nobody waits, and a run is a function of its tasks alone.
 ///
@@ -32,14 +33,14 @@ struct Virtual {
     now_ns: u64,
 }
 
-impl TimeSource for Virtual {
+impl Time for Virtual {
     #[inline]
     fn now_ns(&mut self) -> u64 {
         self.now_ns
     }
 
     #[inline]
-    fn wait_until(&mut self, deadline_ns: u64) {
+    fn sleep_until_ns(&mut self, deadline_ns: u64) {
         self.now_ns = deadline_ns;
     }
 }

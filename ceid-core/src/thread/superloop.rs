@@ -1,21 +1,25 @@
 //! The main loop of a program without an operating system.
 
-use super::{CyclicTask, RealtimeThread, TimeSource, Until, cooperative};
+use super::{CyclicTask, RealtimeThread, Until, cooperative};
+#[cfg(doc)]
+use crate::cycle::Overrun;
+use crate::cycle::Time;
 
-/// Runs tasks one cycle at a time in the calling thread, in the time of a [`TimeSource`]: for bare metal.
+/// Runs tasks one cycle at a time in the calling thread, in the time of a [`Time`]: for bare metal.
 ///
 /// The task with the earliest release runs next, the first of several; none interrupts another. So a task is late by at
-/// most the longest cycles of the others, and each task's [`Overrun`](super::Overrun) says what happens if that makes it
+/// most the longest cycles of the others, and each task's [`Overrun`] says what happens if that makes it
 /// miss a release. Does not allocate.
 ///
 /// ```
 /// use ceid_core::prelude::*;
-/// use ceid_core::thread::{Overrun, SuperloopCycleThread, Task, TimeSource, Until};
+/// use ceid_core::Time;
+/// use ceid_core::thread::{SuperloopCycleThread, Task, Until};
 /// use core::time::Duration;
 /// # struct Timer(u64);
-/// # impl TimeSource for Timer {
+/// # impl Time for Timer {
 /// #     fn now_ns(&mut self) -> u64 { self.0 }
-/// #     fn wait_until(&mut self, _: u64) { self.0 += 10_000; }
+/// #     fn sleep_until_ns(&mut self, _: u64) { self.0 += 10_000; }
 /// # }
 /// # struct Motor;
 /// # impl RealtimeFunctionality for Motor {
@@ -33,7 +37,7 @@ pub struct SuperloopCycleThread<T> {
     time: T,
 }
 
-impl<T: TimeSource> SuperloopCycleThread<T> {
+impl<T: Time> SuperloopCycleThread<T> {
     /// A main loop with this clock. Does not allocate, block or panic.
     #[must_use]
     pub const fn new(time: T) -> Self {
@@ -41,7 +45,7 @@ impl<T: TimeSource> SuperloopCycleThread<T> {
     }
 }
 
-impl<T: TimeSource> RealtimeThread for SuperloopCycleThread<T> {
+impl<T: Time> RealtimeThread for SuperloopCycleThread<T> {
     type Report = ();
 
     /// Does not allocate, and blocks for the whole run.

@@ -2,19 +2,21 @@
 
 use core::fmt;
 
-use super::schedule::{Overrun, Schedule};
 use super::{Flow, Histogram, RealtimeFunctionality};
+use crate::cycle::{Overrun, Releases};
 use crate::rate::Rate;
 
 /// A functionality with what a [`RealtimeThread`](super::RealtimeThread) needs to run it, and what it finds out.
 ///
 /// The counts are those of the last run. With [`with_histogram`](Task::with_histogram) it also counts how late the
 /// cycles began; the buckets are part of the task, so the loop does not allocate.
-pub struct Task<F, const BUCKETS: usize = 0> {
+pub struct Task<F: RealtimeFunctionality, const BUCKETS: usize = 0> {
     name: &'static str,
     functionality: F,
-    overrun: Overrun,
-    schedule: Schedule,
+    releases: Releases<F::Rate>,
+    /// The number of releases of the run, and the last nanosecond before the one that is not part of it.
+    end: u64,
+    last_ns: u64,
     outcome: Option<Outcome>,
     lateness: Histogram<BUCKETS>,
 }
@@ -28,7 +30,7 @@ pub enum Outcome {
     Stopped,
     /// The functionality returned [`Flow::Stop`](super::Flow::Stop).
     Finished,
-    /// It missed a release under [`Overrun::Stop`](super::Overrun::Stop).
+    /// It missed a release under [`Overrun::Stop`].
     Overran,
     /// The functionality panicked. It is not called again, in this run or another.
     Panicked,
@@ -42,17 +44,19 @@ impl<F: RealtimeFunctionality> Task<F> {
     /// A task that has not run. The name is that of its thread, and is used in reports.
     ///
     /// Does not allocate, block or panic.
+    // Compile errors quote the line of the function to whoever leaves the choice out.
+    #[rustfmt::skip]
     #[must_use]
-    pub const fn new(name: &'static str, functionality: F, overrun: Overrun) -> Self {
+    pub const fn new(name: &'static str, functionality: F, overrun: Overrun) -> Self { // choose what becomes of late releases: `Overrun::Skip`, `CatchUp` or `Stop`
         let lateness = Histogram::with_width_ns(1);
-        Self { name, functionality, overrun, schedule: Schedule::new(), outcome: None, lateness }
+        Self { name, functionality, releases: Releases::new(overrun), end: 0, last_ns: 0, outcome: None, lateness }
     }
 
     /// Counts how late cycles begin, in `BUCKETS` buckets of `width_ns` nanoseconds.
     ///
     /// ```
     /// # use ceid_core::prelude::*;
-    /// # use ceid_core::thread::{Overrun, SimulatedCycleThread, Task, Until};
+    /// # use ceid_core::thread::{SimulatedCycleThread, Task, Until};
     /// # use core::time::Duration;
     /// # struct Motor;
     /// # impl RealtimeFunctionality for Motor {
@@ -67,28 +71,29 @@ impl<F: RealtimeFunctionality> Task<F> {
     /// Does not allocate, block or panic.
     #[must_use]
     pub fn with_histogram<const BUCKETS: usize>(self, width_ns: u64) -> Task<F, BUCKETS> {
-        let Self { name, functionality, overrun, schedule, outcome, .. } = self;
-        Task { name, functionality, overrun, schedule, outcome, lateness: Histogram::with_width_ns(width_ns) }
+        let Self { name, functionality, releases, end, last_ns, outcome, .. } = self;
+        let lateness = Histogram::with_width_ns(width_ns);
+        Task { name, functionality, releases, end, last_ns, outcome, lateness }
     }
 }
 
-impl<F, const BUCKETS: usize> Task<F, BUCKETS> {
+impl<F: RealtimeFunctionality, const BUCKETS: usize> Task<F, BUCKETS> {
     /// The cycles of the last run. Does not allocate, block or panic.
     #[must_use]
     pub fn cycles(&self) -> u64 {
-        self.schedule.cycles()
+        self.releases.cycles()
     }
 
     /// The releases of the last run that passed without a cycle. Does not allocate, block or panic.
     #[must_use]
     pub fn missed(&self) -> u64 {
-        self.schedule.released() - self.schedule.cycles()
+        self.releases.missed()
     }
 
     /// Cycles and missed releases together. Does not allocate, block or panic.
     #[must_use]
     pub fn released(&self) -> u64 {
-        self.schedule.released()
+        self.releases.released()
     }
 
     /// How late the cycles of the last run began; empty, but for the shortest and the longest, without
@@ -123,7 +128,13 @@ impl<F, const BUCKETS: usize> Task<F, BUCKETS> {
     }
 }
 
-impl<F, const BUCKETS: usize> fmt::Debug for Task<F, BUCKETS> {
+impl<F: RealtimeFunctionality, const BUCKETS: usize> Task<F, BUCKETS> {
+    fn is_complete(&self) -> bool {
+        self.releases.released() >= self.end
+    }
+}
+
+impl<F: RealtimeFunctionality, const BUCKETS: usize> fmt::Debug for Task<F, BUCKETS> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Task")
             .field("name", &self.name)
@@ -137,7 +148,7 @@ impl<F, const BUCKETS: usize> fmt::Debug for Task<F, BUCKETS> {
 /// A task of any functionality, as a [`RealtimeThread`](super::RealtimeThread) takes it. Only [`Task`] implements it.
 ///
 /// To run tasks in a world of your own, give [`SuperloopCycleThread`](super::SuperloopCycleThread) its
-/// [`TimeSource`](super::TimeSource). The methods are for this crate.
+/// [`Time`](crate::Time). The methods are for this crate.
 pub trait CyclicTask: Send + sealed::Sealed {
     #[doc(hidden)]
     fn name(&self) -> &'static str;
@@ -180,36 +191,41 @@ impl<F: RealtimeFunctionality, const BUCKETS: usize> CyclicTask for Task<F, BUCK
     }
 
     fn start(&mut self, duration_ns: Option<u64>) -> bool {
-        self.schedule.start::<F::Rate>(duration_ns);
+        self.releases = Releases::new(self.releases.overrun());
+        self.end = match duration_ns {
+            None => u64::MAX,
+            // Those that are due one nanosecond before the end.
+            Some(ns) => ns.checked_sub(1).map_or(0, F::Rate::released_by),
+        };
+        self.last_ns = F::Rate::release_ns(self.end).saturating_sub(1);
         self.lateness.clear();
         if self.outcome == Some(Outcome::Panicked) {
             return false;
         }
-        self.outcome = self.schedule.next().is_none().then_some(Outcome::Completed);
+        self.outcome = self.is_complete().then_some(Outcome::Completed);
         true
     }
 
     #[inline]
     fn next_release(&self) -> Option<(u64, u64)> {
-        if self.outcome.is_some() {
-            return None;
-        }
-        self.schedule.next().map(|n| (n, F::Rate::release_ns(n)))
+        self.outcome.is_none().then(|| (self.releases.released(), self.releases.next_ns()))
     }
 
     #[inline]
     fn run_cycle(&mut self, now_ns: u64) -> bool {
-        let Some(info) = self.schedule.begin::<F::Rate>(now_ns, self.overrun) else {
+        // Releases from the end on are not part of the run, however late it is.
+        let Some(mut info) = self.releases.begin(now_ns.min(self.last_ns)) else {
             self.outcome = Some(Outcome::Overran);
             return false;
         };
+        info.late_ns = now_ns.saturating_sub(info.release_ns);
         self.lateness.record(info.late_ns);
         // Stays if the functionality unwinds; without `std` there is no other way to know.
         self.outcome = Some(Outcome::Panicked);
         let flow = self.functionality.cycle(info);
         self.outcome = match flow {
             Flow::Stop => Some(Outcome::Finished),
-            Flow::Continue => self.schedule.next().is_none().then_some(Outcome::Completed),
+            Flow::Continue => self.is_complete().then_some(Outcome::Completed),
         };
         flow == Flow::Continue
     }

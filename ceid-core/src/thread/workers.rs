@@ -6,11 +6,12 @@ use std::sync::mpsc;
 use std::thread::{self, Builder, ScopedJoinHandle};
 use std::vec::Vec;
 
-use super::{CyclicTask, Granted, Outcome, StopSignal, TimeSource, Until, cooperative};
+use super::{CyclicTask, Granted, Outcome, StopSignal, Until, cooperative};
+use crate::cycle::Time;
 
 /// How a world of threads differs from the others.
 pub(super) trait Workers: Sync {
-    type Time: TimeSource;
+    type Time: Time;
 
     /// Called in the thread of a task before the run: asks for its privileges.
     fn prepare(&self, name: &'static str, hz: u32) -> Granted;
