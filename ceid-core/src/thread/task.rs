@@ -47,7 +47,7 @@ impl<F: RealtimeFunctionality> Task<F> {
     // Compile errors quote the line of the function to whoever leaves the choice out.
     #[rustfmt::skip]
     #[must_use]
-    pub const fn new(name: &'static str, functionality: F, overrun: Overrun) -> Self { // choose what becomes of late releases: `Overrun::Skip`, `CatchUp` or `Stop`
+    pub const fn new(name: &'static str, functionality: F, overrun: Overrun) -> Self { // choose what becomes of late releases
         let lateness = Histogram::with_width_ns(1);
         Self { name, functionality, releases: Releases::new(overrun), end: 0, last_ns: 0, outcome: None, lateness }
     }

@@ -23,6 +23,10 @@ pub(super) trait Workers: Sync {
     fn time(&self) -> Self::Time;
 }
 
+/// How far ahead release 0 is when the threads are told of it: far enough that all of them wait for it, although the
+/// first of them may preempt the thread that tells the others.
+const START_AHEAD_NS: u64 = 5_000_000;
+
 /// Runs each task in its own thread. Returns what each thread was granted.
 pub(super) fn run(tasks: &mut [&mut dyn CyclicTask], world: &impl Workers, until: Until<'_>) -> Vec<Granted> {
     cooperative::start(tasks, &until);
@@ -35,7 +39,7 @@ pub(super) fn run(tasks: &mut [&mut dyn CyclicTask], world: &impl Workers, until
         let granted: Vec<_> = workers.iter().filter_map(|worker| worker.granted.recv().ok()).collect();
         // All threads are ready; without a start they end.
         if workers.len() == count && world.may_begin(&granted) {
-            let start_ns = world.time().now_ns();
+            let start_ns = world.time().now_ns().saturating_add(START_AHEAD_NS);
             for worker in &workers {
                 // Fails only if the thread has gone, which its handle tells below.
                 let _ = worker.start.send(start_ns);
