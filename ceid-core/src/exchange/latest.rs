@@ -37,7 +37,7 @@ pub struct LatestCell<T> {
     slots: [Padded<UnsafeCell<T>>; 3],
     /// The index of the slot between, and `FRESH`.
     between: Padded<AtomicU8>,
-    // The two indices below are here, and not in the ends, so that ends taken anew go on where the last ones stopped.
+    // Copies of what the ends know, from which ends that are taken anew go on where the last ones stopped.
     /// The index of the writer's slot.
     back: Padded<UnsafeCell<u8>>,
     /// The index of the reader's slot.
@@ -83,7 +83,8 @@ impl<T> LatestCell<T> {
     /// panic.
     #[inline]
     pub fn split(&mut self) -> (LatestWriter<'_, T>, LatestReader<'_, T>) {
-        (LatestWriter { cell: self }, LatestReader { cell: self })
+        // SAFETY: the exclusive borrow shows that there are no ends now, and lasts as long as those that are made.
+        unsafe { self.ends() }
     }
 
     /// The two ends of a shared cell: the first call has them, every later call gets `None`.
@@ -96,7 +97,20 @@ impl<T> LatestCell<T> {
         if self.taken.swap(true, Ordering::Relaxed) {
             return None;
         }
-        Some((LatestWriter { cell: self }, LatestReader { cell: self }))
+        // SAFETY: only one call gets here, and `split` cannot be called while the borrow of its ends lasts.
+        Some(unsafe { self.ends() })
+    }
+
+    /// Makes the two ends.
+    ///
+    /// # Safety
+    ///
+    /// There are no other ends while these live.
+    #[inline]
+    unsafe fn ends(&self) -> (LatestWriter<'_, T>, LatestReader<'_, T>) {
+        // SAFETY: only the writer touches `back`, and only the reader `front`; there are neither yet.
+        let (back, front) = unsafe { (self.back.0.with(|back| *back), self.front.0.with(|front| *front)) };
+        (LatestWriter { cell: self, back }, LatestReader { cell: self, front })
     }
 
     /// The slot of an index.
@@ -129,6 +143,8 @@ impl<T> fmt::Debug for LatestCell<T> {
 /// The end of a [`LatestCell`] that writes.
 pub struct LatestWriter<'c, T> {
     cell: &'c LatestCell<T>,
+    /// The index of the writer's slot.
+    back: u8,
 }
 
 impl<T: Copy> LatestWriter<'_, T> {
@@ -137,14 +153,12 @@ impl<T: Copy> LatestWriter<'_, T> {
     /// Wait-free: one copy of the value and one atomic swap. Does not allocate, block or panic.
     #[inline]
     pub fn set(&mut self, value: T) {
-        // SAFETY: only the writer touches `back`, there is one writer, and it is borrowed exclusively here.
-        let back = self.cell.back.0.with(|back| unsafe { *back });
         // SAFETY: the indices are 0, 1 and 2 from the start, and are only ever swapped. The slot is the writer's: the
         // reader takes a slot only after it was given away below.
-        unsafe { self.cell.slot(back).with_mut(|slot| *slot = value) };
-        let taken = self.cell.exchange(back | FRESH);
-        // SAFETY: as above.
-        self.cell.back.0.with_mut(|back| unsafe { *back = taken });
+        unsafe { self.cell.slot(self.back).with_mut(|slot| *slot = value) };
+        self.back = self.cell.exchange(self.back | FRESH);
+        // SAFETY: only the writer touches `back`, there is one writer, and it is borrowed exclusively here.
+        self.cell.back.0.with_mut(|back| unsafe { *back = self.back });
     }
 }
 
@@ -157,6 +171,8 @@ impl<T> fmt::Debug for LatestWriter<'_, T> {
 /// The end of a [`LatestCell`] that reads.
 pub struct LatestReader<'c, T> {
     cell: &'c LatestCell<T>,
+    /// The index of the reader's slot.
+    front: u8,
 }
 
 impl<T> LatestReader<'_, T> {
@@ -166,19 +182,17 @@ impl<T> LatestReader<'_, T> {
     /// one swap if the value is fresh. Does not allocate, block or panic.
     #[inline]
     pub fn read(&mut self) -> Reading<&T> {
-        // SAFETY: only the reader touches `front`, there is one reader, and it is borrowed exclusively here.
-        let front = self.cell.front.0.with(|front| unsafe { *front });
         // Relaxed: this only asks whether to swap; the swap orders the accesses.
-        if self.cell.between.0.load(Ordering::Relaxed) & FRESH == 0 {
-            // SAFETY: the index is in range as in `set`. The slot is the reader's until its next swap, which needs the
-            // exclusive borrow that the reference holds.
-            return Reading::Stale(unsafe { self.cell.slot(front).with(|slot| &*slot) });
+        let is_fresh = self.cell.between.0.load(Ordering::Relaxed) & FRESH != 0;
+        if is_fresh {
+            self.front = self.cell.exchange(self.front);
+            // SAFETY: only the reader touches `front`, there is one reader, and it is borrowed exclusively here.
+            self.cell.front.0.with_mut(|front| unsafe { *front = self.front });
         }
-        let front = self.cell.exchange(front);
-        // SAFETY: as above.
-        self.cell.front.0.with_mut(|place| unsafe { *place = front });
-        // SAFETY: as above.
-        Reading::Fresh(unsafe { self.cell.slot(front).with(|slot| &*slot) })
+        // SAFETY: the index is in range as in `set`. The slot is the reader's until its next swap, which needs the
+        // exclusive borrow that the reference holds.
+        let value = unsafe { self.cell.slot(self.front).with(|slot| &*slot) };
+        if is_fresh { Reading::Fresh(value) } else { Reading::Stale(value) }
     }
 }
 

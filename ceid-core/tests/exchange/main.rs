@@ -33,7 +33,6 @@ mod spin {
 
     // SAFETY: `lock` returns only to the thread whose exchange found the lock free.
     unsafe impl lock_api::RawMutex for Raw {
-        #[expect(clippy::declare_interior_mutable_const, reason = "the trait wants it")]
         const INIT: Self = Self(AtomicBool::new(false));
         type GuardMarker = lock_api::GuardSend;
 
