@@ -21,7 +21,7 @@ pub mod transaction;
 #[cfg(feature = "std")]
 pub use cycle::StdTime;
 pub use cycle::{Clock, Cycle, CycleGuard, CycleInfo, Cyclic, Free, Overrun, Periodic, Releases, Take, Time};
-pub use filter::{Divider, OnlyInCeid, Sample, SampledFilter, Tick, Unregistered};
+pub use filter::{Divider, OnlyInCeid, Sample, SampledFilter, Shared, Tick, Unregistered};
 pub use rate::{Hz, Rate};
 pub use thread::{Flow, RealtimeFunctionality, RealtimeThread};
 pub use transaction::TransactionIo;

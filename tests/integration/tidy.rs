@@ -41,11 +41,9 @@ const MOST_LINES: usize = 500;
 
 /// Longer files, with the reason.
 const LONG_FILES: &[(&str, &str)] = &[
-    ("flow/lower/calls.rs", "one function for each kind of callee; to be parted when another kind comes"),
     ("flow/lower/iterators.rs", "sources, adaptors and consumers of one chain are read together"),
     ("flow/lower/patterns.rs", "one arm for each kind of pattern"),
     ("index/ty.rs", "types with their names resolved, and the one walk that makes them"),
-    ("types/calls.rs", "one function for each kind of callee, and the order in which they are tried"),
     ("types/expr.rs", "one arm for each kind of expression"),
 ];
 

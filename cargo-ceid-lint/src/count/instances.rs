@@ -32,6 +32,7 @@ pub(super) fn place_ty(index: &Index, graph: &ControlFlowGraph, place: &Place) -
                 }
                 _ => return None,
             },
+            Projection::Channel(_) => {}
             Projection::Index(_) => {
                 ty = match &ty {
                     Ty::Array(inner, _) | Ty::Slice(inner) => (**inner).clone(),
@@ -208,7 +209,7 @@ fn counted_part(
 pub(super) fn settle_elements(index: &Index, graph: &ControlFlowGraph, places: &BTreeSet<Place>) -> BTreeSet<Place> {
     let mut settled = BTreeSet::new();
     for place in places {
-        let Some(at) = place.steps.iter().position(|step| matches!(step, Projection::Index(_))) else {
+        let Some(at) = place.steps.iter().position(|step| step.key().is_some()) else {
             settled.insert(place.clone());
             continue;
         };
@@ -219,13 +220,15 @@ pub(super) fn settle_elements(index: &Index, graph: &ControlFlowGraph, places: &
             .filter(|other| {
                 other.base == place.base && other.steps.len() > at && other.steps[..at] == place.steps[..at]
             })
-            .flat_map(|other| match &other.steps[at] {
-                Projection::Index(key @ (IndexKey::Number(_) | IndexKey::Named(_))) => vec![key.clone()],
-                Projection::Index(IndexKey::Var(var)) => counted_part(index, graph, &collection, *var),
+            .flat_map(|other| match other.steps[at].key() {
+                Some(key @ (IndexKey::Number(_) | IndexKey::Named(_))) => vec![key.clone()],
+                Some(IndexKey::Var(var)) => counted_part(index, graph, &collection, *var),
                 _ => Vec::new(),
             })
             .collect();
-        let Projection::Index(own) = &place.steps[at] else { continue };
+        let step = &place.steps[at];
+        let Some(own) = step.key() else { continue };
+        let with_key = |key: IndexKey| collection.join(&[step.with_key(key)]).join(rest);
         match own {
             IndexKey::Number(_) | IndexKey::Named(_) => {
                 settled.insert(place.clone());
@@ -236,11 +239,9 @@ pub(super) fn settle_elements(index: &Index, graph: &ControlFlowGraph, places: &
             // What data decides names no instance, where others are named for certain.
             IndexKey::Data(_) | IndexKey::Param(_) | IndexKey::Var(_) | IndexKey::Each => {
                 if constants.is_empty() {
-                    settled.insert(collection.element(IndexKey::Each).join(rest));
+                    settled.insert(with_key(IndexKey::Each));
                 } else {
-                    for key in constants {
-                        settled.insert(collection.element(key.clone()).join(rest));
-                    }
+                    settled.extend(constants.into_iter().map(with_key));
                 }
             }
         }

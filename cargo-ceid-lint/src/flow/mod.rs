@@ -214,6 +214,10 @@ pub struct Update {
     pub method: String,
     /// Whether a guard runs it.
     pub by_guard: bool,
+    /// Whether the type of the place tells that it is a filter; a law may also have its state in an argument of any type.
+    pub is_typed: bool,
+    /// The variable that holds the result, if the law leaves the filter as it is when that is an `Err`.
+    pub attempt: Option<Var>,
     /// The variables that its arguments read.
     pub fed: Vec<Var>,
     /// The variables that its result goes into.
@@ -261,8 +265,9 @@ pub struct CallSite {
     pub result: Var,
     /// The call as the source spells it, for messages: `self.step()`.
     pub text: String,
-    /// Set if it is a filter's own law: only what lies inside the filter is looked at.
-    pub is_law: bool,
+    /// Set if it is a filter's own law: the number of the argument that is the filter. Only what lies inside the filter is
+    /// looked at.
+    pub law_of: Option<usize>,
     /// The variables that its arguments read, `self` left out.
     pub fed: Vec<Var>,
     /// The variables that its result goes into.
@@ -333,6 +338,8 @@ pub struct LoopInfo {
     pub indexes: Vec<Place>,
     /// Whether an item may be passed over (`filter`), so that its round does not take place.
     pub passes_over: bool,
+    /// Whether its items are the elements of a collection from the first one on, none left out.
+    pub in_order: bool,
     /// Whether it is a `while let` or `for` that takes what is there from a queue.
     pub drains: bool,
     /// Whether it stands in another function that was inlined here, so that it is that function's own.

@@ -14,7 +14,7 @@ use crate::syntax::tree::{
     Attribute, Bound, ExprId, Fields, Function, Generics, OpaqueMacro, Path, TypeRef, ValueItem, Variant,
 };
 
-pub use filters::{FilterSpec, LawGroup, Multiplicity};
+pub use filters::{FilterSpec, LawGroup};
 pub use known::{is_guard_type, is_sampled_filter_path};
 pub use lookup::MethodOwner;
 pub use names::Namespace;
@@ -50,6 +50,8 @@ ids! {
 /// Everything that has a name in the analysed code.
 #[derive(Debug, Default)]
 pub struct Index {
+    /// Paths into crates whose sources are not read that the entries name, so that glob imports of them are understood.
+    named_outside: Vec<String>,
     /// The crates, dependencies before those that use them.
     pub crates: Vec<CrateInfo>,
     /// The modules.
@@ -291,10 +293,12 @@ pub struct ValueDef {
 }
 
 impl Index {
-    /// Collects and links the items of all crates; a crate stands behind those it names.
+    /// Collects and links the items of all crates; a crate stands behind those it names. `named_outside` are the paths that
+    /// the entries of the configuration name in crates whose sources are not read.
     #[must_use]
-    pub fn build(inputs: Vec<CrateInput>) -> Self {
+    pub fn build(inputs: Vec<CrateInput>, named_outside: Vec<String>) -> Self {
         let mut index = collect::collect(inputs);
+        index.named_outside = named_outside;
         index.link();
         index.specs = filters::specs(&index);
         index.find_holders();

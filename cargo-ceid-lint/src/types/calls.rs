@@ -2,160 +2,12 @@
 
 use super::builtin;
 use super::infer::{Infer, param_types};
+use super::paths::Value;
 use super::{Callee, Resolved};
-use crate::index::{Def, FunctionId, MethodOwner, Namespace, Owner, ParamTy, TraitName, TraitRef, Ty};
+use crate::index::{Def, FunctionId, MethodOwner, Owner, ParamTy, TraitName, TraitRef, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, Path, TypeRef};
 
-/// What a path in an expression means.
-enum Value {
-    Local(super::LocalId),
-    Def(Def),
-    /// `Type::name`, `<T as Trait>::name`, `Trait::name`; the type if it is known.
-    Assoc(Vec<MethodOwner>, Option<Ty>),
-    /// `Type::name` of a type outside the analysed code.
-    ExternalAssoc(Ty, String),
-    Unknown,
-}
-
 impl Infer<'_> {
-    pub(super) fn path_expr(&mut self, id: ExprId, path: &Path) -> Ty {
-        match self.value_path(path) {
-            Value::Local(local) => {
-                self.typed.expr_local.insert(id, local);
-                self.typed.locals[local.0 as usize].ty.clone()
-            }
-            Value::Def(def) => {
-                self.typed.expr_def.insert(id, def.clone());
-                self.def_ty(&def)
-            }
-            Value::Assoc(owners, _) => match owners.first().and_then(MethodOwner::function) {
-                Some(function) => Ty::FunctionItem(function),
-                None => Ty::Unknown,
-            },
-            Value::ExternalAssoc(..) | Value::Unknown => Ty::Unknown,
-        }
-    }
-
-    fn def_ty(&mut self, def: &Def) -> Ty {
-        match def {
-            Def::Function(id) => Ty::FunctionItem(*id),
-            Def::Value(id) => {
-                let value = self.index.value(*id);
-                let scope = self.index.scope(value.module, value.owner, None);
-                self.index.lower(&value.item.ty, &scope)
-            }
-            Def::Variant(id, _) | Def::Type(id) => {
-                if self.field_count(def) == 0 {
-                    self.fresh_adt(*id)
-                } else {
-                    Ty::Unknown
-                }
-            }
-            Def::External(path) if path.ends_with("::None") => {
-                Ty::std("std::option::Option", vec![self.variables.fresh()])
-            }
-            Def::External(_) | Def::Module(_) | Def::Alias(_) | Def::Trait(_) => Ty::Unknown,
-        }
-    }
-
-    fn fresh_adt(&mut self, id: crate::index::TypeId) -> Ty {
-        let params = self.index.type_def(id).generics.params.len();
-        Ty::Adt(id, (0..params).map(|_| self.variables.fresh()).collect())
-    }
-
-    fn value_path(&mut self, path: &Path) -> Value {
-        if let Some(name) = path.ident()
-            && let Some(local) = self.lookup(name)
-        {
-            return Value::Local(local);
-        }
-        if path.ident() == Some("Self")
-            && let Some(Ty::Adt(id, _)) = &self.scope.self_ty
-        {
-            return Value::Def(Def::Type(*id));
-        }
-        if path.self_ty.is_none()
-            && let Some(def) = self.path_def(path)
-            && matches!(def, Def::Function(_) | Def::Value(_) | Def::Variant(..) | Def::Type(_))
-        {
-            return Value::Def(def);
-        }
-        self.assoc_path(path)
-    }
-
-    /// `Type::name` in all its spellings.
-    fn assoc_path(&mut self, path: &Path) -> Value {
-        let name = path.last().to_owned();
-        let owner = if let Some(self_ty) = &path.self_ty {
-            let ty = self.index.lower(self_ty, &self.scope);
-            if path.trait_segments > 0 {
-                let of = Path { segments: path.segments[..path.trait_segments].to_vec(), ..Path::default() };
-                if let Some(of) = self.index.trait_name(self.module(), &of) {
-                    return Value::Assoc(self.trait_member(&of, &name, Some(&ty)), Some(ty));
-                }
-            }
-            ty
-        } else {
-            let mut prefix = path.clone();
-            prefix.segments.pop();
-            if prefix.segments.is_empty() {
-                return match self.path_def(path) {
-                    Some(def) => Value::Def(def),
-                    None => Value::Unknown,
-                };
-            }
-            let names: Vec<String> = prefix.segments.iter().map(|segment| segment.name.clone()).collect();
-            match self.index.resolve(self.module(), &names, Namespace::Type) {
-                Some(Def::Trait(id)) => {
-                    return Value::Assoc(self.trait_member(&TraitName::Local(id), &name, None), None);
-                }
-                Some(Def::External(external)) => {
-                    if crate::index::is_sampled_filter_path(&external) {
-                        let owner = MethodOwner::Declared(TraitName::External(external), None);
-                        return Value::Assoc(vec![owner], None);
-                    }
-                    // `mem::replace` is a function in a module, `Poll::Ready` a variant; neither is a type's function.
-                    let is_module =
-                        external.rsplit("::").next().is_some_and(|last| last.starts_with(char::is_lowercase));
-                    if is_module || name.starts_with(char::is_uppercase) {
-                        return Value::Def(Def::External(format!("{external}::{name}")));
-                    }
-                    self.index.lower(&TypeRef::Path(prefix), &self.scope)
-                }
-                _ => self.index.lower(&TypeRef::Path(prefix), &self.scope),
-            }
-        };
-        let owner = self.open(&owner);
-        let owners = self.index.methods(&owner, &name);
-        if owners.is_empty() {
-            return match owner {
-                Ty::External(..) | Ty::Adt(..) => Value::ExternalAssoc(owner, name),
-                _ => match self.path_def(path) {
-                    Some(def) => Value::Def(def),
-                    None => Value::Unknown,
-                },
-            };
-        }
-        Value::Assoc(owners, Some(owner))
-    }
-
-    fn trait_member(&self, of: &TraitName, name: &str, ty: Option<&Ty>) -> Vec<MethodOwner> {
-        if let Some(ty) = ty {
-            let own: Vec<MethodOwner> =
-                self.index.methods(ty, name).into_iter().filter(|owner| owner.of_trait() == Some(of)).collect();
-            if !own.is_empty() {
-                return own;
-            }
-        }
-        match of {
-            TraitName::Local(id) => match self.index.trait_def(*id).methods.get(name) {
-                Some(function) => vec![MethodOwner::Declared(of.clone(), Some(*function))],
-                None => Vec::new(),
-            },
-            TraitName::External(_) => vec![MethodOwner::Declared(of.clone(), None)],
-        }
-    }
-
     pub(super) fn call(&mut self, id: ExprId, callee: ExprId, args: &[ExprId], expected: Option<&Ty>) -> Ty {
         let body = self.body;
         if let ExprKind::Path(path) = &body.expr(callee).kind {
@@ -317,16 +169,16 @@ impl Infer<'_> {
         owner
     }
 
-    fn law_of(&self, self_ty: &Ty, name: &str, owner: &MethodOwner) -> Option<usize> {
+    pub(super) fn law_of(&self, self_ty: &Ty, name: &str, owner: &MethodOwner) -> Option<usize> {
         let resolved = self.variables.resolve(self_ty);
-        if let Some(spec) = self.index.filter_spec(&resolved) {
+        if let Some(spec) = self.index.law_spec(&resolved) {
             return self.index.law_group(spec, name, owner);
         }
         // `SampledFilter::update(x)` with a type that is not known is still an update of `x`.
         owner.of_trait().filter(|of| self.index.is_filter_trait(of) && name == "update").map(|_| 0)
     }
 
-    fn targets(&self, owner: &MethodOwner, name: &str) -> Vec<FunctionId> {
+    pub(super) fn targets(&self, owner: &MethodOwner, name: &str) -> Vec<FunctionId> {
         match owner {
             MethodOwner::Inherent(id) | MethodOwner::Implemented(_, id) => vec![*id],
             MethodOwner::Declared(of, function) => {
@@ -342,7 +194,7 @@ impl Infer<'_> {
         }
     }
 
-    fn call_function(
+    pub(super) fn call_function(
         &mut self,
         id: ExprId,
         function: FunctionId,
@@ -370,7 +222,7 @@ impl Infer<'_> {
     }
 
     /// Walks the arguments of a call of the function against its signature; answers what it gives back.
-    fn instantiate(
+    pub(super) fn instantiate(
         &mut self,
         function: FunctionId,
         self_ty: Option<&Ty>,
@@ -505,12 +357,21 @@ impl Infer<'_> {
         }
     }
 
-    fn closure_output(&self, arg: Option<ExprId>) -> Ty {
+    pub(super) fn closure_output(&self, arg: Option<ExprId>) -> Ty {
         arg.and_then(|arg| self.closure_outputs.get(&arg)).map_or(Ty::Unknown, |ty| self.variables.shallow(ty))
     }
 
     /// `Type::name(args)` of a type outside the analysed code.
     fn call_external_assoc(&mut self, id: ExprId, ty: Ty, name: &str, args: &[ExprId]) -> Ty {
+        if let Some(spec) = self.index.law_spec(&ty)
+            && matches!(ty, Ty::External(..))
+        {
+            let law = spec.group(name);
+            let resets = spec.resets.iter().chain(&spec.partial_resets).any(|reset| reset == name);
+            if law.is_some() || resets {
+                return self.external_filter_method(id, &ty, law, args, Vec::new());
+            }
+        }
         let given: Vec<Ty> = args.iter().map(|arg| self.expr(*arg, None)).collect();
         // `Type::default()` of a derive: the type is known although the function is not.
         let (path, params) = match &ty {
@@ -523,7 +384,11 @@ impl Infer<'_> {
             || name.starts_with("new_")
             || name.starts_with("with_")
             || name.starts_with("from");
-        if !makes_itself {
+        let is_filter = self.index.law_spec(&ty).is_some();
+        if is_filter && name.starts_with("try_") {
+            return Ty::std("std::result::Result", vec![ty, Ty::Unknown]);
+        }
+        if !makes_itself && !is_filter {
             return Ty::Unknown;
         }
         let wraps =
@@ -546,168 +411,6 @@ impl Infer<'_> {
         {
             let count = if last.ends_with("Map") { 2 } else { 1 };
             return Ty::External(path, (0..count).map(|_| self.variables.fresh()).collect());
-        }
-        ty
-    }
-
-    pub(super) fn method_call(
-        &mut self,
-        id: ExprId,
-        receiver: ExprId,
-        method: &str,
-        turbofish: &[TypeRef],
-        args: &[ExprId],
-    ) -> Ty {
-        let start = self.expr(receiver, None);
-        let mut ty = self.variables.shallow(&start);
-        let mut derefs = Vec::new();
-        for _ in 0..12 {
-            match &ty {
-                Ty::Ref(_, inner) => ty = self.variables.shallow(&inner.clone()),
-                Ty::Pointer(_) => break,
-                Ty::Adt(..) | Ty::Param(_) | Ty::Opaque(_) => {
-                    let owners = self.index.methods(&ty, method);
-                    if let Some(owner) = owners.into_iter().next() {
-                        return self.resolved_method(id, owner, &ty, method, args, derefs);
-                    }
-                    match self.user_deref(&ty) {
-                        Some((target, through)) => {
-                            derefs.push(through);
-                            ty = self.variables.shallow(&target);
-                        }
-                        None => break,
-                    }
-                }
-                Ty::External(path, params) => {
-                    let owners = self.index.methods(&ty, method);
-                    if let Some(owner) = owners.into_iter().next() {
-                        return self.resolved_method(id, owner, &ty, method, args, derefs);
-                    }
-                    if let Some(output) = self.builtin_call(id, &ty, method, args) {
-                        return output;
-                    }
-                    if builtin::is_pointer(path.rsplit("::").next().unwrap_or("")) && !params.is_empty() {
-                        ty = self.variables.shallow(&params[0].clone());
-                    } else {
-                        break;
-                    }
-                }
-                Ty::Array(..) | Ty::Slice(_) => {
-                    let owners = self.index.methods(&ty, method);
-                    if let Some(owner) = owners.into_iter().next() {
-                        return self.resolved_method(id, owner, &ty, method, args, derefs);
-                    }
-                    match self.builtin_call(id, &ty, method, args) {
-                        Some(output) => return output,
-                        None => break,
-                    }
-                }
-                _ => break,
-            }
-        }
-        self.unresolved_method(id, &ty, method, turbofish, args)
-    }
-
-    fn unresolved_method(&mut self, id: ExprId, ty: &Ty, method: &str, turbofish: &[TypeRef], args: &[ExprId]) -> Ty {
-        for arg in args {
-            self.expr(*arg, None);
-        }
-        if *ty == Ty::Bool && matches!(method, "then" | "then_some") {
-            self.typed.callees.insert(id, Callee::Builtin);
-            let made = match method {
-                "then" => self.closure_output(args.first().copied()),
-                _ => args.first().map_or(Ty::Unknown, |arg| self.typed.expr_ty[arg.0 as usize].clone()),
-            };
-            return Ty::std("std::option::Option", vec![made]);
-        }
-        let is_builtin = matches!(ty, Ty::Int | Ty::Float | Ty::Bool | Ty::Str | Ty::Char | Ty::Tuple(_));
-        self.typed.callees.insert(id, if is_builtin { Callee::Builtin } else { Callee::Unknown });
-        match (ty, method) {
-            (_, "next_cycle") => Ty::std("std::option::Option", vec![Ty::std("ceid_core::Cycle", Vec::new())]),
-            (_, "clone" | "to_owned") => ty.clone(),
-            (Ty::Int | Ty::Float, _) if !method.starts_with("is_") => ty.clone(),
-            (_, "parse" | "into" | "try_into") => {
-                turbofish.first().map_or(Ty::Unknown, |ty| self.index.lower(ty, &self.scope))
-            }
-            _ => Ty::Unknown,
-        }
-    }
-
-    fn builtin_call(&mut self, id: ExprId, receiver: &Ty, method: &str, args: &[ExprId]) -> Option<Ty> {
-        let body = self.body;
-        let receiver = self.shallow_deep(receiver);
-        let mut given: Vec<Ty> = Vec::new();
-        for arg in args {
-            let is_closure = matches!(body.expr(*arg).kind, ExprKind::Closure(_));
-            given.push(if is_closure { Ty::Unknown } else { self.expr(*arg, None) });
-        }
-        let mut closure_output = None;
-        for arg in args {
-            if let ExprKind::Closure(closure) = &body.expr(*arg).kind {
-                let params = builtin::closure_params(&receiver, method, &given);
-                let ty = self.closure(*arg, closure, &params);
-                self.typed.expr_ty[arg.0 as usize] = ty;
-                closure_output = self.closure_outputs.get(arg).map(|ty| self.variables.shallow(ty));
-            }
-        }
-        let given: Vec<Ty> = given.iter().map(|ty| self.shallow_deep(ty)).collect();
-        if closure_output.is_none()
-            && let Some(Ty::FunctionItem(function)) = given.last()
-        {
-            let scope = self.index.scope_of(*function);
-            closure_output = Some(self.index.lower(&self.index.function(*function).function.output, &scope));
-        }
-        let output = builtin::method(&receiver, method, &given, closure_output.as_ref())?;
-        // A collection learns what it holds from what is put into it.
-        if matches!(method, "push" | "push_back" | "insert" | "get_or_insert_with" | "or_insert" | "replace" | "set")
-            && let Ty::External(_, params) = &receiver
-        {
-            for (param, found) in params.iter().rev().zip(given.iter().rev()) {
-                self.variables.unify(param, found);
-            }
-        }
-        self.typed.callees.insert(id, Callee::Builtin);
-        Some(output)
-    }
-
-    fn resolved_method(
-        &mut self,
-        id: ExprId,
-        owner: MethodOwner,
-        ty: &Ty,
-        method: &str,
-        args: &[ExprId],
-        derefs: Vec<FunctionId>,
-    ) -> Ty {
-        let law = self.law_of(ty, method, &owner);
-        let targets = self.targets(&owner, method);
-        let output = match owner.function() {
-            Some(function) => self.instantiate(function, Some(ty), args, true, None),
-            None => {
-                for arg in args {
-                    self.expr(*arg, None);
-                }
-                Ty::Unknown
-            }
-        };
-        let resolved = Resolved { targets, owner: Some(owner), law, self_ty: ty.clone(), has_receiver: true, derefs };
-        self.typed.callees.insert(id, Callee::Resolved(resolved));
-        output
-    }
-
-    /// The type behind references and pointers.
-    pub(super) fn behind_pointers(&self, ty: &Ty) -> Ty {
-        let mut ty = self.variables.shallow(ty);
-        for _ in 0..8 {
-            match &ty {
-                Ty::Ref(_, inner) => ty = self.variables.shallow(&inner.clone()),
-                Ty::External(path, args)
-                    if builtin::is_pointer(path.rsplit("::").next().unwrap_or("")) && !args.is_empty() =>
-                {
-                    ty = self.variables.shallow(&args[0].clone());
-                }
-                _ => break,
-            }
         }
         ty
     }

@@ -7,6 +7,8 @@ mod builtin;
 mod calls;
 mod expr;
 mod infer;
+mod methods;
+mod paths;
 mod pattern;
 mod unify;
 

@@ -41,7 +41,7 @@ impl<'c, R: Rate> Cycle<'c, R> {
     ///
     /// Prefer [`ceid!`](crate::ceid), whose guard has no name and so can be neither dropped early nor forgotten.
     #[inline]
-    pub fn guard<S: SampledFilter<R>>(self, filters: &'c mut S) -> CycleGuard<'c, S, R> {
+    pub fn guard<S: SampledFilter<R> + ?Sized>(self, filters: &'c mut S) -> CycleGuard<'c, S, R> {
         CycleGuard { filters, info: self.info, rate: PhantomData }
     }
 }
@@ -78,13 +78,13 @@ impl<R: Rate> fmt::Debug for Cycle<'_, R> {
 #[doc(alias = "CEID")]
 #[must_use = "the filters are updated when the guard is dropped: bind it with `let mut guard = ...`, and keep it to the end of the cycle"]
 #[clippy::has_significant_drop]
-pub struct CycleGuard<'c, S: SampledFilter<R>, R: Rate> {
+pub struct CycleGuard<'c, S: SampledFilter<R> + ?Sized, R: Rate> {
     filters: &'c mut S,
     info: CycleInfo,
     rate: PhantomData<R>,
 }
 
-impl<S: SampledFilter<R>, R: Rate> CycleGuard<'_, S, R> {
+impl<S: SampledFilter<R> + ?Sized, R: Rate> CycleGuard<'_, S, R> {
     /// The filters, as one plain reference, so that their fields can be borrowed side by side.
     #[inline]
     pub fn filters(&mut self) -> &mut S {
@@ -99,14 +99,14 @@ impl<S: SampledFilter<R>, R: Rate> CycleGuard<'_, S, R> {
     }
 }
 
-impl<S: SampledFilter<R>, R: Rate> Drop for CycleGuard<'_, S, R> {
+impl<S: SampledFilter<R> + ?Sized, R: Rate> Drop for CycleGuard<'_, S, R> {
     #[inline]
     fn drop(&mut self) {
         self.filters.update(Tick::new());
     }
 }
 
-impl<S: SampledFilter<R>, R: Rate> fmt::Debug for CycleGuard<'_, S, R> {
+impl<S: SampledFilter<R> + ?Sized, R: Rate> fmt::Debug for CycleGuard<'_, S, R> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("CycleGuard").field("info", &self.info).finish_non_exhaustive()
     }

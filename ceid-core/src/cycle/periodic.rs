@@ -44,9 +44,11 @@ pub struct Periodic<R, T> {
 
 impl<R: Rate, T: Time> Periodic<R, T> {
     /// A clock before its first cycle. Does not read the time, allocate or block.
+    // Compile errors quote the line of the function to whoever leaves the choice out.
+    #[rustfmt::skip]
     #[must_use]
     #[inline]
-    pub const fn new(time: T, overrun: Overrun) -> Self {
+    pub const fn new(time: T, overrun: Overrun) -> Self { // choose what becomes of late releases: `Overrun::Skip`, `CatchUp` or `Stop`
         Self { time, start_ns: None, releases: Releases::new(overrun) }
     }
 

@@ -58,9 +58,11 @@ impl<T> Sample<T> {
     }
 
     /// Takes the measurement out, if there is a new one. Once per run of the law: only a law has a tick.
+    // Compile errors quote the line of the function to a body that takes.
+    #[rustfmt::skip]
     #[must_use = "a measurement that is taken is gone"]
     #[inline]
-    pub fn take<R: Rate>(&mut self, _: &Tick<'_, R>) -> Option<T> {
+    pub fn take<R: Rate>(&mut self, _: &Tick<'_, R>) -> Option<T> { // only the update law has a tick: take the measurement there
         self.age = if self.newest.is_some() { Some(0) } else { self.age.map(|age| age.saturating_add(1)) };
         self.newest.take()
     }

@@ -164,7 +164,7 @@ macro_rules! assert_updated_once {
 #[diagnostic::on_unimplemented(
     message = "`{F}` is not updated by `{Self}`",
     label = "no filter of this set has the type `{F}`",
-    note = "declare it in `filters! {{ struct {Self} ... }}` and pass it to `{Self}::register`"
+    note = "declare it in the `filters!` of this set, where `register` then asks for it; in a list of types, add it"
 )]
 pub trait Registers<F: ?Sized, Field> {}
 

@@ -65,6 +65,16 @@ impl<F> Drop for DutyToRegister<F> {
     }
 }
 
+/// Implemented by nothing, for its message.
+#[doc(hidden)]
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` cannot be listed in `ceid!`",
+    label = "lists a filter that is not registered",
+    note = "for `ceid!`, append `.only_in_ceid()` to the constructor: the filter can then be reached only below its `ceid!`",
+    note = "for `each_cycle!`, pass the filter to `register` of its set"
+)]
+pub trait MadeForCeid {}
+
 impl<F> Unregistered<F> {
     /// For the constructors of a filter type.
     #[inline]
@@ -89,6 +99,15 @@ impl<F> Unregistered<F> {
     pub fn zip<G>(self, other: Unregistered<G>) -> Unregistered<(F, G)> {
         let (first, second) = (self.discharge(), other.discharge());
         Unregistered::new((first, second))
+    }
+
+    /// What [`ceid!`](crate::ceid) calls on each name of its list; here it never compiles, and says why.
+    #[doc(hidden)]
+    pub fn guarded_at<R>(&mut self, _: PhantomData<R>) -> &mut F
+    where
+        Self: MadeForCeid,
+    {
+        &mut self.filter
     }
 
     #[inline]

@@ -1,9 +1,10 @@
 //! Calls: of analysed code, of the standard library, and of what cannot be seen.
 
+use super::laws::Law;
 use super::{Builder, Value};
-use crate::flow::{Argument, CallSite, Cause, Effect, IndexKey, Place, Update, Var};
+use crate::flow::{Argument, CallSite, Cause, Effect, IndexKey, Place, Var};
 use crate::index::{Def, FunctionId, Ty};
-use crate::syntax::tree::{BlockKind, ExprId, ExprKind};
+use crate::syntax::tree::{ExprId, ExprKind};
 use crate::types::{Callee, Resolved};
 
 impl Builder<'_> {
@@ -38,7 +39,7 @@ impl Builder<'_> {
         }
     }
 
-    fn values(&mut self, args: &[ExprId]) -> Vec<Value> {
+    pub(super) fn values(&mut self, args: &[ExprId]) -> Vec<Value> {
         args.iter().map(|arg| self.expr(*arg)).collect()
     }
 
@@ -95,15 +96,13 @@ impl Builder<'_> {
         }
         let span = self.span(id);
         let self_place = values.first().filter(|_| resolved.has_receiver).and_then(|value| value.place.clone());
-        if let Some(law) = resolved.law {
-            return self.law_call(id, resolved, law, self_place, exprs, values);
+        if let Some((spec, group)) = self.law_of(resolved) {
+            let law = Law { spec, group, targets: &resolved.targets, has_receiver: resolved.has_receiver };
+            return self.law_call(id, law, exprs, values);
         }
-        let name = resolved.targets.first().map(|target| self.program.index.function(*target).name.clone());
-        if let (Some(place), Some(name)) = (&self_place, &name)
-            && let Some(spec) = self.program.index.filter_spec(&resolved.self_ty)
-            && spec.resets.contains(name)
+        if let Some(place) = &self_place
+            && let Some(full) = self.resets(id, resolved)
         {
-            let full = resolved.targets.iter().all(|target| self.is_full_reset(*target, &resolved.self_ty));
             self.emit(Effect::Reset { place: place.clone(), full }, span);
             return Value::default();
         }
@@ -118,8 +117,10 @@ impl Builder<'_> {
         if resolved.targets.is_empty() {
             // Nothing implements it here: what a filter's own trait declares beside the law does not run the law, and what
             // takes `&self` changes nothing.
-            let of_filter = resolved.owner.as_ref().and_then(crate::index::MethodOwner::of_trait);
-            let of_filter = of_filter.is_some_and(|name| self.program.index.is_filter_trait(name));
+            let of_filter = match &resolved.owner {
+                Some(owner) => owner.of_trait().is_some_and(|name| self.program.index.is_filter_trait(name)),
+                None => true,
+            };
             let reads = resolved.owner.as_ref().and_then(crate::index::MethodOwner::function).is_some_and(|function| {
                 self.program.index.function(function).function.receiver == Some(crate::syntax::tree::Receiver::Shared)
             });
@@ -129,7 +130,7 @@ impl Builder<'_> {
             }
             return self.unknown_call(id, self.text(id), &exprs[skip..], &values[skip..]);
         }
-        let result = self.emit_call(id, &resolved.targets, exprs, values, false);
+        let result = self.emit_call(id, &resolved.targets, exprs, values, None);
         if self.never_returns(id) {
             self.diverge(span);
             return Value::default();
@@ -138,49 +139,14 @@ impl Builder<'_> {
         Value { place: Some(Place::var(result)), is_owned, same_as: Some(result), ..Value::default() }
     }
 
-    fn law_call(
-        &mut self,
-        id: ExprId,
-        resolved: &Resolved,
-        law: usize,
-        self_place: Option<Place>,
-        exprs: &[ExprId],
-        values: &[Value],
-    ) -> Value {
-        let method = match &self.body().expr(id).kind {
-            ExprKind::MethodCall { method, .. } => method.clone(),
-            ExprKind::Call { callee, .. } => match &self.body().expr(*callee).kind {
-                ExprKind::Path(path) => path.last().to_owned(),
-                _ => String::new(),
-            },
-            _ => String::new(),
-        };
-        let mut fed = Vec::new();
-        let mut from = crate::flow::Computed::default();
-        for arg in exprs.iter().skip(usize::from(resolved.has_receiver)) {
-            fed.extend(self.reads_of(*arg));
-            let computed = self.computed_from(*arg);
-            from.places.extend(computed.places);
-            from.calls.extend(computed.calls);
-        }
-        let into = self.targets.clone();
-        // What lies inside a composite filter is updated by its law's body.
-        let result = self.emit_call(id, &resolved.targets, exprs, values, true);
-        if let Some(place) = self_place {
-            let update = Update { place, law, method, by_guard: false, fed, into, from };
-            self.emit(Effect::Update(update), self.span(id));
-        }
-        let is_owned = !matches!(self.ty(id), Ty::Ref(..));
-        Value { place: Some(Place::var(result)), is_owned, same_as: Some(result), ..Value::default() }
-    }
-
-    fn emit_call(
+    /// A call of analysed code; `law_of` is the number of the argument whose law it is.
+    pub(super) fn emit_call(
         &mut self,
         id: ExprId,
         targets: &[FunctionId],
         exprs: &[ExprId],
         values: &[Value],
-        is_law: bool,
+        law_of: Option<usize>,
     ) -> Var {
         let span = self.span(id);
         let result = self.temporary(self.ty(id).clone(), span);
@@ -208,13 +174,13 @@ impl Builder<'_> {
             fed.extend(self.reads_of(*first));
         }
         let into = self.targets.clone();
-        let site = CallSite { targets: targets.to_vec(), args, result, text, is_law, fed, into, from };
+        let site = CallSite { targets: targets.to_vec(), args, result, text, law_of, fed, into, from };
         self.emit(Effect::Call(Box::new(site)), span);
         result
     }
 
     /// The index that an argument is, if it is a constant or a variable.
-    fn argument_index(&mut self, expr: ExprId, value: &Value) -> Option<IndexKey> {
+    pub(super) fn argument_index(&mut self, expr: ExprId, value: &Value) -> Option<IndexKey> {
         if let Some(number) = value.head.as_deref().and_then(|head| head.parse().ok()) {
             return Some(IndexKey::Number(number));
         }
@@ -226,6 +192,9 @@ impl Builder<'_> {
 
     /// Whether an argument is a shared reference or a plain value, through which nothing is updated.
     fn is_shared(&self, expr: ExprId) -> bool {
+        if self.updates_shared(self.ty(expr)) {
+            return false;
+        }
         match &self.body().expr(expr).kind {
             ExprKind::Reference { mutable: false, raw: false, .. } => !matches!(self.ty(expr), Ty::Ref(true, _)),
             _ => matches!(self.ty(expr), Ty::Ref(false, _)),
@@ -314,230 +283,6 @@ impl Builder<'_> {
             "map_err" | "context" | "with_context" | "wrap_err" | "ok" | "await" => value,
             _ => Value::default(),
         }
-    }
-
-    fn external_call(&mut self, id: ExprId, path: &str, args: &[ExprId]) -> Value {
-        let last = path.rsplit("::").next().unwrap_or("");
-        let span = self.span(id);
-        if self.never_returns(id) {
-            self.values(args);
-            self.diverge(span);
-            return Value::default();
-        }
-        match path {
-            "std::mem::swap" => return self.swap(id, args),
-            "std::mem::replace" | "std::mem::take" => return self.replace(id, args),
-            "std::mem::drop" => {
-                if let Some(arg) = args.first() {
-                    let value = self.expr(*arg);
-                    self.drop_value(*arg, &value, span);
-                }
-                return Value::default();
-            }
-            "std::mem::forget" => {
-                if let Some(arg) = args.first() {
-                    let value = self.expr(*arg);
-                    self.forget_value(*arg, &value, span, "`mem::forget`");
-                }
-                return Value::default();
-            }
-            _ => {}
-        }
-        if is_spawn(last) {
-            return self.spawn(id, path, args);
-        }
-        if matches!(
-            last,
-            "with" | "free" | "scope" | "without_interrupts" | "interrupt_free" | "catch_unwind" | "block_on"
-        ) {
-            let values = self.values(args);
-            if let Some(closure) = values.iter().rev().find_map(|value| value.closure) {
-                return self.inline_closure(closure, &[Value::default()], span);
-            }
-            return values.into_iter().next().unwrap_or_default();
-        }
-        if path == "std::array::from_fn" {
-            let values = self.values(args);
-            if let Some(closure) = values.first().and_then(|value| value.closure) {
-                self.closure_loop(closure, super::iterators::Source::bounded(), span);
-            }
-            return Value::default();
-        }
-        let values = self.values(args);
-        let owner = path.rsplit("::").nth(1).unwrap_or("");
-        let wraps = crate::types::is_transparent(owner)
-            && matches!(
-                last,
-                "new" | "pin" | "from" | "clone" | "const_new" | "new_unchecked" | "init" | "as_mut" | "get_mut"
-            );
-        if wraps
-            || matches!(path, "std::hint::black_box" | "std::convert::identity" | "std::borrow::BorrowMut::borrow_mut")
-        {
-            let value = values.into_iter().next_back().unwrap_or_default();
-            if owner == "ManuallyDrop"
-                && let Some(arg) = args.last()
-            {
-                self.forget_value(*arg, &value, span, "`ManuallyDrop`");
-            }
-            return Value { closure: value.closure, ..value };
-        }
-        if path == "std::boxed::Box::leak" {
-            let value = values.into_iter().next().unwrap_or_default();
-            if let Some(arg) = args.first() {
-                self.forget_value(*arg, &value, span, "`Box::leak`");
-            }
-            return value;
-        }
-        if path.starts_with("std::") && values.iter().all(|value| value.closure.is_none()) {
-            return Value::default();
-        }
-        self.unknown_call(id, path_tail(path), args, &values)
-    }
-
-    /// `mem::swap(&mut a, &mut b)`: the instances change places.
-    fn swap(&mut self, id: ExprId, args: &[ExprId]) -> Value {
-        let values = self.values(args);
-        let span = self.span(id);
-        if let [left, right] = values.as_slice()
-            && let (Some(a), Some(b)) = (&left.place, &right.place)
-        {
-            let between = self.temporary(Ty::Unknown, span);
-            for (place, from) in
-                [(Place::var(between), a.clone()), (a.clone(), b.clone()), (b.clone(), Place::var(between))]
-            {
-                let assignment = crate::flow::Assignment {
-                    place,
-                    from: Some(from),
-                    by_move: true,
-                    rebinds: true,
-                    head: None,
-                    same_as: None,
-                };
-                self.emit(Effect::Set(Box::new(assignment)), span);
-            }
-        }
-        Value::default()
-    }
-
-    /// `mem::replace(&mut a, new)`, `mem::take(&mut a)`: a new value.
-    fn replace(&mut self, id: ExprId, args: &[ExprId]) -> Value {
-        let values = self.values(args);
-        let span = self.span(id);
-        let Some(place) = values.first().and_then(|value| value.place.clone()) else { return Value::default() };
-        // What was there has another name now, and may come back; the place holds a new instance.
-        let taken = self.temporary(self.ty(id).clone(), span);
-        self.set(taken, &Value { place: Some(place.clone()), ..Value::default() }, span);
-        let new = values.get(1).cloned().unwrap_or_default();
-        let writes = crate::flow::Assignment {
-            place,
-            from: new.place,
-            by_move: true,
-            rebinds: false,
-            head: new.head,
-            same_as: None,
-        };
-        self.emit(Effect::Write(Box::new(writes)), span);
-        Value { place: Some(Place::var(taken)), is_owned: true, ..Value::default() }
-    }
-
-    /// A thread or task of its own.
-    pub(super) fn spawn(&mut self, id: ExprId, name: &str, args: &[ExprId]) -> Value {
-        let span = self.span(id);
-        for arg in args {
-            let body = self.body();
-            if let ExprKind::Block(block) = &body.expr(*arg).kind
-                && block.kind == BlockKind::Async
-            {
-                let expr = *arg;
-                self.detached(span, |this| {
-                    this.expr(expr);
-                });
-                continue;
-            }
-            let value = self.expr(*arg);
-            if let Some(closure) = value.closure {
-                self.detach_closure(closure, name, true, span);
-            } else if let Some(place) = value.place
-                && self.may_hold_filter(self.ty(*arg))
-            {
-                let cause = Cause::Call(path_tail(name));
-                self.emit(Effect::Unknown { places: vec![place], cause }, span);
-            }
-        }
-        Value::default()
-    }
-
-    /// Whether a reset known by its name writes the whole state: every field that the law writes, or `*self`.
-    fn is_full_reset(&self, reset: FunctionId, self_ty: &Ty) -> bool {
-        let index = self.program.index;
-        let Some(cleared) = self.written_fields(reset, 0) else { return true };
-        let laws = index.methods(self_ty, "update");
-        let mut state = std::collections::BTreeSet::new();
-        for law in laws.iter().filter_map(crate::index::MethodOwner::function) {
-            match self.written_fields(law, 0) {
-                Some(fields) => state.extend(fields),
-                None => return !cleared.is_empty(),
-            }
-        }
-        state.is_subset(&cleared)
-    }
-
-    /// The fields of `self` that a function writes; `None` if it writes all of it, or hands it to something else.
-    fn written_fields(&self, id: FunctionId, depth: u32) -> Option<std::collections::BTreeSet<String>> {
-        let def = self.program.index.function(id);
-        let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(id)) else { return None };
-        if depth > 4 {
-            return None;
-        }
-        let self_local = typed.locals.iter().position(|local| local.name == "self")?;
-        let is_self = |expr: ExprId| typed.expr_local.get(&expr).is_some_and(|local| local.0 as usize == self_local);
-        let field_of_self = |expr: ExprId| -> Option<String> {
-            let mut at = expr;
-            loop {
-                match &body.expr(at).kind {
-                    ExprKind::Field { base, name } if is_self(*base) => return Some(name.clone()),
-                    ExprKind::Field { base, .. } | ExprKind::Index { base, .. } => at = *base,
-                    ExprKind::Deref(inner) | ExprKind::Reference { value: inner, .. } => at = *inner,
-                    ExprKind::MethodCall { receiver, .. } => at = *receiver,
-                    _ => return None,
-                }
-            }
-        };
-        let mut fields = std::collections::BTreeSet::new();
-        for (number, expr) in body.exprs.iter().enumerate() {
-            match &expr.kind {
-                ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } => {
-                    if let ExprKind::Deref(inner) = &body.expr(*place).kind
-                        && is_self(*inner)
-                    {
-                        return None;
-                    }
-                    fields.extend(field_of_self(*place));
-                }
-                ExprKind::Reference { mutable: true, value, .. } => fields.extend(field_of_self(*value)),
-                ExprKind::MethodCall { receiver, .. } => {
-                    let call = ExprId(u32::try_from(number).unwrap_or(u32::MAX));
-                    let writes = match typed.callees.get(&call) {
-                        Some(Callee::Resolved(resolved)) => resolved.targets.iter().any(|target| {
-                            self.program.index.function(*target).function.receiver
-                                == Some(crate::syntax::tree::Receiver::Exclusive)
-                        }),
-                        _ => !matches!(typed.ty(*receiver).peel(), Ty::Int | Ty::Float | Ty::Bool),
-                    };
-                    if is_self(*receiver) {
-                        if let Some(Callee::Resolved(resolved)) = typed.callees.get(&call) {
-                            for target in &resolved.targets {
-                                fields.extend(self.written_fields(*target, depth + 1)?);
-                            }
-                        }
-                    } else if writes {
-                        fields.extend(field_of_self(*receiver));
-                    }
-                }
-                _ => {}
-            }
-        }
-        Some(fields)
     }
 }
 

@@ -1,0 +1,165 @@
+//! Calls of functions outside the analysed code that are known: what they do to the places they get.
+
+use super::calls::{is_spawn, path_tail};
+use super::laws::Law;
+use super::{Builder, Value};
+use crate::flow::{Cause, Effect, Place};
+use crate::index::{Def, Ty};
+use crate::syntax::tree::{BlockKind, ExprId, ExprKind};
+
+impl Builder<'_> {
+    pub(super) fn external_call(&mut self, id: ExprId, path: &str, args: &[ExprId]) -> Value {
+        let last = path.rsplit("::").next().unwrap_or("");
+        let span = self.span(id);
+        if self.never_returns(id) {
+            self.values(args);
+            self.diverge(span);
+            return Value::default();
+        }
+        match path {
+            "std::mem::swap" => return self.swap(id, args),
+            "std::mem::replace" | "std::mem::take" => return self.replace(id, args),
+            "std::mem::drop" => {
+                if let Some(arg) = args.first() {
+                    let value = self.expr(*arg);
+                    self.drop_value(*arg, &value, span);
+                }
+                return Value::default();
+            }
+            "std::mem::forget" => {
+                if let Some(arg) = args.first() {
+                    let value = self.expr(*arg);
+                    self.forget_value(*arg, &value, span, "`mem::forget`");
+                }
+                return Value::default();
+            }
+            _ => {}
+        }
+        if let Some(spec) = self.program.index.function_spec(&Def::External(path.to_owned())) {
+            let values = self.values(args);
+            return self.law_call(id, Law { spec, group: 0, targets: &[], has_receiver: false }, args, &values);
+        }
+        if is_spawn(last) {
+            return self.spawn(id, path, args);
+        }
+        if matches!(
+            last,
+            "with" | "free" | "scope" | "without_interrupts" | "interrupt_free" | "catch_unwind" | "block_on"
+        ) {
+            let values = self.values(args);
+            if let Some(closure) = values.iter().rev().find_map(|value| value.closure) {
+                return self.inline_closure(closure, &[Value::default()], span);
+            }
+            return values.into_iter().next().unwrap_or_default();
+        }
+        if path == "std::array::from_fn" {
+            let values = self.values(args);
+            if let Some(closure) = values.first().and_then(|value| value.closure) {
+                self.closure_loop(closure, super::iterators::Source::bounded(), span);
+            }
+            return Value::default();
+        }
+        let values = self.values(args);
+        let owner = path.rsplit("::").nth(1).unwrap_or("");
+        let wraps = crate::types::is_transparent(owner)
+            && matches!(
+                last,
+                "new" | "pin" | "from" | "clone" | "const_new" | "new_unchecked" | "init" | "as_mut" | "get_mut"
+            );
+        if wraps
+            || matches!(path, "std::hint::black_box" | "std::convert::identity" | "std::borrow::BorrowMut::borrow_mut")
+        {
+            let value = values.into_iter().next_back().unwrap_or_default();
+            if owner == "ManuallyDrop"
+                && let Some(arg) = args.last()
+            {
+                self.forget_value(*arg, &value, span, "`ManuallyDrop`");
+            }
+            return Value { closure: value.closure, ..value };
+        }
+        if path == "std::boxed::Box::leak" {
+            let value = values.into_iter().next().unwrap_or_default();
+            if let Some(arg) = args.first() {
+                self.forget_value(*arg, &value, span, "`Box::leak`");
+            }
+            return value;
+        }
+        if path.starts_with("std::") && values.iter().all(|value| value.closure.is_none()) {
+            return Value::default();
+        }
+        self.unknown_call(id, path_tail(path), args, &values)
+    }
+
+    /// `mem::swap(&mut a, &mut b)`: the instances change places.
+    fn swap(&mut self, id: ExprId, args: &[ExprId]) -> Value {
+        let values = self.values(args);
+        let span = self.span(id);
+        if let [left, right] = values.as_slice()
+            && let (Some(a), Some(b)) = (&left.place, &right.place)
+        {
+            let between = self.temporary(Ty::Unknown, span);
+            for (place, from) in
+                [(Place::var(between), a.clone()), (a.clone(), b.clone()), (b.clone(), Place::var(between))]
+            {
+                let assignment = crate::flow::Assignment {
+                    place,
+                    from: Some(from),
+                    by_move: true,
+                    rebinds: true,
+                    head: None,
+                    same_as: None,
+                };
+                self.emit(Effect::Set(Box::new(assignment)), span);
+            }
+        }
+        Value::default()
+    }
+
+    /// `mem::replace(&mut a, new)`, `mem::take(&mut a)`: a new value.
+    fn replace(&mut self, id: ExprId, args: &[ExprId]) -> Value {
+        let values = self.values(args);
+        let span = self.span(id);
+        let Some(place) = values.first().and_then(|value| value.place.clone()) else { return Value::default() };
+        // What was there has another name now, and may come back; the place holds a new instance.
+        let taken = self.temporary(self.ty(id).clone(), span);
+        self.set(taken, &Value { place: Some(place.clone()), ..Value::default() }, span);
+        let new = values.get(1).cloned().unwrap_or_default();
+        let writes = crate::flow::Assignment {
+            place,
+            from: new.place,
+            by_move: true,
+            rebinds: false,
+            head: new.head,
+            same_as: None,
+        };
+        self.emit(Effect::Write(Box::new(writes)), span);
+        Value { place: Some(Place::var(taken)), is_owned: true, ..Value::default() }
+    }
+
+    /// A thread or task of its own.
+    pub(super) fn spawn(&mut self, id: ExprId, name: &str, args: &[ExprId]) -> Value {
+        let span = self.span(id);
+        for arg in args {
+            let body = self.body();
+            if let ExprKind::Block(block) = &body.expr(*arg).kind
+                && block.kind == BlockKind::Async
+            {
+                let expr = *arg;
+                self.detached(span, |this| {
+                    this.expr(expr);
+                });
+                continue;
+            }
+            let value = self.expr(*arg);
+            if let Some(closure) = value.closure {
+                self.detach_closure(closure, name, true, span);
+            } else if let Some(place) = value.place
+                && self.may_hold_filter(self.ty(*arg))
+            {
+                let cause = Cause::Call(path_tail(name));
+                self.emit(Effect::Unknown { places: vec![place], cause }, span);
+            }
+        }
+        Value::default()
+    }
+}

@@ -1,0 +1,81 @@
+//! Resets that are known by their names: whether their bodies write the whole state.
+
+use super::Builder;
+use crate::index::{FunctionId, Ty};
+use crate::syntax::tree::{ExprId, ExprKind};
+use crate::types::Callee;
+
+impl Builder<'_> {
+    /// Whether a reset known by its name writes the whole state: every field that the law writes, or `*self`.
+    pub(super) fn is_full_reset(&self, reset: FunctionId, self_ty: &Ty) -> bool {
+        let index = self.program.index;
+        let Some(cleared) = self.written_fields(reset, 0) else { return true };
+        let laws = index.methods(self_ty, "update");
+        let mut state = std::collections::BTreeSet::new();
+        for law in laws.iter().filter_map(crate::index::MethodOwner::function) {
+            match self.written_fields(law, 0) {
+                Some(fields) => state.extend(fields),
+                None => return !cleared.is_empty(),
+            }
+        }
+        state.is_subset(&cleared)
+    }
+
+    /// The fields of `self` that a function writes; `None` if it writes all of it, or hands it to something else.
+    fn written_fields(&self, id: FunctionId, depth: u32) -> Option<std::collections::BTreeSet<String>> {
+        let def = self.program.index.function(id);
+        let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(id)) else { return None };
+        if depth > 4 {
+            return None;
+        }
+        let self_local = typed.locals.iter().position(|local| local.name == "self")?;
+        let is_self = |expr: ExprId| typed.expr_local.get(&expr).is_some_and(|local| local.0 as usize == self_local);
+        let field_of_self = |expr: ExprId| -> Option<String> {
+            let mut at = expr;
+            loop {
+                match &body.expr(at).kind {
+                    ExprKind::Field { base, name } if is_self(*base) => return Some(name.clone()),
+                    ExprKind::Field { base, .. } | ExprKind::Index { base, .. } => at = *base,
+                    ExprKind::Deref(inner) | ExprKind::Reference { value: inner, .. } => at = *inner,
+                    ExprKind::MethodCall { receiver, .. } => at = *receiver,
+                    _ => return None,
+                }
+            }
+        };
+        let mut fields = std::collections::BTreeSet::new();
+        for (number, expr) in body.exprs.iter().enumerate() {
+            match &expr.kind {
+                ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } => {
+                    if let ExprKind::Deref(inner) = &body.expr(*place).kind
+                        && is_self(*inner)
+                    {
+                        return None;
+                    }
+                    fields.extend(field_of_self(*place));
+                }
+                ExprKind::Reference { mutable: true, value, .. } => fields.extend(field_of_self(*value)),
+                ExprKind::MethodCall { receiver, .. } => {
+                    let call = ExprId(u32::try_from(number).unwrap_or(u32::MAX));
+                    let writes = match typed.callees.get(&call) {
+                        Some(Callee::Resolved(resolved)) => resolved.targets.iter().any(|target| {
+                            self.program.index.function(*target).function.receiver
+                                == Some(crate::syntax::tree::Receiver::Exclusive)
+                        }),
+                        _ => !matches!(typed.ty(*receiver).peel(), Ty::Int | Ty::Float | Ty::Bool),
+                    };
+                    if is_self(*receiver) {
+                        if let Some(Callee::Resolved(resolved)) = typed.callees.get(&call) {
+                            for target in &resolved.targets {
+                                fields.extend(self.written_fields(*target, depth + 1)?);
+                            }
+                        }
+                    } else if writes {
+                        fields.extend(field_of_self(*receiver));
+                    }
+                }
+                _ => {}
+            }
+        }
+        Some(fields)
+    }
+}

@@ -1,0 +1,197 @@
+//! Method calls: which method of the receiver's type is meant, through references, pointers and `Deref`.
+
+use super::builtin;
+use super::infer::Infer;
+use super::{Callee, Resolved};
+use crate::config::OnErr;
+use crate::index::{FunctionId, MethodOwner, Ty};
+use crate::syntax::tree::{ExprId, ExprKind, TypeRef};
+
+impl Infer<'_> {
+    pub(super) fn method_call(
+        &mut self,
+        id: ExprId,
+        receiver: ExprId,
+        method: &str,
+        turbofish: &[TypeRef],
+        args: &[ExprId],
+    ) -> Ty {
+        let start = self.expr(receiver, None);
+        let mut ty = self.variables.shallow(&start);
+        let mut derefs = Vec::new();
+        for _ in 0..12 {
+            match &ty {
+                Ty::Ref(_, inner) => ty = self.variables.shallow(&inner.clone()),
+                Ty::Pointer(_) => break,
+                Ty::Adt(..) | Ty::Param(_) | Ty::Opaque(_) => {
+                    let owners = self.index.methods(&ty, method);
+                    if let Some(owner) = owners.into_iter().next() {
+                        return self.resolved_method(id, owner, &ty, method, args, derefs);
+                    }
+                    match self.user_deref(&ty) {
+                        Some((target, through)) => {
+                            derefs.push(through);
+                            ty = self.variables.shallow(&target);
+                        }
+                        None => break,
+                    }
+                }
+                Ty::External(path, params) => {
+                    let owners = self.index.methods(&ty, method);
+                    if let Some(owner) = owners.into_iter().next() {
+                        return self.resolved_method(id, owner, &ty, method, args, derefs);
+                    }
+                    if let Some(spec) = self.index.law_spec(&ty) {
+                        let law = spec.group(method);
+                        return self.external_filter_method(id, &ty, law, args, derefs);
+                    }
+                    if let Some(output) = self.builtin_call(id, &ty, method, args) {
+                        return output;
+                    }
+                    if builtin::is_pointer(path.rsplit("::").next().unwrap_or("")) && !params.is_empty() {
+                        ty = self.variables.shallow(&params[0].clone());
+                    } else {
+                        break;
+                    }
+                }
+                Ty::Array(..) | Ty::Slice(_) => {
+                    let owners = self.index.methods(&ty, method);
+                    if let Some(owner) = owners.into_iter().next() {
+                        return self.resolved_method(id, owner, &ty, method, args, derefs);
+                    }
+                    match self.builtin_call(id, &ty, method, args) {
+                        Some(output) => return output,
+                        None => break,
+                    }
+                }
+                _ => break,
+            }
+        }
+        self.unresolved_method(id, &ty, method, turbofish, args)
+    }
+
+    /// A method of a filter whose sources are not read: its entry says which ones are the law.
+    pub(super) fn external_filter_method(
+        &mut self,
+        id: ExprId,
+        ty: &Ty,
+        law: Option<usize>,
+        args: &[ExprId],
+        derefs: Vec<FunctionId>,
+    ) -> Ty {
+        for arg in args {
+            self.expr(*arg, None);
+        }
+        let resolved =
+            Resolved { targets: Vec::new(), owner: None, law, self_ty: ty.clone(), has_receiver: true, derefs };
+        self.typed.callees.insert(id, Callee::Resolved(resolved));
+        match (law.is_some(), self.index.law_spec(ty).map(|spec| spec.on_err)) {
+            (true, Some(OnErr::Untouched)) => Ty::std("std::result::Result", vec![Ty::Unknown, Ty::Unknown]),
+            _ => Ty::Unknown,
+        }
+    }
+
+    fn unresolved_method(&mut self, id: ExprId, ty: &Ty, method: &str, turbofish: &[TypeRef], args: &[ExprId]) -> Ty {
+        for arg in args {
+            self.expr(*arg, None);
+        }
+        if *ty == Ty::Bool && matches!(method, "then" | "then_some") {
+            self.typed.callees.insert(id, Callee::Builtin);
+            let made = match method {
+                "then" => self.closure_output(args.first().copied()),
+                _ => args.first().map_or(Ty::Unknown, |arg| self.typed.expr_ty[arg.0 as usize].clone()),
+            };
+            return Ty::std("std::option::Option", vec![made]);
+        }
+        let is_builtin = matches!(ty, Ty::Int | Ty::Float | Ty::Bool | Ty::Str | Ty::Char | Ty::Tuple(_));
+        self.typed.callees.insert(id, if is_builtin { Callee::Builtin } else { Callee::Unknown });
+        match (ty, method) {
+            (_, "next_cycle") => Ty::std("std::option::Option", vec![Ty::std("ceid_core::Cycle", Vec::new())]),
+            (_, "clone" | "to_owned") => ty.clone(),
+            (Ty::Int | Ty::Float, _) if !method.starts_with("is_") => ty.clone(),
+            (_, "parse" | "into" | "try_into") => {
+                turbofish.first().map_or(Ty::Unknown, |ty| self.index.lower(ty, &self.scope))
+            }
+            _ => Ty::Unknown,
+        }
+    }
+
+    fn builtin_call(&mut self, id: ExprId, receiver: &Ty, method: &str, args: &[ExprId]) -> Option<Ty> {
+        let body = self.body;
+        let receiver = self.shallow_deep(receiver);
+        let mut given: Vec<Ty> = Vec::new();
+        for arg in args {
+            let is_closure = matches!(body.expr(*arg).kind, ExprKind::Closure(_));
+            given.push(if is_closure { Ty::Unknown } else { self.expr(*arg, None) });
+        }
+        let mut closure_output = None;
+        for arg in args {
+            if let ExprKind::Closure(closure) = &body.expr(*arg).kind {
+                let params = builtin::closure_params(&receiver, method, &given);
+                let ty = self.closure(*arg, closure, &params);
+                self.typed.expr_ty[arg.0 as usize] = ty;
+                closure_output = self.closure_outputs.get(arg).map(|ty| self.variables.shallow(ty));
+            }
+        }
+        let given: Vec<Ty> = given.iter().map(|ty| self.shallow_deep(ty)).collect();
+        if closure_output.is_none()
+            && let Some(Ty::FunctionItem(function)) = given.last()
+        {
+            let scope = self.index.scope_of(*function);
+            closure_output = Some(self.index.lower(&self.index.function(*function).function.output, &scope));
+        }
+        let output = builtin::method(&receiver, method, &given, closure_output.as_ref())?;
+        // A collection learns what it holds from what is put into it.
+        if matches!(method, "push" | "push_back" | "insert" | "get_or_insert_with" | "or_insert" | "replace" | "set")
+            && let Ty::External(_, params) = &receiver
+        {
+            for (param, found) in params.iter().rev().zip(given.iter().rev()) {
+                self.variables.unify(param, found);
+            }
+        }
+        self.typed.callees.insert(id, Callee::Builtin);
+        Some(output)
+    }
+
+    fn resolved_method(
+        &mut self,
+        id: ExprId,
+        owner: MethodOwner,
+        ty: &Ty,
+        method: &str,
+        args: &[ExprId],
+        derefs: Vec<FunctionId>,
+    ) -> Ty {
+        let law = self.law_of(ty, method, &owner);
+        let targets = self.targets(&owner, method);
+        let output = match owner.function() {
+            Some(function) => self.instantiate(function, Some(ty), args, true, None),
+            None => {
+                for arg in args {
+                    self.expr(*arg, None);
+                }
+                Ty::Unknown
+            }
+        };
+        let resolved = Resolved { targets, owner: Some(owner), law, self_ty: ty.clone(), has_receiver: true, derefs };
+        self.typed.callees.insert(id, Callee::Resolved(resolved));
+        output
+    }
+
+    /// The type behind references and pointers.
+    pub(super) fn behind_pointers(&self, ty: &Ty) -> Ty {
+        let mut ty = self.variables.shallow(ty);
+        for _ in 0..8 {
+            match &ty {
+                Ty::Ref(_, inner) => ty = self.variables.shallow(&inner.clone()),
+                Ty::External(path, args)
+                    if builtin::is_pointer(path.rsplit("::").next().unwrap_or("")) && !args.is_empty() =>
+                {
+                    ty = self.variables.shallow(&args[0].clone());
+                }
+                _ => break,
+            }
+        }
+        ty
+    }
+}
