@@ -1,5 +1,6 @@
 //! The threads of the bridge: one functionality on all of them, and what ends a run.
 
+mod conserved;
 mod endings;
 mod no_allocation;
 mod overruns;
