@@ -1,4 +1,8 @@
-#![doc = include_str!("../README.md")]
+#![cfg_attr(feature = "std", doc = include_str!("../README.md"))]
+#![cfg_attr(
+    not(feature = "std"),
+    doc = "Sampled-time filters whose update law runs exactly once per control cycle: see the README."
+)]
 #![no_std]
 // The three files that need `unsafe` say so where they are declared; all others forbid it.
 #![deny(unsafe_code)]

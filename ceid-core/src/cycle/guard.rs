@@ -24,7 +24,7 @@ impl<'c, R: Rate> Cycle<'c, R> {
         Self { info, clock: PhantomData }
     }
 
-    /// What the clock says about this cycle.
+    /// What the clock says about this cycle. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub fn info(&self) -> CycleInfo {
@@ -40,6 +40,7 @@ impl<'c, R: Rate> Cycle<'c, R> {
     /// Makes the guard of this cycle: the filters are updated when it is dropped.
     ///
     /// Prefer [`ceid!`](crate::ceid), whose guard has no name and so can be neither dropped early nor forgotten.
+    /// Neither allocates nor blocks nor panics.
     #[inline]
     pub fn guard<S: SampledFilter<R> + ?Sized>(self, filters: &'c mut S) -> CycleGuard<'c, S, R> {
         CycleGuard { filters, info: self.info, rate: PhantomData }
@@ -86,12 +87,13 @@ pub struct CycleGuard<'c, S: SampledFilter<R> + ?Sized, R: Rate> {
 
 impl<S: SampledFilter<R> + ?Sized, R: Rate> CycleGuard<'_, S, R> {
     /// The filters, as one plain reference, so that their fields can be borrowed side by side.
+    /// Neither allocates nor blocks nor panics.
     #[inline]
     pub fn filters(&mut self) -> &mut S {
         self.filters
     }
 
-    /// What the clock says about this cycle.
+    /// What the clock says about this cycle. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub fn info(&self) -> CycleInfo {

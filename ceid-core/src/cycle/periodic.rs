@@ -53,6 +53,7 @@ impl<R: Rate, T: Time> Periodic<R, T> {
     }
 
     /// The releases counted so far: how many had their cycle, and how many were missed.
+    /// Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub const fn releases(&self) -> &Releases<R> {

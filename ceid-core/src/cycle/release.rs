@@ -51,14 +51,14 @@ pub struct Releases<R> {
 }
 
 impl<R: Rate> Releases<R> {
-    /// Before release 0.
+    /// Before release 0. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub const fn new(overrun: Overrun) -> Self {
         Self { overrun, next: 0, cycles: 0, missed: 0, stopped: false, rate: PhantomData }
     }
 
-    /// When the next release is due, in nanoseconds after release 0.
+    /// When the next release is due, in nanoseconds after release 0. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub fn next_ns(&self) -> u64 {
@@ -69,6 +69,7 @@ impl<R: Rate> Releases<R> {
     /// and for ever from then on.
     ///
     /// To be called when the next release is due. A call before that begins the next release with no lateness.
+    /// Neither allocates nor blocks nor panics.
     #[inline]
     pub fn begin(&mut self, now_ns: u64) -> Option<CycleInfo> {
         if self.stopped {
@@ -95,35 +96,35 @@ impl<R: Rate> Releases<R> {
         Some(CycleInfo { n, release_ns, late_ns: now_ns.saturating_sub(release_ns), missed })
     }
 
-    /// How many releases have been counted, with a cycle or without.
+    /// How many releases have been counted, with a cycle or without. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub const fn released(&self) -> u64 {
         self.next
     }
 
-    /// How many releases have had their cycle.
+    /// How many releases have had their cycle. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub const fn cycles(&self) -> u64 {
         self.cycles
     }
 
-    /// How many releases passed without a cycle.
+    /// How many releases passed without a cycle. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub const fn missed(&self) -> u64 {
         self.missed
     }
 
-    /// Whether an overrun has ended the loop.
+    /// Whether an overrun has ended the loop. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub const fn is_stopped(&self) -> bool {
         self.stopped
     }
 
-    /// What becomes of late releases.
+    /// What becomes of late releases. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub const fn overrun(&self) -> Overrun {

@@ -58,7 +58,7 @@ impl<F> OnlyInCeid<F> {
         Self { filter }
     }
 
-    /// The filter between two cycles, for reading.
+    /// The filter between two cycles, for reading. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub const fn filter(&self) -> &F {

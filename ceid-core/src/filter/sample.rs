@@ -44,7 +44,7 @@ pub struct Sample<T> {
 }
 
 impl<T> Sample<T> {
-    /// An empty inbox, which has never held a measurement.
+    /// An empty inbox, which has never held a measurement. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub const fn new() -> Self {
@@ -52,12 +52,14 @@ impl<T> Sample<T> {
     }
 
     /// Puts a measurement in. Returns the one before, if no law has taken it: it is lost, unless the caller wants it.
+    /// Neither allocates nor blocks nor panics.
     #[inline]
     pub fn put(&mut self, measurement: T) -> Option<T> {
         self.newest.replace(measurement)
     }
 
     /// Takes the measurement out, if there is a new one. Once per run of the law: only a law has a tick.
+    /// Neither allocates nor blocks nor panics.
     // Compile errors quote the line of the function to a body that takes.
     #[rustfmt::skip]
     #[must_use = "a measurement that is taken is gone"]
@@ -68,13 +70,14 @@ impl<T> Sample<T> {
     }
 
     /// How many runs of the law ago a measurement was last taken: 0 for this one, `None` if there has been none yet.
+    /// Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub const fn age(&self) -> Option<u32> {
         self.age
     }
 
-    /// Whether a measurement waits for the law.
+    /// Whether a measurement waits for the law. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub const fn is_fresh(&self) -> bool {

@@ -17,6 +17,7 @@ use crate::rate::Rate;
 /// of all guards.
 ///
 /// ```
+/// use ceid_core::Shared;
 /// use ceid_core::prelude::*;
 /// use std::rc::Rc;
 /// # struct KalmanF(f64);
@@ -46,7 +47,7 @@ pub struct Shared<F: ?Sized> {
 }
 
 impl<F> Shared<F> {
-    /// A filter that nothing updates yet.
+    /// A filter that nothing updates yet. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub const fn new(filter: F) -> Self {
@@ -62,6 +63,7 @@ impl<F: ?Sized> Shared<F> {
     /// # Errors
     ///
     /// [`AlreadyRegistered`] if a registration of this filter exists, through any handle.
+    /// Neither allocates nor blocks nor panics.
     #[inline]
     pub fn try_register<H: Deref<Target = Self>>(handle: H) -> Result<Registration<H>, AlreadyRegistered> {
         if handle.is_registered.replace(true) { Err(AlreadyRegistered) } else { Ok(Registration { handle }) }
@@ -72,6 +74,7 @@ impl<F: ?Sized> Shared<F> {
     /// # Panics
     ///
     /// If `body` lends the same filter again, or ends a cycle that updates it.
+    /// Otherwise neither allocates nor blocks by itself.
     #[inline]
     #[track_caller]
     pub fn with<T>(&self, body: impl FnOnce(&mut F) -> T) -> T {
@@ -83,7 +86,7 @@ impl<F: ?Sized> Shared<F> {
         }
     }
 
-    /// Whether a set updates this filter.
+    /// Whether a set updates this filter. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub fn is_registered(&self) -> bool {

@@ -76,25 +76,28 @@ impl<F> Drop for DutyToRegister<F> {
 pub trait MadeForCeid {}
 
 impl<F> Unregistered<F> {
-    /// For the constructors of a filter type.
+    /// For the constructors of a filter type. Neither allocates nor blocks nor panics.
     #[inline]
     pub const fn new(filter: F) -> Self {
         Self { filter, duty: DutyToRegister(PhantomData) }
     }
 
     /// Prepares the filter for a loop that [`ceid!`](crate::ceid) guards: it can be reached only below its `ceid!`.
+    /// Neither allocates nor blocks nor panics.
     #[inline]
     pub fn only_in_ceid(self) -> OnlyInCeid<F> {
         OnlyInCeid::new(self.discharge())
     }
 
     /// Builds a composite around the filter, which then has to be registered in its place.
+    /// Allocates, blocks and panics as `build` does.
     #[inline]
     pub fn map<G>(self, build: impl FnOnce(F) -> G) -> Unregistered<G> {
         Unregistered::new(build(self.discharge()))
     }
 
     /// Joins two filters, to build a composite of both with [`map`](Unregistered::map).
+    /// Neither allocates nor blocks nor panics.
     #[inline]
     pub fn zip<G>(self, other: Unregistered<G>) -> Unregistered<(F, G)> {
         let (first, second) = (self.discharge(), other.discharge());
@@ -129,6 +132,8 @@ impl<F, const N: usize> Unregistered<[F; N]> {
     /// filters! { struct Filters @ 1000 Hz { axes: [Pid; 3] } }
     /// let filters = Filters::register(Unregistered::array(Pid::new));
     /// ```
+    ///
+    /// Allocates, blocks and panics as `build` does.
     #[inline]
     pub fn array(mut build: impl FnMut(usize) -> Unregistered<F>) -> Self {
         Self::new(array::from_fn(|index| build(index).discharge()))
