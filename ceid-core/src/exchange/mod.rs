@@ -7,10 +7,10 @@
 //! | exchange | waits | on |
 //! | --- | --- | --- |
 //! | [`Latest`] | never | every target with atomic byte swaps |
-//! | [`Locked<StdMutex>`](StdMutex) | for the other end's copy, and for whoever preempts it | `std` |
-//! | [`Locked<PriorityInheriting>`](PriorityInheriting) | for the other end's copy | Linux, feature `linux-rt` |
-//! | [`Locked<CriticalSection>`](CriticalSection) | for the other end's copy, with interrupts masked | feature `critical-section` |
-//! | [`Locked<LockApi<R>>`](LockApi) | as the raw lock `R` does | feature `lock-api` |
+//! | `Locked<StdMutex>` | for the other end's copy, and for whoever preempts it | `std` |
+//! | `Locked<PriorityInheriting>` | for the other end's copy | Linux, feature `linux-rt` |
+//! | `Locked<CriticalSection>` | for the other end's copy, with interrupts masked | feature `critical-section` |
+//! | `Locked<LockApi<R>>` | as the raw lock `R` does | feature `lock-api` |
 //!
 //! Use [`Latest`] unless the target has no atomic swap (ARMv6-M, AVR) or memory is dear: it holds its value three
 //! times. Values are `Copy`, so that the time for which a lock is held is that of copying them, and known.

@@ -7,8 +7,8 @@
 //! | --- | --- | --- | --- |
 //! | [`SimulatedCycleThread`] | virtual: no waiting, every run alike | in one thread | nothing |
 //! | [`SuperloopCycleThread`] | of a [`Time`], such as a timer of the chip | in one thread | nothing |
-//! | [`ChronoCycleThread`] | of the operating system, soft | a thread each | feature `std` |
-//! | [`RtPreemptCycleThread`] | of Linux, real-time priorities | a thread each | feature `linux-rt` |
+//! | `ChronoCycleThread` | of the operating system, soft | a thread each | feature `std` |
+//! | `RtPreemptCycleThread` | of Linux, real-time priorities | a thread each | feature `linux-rt` |
 //!
 //! ```
 //! use ceid_core::prelude::*;
