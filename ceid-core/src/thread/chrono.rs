@@ -29,8 +29,7 @@ impl RealtimeThread for ChronoCycleThread {
 
     /// Allocates and makes threads before release 0, not in the loop. Blocks for the whole run.
     fn run(&mut self, tasks: &mut [&mut dyn CyclicTask], until: Until<'_>) -> Privileges {
-        let threads = workers::run(tasks, &Chrono { time: StdTime::new() }, until);
-        Privileges { threads, ..Privileges::default() }
+        workers::run(tasks, &Chrono { time: StdTime::new() }, until)
     }
 }
 

@@ -24,7 +24,7 @@ pub(super) fn run(tasks: &mut [&mut dyn CyclicTask], time: &mut impl Time, start
             tasks.0.iter_mut().for_each(|task| task.end(outcome));
             return false;
         };
-        if !task.run_cycle(now_ns - start_ns) {
+        if !task.run_cycle(now_ns.saturating_sub(start_ns)) {
             return false;
         }
     }

@@ -47,7 +47,9 @@ pub struct Privileges {
     pub memory_lock: Privilege,
     /// Processors do not go into deep sleep (`/dev/cpu_dma_latency`).
     pub shallow_sleep: Privilege,
-    /// Per task, in the order of the tasks; shorter if threads could not be made.
+    /// A thread for each task; if one is refused, the run does not begin.
+    pub threads_made: Privilege,
+    /// Per task, in the order of the tasks; shorter if threads were refused.
     pub threads: Vec<Granted>,
 }
 
@@ -60,7 +62,11 @@ impl Privileges {
 
     /// What was refused: the task, if it is about one, what it is, and why. Does not allocate, block or panic.
     pub fn refused(&self) -> impl Iterator<Item = (Option<&'static str>, &'static str, ErrorKind)> + '_ {
-        let process = [(None, MEMORY_LOCK, self.memory_lock), (None, SHALLOW_SLEEP, self.shallow_sleep)];
+        let process = [
+            (None, MEMORY_LOCK, self.memory_lock),
+            (None, SHALLOW_SLEEP, self.shallow_sleep),
+            (None, THREADS, self.threads_made),
+        ];
         let threads = self.threads.iter().flat_map(|granted| {
             let task = Some(granted.task);
             [
@@ -78,6 +84,7 @@ impl Privileges {
 
 const MEMORY_LOCK: &str = "locked memory";
 const SHALLOW_SLEEP: &str = "shallow sleep of the processors";
+const THREADS: &str = "a thread for each task";
 const TIMER_SLACK: &str = "short timer slack";
 const SCHEDULING: &str = "real-time scheduling";
 const PROCESSOR: &str = "a processor of its own choice";
@@ -87,6 +94,7 @@ fn advice(what: &str) -> &'static str {
     match what {
         MEMORY_LOCK => "raise the limit `memlock` or grant CAP_IPC_LOCK",
         SHALLOW_SLEEP => "let this user write /dev/cpu_dma_latency",
+        THREADS => "raise the limits `nproc`, and `memlock` if memory is locked",
         TIMER_SLACK => "needs Linux with a writable /proc; cycles begin up to 50 µs later",
         SCHEDULING => "raise the limit `rtprio` or grant CAP_SYS_NICE, and check the priority or runtime",
         _ => "choose a processor that is online and allowed to this process",

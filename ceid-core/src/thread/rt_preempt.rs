@@ -104,10 +104,9 @@ impl RealtimeThread for RtPreemptCycleThread {
         let mut rates: Vec<_> = tasks.iter().map(|task| task.hz()).collect();
         rates.sort_unstable_by(|one, other| other.cmp(one));
         rates.dedup();
-        let process = Privileges { memory_lock, shallow_sleep, threads: Vec::new() };
+        let process = Privileges { memory_lock, shallow_sleep, ..Privileges::default() };
         let world = RtPreempt { asked: self, refused_before: process.is_refused(), rates };
-        let threads = workers::run(tasks, &world, until);
-        Privileges { threads, ..process }
+        Privileges { memory_lock, shallow_sleep, ..workers::run(tasks, &world, until) }
     }
 }
 

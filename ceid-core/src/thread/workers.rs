@@ -1,12 +1,13 @@
 //! A thread of the operating system for each task: made, prepared, begun together, and joined.
 
 use core::slice;
+use std::io;
 use std::panic::resume_unwind;
 use std::sync::mpsc;
 use std::thread::{self, Builder, ScopedJoinHandle};
 use std::vec::Vec;
 
-use super::{CyclicTask, Granted, Outcome, StopSignal, Until, cooperative};
+use super::{CyclicTask, Granted, Outcome, Privilege, Privileges, StopSignal, Until, cooperative};
 use crate::cycle::Time;
 
 /// How a world of threads differs from the others.
@@ -27,18 +28,26 @@ pub(super) trait Workers: Sync {
 /// first of them may preempt the thread that tells the others.
 const START_AHEAD_NS: u64 = 5_000_000;
 
-/// Runs each task in its own thread. Returns what each thread was granted.
-pub(super) fn run(tasks: &mut [&mut dyn CyclicTask], world: &impl Workers, until: Until<'_>) -> Vec<Granted> {
+/// Runs each task in its own thread. Says whether the threads could be made, and what each of them was granted.
+pub(super) fn run(tasks: &mut [&mut dyn CyclicTask], world: &impl Workers, until: Until<'_>) -> Privileges {
     cooperative::start(tasks, &until);
     let end = StopSignal::new();
     let until = until.or_ended(&end);
-    let count = tasks.len();
-    let (granted, panic) = thread::scope(|scope| {
-        let workers: Vec<_> =
-            tasks.iter_mut().map_while(|task| Worker::spawn(scope, &mut **task, world, until, &end)).collect();
-        let granted: Vec<_> = workers.iter().filter_map(|worker| worker.granted.recv().ok()).collect();
+    let mut threads_made = Privilege::Granted;
+    let (threads, panic) = thread::scope(|scope| {
+        let mut workers = Vec::with_capacity(tasks.len());
+        for task in tasks.iter_mut() {
+            match Worker::spawn(scope, &mut **task, world, until, &end) {
+                Ok(worker) => workers.push(worker),
+                Err(error) => {
+                    threads_made = Privilege::of(Err(error));
+                    break;
+                }
+            }
+        }
+        let threads: Vec<_> = workers.iter().filter_map(|worker| worker.granted.recv().ok()).collect();
         // All threads are ready; without a start they end.
-        if workers.len() == count && world.may_begin(&granted) {
+        if threads_made == Privilege::Granted && world.may_begin(&threads) {
             let start_ns = world.time().now_ns().saturating_add(START_AHEAD_NS);
             for worker in &workers {
                 // Fails only if the thread has gone, which its handle tells below.
@@ -51,13 +60,13 @@ pub(super) fn run(tasks: &mut [&mut dyn CyclicTask], world: &impl Workers, until
                 panic.get_or_insert(payload);
             }
         }
-        (granted, panic)
+        (threads, panic)
     });
     tasks.iter_mut().for_each(|task| task.end(Outcome::NotStarted));
     if let Some(payload) = panic {
         resume_unwind(payload);
     }
-    granted
+    Privileges { threads_made, threads, ..Privileges::default() }
 }
 
 struct Worker<'scope> {
@@ -67,14 +76,13 @@ struct Worker<'scope> {
 }
 
 impl<'scope> Worker<'scope> {
-    /// `None` if the system makes no further thread.
     fn spawn<'env>(
         scope: &'scope thread::Scope<'scope, 'env>,
         task: &'scope mut dyn CyclicTask,
         world: &'scope impl Workers,
         until: Until<'scope>,
         end: &'scope StopSignal,
-    ) -> Option<Self> {
+    ) -> io::Result<Self> {
         let (send_granted, granted) = mpsc::channel();
         let (start, receive_start) = mpsc::channel();
         let mut builder = Builder::new();
@@ -94,8 +102,8 @@ impl<'scope> Worker<'scope> {
                 core::mem::forget(ends_the_others);
             }
         };
-        let handle = builder.spawn_scoped(scope, work).ok()?;
-        Some(Self { handle, granted, start })
+        let handle = builder.spawn_scoped(scope, work)?;
+        Ok(Self { handle, granted, start })
     }
 
     /// Also closes the channels, which ends a thread that waits for its start.

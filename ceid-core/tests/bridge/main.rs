@@ -6,6 +6,8 @@ mod no_allocation;
 mod overruns;
 #[cfg(all(feature = "linux-rt", target_os = "linux"))]
 mod real_time;
+#[cfg(all(feature = "std", target_os = "linux"))]
+mod refused_threads;
 mod same_everywhere;
 mod virtual_time;
 
