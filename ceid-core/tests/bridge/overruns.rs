@@ -66,9 +66,9 @@ impl InEveryWorld for Stops {
             assert_eq!(counts(&slow), (10, 0, Some(Outcome::Completed)), "a cycle takes no virtual time");
             return;
         }
-        // Release 4 and those after it that had come when the cycle was over.
-        assert_eq!((slow.cycles(), slow.outcome()), (4, Some(Outcome::Overran)), "{world}");
-        assert!(slow.missed() >= 2, "{world}: {slow:?}");
+        // Release 4 and those after it that had come when the cycle was over; on a busy machine, earlier ones.
+        assert_eq!(slow.outcome(), Some(Outcome::Overran), "{world}");
+        assert!(slow.cycles() <= 4 && slow.missed() >= 2, "{world}: {slow:?}");
         assert_eq!(other.outcome(), Some(Outcome::EndedByAnother), "{world}");
     }
 }

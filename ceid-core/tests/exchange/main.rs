@@ -161,6 +161,28 @@ fn a_value_that_is_being_read_does_not_change() {
 }
 
 #[test]
+fn a_value_that_is_being_read_does_not_change_after_any_history() {
+    // Two steps with ends of their own, each some writes and reads, and then the same question.
+    for steps in (0..256_u32).map(|steps| [steps % 4, steps / 4 % 4, steps / 16 % 4, steps / 64]) {
+        let mut cell = LatestCell::new([0; 4]);
+        let mut n = 0;
+        for step in steps.chunks(2) {
+            let (mut writer, mut reader) = cell.split();
+            for _ in 0..step[0] {
+                n += 1;
+                writer.set([n; 4]);
+            }
+            (0..step[1]).for_each(|_| assert_eq!(reader.read().value(), &[n; 4], "{steps:?}"));
+        }
+        let (mut writer, mut reader) = cell.split();
+        let value = reader.read().value();
+        (100..105).for_each(|later| writer.set([later; 4]));
+        assert_eq!(value, &[n; 4], "{steps:?}");
+        assert_eq!(reader.read(), Reading::Fresh(&[104; 4]), "{steps:?}");
+    }
+}
+
+#[test]
 fn a_static_transaction_needs_no_run_time_initialisation() {
     static IO: TransactionIo<u8, u8, Latest> = TransactionIo::from_cells(LatestCell::new(1), LatestCell::new(2));
     let (mut outside, mut inside) = IO.split_once().expect("nobody else has the ends");

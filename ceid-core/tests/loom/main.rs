@@ -114,7 +114,7 @@ fn split_again() {
         // SAFETY: the ends of the round before are gone: one was dropped here, one in the thread that was joined.
         let (mut writer, mut reader): Ends = unsafe { &mut *cell }.split();
         let thread = loom::thread::spawn(move || (round..round + 2).for_each(|n| write(&mut writer, n)));
-        read(&mut reader, &mut last);
+        (0..2).for_each(|_| read(&mut reader, &mut last));
         thread.join().expect("the writer does not panic");
     }
     // SAFETY: as above.
