@@ -89,12 +89,14 @@ struct Finished;
 impl InEveryWorld for Finished {
     fn test<T: RealtimeThread>(&self, world: &str, mut thread: T) {
         let stop_at_3 = |info: CycleInfo| if info.n < 3 { Flow::Continue } else { Flow::Stop };
-        let mut one = Task::new("one", Each::<1000, _>(stop_at_3), Overrun::CatchUp { max: u32::MAX });
+        let mut one =
+            Task::new("one", Each::<1000, _>(stop_at_3), Overrun::CatchUp { max: u32::MAX }).with_histogram::<1>(1);
         let mut other = Task::new("other", Each::<20, _>(|_| Flow::Continue), Overrun::Skip);
         for _ in 0..2 {
             // The second run counts from release 0 again.
             let _report = thread.run(&mut [&mut one, &mut other], Until::finished());
             assert_eq!(counts(&one), (4, 0, Some(Outcome::Finished)), "{world}");
+            assert_eq!(one.lateness().count(), 4, "{world}");
             assert_eq!(other.outcome(), Some(Outcome::EndedByAnother), "{world}");
             assert!(runs_in_a_thread(world) || other.cycles() == 1, "{world}");
         }

@@ -9,6 +9,8 @@ mod real_time;
 #[cfg(all(feature = "std", target_os = "linux"))]
 mod refused_threads;
 mod same_everywhere;
+#[cfg(feature = "std")]
+mod soft;
 mod virtual_time;
 
 use ceid_core::Time;
