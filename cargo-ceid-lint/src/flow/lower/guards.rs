@@ -1,10 +1,13 @@
 //! Guards: where they are made, what they hold, and how they end.
 
 use super::{Builder, Value};
-use crate::flow::{Effect, GuardId, GuardInfo, Place, Update, Var};
-use crate::index::{Ty, is_guard_type};
+use crate::flow::{Argument, CallSite, Effect, GuardId, GuardInfo, IndexKey, Place, Update, Var};
+use crate::index::{FunctionId, Ty, is_guard_type};
 use crate::source::Span;
 use crate::syntax::tree::ExprId;
+
+/// Sets lie in sets; deeper ones are guarded as a whole.
+const MAX_DEPTH: u32 = 6;
 
 impl Builder<'_> {
     /// Whether an expression gives a guard that is bound to a name: ceid-core's `CycleGuard`.
@@ -27,27 +30,147 @@ impl Builder<'_> {
         }
     }
 
-    fn add_guard(&mut self, span: Span, holds: Vec<Var>, names: Vec<String>) -> GuardId {
+    fn add_guard(&mut self, span: Span, holds: Vec<Var>, updates: Vec<Place>, names: Vec<String>) -> GuardId {
         let id = GuardId(u32::try_from(self.graph.guards.len()).expect("fewer than 2^32 guards"));
         let in_loop = self.loops.last().copied();
-        self.graph.guards.push(GuardInfo { span, holds, in_loop, names, dropped: None, forgotten: None, name: None });
+        self.graph.guards.push(GuardInfo {
+            span,
+            holds,
+            updates,
+            in_loop,
+            names,
+            dropped: None,
+            forgotten: None,
+            name: None,
+            destructor: None,
+        });
         id
     }
 
+    /// A guard takes effect; whether it is still alive is known on each way.
+    fn start_guard(&mut self, id: GuardId, span: Span) {
+        let alive = self.temporary(Ty::Bool, span);
+        self.set(alive, &Value { head: Some("true".to_owned()), ..Value::default() }, span);
+        self.alive.insert(id, alive);
+        self.emit(Effect::GuardStart(id), span);
+        if let Some(scope) = self.scopes.last_mut() {
+            scope.guards.push(id);
+        }
+    }
+
+    /// The destructor of a type of the analysed code that may hold filters or references to them.
+    fn destructor(&self, ty: &Ty) -> Option<FunctionId> {
+        let index = self.program.index;
+        if !matches!(ty, Ty::Adt(..)) || !self.may_hold_filter(ty) {
+            return None;
+        }
+        let owners = index.methods(ty, "drop");
+        let of_drop = owners.iter().find(|owner| owner.of_trait().is_some_and(|name| index.trait_text(name) == "Drop"));
+        of_drop?.function()
+    }
+
+    /// A value whose own destructor runs where its scope ends.
+    fn bind_destructor(&mut self, var: Var, value: &Value, span: Span) {
+        let Some(destructor) = self.destructor(&self.graph.var(var).ty.clone()) else { return };
+        if !value.is_owned {
+            return;
+        }
+        let id = self.add_guard(span, vec![var], Vec::new(), Vec::new());
+        self.graph.guards[id.0 as usize].destructor = Some(destructor);
+        self.guards_of.insert(var, id);
+        self.start_guard(id, span);
+    }
+
+    /// Runs a destructor.
+    fn destroy(&mut self, destructor: FunctionId, place: Place, span: Span) {
+        let result = self.temporary(Ty::Tuple(Vec::new()), span);
+        let site = CallSite {
+            targets: vec![destructor],
+            args: vec![Argument { place: Some(place), ..Argument::default() }],
+            result,
+            text: "drop".to_owned(),
+            law_of: None,
+            fed: Vec::new(),
+            into: Vec::new(),
+            from: crate::flow::Computed::default(),
+        };
+        self.emit(Effect::Call(Box::new(site)), span);
+    }
+
+    /// The end of a scope: guards that are still alive end.
+    pub(super) fn end_guards(&mut self, guards: &[GuardId], span: Span) {
+        for guard in guards.iter().rev() {
+            let info = &self.graph.guards[guard.0 as usize];
+            if self.at.is_none() || info.forgotten.is_some() {
+                continue;
+            }
+            match self.alive.get(guard).copied().filter(|_| info.dropped.is_some()) {
+                None if info.dropped.is_some() => {}
+                None => self.end_guard(*guard, span),
+                Some(alive) => {
+                    let subject = self.subject(self.pure_var(alive), Some(vec!["true".to_owned(), "false".to_owned()]));
+                    let heads = ["true".to_owned()];
+                    let about = crate::flow::About::default();
+                    let text = "the guard is alive".to_owned();
+                    let (lives, gone) = self.branch_on_subject(subject, &heads, true, span, text, about);
+                    let after = self.add_node(Effect::Nothing, span);
+                    self.resume(lives);
+                    self.end_guard(*guard, span);
+                    self.jump(after);
+                    self.resume(gone);
+                    self.jump(after);
+                    self.resume(after);
+                }
+            }
+        }
+    }
+
     /// A guard over places, alive to the end of the innermost block.
-    pub(super) fn guard_scope(&mut self, span: Span, places: &[(String, Place)]) {
+    pub(super) fn guard_scope(&mut self, span: Span, places: &[(String, Place, Ty)]) {
         let mut holds = Vec::new();
-        for (name, place) in places {
+        let mut updates = Vec::new();
+        for (name, place, ty) in places {
             let var = self.temporary(Ty::Unknown, span);
             self.graph.vars[var.0 as usize].name.clone_from(name);
             self.set(var, &Value { place: Some(place.clone()), ..Value::default() }, span);
             holds.push(var);
+            self.filters_in(Place::var(var), ty, 0, &mut updates);
         }
-        let names = places.iter().map(|(name, _)| name.clone()).collect();
-        let id = self.add_guard(span, holds, names);
-        self.emit(Effect::GuardStart(id), span);
-        if let Some(scope) = self.scopes.last_mut() {
-            scope.guards.push(id);
+        let names = places.iter().map(|(name, ..)| name.clone()).collect();
+        let id = self.add_guard(span, holds, updates, names);
+        self.start_guard(id, span);
+    }
+
+    /// What the guard of a place updates: the filter there, or each filter that the set, array or tuple there has.
+    fn filters_in(&self, place: Place, ty: &Ty, depth: u32, found: &mut Vec<Place>) {
+        let index = self.program.index;
+        let ty = ty.peel();
+        if depth > MAX_DEPTH || index.filter_spec(ty).is_some() || !index.holds_filter(ty) {
+            found.push(place);
+            return;
+        }
+        match ty {
+            Ty::Array(inner, _) | Ty::Slice(inner) => {
+                self.filters_in(place.element(IndexKey::Each), inner, depth + 1, found);
+            }
+            Ty::Tuple(parts) => {
+                for (number, part) in parts.iter().enumerate().filter(|(_, part)| index.holds_filter(part)) {
+                    self.filters_in(place.field(&number.to_string()), part, depth + 1, found);
+                }
+            }
+            Ty::External(path, args) => match (path.rsplit("::").next(), args.first()) {
+                (Some("Vec" | "ArrayVec" | "SmallVec"), Some(inner)) => {
+                    self.filters_in(place.element(IndexKey::Each), inner, depth + 1, found);
+                }
+                (Some("Box" | "Option"), Some(inner)) => self.filters_in(place, inner, depth + 1, found),
+                _ => found.push(place),
+            },
+            Ty::Adt(..) => {
+                for (field, ty) in self.filter_fields(ty) {
+                    self.filters_in(place.field(&field), &ty, depth + 1, found);
+                }
+            }
+            _ => found.push(place),
         }
     }
 
@@ -67,14 +190,16 @@ impl Builder<'_> {
     /// A guard over what the call that made it was given.
     fn make_guard(&mut self, var: Option<Var>, span: Span) -> GuardId {
         let mut holds = Vec::new();
+        let mut updates = Vec::new();
         let mut names = Vec::new();
-        if let Some((name, place)) = var.and_then(|var| self.guarded.get(&var).cloned()) {
+        if let Some((name, place, ty)) = var.and_then(|var| self.guarded.get(&var).cloned()) {
             let held = self.temporary(Ty::Unknown, span);
             self.set(held, &Value { place: Some(place), ..Value::default() }, span);
             holds.push(held);
             names.push(name);
+            self.filters_in(Place::var(held), &ty, 0, &mut updates);
         }
-        let id = self.add_guard(span, holds, names);
+        let id = self.add_guard(span, holds, updates, names);
         if let Some(var) = var {
             self.guards_of.insert(var, id);
         }
@@ -83,8 +208,11 @@ impl Builder<'_> {
 
     /// A variable that a guard is bound to: the guard lives to the end of the block.
     pub(super) fn bind_guard(&mut self, var: Var, value: &Value, span: Span) {
-        if self.at.is_none() || !self.is_guard_ty(&self.graph.var(var).ty.clone()) {
+        if self.at.is_none() {
             return;
+        }
+        if !self.is_guard_ty(&self.graph.var(var).ty.clone()) {
+            return self.bind_destructor(var, value, span);
         }
         let made = value.place.as_ref().and_then(Place::base_var);
         let known = made.and_then(|made| self.guards_of.get(&made)).copied();
@@ -96,10 +224,7 @@ impl Builder<'_> {
         }
         info.name = Some(self.graph.vars[var.0 as usize].name.clone());
         if info.forgotten.is_none() {
-            self.emit(Effect::GuardStart(id), span);
-            if let Some(scope) = self.scopes.last_mut() {
-                scope.guards.push(id);
-            }
+            self.start_guard(id, span);
         }
     }
 
@@ -121,7 +246,7 @@ impl Builder<'_> {
                 let value = self.expr(*arg);
                 let var = self.temporary(self.ty(id).clone(), self.span(id));
                 if let Some(place) = value.place {
-                    self.guarded.insert(var, (name, place));
+                    self.guarded.insert(var, (name, place, self.ty(*arg).clone()));
                 }
                 Some(Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() })
             }
@@ -148,10 +273,16 @@ impl Builder<'_> {
 
     /// The end of a guard: what it holds is updated.
     pub(super) fn end_guard(&mut self, guard: GuardId, span: Span) {
-        let holds = self.graph.guards[guard.0 as usize].holds.clone();
-        for var in holds {
+        let info = &self.graph.guards[guard.0 as usize];
+        if let Some(destructor) = info.destructor {
+            for var in info.holds.clone() {
+                self.destroy(destructor, Place::var(var), span);
+            }
+            return;
+        }
+        for place in info.updates.clone() {
             let update = Update {
-                place: Place::var(var),
+                place,
                 law: 0,
                 method: "update".to_owned(),
                 by_guard: true,
@@ -168,6 +299,13 @@ impl Builder<'_> {
 
     /// A value that a statement drops at once.
     pub(super) fn discard(&mut self, expr: ExprId, value: &Value, span: Span) {
+        if self.at.is_some()
+            && !self.is_bound(value)
+            && let (Some(destructor), Some(place)) = (self.destructor(self.ty(expr)), value.place.clone())
+            && value.is_owned
+        {
+            return self.destroy(destructor, place, span);
+        }
         if self.at.is_some() && self.is_guard(expr) && !self.is_bound(value) {
             self.mark_dropped(expr, value, span, "it is never bound to a name");
         }
@@ -190,9 +328,10 @@ impl Builder<'_> {
 
     fn mark_dropped(&mut self, expr: ExprId, value: &Value, span: Span, how: &str) {
         let Some(guard) = self.guard_of(expr, value) else { return };
-        if self.graph.guards[guard.0 as usize].dropped.is_none() {
-            self.graph.guards[guard.0 as usize].dropped = Some((span, how.to_owned()));
-            self.end_guard(guard, span);
+        self.graph.guards[guard.0 as usize].dropped.get_or_insert_with(|| (span, how.to_owned()));
+        self.end_guard(guard, span);
+        if let Some(alive) = self.alive.get(&guard).copied() {
+            self.set(alive, &Value { head: Some("false".to_owned()), ..Value::default() }, span);
         }
     }
 
