@@ -104,6 +104,33 @@ use crate::cycle::{Overrun, Time};
 use crate::rate::Rate;
 
 /// What a robot does in each cycle, at one rate; independent of the thread that runs it.
+///
+/// Its filters are guarded in each call, with a clock that leaves the pace to the thread:
+///
+/// ```
+/// use ceid_core::prelude::*;
+///
+/// # struct LowPass { input: f64, output: f64 }
+/// # impl<R: Rate> SampledFilter<R> for LowPass { fn update(&mut self, _: Tick<'_, R>) { self.output = self.input; } }
+/// struct Motor { clock: Free<Hz<1000>>, speed: LowPass }
+///
+/// impl RealtimeFunctionality for Motor {
+///     type Rate = Hz<1000>;
+///
+///     fn cycle(&mut self, info: CycleInfo) -> Flow {
+///         let cycle = self.clock.begin_cycle();
+///         ceid!(cycle => speed = self.speed);
+///         if info.missed > 0 {
+///             return Flow::Continue;
+///         }
+///         speed.input = 1.0;
+///         Flow::Continue
+///     }
+/// }
+/// # let mut motor = Motor { clock: Free::new(), speed: LowPass { input: 0.0, output: 0.0 } };
+/// # let _ = motor.cycle(CycleInfo::default());
+/// # assert_eq!(motor.speed.output, 1.0);
+/// ```
 #[doc(alias = "RealtimeFunctionalityIF")]
 pub trait RealtimeFunctionality: Send {
     /// The rate of the cycles.

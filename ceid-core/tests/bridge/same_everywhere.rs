@@ -19,11 +19,10 @@ impl<R: Rate> SampledFilter<R> for LowPass {
     }
 }
 
-filters! { struct Filters @ 500 Hz { speed: LowPass } }
-
-/// Knows its filters and its input and output, and nothing of threads.
+/// Knows its filter and its input and output, and nothing of threads.
 struct Motor<'t> {
-    control: Cyclic<Filters, Free<Hz<500>>>,
+    clock: Free<Hz<500>>,
+    speed: LowPass,
     io: Inside<'t, f64, f64, Latest>,
 }
 
@@ -31,13 +30,13 @@ impl RealtimeFunctionality for Motor<'_> {
     type Rate = Hz<500>;
 
     fn cycle(&mut self, info: CycleInfo) -> Flow {
-        let Some(mut guard) = self.control.cycle() else { return Flow::Stop };
-        let f = guard.filters();
+        let cycle = self.clock.begin_cycle();
+        ceid!(cycle => speed = self.speed);
         if info.n == 0 {
             return Flow::Continue;
         }
-        f.speed.input = self.io.input().value();
-        self.io.set_output(f.speed.output);
+        speed.input = self.io.input().value();
+        self.io.set_output(speed.output);
         Flow::Continue
     }
 }
@@ -49,9 +48,9 @@ impl InEveryWorld for Test {
         let mut io = TransactionIo::<f64, f64, Latest>::new(0.0, 0.0);
         let (mut outside, inside) = io.split();
         outside.set_input(1.0);
-        let control = Cyclic::new(Filters::register(LowPass { input: 0.0, output: 0.0 }), Free::new());
+        let motor = Motor { clock: Free::new(), speed: LowPass { input: 0.0, output: 0.0 }, io: inside };
         // Whatever the machine does, each release has its cycle.
-        let mut motor = Task::new("motor", Motor { control, io: inside }, Overrun::CatchUp { max: u32::MAX });
+        let mut motor = Task::new("motor", motor, Overrun::CatchUp { max: u32::MAX });
         run(thread, &mut [&mut motor], Until::duration(Duration::from_millis(100)));
         assert_eq!(counts(&motor), (50, 0, Some(Outcome::Completed)), "{world}");
         let mut expected = 0.0;
