@@ -24,13 +24,12 @@ fn each_public_function_says_whether_it_allocates_and_blocks() {
     assert!(silent.is_empty(), "say it for\n{}", silent.join("\n"));
 }
 
-/// The parts of the library that run inside a cycle.
 fn sources() -> Vec<PathBuf> {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    ["cycle", "filter"]
+    ["cycle", "exchange", "filter", "thread"]
         .iter()
         .flat_map(|folder| fs::read_dir(source.join(folder)).expect("the sources are there"))
         .map(|entry| entry.expect("it can be read").path())
-        .chain([source.join("rate.rs")])
+        .chain(["rate.rs", "transaction.rs"].map(|file| source.join(file)))
         .collect()
 }

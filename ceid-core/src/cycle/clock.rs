@@ -110,6 +110,23 @@ impl<R: Rate> Free<R> {
     pub const fn new() -> Self {
         Self { next: 0, rate: PhantomData }
     }
+
+    /// Begins the next cycle: [`next_cycle`](Clock::next_cycle) of a clock that never ends. For functions that are
+    /// called once per cycle, such as [`RealtimeFunctionality::cycle`](crate::RealtimeFunctionality::cycle).
+    ///
+    /// Does not allocate or block.
+    #[must_use = "a cycle that is not passed to `ceid!` updates no filter"]
+    #[inline]
+    pub fn begin_cycle(&mut self) -> Cycle<'_, R> {
+        Cycle::new(self.release())
+    }
+
+    #[inline]
+    fn release(&mut self) -> CycleInfo {
+        let n = self.next;
+        self.next += 1;
+        CycleInfo { n, release_ns: R::release_ns(n), ..CycleInfo::default() }
+    }
 }
 
 impl<R: Rate> Default for Free<R> {
@@ -123,9 +140,7 @@ impl<R: Rate> Clock for Free<R> {
 
     #[inline]
     fn wait(&mut self) -> Option<CycleInfo> {
-        let n = self.next;
-        self.next += 1;
-        Some(CycleInfo { n, release_ns: R::release_ns(n), ..CycleInfo::default() })
+        Some(self.release())
     }
 }
 
