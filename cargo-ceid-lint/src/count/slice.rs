@@ -38,6 +38,11 @@ impl ControlDependence {
         }
         Self { branches }
     }
+
+    /// The branches that decide whether a node is reached.
+    pub(super) fn of_node(&self, node: NodeId) -> &[u32] {
+        &self.branches[node.0 as usize]
+    }
 }
 
 /// The nearest node through which every way from a node to an exit leads. Ways that never end or that diverge do not count.

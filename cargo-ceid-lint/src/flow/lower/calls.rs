@@ -65,6 +65,7 @@ impl Builder<'_> {
     }
 
     pub(super) fn method_expr(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
+        self.note_method_wait(id, receiver, method, args);
         if let Some(value) = self.guard_call(id, receiver, method, args) {
             return value;
         }
@@ -175,6 +176,10 @@ impl Builder<'_> {
         }
         let into = self.targets.clone();
         let site = CallSite { targets: targets.to_vec(), args, result, text, law_of, fed, into, from };
+        if let [target] = targets {
+            let ty = self.ty(id).clone();
+            self.note_given_step(*target, result, &ty, exprs);
+        }
         self.emit(Effect::Call(Box::new(site)), span);
         result
     }
