@@ -29,9 +29,11 @@ fn of_cycle(cycle: &Cycle, analysis: &Analysis, found: &mut Vec<Diagnostic>) {
     if let Some(guard) = broken {
         missed.retain(|pair| !guard.names.is_empty() && !guard.names.contains(&pair.name));
     }
-    for pair in of_verdict(cycle, Verdict::Repeated) {
-        let (siblings, others): (Vec<&Pair>, Vec<&Pair>) =
-            missed.into_iter().partition(|other| other.filter_type == pair.filter_type);
+    let repeats = of_verdict(cycle, Verdict::Repeated);
+    for pair in &repeats {
+        let (siblings, others): (Vec<&Pair>, Vec<&Pair>) = missed
+            .into_iter()
+            .partition(|other| pasted_from(other, &repeats).is_some_and(|from| from.name == pair.name));
         missed = others;
         found.extend(repeated(cycle, pair, &siblings));
     }
@@ -50,6 +52,12 @@ fn of_cycle(cycle: &Cycle, analysis: &Analysis, found: &mut Vec<Diagnostic>) {
     for pair in cycle.filters.iter().filter(|pair| pair.rules.contains(&"unguarded_update")) {
         found.extend(unguarded(cycle, pair));
     }
+}
+
+/// The repeated filter of the same type that was written in place of a missed one: that with the most similar name.
+fn pasted_from<'p>(missed: &Pair, repeats: &[&'p Pair]) -> Option<&'p Pair> {
+    let of_type = repeats.iter().filter(|pair| pair.filter_type == missed.filter_type);
+    of_type.copied().min_by_key(|pair| strsim::osa_distance(&pair.name, &missed.name))
 }
 
 /// The pairs of a verdict that no other finding tells: what only a debug build updates has one of its own.
