@@ -15,7 +15,7 @@ use super::slice::ControlDependence;
 use super::summary::{Summaries, place_of};
 use super::verdict::{Cycle, Pair, Verdict};
 use crate::config::Multiplicity;
-use crate::flow::{Base, ControlFlowGraph, CycleKind, Effect, LoopId, Place, Program, Projection};
+use crate::flow::{Base, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, Place, Program, Projection};
 use crate::index::{FunctionId, Index, Ty, TypeId};
 use crate::source::Span;
 
@@ -297,7 +297,7 @@ impl Context<'_> {
         let mut pairs: BTreeMap<CycleId, Vec<Pair>> = BTreeMap::new();
         for instance in &facts.updated {
             for id in &instance.loops {
-                if graph.loop_info(*id).is_foreign {
+                if graph.loop_info(*id).cycle_head().is_none() {
                     continue;
                 }
                 if let Some(pair) = self.decide(facts, instance, CycleId::Loop(*id)) {
@@ -319,10 +319,11 @@ impl Context<'_> {
         let info = index.crate_of(def.module);
         for (id, mut filters) in pairs {
             filters.sort_by(|left, right| (&left.name, &left.law).cmp(&(&right.name, &right.law)));
-            let (head, kind) = match id {
-                CycleId::Loop(id) => (graph.loop_info(id).keyword, graph.loop_info(id).kind),
-                CycleId::Function => (def.function.keyword, CycleKind::Function),
+            let head = match id {
+                CycleId::Loop(id) => graph.loop_info(id).cycle_head(),
+                CycleId::Function => Some((def.function.keyword, CycleKind::Function)),
             };
+            let Some((head, kind)) = head else { continue };
             analysis.cycles.push(Cycle {
                 package: info.package,
                 target: info.target,
@@ -350,7 +351,10 @@ impl Context<'_> {
             CycleId::Loop(id) => Region::Loop(id),
             CycleId::Function => Region::Function,
         };
-        let presumed = id == CycleId::Function && facts.kind == FunctionKind::Presumed;
+        let presumed = match id {
+            CycleId::Loop(id) => graph.loop_info(id).caller == Caller::Unseen,
+            CycleId::Function => facts.kind == FunctionKind::Presumed,
+        };
         let by_framework = id == CycleId::Function && facts.kind == FunctionKind::Cycle;
         let decision = if search.updating().is_empty() && search.unknown().is_empty() {
             // Only a debug build updates it.

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::callgraph::callees;
-use crate::flow::{ControlFlowGraph, Directive, Effect, Program, Rounds};
+use crate::flow::{ControlFlowGraph, Directive, Effect, LoopInfo, Program};
 use crate::index::{FunctionId, Index, Owner};
 
 /// What one call of a function is.
@@ -82,13 +82,13 @@ pub(super) fn function_kind(
     match Directive::at(program.sources, index.function(id).function.keyword) {
         Some(Directive::Cycle) => return FunctionKind::Cycle,
         Some(Directive::NotACycle) => return FunctionKind::Helper,
-        None => {}
+        Some(Directive::Every(_)) | None => {}
     }
     if is_cycle_function(index, id) {
         return FunctionKind::Cycle;
     }
     // A function with a loop that never ends is not called once per cycle.
-    let is_endless = graph.loops.iter().any(|info| info.rounds == Rounds::Unbounded && !info.is_foreign);
+    let is_endless = graph.loops.iter().any(LoopInfo::is_endless);
     if called.contains(&id) || is_constructor(index, id) || index.function(id).name == "main" || is_endless {
         return FunctionKind::Helper;
     }

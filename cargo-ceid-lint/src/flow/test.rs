@@ -89,6 +89,10 @@ pub struct About {
     pub is_comparison: bool,
     /// Whether it contains `%` or `is_multiple_of`.
     pub is_remainder: bool,
+    /// The number that it divides by, or the mask plus one.
+    pub ratio: Option<u64>,
+    /// The whole numbers in it.
+    pub numbers: Vec<u64>,
     /// Whether it masks bits.
     pub is_masked: bool,
     /// Whether it is an arm of a choice between events.

@@ -1,6 +1,7 @@
 //! From a typed body to its control-flow graph. Decides nothing about filters: it only says what happens where.
 
 mod builtins;
+mod callbacks;
 mod calls;
 mod closures;
 mod conditions;
@@ -24,8 +25,8 @@ mod waits;
 use std::collections::{HashMap, HashSet};
 
 use super::{
-    Assignment, Cause, Computed, ControlFlowGraph, Effect, GuardId, GuardInfo, Head, LoopId, LoopInfo, Node, NodeId,
-    Place, Program, Var, VarInfo,
+    Assignment, Cause, Computed, ControlFlowGraph, Effect, GuardId, Head, LoopId, LoopInfo, Node, NodeId, Place,
+    Program, Var, VarInfo,
 };
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
@@ -138,6 +139,8 @@ struct Builder<'a> {
     /// Variables that hold a state which a law returned: the half and the method.
     advanced: HashMap<Var, (usize, String)>,
     guards_of: HashMap<Var, GuardId>,
+    /// The variables that say whether a guard is alive.
+    alive: HashMap<GuardId, Var>,
     /// What a guard that is not bound yet was given: the name and the place.
     guarded: HashMap<Var, (String, Place)>,
     subjects: HashMap<String, super::SubjectId>,
@@ -180,6 +183,7 @@ impl<'a> Builder<'a> {
             initials: HashMap::new(),
             advanced: HashMap::new(),
             guards_of: HashMap::new(),
+            alive: HashMap::new(),
             guarded: HashMap::new(),
             subjects: HashMap::new(),
             inlining: vec![function],
@@ -459,18 +463,6 @@ impl<'a> Builder<'a> {
     fn close_block(&mut self, span: Span) {
         if let Some(scope) = self.scopes.pop() {
             self.end_guards(&scope.guards, span);
-        }
-    }
-
-    fn end_guards(&mut self, guards: &[GuardId], span: Span) {
-        if self.at.is_none() {
-            return;
-        }
-        for guard in guards.iter().rev() {
-            let info: &GuardInfo = &self.graph.guards[guard.0 as usize];
-            if info.dropped.is_none() && info.forgotten.is_none() {
-                self.end_guard(*guard, span);
-            }
         }
     }
 
