@@ -81,3 +81,8 @@ fn time_in_a_cycle() {
 fn another_rate() {
     check("rate_mismatch", "made_in_the_constructor_of_its_owner");
 }
+
+#[test]
+fn repeated_with_a_sibling_that_nobody_owes() {
+    check("repeated_update", "pasted_in_a_presumed_cycle");
+}

@@ -418,6 +418,7 @@ impl Context<'_> {
             counts: decision.counts,
             gate: decision.gate,
             rules: decision.verdict.rule().into_iter().collect(),
+            left_out: Vec::new(),
             cause: decision.cause.map(|cause| cause.to_string()),
             witness: decision.witness,
             primary: decision.primary,

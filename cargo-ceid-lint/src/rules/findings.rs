@@ -85,31 +85,27 @@ pub(super) const GUARD_HELP: &str =
 
 fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair]) -> Option<Diagnostic> {
     let rule = find("repeated_update")?;
-    let skips = pair.counts.contains(&0);
-    let mut message = match siblings {
-        [] => format!("`{}` is updated more than once in one cycle", pair.name),
-        siblings => format!(
-            "`{}` is updated more than once in one cycle, and {} of the same type never: was `{}` meant here?",
-            pair.name,
-            names(siblings),
-            siblings[0].name
-        ),
-    };
-    if skips {
-        message.push_str(", and not at all on another path");
+    let siblings: Vec<String> =
+        siblings.iter().map(|sibling| sibling.name.clone()).chain(pair.left_out.iter().cloned()).collect();
+    let mut message = format!("`{}` is updated more than once in one cycle", pair.name);
+    if pair.counts.contains(&0) {
+        message.push_str(" and not at all on another path");
+    }
+    if let Some(first) = siblings.first() {
+        message.push_str(&format!(", and {} of the same type never: was `{first}` meant here?", quoted(&siblings)));
     }
     let mut finding = start(rule, cycle, &[pair], message, pair.primary?, "updated again here");
     finding.notes.push(format!(
         "the update law of a sampled-time filter advances it by one sample; run twice, `{}` is ahead of its measurements",
         pair.name
     ));
-    match siblings {
-        [] => finding.helps.push("keep one of the updates".to_owned()),
-        siblings => finding.helps.push(format!("update {} here instead", names(siblings))),
-    }
+    finding.helps.push(match siblings.as_slice() {
+        [] => "keep one of the updates".to_owned(),
+        siblings => format!("update {} here instead", quoted(siblings)),
+    });
     finding.helps.push(GUARD_HELP.to_owned());
     finding.helps.push(suppression(rule));
-    finding.facts.filters.extend(siblings.iter().map(|sibling| sibling.name.clone()));
+    finding.facts.filters.extend(siblings);
     Some(finding)
 }
 

@@ -3,6 +3,7 @@
 mod debug_only;
 mod events;
 mod rate;
+mod siblings;
 mod time;
 
 use std::collections::BTreeMap;
@@ -94,6 +95,11 @@ pub(super) fn add(
         if pair.verdict == Verdict::Once && pair.counts == [1] {
             note(pair, "unguarded_update");
         }
+    }
+    if facts.kind == FunctionKind::Presumed
+        && let Some(own) = pairs.get_mut(&CycleId::Function)
+    {
+        siblings::add(context, facts, own);
     }
     debug_only::add(context, facts, pairs, analysis);
     events::add(context, facts, pairs, analysis);
