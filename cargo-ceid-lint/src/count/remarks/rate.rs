@@ -30,6 +30,9 @@ impl Steps {
                 unite(steps.made.entry(graph.function), *step);
             }
         }
+        if steps.made.is_empty() {
+            return steps;
+        }
         let mut fields = BTreeMap::new();
         for graph in graphs.iter().flatten() {
             for (place, temporary) in given(graph) {
