@@ -5,6 +5,7 @@ mod lower;
 mod place;
 mod steps;
 mod test;
+mod waits;
 
 use crate::index::{BodyOwner, FunctionId, Index, Ty};
 use crate::source::Span;
@@ -13,8 +14,10 @@ use crate::types::TypedBody;
 pub use cycle::{Caller, CycleKind, Directive, LoopInfo, Rounds};
 pub use lower::lower_function;
 pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
-pub use steps::{StepUnit, step_unit, takes_step};
+use steps::parameter_names;
+pub use steps::{Step, StepUnit, step_unit, takes_step};
 pub use test::{About, Head, OTHER_HEADS, Subject, SubjectId, Test};
+pub use waits::{Wait, WaitKind};
 
 /// A node of a [`ControlFlowGraph`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -53,6 +56,10 @@ pub struct ControlFlowGraph {
     pub derived: Vec<(Var, Var)>,
     /// What variables were computed from: the places read, and the functions and methods called.
     pub computed: std::collections::BTreeMap<Var, Computed>,
+    /// Calls that wait, read a clock or block.
+    pub waits: Vec<Wait>,
+    /// The constant steps with which filters are made: the variable that holds the new filter, and its step.
+    pub steps: std::collections::BTreeMap<Var, Step>,
     /// Set if the function was too large or too deep to be followed to its end.
     pub truncated: Option<Cause>,
 }

@@ -1,7 +1,7 @@
 //! Macros that are read as code: which operands run, and how often.
 
 use super::{Builder, Value};
-use crate::flow::{About, CycleKind, Effect, NodeId, Place, Rounds};
+use crate::flow::{CycleKind, Effect, Place, Rounds};
 use crate::syntax::tree::{ExprId, MacroExpr, MacroKind, PatId, SelectArm};
 
 impl Builder<'_> {
@@ -90,29 +90,6 @@ impl Builder<'_> {
             }
             MacroKind::EachCycle { names, control, body } => self.each_cycle(id, names, *control, *body),
         }
-    }
-
-    /// Operands that only a debug build or a log level runs: what is shipped does not have them.
-    fn debug_only(&mut self, id: ExprId, operands: &[ExprId], path: &str) {
-        if self.at.is_none() || operands.is_empty() {
-            return;
-        }
-        let span = self.span(id);
-        let (runs, skipped) = self.debug_branch(span, format!("{path}!"));
-        let after = self.add_node(Effect::Nothing, span);
-        self.resume(runs);
-        for operand in operands {
-            self.expr(*operand);
-        }
-        self.jump(after);
-        self.resume(skipped);
-        self.jump(after);
-        self.resume(after);
-    }
-
-    /// A branch whose first side is not there in what is shipped.
-    pub(super) fn debug_branch(&mut self, span: crate::source::Span, text: String) -> (NodeId, NodeId) {
-        self.opaque_branch(span, text, About { is_constant: true, is_debug: true, ..About::default() })
     }
 
     /// `select!`: one arm runs.

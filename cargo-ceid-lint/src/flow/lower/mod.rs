@@ -5,6 +5,8 @@ mod callbacks;
 mod calls;
 mod closures;
 mod conditions;
+mod constants;
+mod debug_only;
 mod exits;
 mod expr;
 mod external;
@@ -18,6 +20,7 @@ mod places;
 mod resets;
 mod subjects;
 mod values;
+mod waits;
 
 use std::collections::{HashMap, HashSet};
 
@@ -146,6 +149,8 @@ struct Builder<'a> {
     targets: Vec<Var>,
     /// Whether something leads to each node.
     reached: Vec<bool>,
+    /// Whether the code at hand runs elsewhere or later.
+    is_detached: bool,
 }
 
 impl<'a> Builder<'a> {
@@ -160,6 +165,8 @@ impl<'a> Builder<'a> {
             guards: Vec::new(),
             derived: Vec::new(),
             computed: std::collections::BTreeMap::new(),
+            waits: Vec::new(),
+            steps: std::collections::BTreeMap::new(),
             truncated: None,
         };
         Self {
@@ -182,6 +189,7 @@ impl<'a> Builder<'a> {
             inlining: vec![function],
             targets: Vec::new(),
             reached: Vec::new(),
+            is_detached: false,
         }
     }
 
@@ -283,36 +291,6 @@ impl<'a> Builder<'a> {
         self.copy_subjects();
         self.mark_debug_only();
         self.graph
-    }
-
-    /// Tells the nodes to which only the debug side of a branch leads.
-    fn mark_debug_only(&mut self) {
-        let nodes = &mut self.graph.nodes;
-        let is_debug = |node: &Node| matches!(&node.effect, Effect::Branch(test) if test.about.is_debug);
-        let branches: Vec<NodeId> =
-            (0u32..).map(NodeId).zip(nodes.iter()).filter(|(_, node)| is_debug(node)).map(|(id, _)| id).collect();
-        if branches.is_empty() {
-            return;
-        }
-        let mut shipped = vec![false; nodes.len()];
-        let mut open = vec![NodeId(0)];
-        while let Some(id) = open.pop() {
-            if std::mem::replace(&mut shipped[id.0 as usize], true) {
-                continue;
-            }
-            let node = &nodes[id.0 as usize];
-            open.extend(node.next.iter().skip(usize::from(is_debug(node))).copied());
-        }
-        for branch in branches {
-            let mut open = vec![nodes[branch.0 as usize].next[0]];
-            while let Some(id) = open.pop() {
-                let node = &mut nodes[id.0 as usize];
-                if !shipped[id.0 as usize] && node.debug_only.is_none() {
-                    node.debug_only = Some(branch);
-                    open.extend(node.next.iter().copied());
-                }
-            }
-        }
     }
 
     /// Gives every variable whose value flows into a subject a subject of its own, with the same heads.
