@@ -77,11 +77,14 @@ pub struct Index {
     impls_of_any: Vec<ImplId>,
     impls_of_trait: HashMap<TraitId, Vec<ImplId>>,
     /// What paths mean, as far as it was asked.
-    resolved: std::sync::RwLock<HashMap<(ModuleId, Namespace, Vec<String>), Option<Def>>>,
+    resolved: std::sync::RwLock<Resolved>,
     specs: Vec<FilterSpec>,
     /// The types that are filters or have one among their fields, at any depth.
     holding: HashSet<TypeId>,
 }
+
+/// What paths mean in modules.
+type Resolved = HashMap<(ModuleId, Namespace, Vec<String>), Option<Def>>;
 
 /// Whose body it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

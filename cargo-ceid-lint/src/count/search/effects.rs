@@ -4,7 +4,7 @@ use super::State;
 use super::run::Run;
 use crate::count::counts::Count;
 use crate::count::summary::{Outcome, place_of, returned};
-use crate::flow::{Assignment, CallSite, Cause, OTHER_HEADS, Place, Relation, Var};
+use crate::flow::{Assignment, CallSite, OTHER_HEADS, Place, Relation, Var};
 
 impl Run<'_, '_> {
     pub(super) fn call(&mut self, at: usize, state: &State, site: &CallSite) {
@@ -35,20 +35,14 @@ impl Run<'_, '_> {
                     relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if rest.is_empty()));
                 let owner =
                     relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if !rest.is_empty()));
-                let doubt = relations.iter().find_map(|relation| match relation {
-                    Relation::MayHold(text, rest) if rest.is_empty() => Some(text.clone()),
-                    _ => None,
-                });
                 if exact {
                     applied = true;
                     states = self.apply(&states, outcomes);
                 } else if owner {
                     states = self.apply_to_owner(&states, outcomes);
-                } else if let Some(text) = doubt
-                    && outcomes.iter().any(|outcome| outcome.count != Count::Zero)
-                    && !self.is_other_round(&state, &place)
+                } else if outcomes.iter().any(|outcome| outcome.count != Count::Zero)
+                    && let Some(cause) = self.doubt(&state, &place, &relations)
                 {
-                    let cause = Cause::Index(self.spell(&place, &text));
                     let cause = self.cause(&cause);
                     for (state, _) in &mut states {
                         state.unknown = Some(cause);

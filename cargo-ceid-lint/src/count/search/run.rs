@@ -337,21 +337,26 @@ impl<'s, 'a> Run<'s, 'a> {
             next.direct |= !by_guard;
             return next;
         }
-        let doubt = relations.into_iter().find_map(|relation| match relation {
-            Relation::MayHold(text, rest) if rest.is_empty() => Some(text),
-            _ => None,
-        });
-        if let Some(text) = doubt
-            && !self.is_other_round(state, place)
-        {
-            let cause = Cause::Index(self.spell(place, &text).to_string());
+        if let Some(cause) = self.doubt(state, place, &relations) {
             next.unknown = Some(self.cause(&cause));
         }
         next
     }
 
-    pub(super) fn spell(&self, place: &Place, _text: &str) -> String {
-        self.search.graph.place_name(self.search.program.index, place)
+    /// Why a place may be the instance or not, if that is so.
+    pub(super) fn doubt(&self, state: &State, place: &Place, relations: &[Relation]) -> Option<Cause> {
+        let is_doubt = |relation: &Relation| matches!(relation, Relation::MayHold(_, rest) if rest.is_empty());
+        if relations.iter().any(is_doubt) {
+            let cause = || Cause::Index(self.search.graph.place_name(self.search.program.index, place));
+            return (!self.is_other_round(state, place)).then(cause);
+        }
+        // A name for an element that data decides is no name of the instance, and may be one.
+        let roots = self.search.aliases.shared_roots(place);
+        let root = roots.iter().find(|root| {
+            root.steps.iter().any(|step| matches!(step.key(), Some(IndexKey::Data(_))))
+                && is_doubt(&root.relate(self.search.instance, &|var| self.number(state, var)))
+        })?;
+        Some(Cause::Index(self.search.graph.place_name(self.search.program.index, root)))
     }
 
     /// Whether a place is indexed with the counter of a loop that visits each element: in a round that is not the instance's own

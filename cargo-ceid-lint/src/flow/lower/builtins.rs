@@ -139,7 +139,7 @@ impl Builder<'_> {
                 Value { place, ..Value::default() }
             }
             "split_at_mut" | "split_first_mut" | "split_last_mut" if value.place.is_some() => {
-                self.split(id, receiver, method, args, &value)
+                self.split(id, receiver, method, args, value)
             }
             "split_at_mut_unchecked" | "get_disjoint_mut" => {
                 for arg in args {

@@ -308,6 +308,8 @@ impl Builder<'_> {
                 | "reduce"
                 | "min_by"
                 | "max_by"
+                | "min_by_key"
+                | "max_by_key"
                 | "nth"
         );
         if !consumes
@@ -320,15 +322,21 @@ impl Builder<'_> {
         if self.at.is_none() {
             return Some(Value::default());
         }
+        // One of the elements, data says which.
+        let picked = match &source.item {
+            Item::Element(place) if picks_one(method) => Some(place.element(IndexKey::Data(self.text(id).into()))),
+            _ => None,
+        };
+        let picked = Value { place: picked, ..Value::default() };
         let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
         let closure = values.iter().rev().find_map(|value| value.closure);
         let stops = matches!(method, "all" | "any" | "find" | "position" | "try_for_each" | "try_fold");
         if closure.is_none() && source.stages.is_empty() {
-            return Some(Value::default());
+            return Some(picked);
         }
         let takes_state = matches!(method, "fold" | "try_fold" | "reduce");
         self.consume(id, source, closure, takes_state, stops);
-        Some(Value::default())
+        Some(picked)
     }
 
     /// Whether an expression is an iterator, as far as its type or its shape tells.
@@ -558,6 +566,11 @@ impl Builder<'_> {
             _ => {}
         }
     }
+}
+
+/// Whether a consumer gives back one of the elements.
+fn picks_one(method: &str) -> bool {
+    ["min", "max"].iter().any(|name| method.starts_with(name)) || matches!(method, "find" | "last" | "nth" | "reduce")
 }
 
 /// Whether iterating over a value of the type only ends when the other side does.
