@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::config::{Config, FilterEntry, FilterKind, FilterTarget, Scope, Section};
+use crate::config::{Config, FilterEntry, FilterKind, Scope, Section};
 use crate::count::{Cycle, analyse};
 use crate::diagnostic::{Diagnostic, Level, Problem};
 use crate::flow::{Program, lower_function};
@@ -97,7 +97,9 @@ fn analyse_all(project: &Project, config: &Config, inputs: Vec<CrateInput>, sour
     if !is_configured && !sources.files().any(|(_, file)| file.text.contains("SampledFilter")) {
         return Report { sources, ..Report::default() };
     }
-    let mut index = Index::build(inputs);
+    let entries = config.sections.iter().flat_map(|section| &section.filters);
+    let named_outside = entries.map(|entry| entry.target.path()).filter(|path| !path.starts_with("crate::"));
+    let mut index = Index::build(inputs, named_outside.map(str::to_owned).collect());
     for section in &config.sections {
         for entry in &section.filters {
             add_entry(project, &mut index, section, entry);
@@ -131,7 +133,6 @@ fn analyse_all(project: &Project, config: &Config, inputs: Vec<CrateInput>, sour
 
 /// Makes a filter of the type or trait that an entry of the configuration names.
 fn add_entry(project: &Project, index: &mut Index, section: &Section, entry: &FilterEntry) {
-    let (FilterTarget::Type(path) | FilterTarget::Trait(path)) = &entry.target else { return };
     if entry.kind == FilterKind::Event {
         return;
     }
@@ -145,7 +146,7 @@ fn add_entry(project: &Project, index: &mut Index, section: &Section, entry: &Fi
         .map(|krate| krate.root)
         .collect();
     for root in crates {
-        index.add_filter(root, path, &entry.law, &entry.reset);
+        index.add_filter(root, entry);
     }
 }
 

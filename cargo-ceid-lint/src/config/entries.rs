@@ -43,6 +43,16 @@ pub enum FilterTarget {
     Function(String),
 }
 
+impl FilterTarget {
+    /// The path as it was written.
+    #[must_use]
+    pub fn path(&self) -> &str {
+        match self {
+            Self::Type(path) | Self::Trait(path) | Self::Function(path) => path,
+        }
+    }
+}
+
 /// How often a half of a law runs in one cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Multiplicity {

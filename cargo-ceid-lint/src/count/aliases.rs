@@ -21,11 +21,7 @@ pub(super) struct Aliases {
 fn may_match(steps: &[Projection], place: &[Projection]) -> bool {
     steps.iter().zip(place).all(|(left, right)| {
         left == right
-            || matches!(
-                (left, right),
-                (Projection::Index(IndexKey::Each), Projection::Index(_))
-                    | (Projection::Index(_), Projection::Index(IndexKey::Each))
-            )
+            || matches!((left.key(), right.key()), (Some(IndexKey::Each), Some(_)) | (Some(_), Some(IndexKey::Each)))
     })
 }
 

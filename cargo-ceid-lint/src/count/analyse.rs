@@ -4,7 +4,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use super::aliases::Aliases;
-use super::counts::Count;
 use super::cycles::{Instance, choose_cycles};
 use super::decide::{self, Decision};
 use super::functions::{FunctionKind, called_functions, function_kind, reached_from_cycles};
@@ -13,6 +12,7 @@ use super::search::{Region, Search};
 use super::slice::ControlDependence;
 use super::summary::{Summaries, place_of};
 use super::verdict::{Cycle, Pair, Verdict};
+use crate::config::Multiplicity;
 use crate::flow::{Base, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, Place, Program, Projection};
 use crate::index::{FunctionId, Index, Ty, TypeId};
 use crate::source::Span;
@@ -102,7 +102,7 @@ pub fn analyse(program: &Program<'_>, graphs: &[Option<ControlFlowGraph>]) -> An
             continue;
         }
         let context = Context { program, summaries: &summaries, fields: &fields, anywhere: &anywhere };
-        context.function(function, &in_cycle, &mut analysis);
+        context.function(function, &mut analysis);
     }
     analysis.cycles.sort_by_key(|cycle| (cycle.head, cycle.package, cycle.target));
     analysis
@@ -118,16 +118,22 @@ fn function_facts<'a>(
     let aliases = Aliases::of(graph, summaries);
     let dependence = Rc::new(ControlDependence::of(graph));
     let mut places: BTreeSet<Place> = BTreeSet::new();
+    // A law may have its state in an argument, whatever the argument's type.
+    let mut states: BTreeSet<Place> = BTreeSet::new();
     for node in &graph.nodes {
         match &node.effect {
-            Effect::Update(update) => places.extend(aliases.roots(&update.place)),
+            Effect::Update(update) => {
+                let roots = aliases.roots(&update.place);
+                states.extend(roots.iter().filter(|_| !update.is_typed).cloned());
+                places.extend(roots);
+            }
             Effect::Call(site) => {
-                for target in &site.targets {
-                    let Some(summary) = summaries.get(*target) else { continue };
-                    for (given, outcomes) in &summary.outcomes {
-                        let updates =
-                            outcomes.iter().any(|outcome| outcome.count != Count::Zero || outcome.unknown.is_some());
-                        if updates && let Some(place) = place_of(given, site) {
+                states.extend(summaries.updates(site).flat_map(|place| aliases.roots(&place)));
+                for summary in site.targets.iter().filter_map(|target| summaries.get(*target)) {
+                    for (given, outcomes) in summary.all_outcomes() {
+                        if outcomes.iter().any(|outcome| outcome.unknown.is_some())
+                            && let Some(place) = place_of(given, site)
+                        {
                             places.extend(aliases.roots(&place));
                         }
                     }
@@ -142,21 +148,28 @@ fn function_facts<'a>(
             _ => {}
         }
     }
-    places.retain(|place| is_instance(program.index, graph, place));
-    let places = settle_elements(program.index, graph, &places);
+    places.extend(states.iter().cloned());
+    places.retain(|place| is_instance(program.index, graph, place, states.contains(place)));
     let mut updated = Vec::new();
-    for place in places {
-        let search = Search::with_dependence(program, graph, &aliases, summaries, &place, 0, Rc::clone(&dependence));
-        let instance = choose_cycles(graph, &aliases, summaries, &search, kind, in_cycle);
-        updated.push(Instance { place: place.clone(), ..instance });
+    for place in settle_elements(program.index, graph, &places) {
+        let halves =
+            place_ty(program.index, graph, &place).and_then(|ty| Some(program.index.filter_spec(&ty)?.law.len()));
+        for law in 0..halves.unwrap_or_else(|| program.index.halves()) {
+            let dependence = Rc::clone(&dependence);
+            let search = Search::with_dependence(program, graph, &aliases, summaries, &place, law, dependence);
+            let instance = choose_cycles(graph, &aliases, summaries, &search, kind, in_cycle);
+            // How many halves there are of a state that lies in an argument, its calls tell.
+            if halves.is_some() || instance.is_updated {
+                updated.push(instance);
+            }
+        }
     }
     FunctionFacts { graph, aliases, dependence, updated, kind }
 }
 
-/// Whether a place can be judged as an instance of a filter.
-fn is_instance(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
-    let Some(ty) = place_ty(index, graph, place) else { return false };
-    if index.filter_spec(&ty).is_none() {
+/// Whether a place can be judged as an instance of a filter: by its type, unless it is the state of a law.
+fn is_instance(index: &Index, graph: &ControlFlowGraph, place: &Place, is_state: bool) -> bool {
+    if !is_state && place_ty(index, graph, place).is_none_or(|ty| index.filter_spec(&ty).is_none()) {
         return false;
     }
     // What a map holds is never judged.
@@ -180,14 +193,20 @@ fn is_instance(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
     }
 }
 
-/// The fields of types that some cycle updates.
-fn updated_fields(index: &Index, facts: &[FunctionFacts<'_>], in_cycle: &BTreeSet<FunctionId>) -> BTreeSet<FieldKey> {
-    let mut found = BTreeSet::new();
+/// The fields of types that some cycle updates, with the halves of the law.
+fn updated_fields(
+    index: &Index,
+    facts: &[FunctionFacts<'_>],
+    in_cycle: &BTreeSet<FunctionId>,
+) -> BTreeMap<FieldKey, BTreeSet<usize>> {
+    let mut found: BTreeMap<FieldKey, BTreeSet<usize>> = BTreeMap::new();
     for function in facts {
         let whole = in_cycle.contains(&function.graph.function);
         for instance in &function.updated {
-            if whole || instance.function || !instance.loops.is_empty() {
-                found.extend(field_key(index, function.graph, &instance.place));
+            if ((whole && instance.is_updated) || instance.function || !instance.loops.is_empty())
+                && let Some(key) = field_key(index, function.graph, &instance.place)
+            {
+                found.entry(key).or_default().insert(instance.law);
             }
         }
     }
@@ -222,7 +241,7 @@ pub(super) fn field_key(index: &Index, graph: &ControlFlowGraph, place: &Place) 
     let Projection::Field(name) = &place.steps[at] else { return None };
     let owner = Place { base: place.base, steps: place.steps[..at].to_vec() };
     match place_ty(index, graph, &owner)? {
-        Ty::Adt(id, _) => Some((id, name.to_string())),
+        Ty::Adt(id, _) => Some((index.declares_fields(id), name.to_string())),
         _ => None,
     }
 }
@@ -230,8 +249,8 @@ pub(super) fn field_key(index: &Index, graph: &ControlFlowGraph, place: &Place) 
 pub(super) struct Context<'a> {
     pub(super) program: &'a Program<'a>,
     pub(super) summaries: &'a Summaries,
-    /// Fields that some cycle updates.
-    pub(super) fields: &'a BTreeSet<FieldKey>,
+    /// Fields that some cycle updates, with the halves of the law.
+    pub(super) fields: &'a BTreeMap<FieldKey, BTreeSet<usize>>,
     /// Fields that are handed to something unseen.
     pub(super) anywhere: &'a BTreeSet<FieldKey>,
 }
@@ -244,7 +263,7 @@ pub(super) enum CycleId {
 }
 
 impl Context<'_> {
-    fn function(&self, facts: &FunctionFacts<'_>, in_cycle: &BTreeSet<FunctionId>, analysis: &mut Analysis) {
+    fn function(&self, facts: &FunctionFacts<'_>, analysis: &mut Analysis) {
         let graph = facts.graph;
         let index = self.program.index;
         let mut pairs: BTreeMap<CycleId, Vec<Pair>> = BTreeMap::new();
@@ -253,23 +272,24 @@ impl Context<'_> {
                 if graph.loop_info(*id).cycle_head().is_none() {
                     continue;
                 }
-                if let Some(pair) = self.decide(facts, instance, CycleId::Loop(*id), in_cycle) {
+                if let Some(pair) = self.decide(facts, instance, CycleId::Loop(*id)) {
                     pairs.entry(CycleId::Loop(*id)).or_default().push(pair);
                 }
             }
             if instance.function
-                && let Some(pair) = self.decide(facts, instance, CycleId::Function, in_cycle)
+                && let Some(pair) = self.decide(facts, instance, CycleId::Function)
             {
                 pairs.entry(CycleId::Function).or_default().push(pair);
             }
         }
         self.owed_elements(facts, &mut pairs);
+        self.owed_halves(facts, &mut pairs);
         self.owed(facts, &mut pairs, analysis);
         super::guards::defects(self.program, facts, analysis);
         let def = index.function(graph.function);
         let info = index.crate_of(def.module);
         for (id, mut filters) in pairs {
-            filters.sort_by(|left, right| left.name.cmp(&right.name));
+            filters.sort_by(|left, right| (&left.name, &left.law).cmp(&(&right.name, &right.law)));
             let head = match id {
                 CycleId::Loop(id) => graph.loop_info(id).cycle_head(),
                 CycleId::Function => Some((def.function.keyword, CycleKind::Function)),
@@ -286,13 +306,7 @@ impl Context<'_> {
         }
     }
 
-    fn decide(
-        &self,
-        facts: &FunctionFacts<'_>,
-        instance: &Instance,
-        id: CycleId,
-        in_cycle: &BTreeSet<FunctionId>,
-    ) -> Option<Pair> {
+    fn decide(&self, facts: &FunctionFacts<'_>, instance: &Instance, id: CycleId) -> Option<Pair> {
         let graph = facts.graph;
         let mut search = Search::with_dependence(
             self.program,
@@ -300,7 +314,7 @@ impl Context<'_> {
             &facts.aliases,
             self.summaries,
             &instance.place,
-            0,
+            instance.law,
             Rc::clone(&facts.dependence),
         );
         search.sample_loops.clone_from(&instance.sample_loops);
@@ -314,20 +328,49 @@ impl Context<'_> {
         };
         let decision = decide::decide(&search, region, id == CycleId::Function && facts.kind == FunctionKind::Cycle);
         let is_sample_loop = matches!(id, CycleId::Loop(id) if instance.sample_loops.contains(&id));
-        let _ = in_cycle;
+        let decision = self.by_multiplicity(facts, &search, decision);
         let decision = match decision.verdict {
             Verdict::Once if is_sample_loop => Decision { verdict: Verdict::PerSample, ..decision },
             Verdict::Once | Verdict::Guarded | Verdict::Repeated => decision,
             _ if presumed => return None,
             _ => decision,
         };
-        Some(self.pair(facts, &instance.place, decision))
+        Some(self.pair(facts, &instance.place, instance.law, decision))
     }
 
-    pub(super) fn pair(&self, facts: &FunctionFacts<'_>, place: &Place, decision: Decision) -> Pair {
+    /// A half that need not run is never skipped, and one that may run as often as one likes is never wrong.
+    fn by_multiplicity(&self, facts: &FunctionFacts<'_>, search: &Search<'_>, decision: Decision) -> Decision {
+        let may_skip = match self.multiplicity(facts, search.instance, search.law) {
+            Multiplicity::Once => return decision,
+            Multiplicity::AtMostOnce => matches!(decision.verdict, Verdict::Skipped | Verdict::Gated | Verdict::Missed),
+            Multiplicity::Any => decision.verdict != Verdict::Unproved,
+        };
+        match may_skip {
+            true => Decision { verdict: Verdict::Once, gate: None, witness: Vec::new(), primary: None, ..decision },
+            false => decision,
+        }
+    }
+
+    /// How often a half of the law of the filter at a place may run in a cycle.
+    pub(super) fn multiplicity(&self, facts: &FunctionFacts<'_>, place: &Place, law: usize) -> Multiplicity {
+        let index = self.program.index;
+        let by_type =
+            place_ty(index, facts.graph, place).and_then(|ty| Some(index.filter_spec(&ty)?.law.get(law)?.multiplicity));
+        by_type.unwrap_or(Multiplicity::Once)
+    }
+
+    /// The methods of a half of a type's law.
+    pub(super) fn half(&self, ty: &Ty, law: usize) -> &[String] {
+        let index = self.program.index;
+        let group = index.filter_spec(ty).unwrap_or(index.trait_spec()).law.get(law);
+        group.map_or(&[], |group| &group.methods)
+    }
+
+    pub(super) fn pair(&self, facts: &FunctionFacts<'_>, place: &Place, law: usize, decision: Decision) -> Pair {
         let index = self.program.index;
         let ty = place_ty(index, facts.graph, place).unwrap_or(Ty::Unknown);
-        let law = decision.law.clone().unwrap_or_else(|| "update".to_owned());
+        let first = || self.half(&ty, law).first().cloned().unwrap_or_default();
+        let law = decision.law.clone().unwrap_or_else(first);
         Pair {
             name: facts.graph.place_name(index, place),
             filter_type: index.type_name(&ty),

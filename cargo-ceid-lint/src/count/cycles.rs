@@ -12,6 +12,10 @@ use crate::index::FunctionId;
 /// An instance that a function updates, with its cycles.
 pub(super) struct Instance {
     pub(super) place: Place,
+    /// The half of its law that this is about.
+    pub(super) law: usize,
+    /// Whether something in the function updates it, or may do so unseen.
+    pub(super) is_updated: bool,
     /// The loops that are its cycles.
     pub(super) loops: BTreeSet<LoopId>,
     /// Whether the function itself is one.
@@ -39,6 +43,7 @@ pub(super) fn choose_cycles(
     if nodes.iter().all(is_unseen) {
         nodes.extend(search.unknown());
     }
+    let is_updated = !nodes.is_empty();
     for node in nodes {
         let mut around: Vec<LoopId> = Vec::new();
         for id in graph.loops_around(node) {
@@ -70,7 +75,7 @@ pub(super) fn choose_cycles(
     let made_here = declared.is_some() || search.instance.base_var().is_some_and(|var| graph.var(var).param.is_none());
     let outside = chosen.iter().any(|(_, id)| id.is_none());
     let function = outside && !made_here && matches!(kind, FunctionKind::Cycle | FunctionKind::Presumed);
-    Instance { place: search.instance.clone(), loops: outer, function, sample_loops }
+    Instance { place: search.instance.clone(), law: search.law, is_updated, loops: outer, function, sample_loops }
 }
 
 /// The cycle of one update among the loops around it, innermost first.

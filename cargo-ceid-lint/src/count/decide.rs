@@ -6,7 +6,7 @@ use super::search::{End, EndKind, Exploration, Region, Search};
 use super::summary::returned;
 use super::verdict::{Gate, Verdict};
 use crate::diagnostic::WitnessStep;
-use crate::flow::{Cause, Effect, IndexKey, Mark, NodeId, Projection};
+use crate::flow::{Cause, Effect, IndexKey, Mark, NodeId};
 use crate::source::Span;
 
 /// What was decided for a pair.
@@ -32,6 +32,10 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
                 end.kind = EndKind::Exits;
             }
         }
+    }
+    // Without a fallback the attempt itself counts as the update.
+    for end in ends.iter_mut().filter(|end| end.state.attempted) {
+        end.state.count = end.state.count.then(Count::One);
     }
     let completing: Vec<&End> = ends.iter().filter(|end| end.kind == EndKind::Completes).collect();
     let mut counts: Vec<u8> = completing.iter().map(|end| end.state.count.number()).collect();
@@ -63,13 +67,11 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
         let cause = end.state.unknown.map(|cause| exploration.causes[cause as usize].clone());
         return Decision { verdict: Verdict::Unproved, cause, ..base };
     }
-    // An element that the counted rounds leave out is updated on no path.
-    let is_element = search.instance.steps.iter().any(|step| matches!(step, Projection::Index(IndexKey::Number(_))));
-    if is_element && !completing.is_empty() && ends.iter().all(|end| end.state.count == Count::Zero && !end.state.reset)
-    {
-        let head = head_of(search, region);
-        let begins = WitnessStep { span: head, message: "no path of this cycle updates it".to_owned() };
-        return Decision { verdict: Verdict::Missed, witness: vec![begins], primary: Some(head), ..base };
+    // The updates that are there are another element's, or dead.
+    let is_untouched = ends.iter().all(|end| end.state.count == Count::Zero && !end.state.reset);
+    let is_element = search.instance.steps.iter().any(|step| matches!(step.key(), Some(IndexKey::Number(_))));
+    if is_untouched && is_element && !completing.is_empty() {
+        return missed(head_of(search, region), base);
     }
     let skipping: Vec<&End> =
         completing.iter().copied().filter(|end| end.state.count == Count::Zero && !end.state.reset).collect();
@@ -85,7 +87,16 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
         };
         return Decision { verdict, ..base };
     }
-    skipped(search, region, &exploration, &skipping, base)
+    let decision = skipped(search, region, &exploration, &skipping, base);
+    if is_untouched && decision.verdict == Verdict::Skipped {
+        return missed(head_of(search, region), decision);
+    }
+    decision
+}
+
+fn missed(head: Span, base: Decision) -> Decision {
+    let begins = WitnessStep { span: head, message: "no path of this cycle updates it".to_owned() };
+    Decision { verdict: Verdict::Missed, witness: vec![begins], primary: Some(head), ..base }
 }
 
 fn skipped(
@@ -157,16 +168,21 @@ pub(super) fn decide_missed(search: &Search<'_>, region: Region, head: Span) -> 
         .iter()
         .find_map(|end| end.state.unknown)
         .map(|cause| exploration.causes[cause as usize].clone());
-    let verdict = if cause.is_some() { Verdict::Unproved } else { Verdict::Missed };
-    let begins = WitnessStep { span: head, message: "no path of this cycle updates it".to_owned() };
-    Decision {
-        verdict,
+    let completes = exploration.limit || exploration.ends.iter().any(|end| end.kind == EndKind::Completes);
+    let base = Decision {
+        verdict: Verdict::Unproved,
         counts: vec![0],
         gate: None,
         cause,
-        witness: vec![begins],
+        witness: Vec::new(),
         primary: Some(head),
         law: law_name(search),
+    };
+    match (&base.cause, completes) {
+        (Some(_), _) => base,
+        (None, true) => missed(head, base),
+        // Only a path that completes owes an update.
+        (None, false) => Decision { verdict: Verdict::Once, counts: Vec::new(), ..base },
     }
 }
 
@@ -184,7 +200,7 @@ fn explore(search: &Search<'_>, region: Region) -> Exploration {
 /// The name of the law that runs, as the source calls it.
 fn law_name(search: &Search<'_>) -> Option<String> {
     search.updating().iter().find_map(|id| match &search.graph.node(*id).effect {
-        Effect::Update(update) => Some(update.method.clone()),
+        Effect::Update(update) if update.law == search.law => Some(update.method.clone()),
         _ => None,
     })
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::flow::{Base, ControlFlowGraph, IndexKey, Place, Projection};
-use crate::index::{Index, Shape, Ty};
+use crate::index::{Index, SHARED_RESOURCE, Shape, Ty};
 use crate::types::is_transparent;
 
 /// The type of a place; `None` if some step of it cannot be followed.
@@ -32,6 +32,7 @@ pub(super) fn place_ty(index: &Index, graph: &ControlFlowGraph, place: &Place) -
                 }
                 _ => return None,
             },
+            Projection::Channel(_) => {}
             Projection::Index(_) => {
                 ty = match &ty {
                     Ty::Array(inner, _) | Ty::Slice(inner) => (**inner).clone(),
@@ -59,6 +60,21 @@ pub(super) fn inner(ty: &Ty) -> Ty {
             _ => return ty.clone(),
         }
     }
+}
+
+/// Whether a place lies behind a reference or handle in a field, so that moving its owner does not move it.
+pub(super) fn is_lent(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
+    place.steps.iter().enumerate().any(|(at, step)| {
+        let owner = Place { base: place.base, steps: place.steps[..at].to_vec() };
+        match (step, place_ty(index, graph, &owner)) {
+            (Projection::Field(name), Some(owner @ Ty::Adt(..))) => match index.field_ty(&owner, None, name) {
+                Some(Ty::Ref(..)) => true,
+                Some(Ty::External(path, _)) => path == SHARED_RESOURCE,
+                _ => false,
+            },
+            _ => false,
+        }
+    })
 }
 
 /// A filter that lies in a value of some type.
@@ -130,6 +146,8 @@ fn collect(
         return;
     }
     match ty {
+        // Nothing is updated through a shared reference.
+        Ty::Ref(false, _) if !steps.is_empty() => {}
         Ty::Ref(_, inner) => collect(index, inner, steps, uncertain, length, depth, found),
         Ty::Adt(id, _) => {
             let def = index.type_def(*id);
@@ -172,7 +190,7 @@ fn collect(
                 // A vector may be empty.
                 collect(index, first, steps, true, None, depth + 1, found);
                 steps.pop();
-            } else if matches!(name, "Box" | "Pin" | "MutexGuard" | "RefMut") {
+            } else if matches!(name, "Box" | "Pin" | "MutexGuard" | "RefMut" | "SharedResource") {
                 collect(index, first, steps, uncertain, None, depth + 1, found);
             } else if is_transparent(name) {
                 collect(index, first, steps, true, None, depth + 1, found);
@@ -208,7 +226,7 @@ fn counted_part(
 pub(super) fn settle_elements(index: &Index, graph: &ControlFlowGraph, places: &BTreeSet<Place>) -> BTreeSet<Place> {
     let mut settled = BTreeSet::new();
     for place in places {
-        let Some(at) = place.steps.iter().position(|step| matches!(step, Projection::Index(_))) else {
+        let Some(at) = place.steps.iter().position(|step| step.key().is_some()) else {
             settled.insert(place.clone());
             continue;
         };
@@ -219,13 +237,15 @@ pub(super) fn settle_elements(index: &Index, graph: &ControlFlowGraph, places: &
             .filter(|other| {
                 other.base == place.base && other.steps.len() > at && other.steps[..at] == place.steps[..at]
             })
-            .flat_map(|other| match &other.steps[at] {
-                Projection::Index(key @ (IndexKey::Number(_) | IndexKey::Named(_))) => vec![key.clone()],
-                Projection::Index(IndexKey::Var(var)) => counted_part(index, graph, &collection, *var),
+            .flat_map(|other| match other.steps[at].key() {
+                Some(key @ (IndexKey::Number(_) | IndexKey::Named(_))) => vec![key.clone()],
+                Some(IndexKey::Var(var)) => counted_part(index, graph, &collection, *var),
                 _ => Vec::new(),
             })
             .collect();
-        let Projection::Index(own) = &place.steps[at] else { continue };
+        let step = &place.steps[at];
+        let Some(own) = step.key() else { continue };
+        let with_key = |key: IndexKey| collection.join(&[step.with_key(key)]).join(rest);
         match own {
             IndexKey::Number(_) | IndexKey::Named(_) => {
                 settled.insert(place.clone());
@@ -236,11 +256,9 @@ pub(super) fn settle_elements(index: &Index, graph: &ControlFlowGraph, places: &
             // What data decides names no instance, where others are named for certain.
             IndexKey::Data(_) | IndexKey::Param(_) | IndexKey::Var(_) | IndexKey::Each => {
                 if constants.is_empty() {
-                    settled.insert(collection.element(IndexKey::Each).join(rest));
+                    settled.insert(with_key(IndexKey::Each));
                 } else {
-                    for key in constants {
-                        settled.insert(collection.element(key.clone()).join(rest));
-                    }
+                    settled.extend(constants.into_iter().map(with_key));
                 }
             }
         }

@@ -10,7 +10,8 @@ use super::instances::{self, leaves, place_ty};
 use super::search::{Region, Search};
 use super::summary::place_of;
 use super::verdict::{Pair, Verdict};
-use crate::flow::{Caller, ControlFlowGraph, Directive, Effect, LoopId, NodeId, Place, Projection, Rounds, Var};
+use crate::config::Multiplicity;
+use crate::flow::{Caller, ControlFlowGraph, Directive, Effect, LoopId, NodeId, Place, Rounds, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::Receiver;
@@ -57,9 +58,11 @@ impl Context<'_> {
         let in_collection = |place: &Place, other: &Place| {
             place.base == other.base
                 && place.steps.len() == other.steps.len()
-                && place.steps.iter().zip(&other.steps).all(|(left, right)| {
-                    left == right || matches!((left, right), (Projection::Index(_), Projection::Index(_)))
-                })
+                && place
+                    .steps
+                    .iter()
+                    .zip(&other.steps)
+                    .all(|(left, right)| left == right || (left.key().is_some() && right.key().is_some()))
         };
         for instance in facts.updated.iter().filter(|instance| instance.loops.is_empty() && !instance.function) {
             let sibling = facts.updated.iter().find(|other| {
@@ -68,9 +71,30 @@ impl Context<'_> {
             });
             let Some(sibling) = sibling else { continue };
             match sibling.loops.first() {
-                Some(id) => self.push_missed(facts, &instance.place, CycleId::Loop(*id), pairs),
-                None => self.push_missed(facts, &instance.place, CycleId::Function, pairs),
+                Some(id) => self.push_missed(facts, &instance.place, instance.law, CycleId::Loop(*id), pairs),
+                None => self.push_missed(facts, &instance.place, instance.law, CycleId::Function, pairs),
             }
+        }
+    }
+
+    /// Halves of a law that no cycle runs while this one runs another half.
+    pub(super) fn owed_halves(&self, facts: &FunctionFacts<'_>, pairs: &mut BTreeMap<CycleId, Vec<Pair>>) {
+        for instance in facts.updated.iter().filter(|instance| !instance.is_updated) {
+            let elsewhere = field_key(self.program.index, facts.graph, &instance.place)
+                .and_then(|key| self.fields.get(&key))
+                .is_some_and(|laws| laws.contains(&instance.law));
+            let is_here = !instance.loops.is_empty() || instance.function;
+            if elsewhere || is_here || self.multiplicity(facts, &instance.place, instance.law) != Multiplicity::Once {
+                continue;
+            }
+            let other = facts.updated.iter().find(|other| {
+                other.place == instance.place
+                    && other.is_updated
+                    && (!other.loops.is_empty() || (other.function && facts.kind == FunctionKind::Cycle))
+            });
+            let Some(other) = other else { continue };
+            let id = other.loops.first().map_or(CycleId::Function, |id| CycleId::Loop(*id));
+            self.push_missed(facts, &instance.place, instance.law, id, pairs);
         }
     }
 
@@ -81,12 +105,12 @@ impl Context<'_> {
             .updated
             .iter()
             .any(|instance| instance.place.overlaps(place) && (!instance.loops.is_empty() || instance.function));
-        let elsewhere = field_key(self.program.index, graph, place).is_some_and(|key| self.fields.contains(&key));
+        let elsewhere = field_key(self.program.index, graph, place).is_some_and(|key| self.fields.contains_key(&key));
         if is_in_cycle || elsewhere {
             return;
         }
         if let Some(id) = self.using_loop(facts, place) {
-            self.push_missed(facts, place, CycleId::Loop(id), pairs);
+            self.push_missed(facts, place, 0, CycleId::Loop(id), pairs);
         }
     }
 
@@ -105,7 +129,7 @@ impl Context<'_> {
         // What lies in a parameter or static may be updated elsewhere; what lies in a local is updated here or handed on.
         let is_local = info.param.is_none();
         let key = field_key(index, graph, place);
-        if !is_local && key.as_ref().is_some_and(|key| self.fields.contains(key) || self.anywhere.contains(key)) {
+        if !is_local && key.as_ref().is_some_and(|key| self.fields.contains_key(key) || self.anywhere.contains(key)) {
             return;
         }
         let uses = self.uses(facts, place);
@@ -134,11 +158,11 @@ impl Context<'_> {
             .map(|(id, _)| *id)
             .next();
         if let Some(id) = sibling {
-            self.push_missed(facts, place, id, pairs);
+            self.push_missed(facts, place, 0, id, pairs);
             return;
         }
         if let Some(id) = self.using_loop(facts, place).filter(|id| scope(CycleId::Loop(*id))) {
-            self.push_missed(facts, place, CycleId::Loop(id), pairs);
+            self.push_missed(facts, place, 0, CycleId::Loop(id), pairs);
             return;
         }
         if info.param.is_some() || !self.is_built_here(graph, var) {
@@ -150,7 +174,7 @@ impl Context<'_> {
         });
         let is_local_filter = leaf.steps.is_empty();
         match endless {
-            Some((id, _)) if !uses.written => self.push_missed(facts, place, CycleId::Loop(id), pairs),
+            Some((id, _)) if !uses.written => self.push_missed(facts, place, 0, CycleId::Loop(id), pairs),
             Some((id, _)) if is_local_filter => {
                 self.push_unregistered(facts, var, place, Some(graph.loop_info(id).keyword), analysis);
             }
@@ -190,54 +214,46 @@ impl Context<'_> {
         &self,
         facts: &FunctionFacts<'_>,
         place: &Place,
+        law: usize,
         id: CycleId,
         pairs: &mut BTreeMap<CycleId, Vec<Pair>>,
     ) {
         let graph = facts.graph;
-        let (head, function) = match id {
+        let head = match id {
             CycleId::Loop(id) => {
                 let info = graph.loop_info(id);
-                if info.caller == Caller::Unseen {
-                    return;
+                match info.cycle_head() {
+                    Some((head, _)) if info.caller != Caller::Unseen => head,
+                    _ => return,
                 }
-                let Some((head, _)) = info.cycle_head() else { return };
-                (head, false)
             }
-            CycleId::Function => (self.program.index.function(graph.function).function.keyword, true),
+            CycleId::Function => self.program.index.function(graph.function).function.keyword,
         };
-        let place = match (place.stands_for_each(), function) {
-            _ if pairs.get(&id).is_some_and(|filters| {
-                let name = graph.place_name(self.program.index, place);
-                filters.iter().any(|pair| pair.name == name)
-            }) =>
-            {
-                return;
-            }
-            _ => place,
-        };
-        let decision = self.decide_unseen(facts, place, id, head);
-        if let Some(decision) = decision {
-            let pair = self.pair(facts, place, decision);
-            pairs.entry(id).or_default().push(pair);
+        let decision = self.decide_unseen(facts, place, law, id, head);
+        let pair = self.pair(facts, place, law, decision);
+        let methods = self.half(&place_ty(self.program.index, graph, place).unwrap_or(Ty::Unknown), law);
+        let filters = pairs.entry(id).or_default();
+        if !filters.iter().any(|other| other.name == pair.name && methods.contains(&other.law)) {
+            filters.push(pair);
         }
     }
 
     /// A pair that nothing updates: missed, unless something unseen could.
-    fn decide_unseen(&self, facts: &FunctionFacts<'_>, place: &Place, id: CycleId, head: Span) -> Option<Decision> {
+    fn decide_unseen(&self, facts: &FunctionFacts<'_>, place: &Place, law: usize, id: CycleId, head: Span) -> Decision {
         let search = Search::with_dependence(
             self.program,
             facts.graph,
             &facts.aliases,
             self.summaries,
             place,
-            0,
+            law,
             Rc::clone(&facts.dependence),
         );
         let region = match id {
             CycleId::Loop(id) => Region::Loop(id),
             CycleId::Function => Region::Function,
         };
-        Some(decide::decide_missed(&search, region, head))
+        decide::decide_missed(&search, region, head)
     }
 
     /// The loop that uses an instance and therefore owes it an update.
@@ -287,6 +303,7 @@ impl Context<'_> {
     /// What the function does with an instance that it never updates.
     fn uses(&self, facts: &FunctionFacts<'_>, place: &Place) -> Uses {
         let mut uses = Uses::default();
+        let is_lent = instances::is_lent(self.program.index, facts.graph, place);
         let holds = |other: &Place| facts.aliases.roots(other).iter().any(|root| root.overlaps(place));
         for node in &facts.graph.nodes {
             match &node.effect {
@@ -298,6 +315,7 @@ impl Context<'_> {
                 }
                 Effect::Set(set) => {
                     uses.leaves |= set.by_move
+                        && !is_lent
                         && set.from.as_ref().is_some_and(|from| {
                             facts.aliases.roots(from).iter().any(|root| {
                                 root.base == place.base && root.steps.len() <= place.steps.len() && root.overlaps(place)
@@ -314,7 +332,7 @@ impl Context<'_> {
                         if !holds(own) {
                             continue;
                         }
-                        if self.takes_by_value(site, number) {
+                        if !is_lent && self.takes_by_value(site, number) {
                             uses.leaves = true;
                         } else if arg.is_shared || self.reads_only(site, number) {
                             uses.read = true;

@@ -145,12 +145,13 @@ pub(super) struct Tracked {
     pub(super) dropped: BTreeSet<SubjectId>,
 }
 
-/// Finds what matters, beginning with the nodes at which something happens to the instance.
+/// Finds what matters, beginning with the nodes at which something happens to the instance. `times` says how often a branch is
+/// asked on one way: not at all outside the region, and more than once in a loop inside it.
 pub(super) fn tracked(
     graph: &ControlFlowGraph,
     dependence: &ControlDependence,
     touching: &BTreeSet<NodeId>,
-    is_inside: &dyn Fn(NodeId) -> bool,
+    times: &dyn Fn(NodeId) -> u32,
 ) -> Tracked {
     let assigned = assignments(graph);
     let mut relevant: BTreeSet<NodeId> = touching.clone();
@@ -167,16 +168,14 @@ pub(super) fn tracked(
                 && let Some(subject) = test.subject
             {
                 let count = tests.entry(subject).or_default();
-                if is_inside(branch) {
-                    *count += 1;
-                }
-                if *count <= 1 {
+                if *count == 0 {
                     for writer in assigned.get(&subject).into_iter().flatten() {
                         if relevant.insert(*writer) {
                             open.push(*writer);
                         }
                     }
                 }
+                *count += times(branch);
             }
             if relevant.insert(branch) {
                 open.push(branch);

@@ -8,7 +8,7 @@ use super::counts::Count;
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
 use super::verdict::Gate;
-use crate::flow::{Base, Cause, ControlFlowGraph, Effect, IndexKey, Place, Program, Projection};
+use crate::flow::{Base, CallSite, Cause, ControlFlowGraph, Effect, IndexKey, Place, Program, Projection};
 use crate::index::{FunctionId, ValueId};
 
 /// A place that a function is given: the parameter or static, and the steps into it.
@@ -20,8 +20,8 @@ pub(super) struct Given {
 
 impl Given {
     /// Whether it is the whole of the first parameter.
-    pub(super) fn is_self(&self) -> bool {
-        self.base == GivenBase::Param(0) && self.steps.is_empty()
+    pub(super) fn is_param(&self, number: usize) -> bool {
+        self.base == GivenBase::Param(number) && self.steps.is_empty()
     }
 }
 
@@ -44,6 +44,8 @@ pub(super) struct Outcome {
     pub(super) returned: u8,
     /// Why the way does not update, if it does so on purpose.
     pub(super) gate: Option<Gate>,
+    /// Whether an update failed and left the filter as it was.
+    pub(super) attempted: bool,
 }
 
 impl Outcome {
@@ -57,6 +59,7 @@ impl Outcome {
             direct: true,
             returned: returned::ANY,
             gate: None,
+            attempted: false,
         }
     }
 }
@@ -96,8 +99,8 @@ pub(super) struct Borrow {
 /// What a function does.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Summary {
-    /// The ways through it, by place; a place that is not listed is left alone.
-    pub(super) outcomes: BTreeMap<Given, Vec<Outcome>>,
+    /// The ways through it, by the half of the law and the place; a place that is not listed is left alone.
+    halves: Vec<BTreeMap<Given, Vec<Outcome>>>,
     /// The parts of its parameters that its result may borrow.
     pub(super) returns: BTreeSet<Borrow>,
     /// What it writes, for conditions that read it.
@@ -106,6 +109,25 @@ pub(super) struct Summary {
     pub(super) heads: u8,
     /// What it reads or feeds without updating it.
     pub(super) uses: BTreeSet<Given>,
+}
+
+impl Summary {
+    /// The ways through it for one half of the law.
+    pub(super) fn outcomes(&self, law: usize) -> impl Iterator<Item = (&Given, &Vec<Outcome>)> {
+        self.halves.get(law).into_iter().flatten()
+    }
+
+    /// The same ways for all halves.
+    fn insert(&mut self, given: &Given, outcomes: &[Outcome]) {
+        for half in &mut self.halves {
+            half.insert(given.clone(), outcomes.to_vec());
+        }
+    }
+
+    /// The ways through it for all halves.
+    pub(super) fn all_outcomes(&self) -> impl Iterator<Item = (&Given, &Vec<Outcome>)> {
+        self.halves.iter().flatten()
+    }
 }
 
 /// The summaries of all functions.
@@ -159,7 +181,7 @@ impl Summaries {
     fn give_up(&mut self, component: &[FunctionId]) {
         for id in component {
             let Some(summary) = self.of.get_mut(id) else { continue };
-            for outcomes in summary.outcomes.values_mut() {
+            for outcomes in summary.halves.iter_mut().flat_map(BTreeMap::values_mut) {
                 *outcomes = vec![Outcome::unknown(Cause::Limit("the recursion is too deep to be followed".to_owned()))];
             }
         }
@@ -167,7 +189,8 @@ impl Summaries {
 
     fn summarise(&self, program: &Program<'_>, graph: &ControlFlowGraph) -> Summary {
         let aliases = Aliases::of(graph, self);
-        let mut summary = Summary::default();
+        let halves = vec![BTreeMap::new(); program.index.halves()];
+        let mut summary = Summary { halves, ..Summary::default() };
         let mut touched: BTreeSet<Given> = BTreeSet::new();
         let mut unknown: BTreeMap<Given, Cause> = BTreeMap::new();
         for node in &graph.nodes {
@@ -215,13 +238,13 @@ impl Summaries {
         &self,
         graph: &ControlFlowGraph,
         aliases: &Aliases,
-        site: &crate::flow::CallSite,
+        site: &CallSite,
         summary: &mut Summary,
         touched: &mut BTreeSet<Given>,
         unknown: &mut BTreeMap<Given, Cause>,
     ) {
         for callee in site.targets.iter().filter_map(|target| self.get(*target)) {
-            for (given, outcomes) in &callee.outcomes {
+            for (given, outcomes) in callee.all_outcomes() {
                 let Some(place) = place_of(given, site) else { continue };
                 match outcomes.as_slice() {
                     [Outcome { count: Count::Zero, reset: false, unknown: Some(cause), .. }] => {
@@ -251,8 +274,8 @@ impl Summaries {
         let ty_of = |given: &Given| super::instances::place_ty(program.index, graph, &instance_of(graph, given));
         for (given, cause) in unknown {
             let may_matter = ty_of(&given).is_none_or(|ty| super::instances::may_hold_filter(program.index, &ty));
-            if may_matter && !touched.contains(&given) && summary.outcomes.len() < MAX_PLACES {
-                summary.outcomes.insert(given, vec![Outcome::unknown(cause)]);
+            if may_matter && !touched.contains(&given) && summary.halves[0].len() < MAX_PLACES {
+                summary.insert(&given, &[Outcome::unknown(cause)]);
             }
         }
         if touched.is_empty() {
@@ -260,31 +283,54 @@ impl Summaries {
         }
         let dependence = Rc::new(ControlDependence::of(graph));
         for given in touched {
-            if !ty_of(&given).is_none_or(|ty| super::instances::may_hold_filter(program.index, &ty)) {
+            let instance = instance_of(graph, &given);
+            let may_matter = ty_of(&given).is_none_or(|ty| super::instances::may_hold_filter(program.index, &ty));
+            if !may_matter && !self.is_state(graph, aliases, &instance) {
                 continue;
             }
-            let instance = instance_of(graph, &given);
             // What is only passed on, and of a type that is not known, is not worth a search: it is said to be unknown.
             let is_direct = graph.nodes.iter().any(|node| {
                 matches!(&node.effect, Effect::Update(update) if aliases.roots(&update.place).contains(&instance))
             });
-            if !is_direct && !holds_filter_at(program, graph, &instance) {
+            let holds_filter = holds_filter_at(program, graph, &instance);
+            if !is_direct && !holds_filter && !self.is_state(graph, aliases, &instance) {
                 let cause = Cause::Limit("the type of what a helper passes on is not known".to_owned());
-                summary.outcomes.insert(given, vec![Outcome::unknown(cause)]);
+                summary.insert(&given, &[Outcome::unknown(cause)]);
                 continue;
             }
-            let search = Search::with_dependence(program, graph, aliases, self, &instance, 0, Rc::clone(&dependence));
-            if search.updating().is_empty() {
-                if let Some(cause) = search.unknown_cause() {
-                    summary.outcomes.insert(given, vec![Outcome::unknown(cause)]);
-                    continue;
+            for law in 0..program.index.halves() {
+                let dependence = Rc::clone(&dependence);
+                let search = Search::with_dependence(program, graph, aliases, self, &instance, law, dependence);
+                if search.updating().is_empty() {
+                    if let Some(cause) = search.unknown_cause() {
+                        summary.halves[law].insert(given.clone(), vec![Outcome::unknown(cause)]);
+                        continue;
+                    }
+                    if !holds_filter {
+                        continue;
+                    }
                 }
-                if !holds_filter_at(program, graph, &instance) {
-                    continue;
-                }
+                summary.halves[law].insert(given.clone(), search.outcomes(Region::Function));
             }
-            summary.outcomes.insert(given, search.outcomes(Region::Function));
         }
+    }
+
+    /// Whether a place is the state of a law that has it in an argument, here or in what is called.
+    fn is_state(&self, graph: &ControlFlowGraph, aliases: &Aliases, instance: &Place) -> bool {
+        graph.nodes.iter().any(|node| match &node.effect {
+            Effect::Update(update) => !update.is_typed && aliases.roots(&update.place).contains(instance),
+            Effect::Call(site) => self.updates(site).any(|place| aliases.roots(&place).contains(instance)),
+            _ => false,
+        })
+    }
+
+    /// The places that a call updates on some way.
+    pub(super) fn updates<'a>(&'a self, site: &'a CallSite) -> impl Iterator<Item = Place> + 'a {
+        let summaries = site.targets.iter().filter_map(|target| self.get(*target));
+        summaries.flat_map(Summary::all_outcomes).filter_map(|(given, outcomes)| {
+            let updates = outcomes.iter().any(|outcome| outcome.count != Count::Zero || outcome.attempted);
+            updates.then(|| place_of(given, site)).flatten()
+        })
     }
 }
 
@@ -337,12 +383,9 @@ pub(super) fn given(graph: &ControlFlowGraph, place: &Place) -> Option<Given> {
     let steps = place
         .steps
         .iter()
-        .map(|step| match step {
-            Projection::Index(IndexKey::Var(var)) => match graph.var(*var).param {
-                Some(param) => Projection::Index(IndexKey::Param(param)),
-                None => Projection::Index(IndexKey::Each),
-            },
-            other => other.clone(),
+        .map(|step| match step.key() {
+            Some(IndexKey::Var(var)) => step.with_key(graph.var(*var).param.map_or(IndexKey::Each, IndexKey::Param)),
+            _ => step.clone(),
         })
         .collect();
     Some(Given { base, steps })
@@ -353,12 +396,12 @@ pub(super) fn instance_of(graph: &ControlFlowGraph, given: &Given) -> Place {
     let steps: Vec<Projection> = given
         .steps
         .iter()
-        .map(|step| match step {
-            Projection::Index(IndexKey::Param(param)) => match graph.params.get(*param) {
-                Some(var) => Projection::Index(IndexKey::Var(*var)),
+        .map(|step| match step.key() {
+            Some(IndexKey::Param(param)) => match graph.params.get(*param) {
+                Some(var) => step.with_key(IndexKey::Var(*var)),
                 None => step.clone(),
             },
-            other => other.clone(),
+            _ => step.clone(),
         })
         .collect();
     match given.base {
@@ -368,16 +411,16 @@ pub(super) fn instance_of(graph: &ControlFlowGraph, given: &Given) -> Place {
 }
 
 /// The place at a call that a callee knows as given.
-pub(super) fn place_of(given: &Given, site: &crate::flow::CallSite) -> Option<Place> {
+pub(super) fn place_of(given: &Given, site: &CallSite) -> Option<Place> {
     let steps: Vec<Projection> = given
         .steps
         .iter()
-        .map(|step| match step {
-            Projection::Index(IndexKey::Param(param)) => {
+        .map(|step| match step.key() {
+            Some(IndexKey::Param(param)) => {
                 let key = site.args.get(*param).and_then(|arg| arg.index.clone());
-                Projection::Index(key.unwrap_or_else(|| IndexKey::Data("the argument".into())))
+                step.with_key(key.unwrap_or_else(|| IndexKey::Data("the argument".into())))
             }
-            other => other.clone(),
+            _ => step.clone(),
         })
         .collect();
     match given.base {

@@ -77,6 +77,8 @@ pub struct LoopInfo {
     pub indexes: Vec<Place>,
     /// Whether an item may be passed over (`filter`), so that its round does not take place.
     pub passes_over: bool,
+    /// Whether its items are the elements of a collection from the first one on, none left out.
+    pub in_order: bool,
     /// Whether it is a `while let` or `for` that takes what is there from a queue.
     pub drains: bool,
     /// Whether it stands in another function that was inlined here, so that it is that function's own.

@@ -187,6 +187,10 @@ pub struct Update {
     pub method: String,
     /// Whether a guard runs it.
     pub by_guard: bool,
+    /// Whether the type of the place tells that it is a filter; a law may also have its state in an argument of any type.
+    pub is_typed: bool,
+    /// The variable that holds the result, if the law leaves the filter as it is when that is an `Err`.
+    pub attempt: Option<Var>,
     /// The variables that its arguments read.
     pub fed: Vec<Var>,
     /// The variables that its result goes into.
@@ -234,8 +238,9 @@ pub struct CallSite {
     pub result: Var,
     /// The call as the source spells it, for messages: `self.step()`.
     pub text: String,
-    /// Set if it is a filter's own law: only what lies inside the filter is looked at.
-    pub is_law: bool,
+    /// Set if it is a filter's own law: the number of the argument that is the filter. Only what lies inside the filter is
+    /// looked at.
+    pub law_of: Option<usize>,
     /// The variables that its arguments read, `self` left out.
     pub fed: Vec<Var>,
     /// The variables that its result goes into.

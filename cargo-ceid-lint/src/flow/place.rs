@@ -30,6 +30,29 @@ pub enum Projection {
     Field(Arc<str>),
     /// An element of a collection.
     Index(IndexKey),
+    /// A channel of a filter that a key argument of its law selects.
+    Channel(IndexKey),
+}
+
+impl Projection {
+    /// The key of an element or channel.
+    #[must_use]
+    pub fn key(&self) -> Option<&IndexKey> {
+        match self {
+            Self::Field(_) => None,
+            Self::Index(key) | Self::Channel(key) => Some(key),
+        }
+    }
+
+    /// The element or channel with another key.
+    #[must_use]
+    pub fn with_key(&self, key: IndexKey) -> Self {
+        match self {
+            Self::Field(_) => self.clone(),
+            Self::Index(_) => Self::Index(key),
+            Self::Channel(_) => Self::Channel(key),
+        }
+    }
 }
 
 /// Which element.
@@ -87,6 +110,12 @@ impl Place {
         self.step(Projection::Index(key))
     }
 
+    /// A channel of the filter at this place.
+    #[must_use]
+    pub fn channel(&self, key: IndexKey) -> Self {
+        self.step(Projection::Channel(key))
+    }
+
     fn step(&self, step: Projection) -> Self {
         let mut steps = self.steps.clone();
         steps.push(step);
@@ -120,7 +149,8 @@ impl Place {
         for (step, own) in self.steps.iter().zip(&instance.steps) {
             match (step, own) {
                 (Projection::Field(left), Projection::Field(right)) if left == right => {}
-                (Projection::Index(left), Projection::Index(right)) => match left.relate(right, value) {
+                (Projection::Index(left), Projection::Index(right))
+                | (Projection::Channel(left), Projection::Channel(right)) => match left.relate(right, value) {
                     Some(true) => {}
                     Some(false) => return Relation::Apart,
                     None => doubt = Some(doubt.unwrap_or_else(|| left.spelling(&|_| String::from("i")).into())),
@@ -144,7 +174,10 @@ impl Place {
         self.base == other.base
             && self.steps.iter().zip(&other.steps).all(|(left, right)| match (left, right) {
                 (Projection::Field(left), Projection::Field(right)) => left == right,
-                (Projection::Index(left), Projection::Index(right)) => left.relate(right, &|_| None) != Some(false),
+                (Projection::Index(left), Projection::Index(right))
+                | (Projection::Channel(left), Projection::Channel(right)) => {
+                    left.relate(right, &|_| None) != Some(false)
+                }
                 _ => false,
             })
     }
@@ -167,6 +200,18 @@ impl Place {
                     text.push_str(&key.spelling(var));
                     text.push(']');
                 }
+                // Several key arguments are written as in a call: `tilt(0, 1)`.
+                Projection::Channel(key) if text.ends_with(')') => {
+                    text.pop();
+                    text.push_str(", ");
+                    text.push_str(&key.spelling(var));
+                    text.push(')');
+                }
+                Projection::Channel(key) => {
+                    text.push('(');
+                    text.push_str(&key.spelling(var));
+                    text.push(')');
+                }
             }
         }
         text
@@ -175,7 +220,7 @@ impl Place {
     /// Whether some step stands for each element of a collection.
     #[must_use]
     pub fn stands_for_each(&self) -> bool {
-        self.steps.iter().any(|step| matches!(step, Projection::Index(IndexKey::Each)))
+        self.steps.iter().any(|step| step.key() == Some(&IndexKey::Each))
     }
 }
 

@@ -1,6 +1,7 @@
 //! Which types are filters, and what their update law is.
 
-use super::{Index, MethodOwner, TraitId, TraitName, Ty, is_sampled_filter_path};
+use super::{Def, Index, MethodOwner, ModuleId, Namespace, TraitId, TraitName, Ty, TypeId, is_sampled_filter_path};
+use crate::config::{FilterEntry, FilterTarget, InstancePlace, Multiplicity, OnErr, Receiver, TimeBase};
 
 /// A filter type, or a trait whose types are filters, with its law.
 #[derive(Clone, Debug)]
@@ -9,8 +10,20 @@ pub struct FilterSpec {
     pub subject: Subject,
     /// The halves of the law; most laws have one.
     pub law: Vec<LawGroup>,
-    /// Methods that reset the whole state; a reset of a type known by trait is judged by its body.
+    /// Where the instance is in a call of the law.
+    pub instance: InstancePlace,
+    /// The arguments that select a channel, each of which is an instance of its own.
+    pub key: Vec<u32>,
+    /// Whether the law takes `&mut self`.
+    pub receiver: Receiver,
+    /// Methods that reset the whole state.
     pub resets: Vec<String>,
+    /// Methods that reset a part of the state.
+    pub partial_resets: Vec<String>,
+    /// What an `Err` of the law means.
+    pub on_err: OnErr,
+    /// Where the time step comes from; `None` if the law's parameters tell.
+    pub time_base: Option<TimeBase>,
 }
 
 /// What a filter type is known by.
@@ -19,9 +32,11 @@ pub enum Subject {
     /// Every type that implements the trait.
     Trait(TraitName),
     /// One type of the analysed code.
-    Type(super::TypeId),
+    Type(TypeId),
     /// One type of a crate whose sources are not read, by its path.
     External(String),
+    /// A free function whose argument or result is the state.
+    Function(Def),
 }
 
 /// A law, or a half of one: its methods are alternatives, one of which runs.
@@ -33,15 +48,44 @@ pub struct LawGroup {
     pub multiplicity: Multiplicity,
 }
 
-/// How often a half of a law may run in a cycle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Multiplicity {
-    /// Exactly once.
-    Once,
-    /// Not twice.
-    AtMostOnce,
-    /// As often as one likes.
-    Any,
+impl FilterSpec {
+    /// What is known by the trait alone.
+    fn by_trait(name: TraitName) -> Self {
+        Self {
+            subject: Subject::Trait(name),
+            law: vec![LawGroup { methods: vec!["update".to_owned()], multiplicity: Multiplicity::Once }],
+            instance: InstancePlace::Receiver,
+            key: Vec::new(),
+            receiver: Receiver::Exclusive,
+            resets: vec!["reset".to_owned()],
+            partial_resets: Vec::new(),
+            on_err: OnErr::Updated,
+            time_base: None,
+        }
+    }
+
+    fn by_entry(subject: Subject, entry: &FilterEntry) -> Self {
+        let groups = entry.law.iter().zip(&entry.multiplicity);
+        Self {
+            subject,
+            law: groups
+                .map(|(methods, multiplicity)| LawGroup { methods: methods.clone(), multiplicity: *multiplicity })
+                .collect(),
+            instance: entry.instance,
+            key: entry.key.clone(),
+            receiver: entry.receiver,
+            resets: entry.reset.clone(),
+            partial_resets: entry.partial_reset.clone(),
+            on_err: entry.on_err,
+            time_base: Some(entry.time_base),
+        }
+    }
+
+    /// The half of the law that a method runs.
+    #[must_use]
+    pub fn group(&self, method: &str) -> Option<usize> {
+        self.law.iter().position(|group| group.methods.iter().any(|name| name == method))
+    }
 }
 
 /// A filter is known by `SampledFilter`: ceid-core's, or a trait of that name in the analysed code.
@@ -60,37 +104,34 @@ pub(super) fn specs(index: &Index) -> Vec<FilterSpec> {
     }
     traits.push(TraitName::External("ceid_core::SampledFilter".to_owned()));
     traits.dedup();
-    traits
-        .into_iter()
-        .map(|name| FilterSpec {
-            subject: Subject::Trait(name),
-            law: vec![LawGroup { methods: vec!["update".to_owned()], multiplicity: Multiplicity::Once }],
-            resets: vec!["reset".to_owned()],
-        })
-        .collect()
+    traits.into_iter().map(FilterSpec::by_trait).collect()
 }
 
 impl Index {
-    /// Makes a filter of the type or trait that a path means in the module, if it means one.
-    pub fn add_filter(&mut self, module: super::ModuleId, path: &str, law: &[Vec<String>], resets: &[String]) {
-        let names: Vec<String> = path.split("::").map(str::to_owned).collect();
-        let subject = match self.resolve(module, &names, super::Namespace::Type) {
-            Some(super::Def::Type(id)) => Subject::Type(id),
-            Some(super::Def::Trait(id)) => Subject::Trait(TraitName::Local(id)),
-            Some(super::Def::External(path)) => Subject::External(path),
-            _ => return,
+    /// Makes a filter of what an entry names, as the module sees it; answers whether it names something.
+    pub fn add_filter(&mut self, module: ModuleId, entry: &FilterEntry) -> bool {
+        let (path, namespace) = match &entry.target {
+            FilterTarget::Type(path) | FilterTarget::Trait(path) => (path, Namespace::Type),
+            FilterTarget::Function(path) => (path, Namespace::Value),
         };
-        if self.specs.iter().any(|spec| spec.subject == subject) {
-            return;
+        let names: Vec<String> = path.split("::").map(str::to_owned).collect();
+        let subject = match (self.resolve(module, &names, namespace), &entry.target) {
+            (Some(def @ (Def::Function(_) | Def::External(_))), FilterTarget::Function(_)) => Subject::Function(def),
+            (Some(Def::Type(id)), FilterTarget::Type(_)) => Subject::Type(id),
+            (Some(Def::Trait(id)), FilterTarget::Trait(_)) => Subject::Trait(TraitName::Local(id)),
+            (Some(Def::External(path)), FilterTarget::Type(_)) => Subject::External(path),
+            (Some(Def::External(path)), FilterTarget::Trait(_)) => Subject::Trait(TraitName::External(path)),
+            _ => return false,
+        };
+        if !self.specs.iter().any(|spec| spec.subject == subject) {
+            self.specs.insert(0, FilterSpec::by_entry(subject, entry));
         }
-        let law =
-            law.iter().map(|methods| LawGroup { methods: methods.clone(), multiplicity: Multiplicity::Once }).collect();
-        self.specs.insert(0, FilterSpec { subject, law, resets: resets.to_vec() });
+        true
     }
 
     /// Finds the types that hold filters. Has to be called again when a filter was added.
     pub fn find_holders(&mut self) {
-        let mut fields: Vec<(super::TypeId, Vec<Ty>)> = Vec::new();
+        let mut fields: Vec<(TypeId, Vec<Ty>)> = Vec::new();
         for (number, def) in (0u32..).zip(&self.types) {
             let scope = self.scope(def.module, super::Owner::Module, Some(&def.generics));
             let of = |fields: &crate::syntax::tree::Fields| -> Vec<Ty> {
@@ -100,11 +141,11 @@ impl Index {
                 super::Shape::Struct(shape) => of(shape),
                 super::Shape::Enum(variants) => variants.iter().flat_map(|variant| of(&variant.fields)).collect(),
             };
-            fields.push((super::TypeId(number), all));
+            fields.push((TypeId(number), all));
         }
         self.holding.clear();
         loop {
-            let found: Vec<super::TypeId> = fields
+            let found: Vec<TypeId> = fields
                 .iter()
                 .filter(|(id, all)| {
                     let args = vec![Ty::Unknown; self.type_def(*id).generics.params.len()];
@@ -134,9 +175,15 @@ impl Index {
         }
     }
 
-    /// What is known of a type as a filter; `None` if it is none.
+    /// What is known of a type as a filter; `None` if it is none. A type whose law has its state elsewhere is none.
     #[must_use]
     pub fn filter_spec(&self, ty: &Ty) -> Option<&FilterSpec> {
+        self.law_spec(ty).filter(|spec| spec.instance == InstancePlace::Receiver)
+    }
+
+    /// What is known of a type that has a law, wherever the law's state is.
+    #[must_use]
+    pub fn law_spec(&self, ty: &Ty) -> Option<&FilterSpec> {
         if !matches!(ty, Ty::Adt(..) | Ty::External(..) | Ty::Param(_) | Ty::Opaque(_)) {
             return None;
         }
@@ -148,7 +195,26 @@ impl Index {
             }
             Subject::Type(id) => matches!(ty, Ty::Adt(own, _) if own == id),
             Subject::External(path) => matches!(ty, Ty::External(own, _) if own == path),
+            Subject::Function(_) => false,
         })
+    }
+
+    /// What is known of a filter of which only the trait is known.
+    #[must_use]
+    pub fn trait_spec(&self) -> &FilterSpec {
+        self.specs.iter().find(|spec| spec.time_base.is_none()).expect("ceid-core's trait is always known")
+    }
+
+    /// How many halves the law with the most halves has.
+    #[must_use]
+    pub fn halves(&self) -> usize {
+        self.specs.iter().map(|spec| spec.law.len()).max().unwrap_or(1)
+    }
+
+    /// What is known of a free function as the law of its argument or result.
+    #[must_use]
+    pub fn function_spec(&self, def: &Def) -> Option<&FilterSpec> {
+        self.specs.iter().find(|spec| matches!(&spec.subject, Subject::Function(own) if own == def))
     }
 
     /// The half of the law that a method of a filter runs: its number, if it is one.
@@ -160,7 +226,17 @@ impl Index {
         {
             return None;
         }
-        spec.law.iter().position(|group| group.methods.iter().any(|name| name == method))
+        spec.group(method)
+    }
+
+    /// Whether a method that a trait outside the analysed code declares is a law.
+    #[must_use]
+    pub fn is_external_law(&self, path: &str, method: &str) -> bool {
+        (is_sampled_filter_path(path) && method == "update")
+            || self.specs.iter().any(|spec| {
+                matches!(&spec.subject, Subject::Trait(TraitName::External(own)) if own == path)
+                    && spec.group(method).is_some()
+            })
     }
 
     /// Whether a trait makes filters of its types.
@@ -176,7 +252,7 @@ impl Index {
             .zip(&self.types)
             .filter(|(number, def)| {
                 let args = vec![Ty::Unknown; def.generics.params.len()];
-                self.filter_spec(&Ty::Adt(super::TypeId(*number), args)).is_some()
+                self.filter_spec(&Ty::Adt(TypeId(*number), args)).is_some()
             })
             .count()
     }

@@ -61,10 +61,20 @@ const CEID_CORE: &[&str] = &[
     "Flow",
 ];
 
-/// What a glob import of an unread crate's module brings in under that name, as far as it is known.
-pub(super) fn glob_member(module: &str, name: &str) -> Option<String> {
-    let is_ceid_core = module == "ceid_core" || module.starts_with("ceid_core::");
-    (is_ceid_core && CEID_CORE.contains(&name)).then(|| format!("ceid_core::{name}"))
+impl super::Index {
+    /// What a glob import of an unread crate's module brings in under that name, as far as it is known: what ceid-core has, and
+    /// what the entries name.
+    pub(super) fn glob_member(&self, module: &str, name: &str) -> Option<String> {
+        let krate = module.split("::").next().unwrap_or(module);
+        if krate == "ceid_core" && CEID_CORE.contains(&name) {
+            return Some(format!("ceid_core::{name}"));
+        }
+        let of_crate = |path: &&String| {
+            path.strip_prefix(krate).is_some_and(|rest| rest.starts_with("::"))
+                && path.rsplit("::").next() == Some(name)
+        };
+        self.named_outside.iter().find(of_crate).cloned()
+    }
 }
 
 /// Whether a path outside the analysed code is ceid-core's trait of filters.

@@ -174,8 +174,7 @@ impl Index {
             {
                 found.push(MethodOwner::Implemented(implements.clone(), *function));
             } else if let TraitName::External(path) = implements
-                && super::is_sampled_filter_path(path)
-                && name == "update"
+                && self.is_external_law(path, name)
             {
                 found.push(MethodOwner::Declared(implements.clone(), None));
             }
@@ -210,7 +209,7 @@ impl Index {
                     }
                 }
                 TraitName::External(path) => {
-                    if super::is_sampled_filter_path(path) && name == "update" {
+                    if self.is_external_law(path, name) {
                         found.push(MethodOwner::Declared(bound.name.clone(), None));
                     }
                 }

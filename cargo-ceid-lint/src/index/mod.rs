@@ -5,6 +5,7 @@ mod filters;
 mod known;
 mod lookup;
 mod names;
+mod rtic;
 mod ty;
 
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -14,10 +15,11 @@ use crate::syntax::tree::{
     Attribute, Bound, ExprId, Fields, Function, Generics, OpaqueMacro, Path, TypeRef, ValueItem, Variant,
 };
 
-pub use filters::{FilterSpec, LawGroup, Multiplicity};
+pub use filters::{FilterSpec, LawGroup};
 pub use known::{is_guard_type, is_sampled_filter_path};
 pub use lookup::MethodOwner;
 pub use names::Namespace;
+pub use rtic::SHARED_RESOURCE;
 pub use ty::{Length, ParamTy, TraitName, TraitRef, Ty, TyScope};
 
 macro_rules! ids {
@@ -50,6 +52,8 @@ ids! {
 /// Everything that has a name in the analysed code.
 #[derive(Debug, Default)]
 pub struct Index {
+    /// Paths into crates whose sources are not read that the entries name, so that glob imports of them are understood.
+    named_outside: Vec<String>,
     /// The crates, dependencies before those that use them.
     pub crates: Vec<CrateInfo>,
     /// The modules.
@@ -291,10 +295,12 @@ pub struct ValueDef {
 }
 
 impl Index {
-    /// Collects and links the items of all crates; a crate stands behind those it names.
+    /// Collects and links the items of all crates; a crate stands behind those it names. `named_outside` are the paths that
+    /// the entries of the configuration name in crates whose sources are not read.
     #[must_use]
-    pub fn build(inputs: Vec<CrateInput>) -> Self {
+    pub fn build(inputs: Vec<CrateInput>, named_outside: Vec<String>) -> Self {
         let mut index = collect::collect(inputs);
+        index.named_outside = named_outside;
         index.link();
         index.specs = filters::specs(&index);
         index.find_holders();
@@ -346,6 +352,18 @@ impl Index {
     /// All functions with their ids.
     pub fn function_ids(&self) -> impl Iterator<Item = FunctionId> + use<> {
         (0..u32::try_from(self.functions.len()).unwrap_or(u32::MAX)).map(FunctionId)
+    }
+
+    /// The type that declares the fields of a type: itself, or the struct of resources that an RTIC task has some of.
+    #[must_use]
+    pub fn declares_fields(&self, id: TypeId) -> TypeId {
+        let def = self.type_def(id);
+        let declared = rtic::declared_in(&def.attributes)
+            .and_then(|name| self.resolve(def.module, &[name.to_owned()], Namespace::Type));
+        match declared {
+            Some(Def::Type(declared)) => declared,
+            _ => id,
+        }
     }
 
     /// The function as a reader names it: `main`, `Robot::run`.

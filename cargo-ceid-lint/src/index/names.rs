@@ -138,7 +138,7 @@ impl Index {
         for glob in &data.globs {
             let found = match self.resolve_import(module, glob, Namespace::Type, trail) {
                 Some(Def::Module(target)) if target != module => self.name_in(target, name, namespace, trail),
-                Some(Def::External(path)) => known::glob_member(&path, name).map(Def::External),
+                Some(Def::External(path)) => self.glob_member(&path, name).map(Def::External),
                 Some(target @ (Def::Type(_) | Def::Alias(_))) => self.member(&target, name, namespace, trail),
                 _ => None,
             };

@@ -30,6 +30,7 @@ pub fn is_pointer(name: &str) -> bool {
             | "Lazy"
             | "LazyCell"
             | "CachePadded"
+            | "SharedResource"
     )
 }
 
@@ -60,6 +61,7 @@ pub(super) fn is_cell(name: &str) -> bool {
             | "AtomicRefCell"
             | "Locked"
             | "SyncUnsafeCell"
+            | "SharedResource"
     )
 }
 
@@ -132,6 +134,8 @@ pub(super) fn item_of(ty: &Ty, by_ref: bool) -> Option<Ty> {
 pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&Ty>) -> Option<Ty> {
     match receiver {
         Ty::Array(inner, _) | Ty::Slice(inner) => sequence_method(inner, method, closure),
+        // Several resources are locked at once.
+        Ty::Tuple(_) if method == "lock" => closure.cloned(),
         Ty::External(path, params) if path.starts_with("ceid_core::") => {
             ceid_method(path, params, receiver, method, args)
         }
@@ -216,6 +220,13 @@ fn cell_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty> {
     if let Some(result) = closure {
         return matches!(method, "lock" | "with" | "lock_mut" | "with_mut" | "borrow" | "write" | "read")
             .then(|| result.clone());
+    }
+    // `borrow_ref_mut(cs)` of a mutex opens the cell in it as well.
+    if (method.starts_with("borrow_ref") || matches!(method, "replace" | "take"))
+        && let Ty::External(path, params) = inner
+        && is_cell(path.rsplit("::").next().unwrap_or(""))
+    {
+        return cell_method(&arg(params, 0), method, closure);
     }
     if opens_cell(method) {
         return Some(Ty::std("std::sync::LockResult", vec![reference(inner.clone())]));
@@ -334,6 +345,9 @@ pub(super) fn closure_params(receiver: &Ty, method: &str, args: &[Ty]) -> Vec<Ty
     let Ty::External(path, params) = receiver else {
         return match receiver {
             Ty::Array(inner, _) | Ty::Slice(inner) => vec![(**inner).clone()],
+            Ty::Tuple(parts) if method == "lock" => {
+                parts.iter().flat_map(|part| closure_params(part.peel(), method, args)).collect()
+            }
             _ => Vec::new(),
         };
     };

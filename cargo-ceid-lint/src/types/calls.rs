@@ -171,7 +171,7 @@ impl Infer<'_> {
 
     pub(super) fn law_of(&self, self_ty: &Ty, name: &str, owner: &MethodOwner) -> Option<usize> {
         let resolved = self.variables.resolve(self_ty);
-        if let Some(spec) = self.index.filter_spec(&resolved) {
+        if let Some(spec) = self.index.law_spec(&resolved) {
             return self.index.law_group(spec, name, owner);
         }
         // `SampledFilter::update(x)` with a type that is not known is still an update of `x`.
@@ -363,6 +363,15 @@ impl Infer<'_> {
 
     /// `Type::name(args)` of a type outside the analysed code.
     fn call_external_assoc(&mut self, id: ExprId, ty: Ty, name: &str, args: &[ExprId]) -> Ty {
+        if let Some(spec) = self.index.law_spec(&ty)
+            && matches!(ty, Ty::External(..))
+        {
+            let law = spec.group(name);
+            let resets = spec.resets.iter().chain(&spec.partial_resets).any(|reset| reset == name);
+            if law.is_some() || resets {
+                return self.external_filter_method(id, &ty, law, args, Vec::new());
+            }
+        }
         let given: Vec<Ty> = args.iter().map(|arg| self.expr(*arg, None)).collect();
         // `Type::default()` of a derive: the type is known although the function is not.
         let (path, params) = match &ty {
@@ -375,7 +384,11 @@ impl Infer<'_> {
             || name.starts_with("new_")
             || name.starts_with("with_")
             || name.starts_with("from");
-        if !makes_itself {
+        let is_filter = self.index.law_spec(&ty).is_some();
+        if is_filter && name.starts_with("try_") {
+            return Ty::std("std::result::Result", vec![ty, Ty::Unknown]);
+        }
+        if !makes_itself && !is_filter {
             return Ty::Unknown;
         }
         let wraps =

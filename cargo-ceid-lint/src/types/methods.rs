@@ -3,6 +3,7 @@
 use super::builtin;
 use super::infer::Infer;
 use super::{Callee, Resolved};
+use crate::config::OnErr;
 use crate::index::{FunctionId, MethodOwner, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, TypeRef};
 
@@ -40,6 +41,10 @@ impl Infer<'_> {
                     if let Some(owner) = owners.into_iter().next() {
                         return self.resolved_method(id, owner, &ty, method, args, derefs);
                     }
+                    if let Some(spec) = self.index.law_spec(&ty) {
+                        let law = spec.group(method);
+                        return self.external_filter_method(id, &ty, law, args, derefs);
+                    }
                     if let Some(output) = self.builtin_call(id, &ty, method, args) {
                         return output;
                     }
@@ -59,10 +64,35 @@ impl Infer<'_> {
                         None => break,
                     }
                 }
+                Ty::Tuple(_) if method == "lock" => match self.builtin_call(id, &ty, method, args) {
+                    Some(output) => return output,
+                    None => break,
+                },
                 _ => break,
             }
         }
         self.unresolved_method(id, &ty, method, turbofish, args)
+    }
+
+    /// A method of a filter whose sources are not read: its entry says which ones are the law.
+    pub(super) fn external_filter_method(
+        &mut self,
+        id: ExprId,
+        ty: &Ty,
+        law: Option<usize>,
+        args: &[ExprId],
+        derefs: Vec<FunctionId>,
+    ) -> Ty {
+        for arg in args {
+            self.expr(*arg, None);
+        }
+        let resolved =
+            Resolved { targets: Vec::new(), owner: None, law, self_ty: ty.clone(), has_receiver: true, derefs };
+        self.typed.callees.insert(id, Callee::Resolved(resolved));
+        match (law.is_some(), self.index.law_spec(ty).map(|spec| spec.on_err)) {
+            (true, Some(OnErr::Untouched)) => Ty::std("std::result::Result", vec![Ty::Unknown, Ty::Unknown]),
+            _ => Ty::Unknown,
+        }
     }
 
     fn unresolved_method(&mut self, id: ExprId, ty: &Ty, method: &str, turbofish: &[TypeRef], args: &[ExprId]) -> Ty {

@@ -108,7 +108,7 @@ impl Infer<'_> {
                     return Value::Assoc(self.trait_member(&TraitName::Local(id), &name, None), None);
                 }
                 Some(Def::External(external)) => {
-                    if crate::index::is_sampled_filter_path(&external) {
+                    if self.index.is_external_law(&external, &name) {
                         let owner = MethodOwner::Declared(TraitName::External(external), None);
                         return Value::Assoc(vec![owner], None);
                     }

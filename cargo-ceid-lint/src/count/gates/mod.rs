@@ -185,7 +185,7 @@ impl Gates<'_, '_> {
     fn last_name(&self, place: &Place) -> String {
         match place.steps.last() {
             Some(crate::flow::Projection::Field(name)) => name.to_string(),
-            Some(crate::flow::Projection::Index(_)) => String::new(),
+            Some(crate::flow::Projection::Index(_) | crate::flow::Projection::Channel(_)) => String::new(),
             None => place.base_var().map(|var| self.search.graph.var(var).name.clone()).unwrap_or_default(),
         }
     }

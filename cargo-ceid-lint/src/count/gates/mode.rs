@@ -153,7 +153,7 @@ impl Gates<'_, '_> {
             Effect::Call(site) => {
                 site.targets.iter().all(|target| {
                     self.search.summaries.get(*target).is_some_and(|summary| {
-                        summary.outcomes.iter().any(|(given, outcomes)| {
+                        summary.outcomes(0).any(|(given, outcomes)| {
                             outcomes.iter().all(|outcome| outcome.reset)
                                 && crate::count::summary::place_of(given, site)
                                     .is_some_and(|place| self.is_instance(&place))
@@ -206,7 +206,7 @@ impl Gates<'_, '_> {
     fn is_whole_state(&self, parts: &[Place]) -> bool {
         let instance = self.search.instance;
         let laws = self.nodes().filter_map(|id| match &self.search.graph.node(id).effect {
-            Effect::Call(site) if site.is_law && self.concerns(site) => Some(&site.targets),
+            Effect::Call(site) if site.law_of.is_some() && self.concerns(site) => Some(&site.targets),
             _ => None,
         });
         let mut state: Vec<crate::flow::Projection> = Vec::new();

@@ -28,9 +28,9 @@ impl Run<'_, '_> {
             };
             let mut states = vec![(state.clone(), returned::ANY)];
             let mut applied = false;
-            for (given, outcomes) in &summary.outcomes {
+            for (given, outcomes) in summary.outcomes(search.law) {
                 // A law that hands on to another one of the same filter is one update.
-                if site.is_law && given.is_self() {
+                if site.law_of.is_some_and(|of| given.is_param(of)) {
                     continue;
                 }
                 let Some(place) = place_of(given, site) else { continue };
@@ -86,6 +86,7 @@ impl Run<'_, '_> {
         for (state, heads) in states {
             for outcome in outcomes {
                 let mut next = state.clone();
+                next.attempted |= outcome.attempted && next.count == Count::Zero;
                 if outcome.count == Count::PerSample {
                     next.count = next.count.then(Count::PerSample);
                 } else {

@@ -44,6 +44,8 @@ pub(super) struct State {
     pub(super) reset: bool,
     pub(super) partly_reset: bool,
     pub(super) direct: bool,
+    /// Whether an update failed and left the filter as it was, and nothing has updated it since.
+    pub(super) attempted: bool,
     /// The number of the cause for which nothing is certain any more.
     pub(super) unknown: Option<u16>,
     /// The node behind which no update can be reached any more on this way, without one before it.
@@ -177,7 +179,7 @@ impl<'a> Search<'a> {
             Effect::Unknown { places, .. } => places.iter().any(|place| self.may_be(place, false)),
             Effect::Call(site) => site.targets.iter().any(|target| {
                 self.summaries.get(*target).is_some_and(|summary| {
-                    summary.outcomes.iter().any(|(given, outcomes)| {
+                    summary.outcomes(self.law).any(|(given, outcomes)| {
                         outcomes.iter().any(|outcome| outcome.unknown.is_some())
                             && place_of(given, site).is_some_and(|place| self.may_be(&place, false))
                     })
@@ -194,8 +196,8 @@ impl<'a> Search<'a> {
         match &self.graph.node(node).effect {
             Effect::Unknown { cause, .. } => Some(cause.clone()),
             Effect::Call(site) => site.targets.iter().find_map(|target| {
-                let outcomes = self.summaries.get(*target)?.outcomes.values();
-                outcomes.flatten().find_map(|outcome| outcome.unknown.clone())
+                let outcomes = self.summaries.get(*target)?.outcomes(self.law);
+                outcomes.flat_map(|(_, outcomes)| outcomes).find_map(|outcome| outcome.unknown.clone())
             }),
             _ => None,
         }
@@ -203,12 +205,15 @@ impl<'a> Search<'a> {
 
     fn touches(&self, id: NodeId, any: bool) -> bool {
         match &self.graph.node(id).effect {
-            Effect::Update(update) => self.may_be(&update.place, true),
+            Effect::Update(update) => update.law == self.law && self.may_be(&update.place, true),
             Effect::Call(site) => self.call_touches(site, any),
             Effect::Reset { place, .. } => any && self.may_be(place, false),
             Effect::Unknown { places, .. } => any && places.iter().any(|place| self.may_be(place, false)),
-            Effect::Write(write) => any && !write.rebinds && self.may_be(&write.place, false),
-            Effect::Set(set) => any && set.from.as_ref().is_some_and(|from| self.may_be(from, false)),
+            Effect::Write(write) if !write.rebinds => any && self.may_be(&write.place, false),
+            // A reference that may name the instance points to something else from here on, or to the instance.
+            Effect::Set(set) | Effect::Write(set) => {
+                any && set.from.as_ref().is_some_and(|from| self.may_be(from, false) || self.may_be(&set.place, false))
+            }
             Effect::Return(_) => any,
             _ => false,
         }
@@ -217,8 +222,8 @@ impl<'a> Search<'a> {
     fn call_touches(&self, site: &CallSite, any: bool) -> bool {
         site.targets.iter().any(|target| {
             self.summaries.get(*target).is_some_and(|summary| {
-                summary.outcomes.iter().any(|(given, outcomes)| {
-                    !(site.is_law && given.is_self())
+                summary.outcomes(self.law).any(|(given, outcomes)| {
+                    !site.law_of.is_some_and(|of| given.is_param(of))
                         && (any || outcomes.iter().any(|outcome| outcome.count != Count::Zero))
                         && place_of(given, site).is_some_and(|place| self.may_be(&place, true))
                 })
@@ -247,6 +252,7 @@ impl<'a> Search<'a> {
                 direct: end.state.direct,
                 returned: end.returned,
                 gate: super::gates::of_end(self, region, &exploration, end),
+                attempted: end.state.attempted,
             });
         }
         if exploration.limit {
@@ -268,7 +274,15 @@ impl<'a> Search<'a> {
             inside(*id)
                 && matches!(&self.graph.node(*id).effect, Effect::Update(update) if self.may_be(&update.place, true))
         }));
-        let tracked = tracked(self.graph, &self.dependence, &touching_inside, &inside);
+        let own_loop = match region {
+            Region::Function => None,
+            Region::Loop(id) => Some(id),
+        };
+        let times = |node: NodeId| match inside(node) {
+            false => 0,
+            true => 1 + u32::from(self.graph.node(node).in_loop != own_loop),
+        };
+        let tracked = tracked(self.graph, &self.dependence, &touching_inside, &times);
         let mut run = Run::new(self, region, tracked, self.reach(region));
         for (node, entry) in starts {
             run.start(*node, entry.as_ref());

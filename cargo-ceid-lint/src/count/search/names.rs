@@ -98,13 +98,28 @@ impl Search<'_> {
             .iter()
             .filter(|name| {
                 let is_item = name.base_var().is_some_and(|var| info.items.iter().any(|(item, _)| *item == var));
-                let is_indexed = info
-                    .counter
-                    .is_some_and(|(counter, _)| name.steps.contains(&Projection::Index(IndexKey::Var(counter))));
+                let is_indexed = info.counter.is_some_and(|(counter, _)| {
+                    name.steps.iter().any(|step| step.key() == Some(&IndexKey::Var(counter)))
+                });
                 (!is_item && !is_indexed) || **name == *self.instance
             })
             .cloned()
             .collect()
+    }
+
+    /// How many rounds come before the instance's own, where it is an element with a number and the elements come in order.
+    pub(super) fn rounds_before(&self, names: &[Place], id: LoopId) -> Option<u64> {
+        let info = self.graph.loop_info(id);
+        let number = |source: &Place, name: &Place| {
+            element_rest(source, name)?;
+            let at = source.steps.len().checked_sub(1)?;
+            match (&source.steps[at], &name.steps[at]) {
+                (Projection::Index(IndexKey::Each), Projection::Index(IndexKey::Number(number))) => Some(*number),
+                _ => None,
+            }
+        };
+        let items = info.items.iter().filter(|_| info.in_order);
+        items.flat_map(|(_, source)| names.iter().filter_map(move |name| number(source, name))).next()
     }
 
     /// The names in the round that is the instance's own.
@@ -121,9 +136,9 @@ impl Search<'_> {
         if let Some((counter, _)) = info.counter {
             for name in names {
                 for (at, step) in name.steps.iter().enumerate() {
-                    if matches!(step, Projection::Index(IndexKey::Each | IndexKey::Number(_) | IndexKey::Named(_))) {
+                    if matches!(step.key(), Some(IndexKey::Each | IndexKey::Number(_) | IndexKey::Named(_))) {
                         let mut indexed = name.clone();
-                        indexed.steps[at] = Projection::Index(IndexKey::Var(counter));
+                        indexed.steps[at] = step.with_key(IndexKey::Var(counter));
                         all.push(indexed);
                     }
                 }
@@ -153,7 +168,7 @@ pub(super) fn indexes_instance(aliases: &Aliases, info: &crate::flow::LoopInfo, 
         root.base == instance.base
             && root.steps.len() < instance.steps.len()
             && root.steps[..] == instance.steps[..root.steps.len()]
-            && matches!(instance.steps[root.steps.len()], Projection::Index(_))
+            && instance.steps[root.steps.len()].key().is_some()
     })
 }
 

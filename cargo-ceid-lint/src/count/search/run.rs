@@ -6,9 +6,7 @@ use super::{End, EndKind, Entry, Exploration, MAX_ROUNDS, MAX_STATES, Region, Se
 use crate::count::counts::Count;
 use crate::count::slice::Tracked;
 use crate::count::summary::returned;
-use crate::flow::{
-    Cause, Effect, IndexKey, LoopId, NodeId, OTHER_HEADS, Place, Projection, Relation, Rounds, Test, Var,
-};
+use crate::flow::{Cause, Effect, IndexKey, LoopId, NodeId, OTHER_HEADS, Place, Relation, Rounds, Test, Var};
 
 #[derive(Default)]
 pub(super) struct Interner<T> {
@@ -95,6 +93,7 @@ impl<'s, 'a> Run<'s, 'a> {
             reset: false,
             partly_reset: false,
             direct: false,
+            attempted: false,
             unknown: None,
             skipped_at: None,
             helper_gate: None,
@@ -143,6 +142,7 @@ impl<'s, 'a> Run<'s, 'a> {
                     reset: false,
                     partly_reset: false,
                     direct: false,
+                    attempted: false,
                     unknown: None,
                     skipped_at: None,
                     helper_gate: None,
@@ -183,7 +183,10 @@ impl<'s, 'a> Run<'s, 'a> {
             }
             Effect::Update(update) if update.law == self.search.law => {
                 let next = self.updated(state, &update.place, update.by_guard);
-                self.everywhere(at, &next);
+                match update.attempt {
+                    Some(result) if next.count != state.count => self.attempt(at, state, &next, result),
+                    _ => self.everywhere(at, &next),
+                }
             }
             Effect::Update(_) => self.everywhere(at, state),
             Effect::Reset { place, full } => {
@@ -288,7 +291,7 @@ impl<'s, 'a> Run<'s, 'a> {
         let own = |name: &Place| {
             let mut place = place.clone();
             for (step, of_name) in place.steps.iter_mut().zip(&name.steps) {
-                if *step == Projection::Index(IndexKey::Each) && matches!(of_name, Projection::Index(_)) {
+                if step.key() == Some(&IndexKey::Each) && of_name.key().is_some() {
                     step.clone_from(of_name);
                 }
             }
@@ -338,16 +341,26 @@ impl<'s, 'a> Run<'s, 'a> {
     /// it names another element.
     pub(super) fn is_other_round(&self, state: &State, place: &Place) -> bool {
         let graph = self.search.graph;
-        place.steps.iter().any(|step| match step {
-            Projection::Index(IndexKey::Var(var)) => graph.loops_around(state.node).any(|id| {
+        place.steps.iter().any(|step| match step.key() {
+            Some(IndexKey::Var(var)) => graph.loops_around(state.node).any(|id| {
                 self.search.covers(id) && graph.loop_info(id).counter.is_some_and(|(counter, _)| counter == *var)
             }),
             _ => false,
         })
     }
 
+    /// A law ran that leaves the filter as it was where its result is an `Err`.
+    fn attempt(&mut self, at: usize, before: &State, after: &State, result: Var) {
+        let masks = self.with_heads(after.masks, result, returned::PRESENT | returned::OTHER);
+        self.everywhere(at, &State { masks, ..after.clone() });
+        let masks = self.with_heads(before.masks, result, returned::ABSENT);
+        let attempted = before.count == Count::Zero;
+        self.everywhere(at, &State { masks, attempted, direct: true, ..before.clone() });
+    }
+
     /// Adds to the count; updates in a loop that is a cycle of its own count once for all its rounds.
     pub(super) fn add(&self, state: &mut State, count: Count) {
+        state.attempted &= count == Count::Zero;
         let graph = self.search.graph;
         let in_sample = graph
             .loops_around(state.node)
@@ -398,13 +411,20 @@ impl<'s, 'a> Run<'s, 'a> {
         if self.search.covers(id) && !is_region {
             let own = self.search.with_items(&plain, id);
             let own = self.names.intern(own);
-            if done == 0 {
-                rounds.push((id, 1));
-                let visited = self.rounds.intern(rounds);
-                self.follow(at, State { names: own, rounds: visited, ..state.clone() }, *round);
+            // The rounds before the instance's own: their number if it is known, or else any.
+            let before = self.search.rounds_before(&plain, id).filter(|before| *before < MAX_ROUNDS);
+            rounds.retain(|(open, _)| *open != id);
+            rounds.push((id, done + 1));
+            let more = self.rounds.intern(rounds);
+            if done == before.unwrap_or(0) {
+                self.follow(at, State { names: own, rounds: more, ..state.clone() }, *round);
             }
-            self.follow(at, state.clone(), *round);
-            if done > 0 || info.passes_over {
+            match before {
+                Some(before) if done < before => self.follow(at, State { rounds: more, ..state.clone() }, *round),
+                Some(before) if done == before => {}
+                _ => self.follow(at, state.clone(), *round),
+            }
+            if done > before.unwrap_or(0) || info.passes_over {
                 for to in rest {
                     self.follow(at, state.clone(), *to);
                 }

@@ -1,7 +1,8 @@
 //! Calls: of analysed code, of the standard library, and of what cannot be seen.
 
+use super::laws::Law;
 use super::{Builder, Value};
-use crate::flow::{Argument, CallSite, Caller, Cause, Effect, IndexKey, Place, Update, Var};
+use crate::flow::{Argument, CallSite, Caller, Cause, Effect, IndexKey, Place, Var};
 use crate::index::{Def, FunctionId, Ty};
 use crate::syntax::tree::{ExprId, ExprKind};
 use crate::types::{Callee, Resolved};
@@ -95,15 +96,13 @@ impl Builder<'_> {
         }
         let span = self.span(id);
         let self_place = values.first().filter(|_| resolved.has_receiver).and_then(|value| value.place.clone());
-        if let Some(law) = resolved.law {
-            return self.law_call(id, resolved, law, self_place, exprs, values);
+        if let Some((spec, group)) = self.law_of(resolved) {
+            let law = Law { spec, group, targets: &resolved.targets, has_receiver: resolved.has_receiver };
+            return self.law_call(id, law, exprs, values);
         }
-        let name = resolved.targets.first().map(|target| self.program.index.function(*target).name.clone());
-        if let (Some(place), Some(name)) = (&self_place, &name)
-            && let Some(spec) = self.program.index.filter_spec(&resolved.self_ty)
-            && spec.resets.contains(name)
+        if let Some(place) = &self_place
+            && let Some(full) = self.resets(id, resolved)
         {
-            let full = resolved.targets.iter().all(|target| self.is_full_reset(*target, &resolved.self_ty));
             self.emit(Effect::Reset { place: place.clone(), full }, span);
             return Value::default();
         }
@@ -120,8 +119,10 @@ impl Builder<'_> {
         if resolved.targets.is_empty() {
             // Nothing implements it here: what a filter's own trait declares beside the law does not run the law, and what
             // takes `&self` changes nothing.
-            let of_filter = resolved.owner.as_ref().and_then(crate::index::MethodOwner::of_trait);
-            let of_filter = of_filter.is_some_and(|name| self.program.index.is_filter_trait(name));
+            let of_filter = match &resolved.owner {
+                Some(owner) => owner.of_trait().is_some_and(|name| self.program.index.is_filter_trait(name)),
+                None => true,
+            };
             let reads = resolved.owner.as_ref().and_then(crate::index::MethodOwner::function).is_some_and(|function| {
                 self.program.index.function(function).function.receiver == Some(crate::syntax::tree::Receiver::Shared)
             });
@@ -131,7 +132,7 @@ impl Builder<'_> {
             }
             return self.unknown_call(id, self.text(id), &exprs[skip..], &values[skip..]);
         }
-        let result = self.emit_call(id, &resolved.targets, exprs, values, false);
+        let result = self.emit_call(id, &resolved.targets, exprs, values, None);
         if self.never_returns(id) {
             self.diverge(span);
             return Value::default();
@@ -140,49 +141,14 @@ impl Builder<'_> {
         Value { place: Some(Place::var(result)), is_owned, same_as: Some(result), ..Value::default() }
     }
 
-    fn law_call(
-        &mut self,
-        id: ExprId,
-        resolved: &Resolved,
-        law: usize,
-        self_place: Option<Place>,
-        exprs: &[ExprId],
-        values: &[Value],
-    ) -> Value {
-        let method = match &self.body().expr(id).kind {
-            ExprKind::MethodCall { method, .. } => method.clone(),
-            ExprKind::Call { callee, .. } => match &self.body().expr(*callee).kind {
-                ExprKind::Path(path) => path.last().to_owned(),
-                _ => String::new(),
-            },
-            _ => String::new(),
-        };
-        let mut fed = Vec::new();
-        let mut from = crate::flow::Computed::default();
-        for arg in exprs.iter().skip(usize::from(resolved.has_receiver)) {
-            fed.extend(self.reads_of(*arg));
-            let computed = self.computed_from(*arg);
-            from.places.extend(computed.places);
-            from.calls.extend(computed.calls);
-        }
-        let into = self.targets.clone();
-        // What lies inside a composite filter is updated by its law's body.
-        let result = self.emit_call(id, &resolved.targets, exprs, values, true);
-        if let Some(place) = self_place {
-            let update = Update { place, law, method, by_guard: false, fed, into, from };
-            self.emit(Effect::Update(update), self.span(id));
-        }
-        let is_owned = !matches!(self.ty(id), Ty::Ref(..));
-        Value { place: Some(Place::var(result)), is_owned, same_as: Some(result), ..Value::default() }
-    }
-
-    fn emit_call(
+    /// A call of analysed code; `law_of` is the number of the argument whose law it is.
+    pub(super) fn emit_call(
         &mut self,
         id: ExprId,
         targets: &[FunctionId],
         exprs: &[ExprId],
         values: &[Value],
-        is_law: bool,
+        law_of: Option<usize>,
     ) -> Var {
         let span = self.span(id);
         let result = self.temporary(self.ty(id).clone(), span);
@@ -210,13 +176,13 @@ impl Builder<'_> {
             fed.extend(self.reads_of(*first));
         }
         let into = self.targets.clone();
-        let site = CallSite { targets: targets.to_vec(), args, result, text, is_law, fed, into, from };
+        let site = CallSite { targets: targets.to_vec(), args, result, text, law_of, fed, into, from };
         self.emit(Effect::Call(Box::new(site)), span);
         result
     }
 
     /// The index that an argument is, if it is a constant or a variable.
-    fn argument_index(&mut self, expr: ExprId, value: &Value) -> Option<IndexKey> {
+    pub(super) fn argument_index(&mut self, expr: ExprId, value: &Value) -> Option<IndexKey> {
         if let Some(number) = value.head.as_deref().and_then(|head| head.parse().ok()) {
             return Some(IndexKey::Number(number));
         }
@@ -228,6 +194,9 @@ impl Builder<'_> {
 
     /// Whether an argument is a shared reference or a plain value, through which nothing is updated.
     fn is_shared(&self, expr: ExprId) -> bool {
+        if self.updates_shared(self.ty(expr)) {
+            return false;
+        }
         match &self.body().expr(expr).kind {
             ExprKind::Reference { mutable: false, raw: false, .. } => !matches!(self.ty(expr), Ty::Ref(true, _)),
             _ => matches!(self.ty(expr), Ty::Ref(false, _)),

@@ -1,9 +1,10 @@
 //! Calls of functions outside the analysed code that are known: what they do to the places they get.
 
 use super::calls::{is_spawn, path_tail};
+use super::laws::Law;
 use super::{Builder, Value};
 use crate::flow::{Cause, Effect, Place};
-use crate::index::Ty;
+use crate::index::{Def, Ty};
 use crate::syntax::tree::{BlockKind, ExprId, ExprKind};
 
 impl Builder<'_> {
@@ -33,6 +34,10 @@ impl Builder<'_> {
                 return Value::default();
             }
             _ => {}
+        }
+        if let Some(spec) = self.program.index.function_spec(&Def::External(path.to_owned())) {
+            let values = self.values(args);
+            return self.law_call(id, Law { spec, group: 0, targets: &[], has_receiver: false }, args, &values);
         }
         if is_spawn(last) {
             return self.spawn(id, path, args);

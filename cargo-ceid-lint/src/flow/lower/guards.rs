@@ -155,6 +155,8 @@ impl Builder<'_> {
                 law: 0,
                 method: "update".to_owned(),
                 by_guard: true,
+                is_typed: true,
+                attempt: None,
                 fed: Vec::new(),
                 into: Vec::new(),
                 from: crate::flow::Computed::default(),

@@ -30,6 +30,7 @@ pub(super) struct Source {
     pub(super) item: Item,
     pub(super) rounds: Rounds,
     pub(super) passes_over: bool,
+    pub(super) in_order: bool,
     /// Closures that run in each round before the item is there: `map`, `filter`, `inspect`.
     pub(super) stages: Vec<(Stage, ClosureRef)>,
     pub(super) text: String,
@@ -53,6 +54,7 @@ impl Source {
             item: Item::Opaque,
             rounds: Rounds::Bounded,
             passes_over: false,
+            in_order: true,
             stages: Vec::new(),
             text: String::new(),
             reads: Vec::new(),
@@ -104,9 +106,7 @@ impl Builder<'_> {
             Rounds::Unbounded
         } else {
             match ty {
-                Ty::Array(_, length) if matches!(item, Item::Opaque) => {
-                    length.value.map_or(Rounds::Bounded, Rounds::Constant)
-                }
+                Ty::Array(_, length) => length.value.map_or(Rounds::Bounded, Rounds::Constant),
                 _ => Rounds::Bounded,
             }
         };
@@ -177,9 +177,10 @@ impl Builder<'_> {
 
     fn adaptor(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Source {
         match method {
-            "iter" | "iter_mut" | "into_iter" | "by_ref" | "rev" | "peekable" | "fuse" | "copied" | "cloned"
-            | "as_mut" | "as_mut_slice" | "as_slice" | "as_ref" | "unwrap" | "each_mut" | "deref_mut"
-            | "par_iter_mut" | "into_iter_mut" => self.source(receiver),
+            "rev" => Source { in_order: false, ..self.source(receiver) },
+            "iter" | "iter_mut" | "into_iter" | "by_ref" | "peekable" | "fuse" | "copied" | "cloned" | "as_mut"
+            | "as_mut_slice" | "as_slice" | "as_ref" | "unwrap" | "each_mut" | "deref_mut" | "par_iter_mut"
+            | "into_iter_mut" => self.source(receiver),
             "take" => {
                 let source = self.source(receiver);
                 let count = args.first().and_then(|arg| {
@@ -211,9 +212,9 @@ impl Builder<'_> {
                 let passes_over = source.passes_over
                     || (method != "chain" && matches!(source.item, Item::Element(_) | Item::Chunk(_)));
                 let item = if matches!(source.item, Item::Counter(_)) { Item::Opaque } else { source.item };
-                Source { item, rounds, passes_over, ..source }
+                Source { item, rounds, passes_over, in_order: false, ..source }
             }
-            "cycle" => Source { rounds: Rounds::Unbounded, ..self.source(receiver) },
+            "cycle" => Source { rounds: Rounds::Unbounded, in_order: false, ..self.source(receiver) },
             "enumerate" => {
                 let source = self.source(receiver);
                 Source { item: Item::Tuple(vec![Item::Counter(Some(0)), source.item]), ..source }
@@ -228,7 +229,14 @@ impl Builder<'_> {
                 };
                 let mut stages = source.stages;
                 stages.extend(other.stages);
-                Source { item: Item::Tuple(vec![source.item, other.item]), rounds, stages, ..Source::bounded() }
+                let in_order = source.in_order && other.in_order;
+                Source {
+                    item: Item::Tuple(vec![source.item, other.item]),
+                    rounds,
+                    in_order,
+                    stages,
+                    ..Source::bounded()
+                }
             }
             "map" | "filter" | "inspect" | "filter_map" | "take_while" | "skip_while" | "map_while" | "flat_map"
             | "scan" => {
@@ -409,6 +417,7 @@ impl Builder<'_> {
             bound: Vec::new(),
             indexes: Vec::new(),
             passes_over: source.passes_over,
+            in_order: source.in_order && !source.passes_over,
             drains: false,
             is_foreign: self.is_foreign(),
             closure: None,

@@ -53,6 +53,7 @@ impl Builder<'_> {
             bound: Vec::new(),
             indexes: Vec::new(),
             passes_over: false,
+            in_order: false,
             drains: false,
             is_foreign: self.is_foreign(),
             closure: None,

@@ -10,6 +10,7 @@ mod expr;
 mod external;
 mod guards;
 mod iterators;
+mod laws;
 mod loops;
 mod macros;
 mod patterns;
@@ -132,6 +133,8 @@ struct Builder<'a> {
     numbers: HashMap<Var, u64>,
     /// The numbers that variables were declared with, even if they change.
     initials: HashMap<Var, u64>,
+    /// Variables that hold a state which a law returned: the half and the method.
+    advanced: HashMap<Var, (usize, String)>,
     guards_of: HashMap<Var, GuardId>,
     /// What a guard that is not bound yet was given: the name and the place.
     guarded: HashMap<Var, (String, Place)>,
@@ -169,6 +172,7 @@ impl<'a> Builder<'a> {
             closures: HashMap::new(),
             numbers: HashMap::new(),
             initials: HashMap::new(),
+            advanced: HashMap::new(),
             guards_of: HashMap::new(),
             guarded: HashMap::new(),
             subjects: HashMap::new(),

@@ -211,6 +211,9 @@ impl Builder<'_> {
         if self.at.is_none() {
             return Value::default();
         }
+        if self.advance(target, value) {
+            return Value::default();
+        }
         let span = self.span(id);
         if let (ExprKind::Tuple(places), ExprKind::Tuple(_)) = (&body.expr(target).kind, &body.expr(value).kind) {
             for (number, place) in places.iter().enumerate() {

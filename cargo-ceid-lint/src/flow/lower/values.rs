@@ -122,6 +122,7 @@ impl Builder<'_> {
             return;
         }
         self.bind_pattern(pat, &value);
+        self.note_advanced(pat, init);
     }
 
     fn let_else(&mut self, pat: crate::syntax::tree::PatId, init: ExprId, otherwise: ExprId) {

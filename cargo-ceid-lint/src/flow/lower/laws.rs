@@ -1,0 +1,178 @@
+//! Update laws: where the instance is in a call of one, and which channel of it is meant.
+
+use super::{Builder, Value};
+use crate::config::{InstancePlace, OnErr, Receiver};
+use crate::flow::{Computed, Effect, IndexKey, Place, Update};
+use crate::index::{Def, FilterSpec, FunctionId, Ty};
+use crate::syntax::tree::{ExprId, ExprKind, PatId};
+use crate::types::{Callee, Resolved};
+
+/// A law that is called.
+#[derive(Clone, Copy)]
+pub(super) struct Law<'a> {
+    pub(super) spec: &'a FilterSpec,
+    /// Which half runs.
+    pub(super) group: usize,
+    /// The bodies that may run, if they are analysed.
+    pub(super) targets: &'a [FunctionId],
+    /// Whether the first of the values is `self`.
+    pub(super) has_receiver: bool,
+}
+
+impl<'a> Builder<'a> {
+    /// A law runs; `exprs` and `values` begin with `self` if there is one.
+    pub(super) fn law_call(&mut self, id: ExprId, law: Law<'_>, exprs: &[ExprId], values: &[Value]) -> Value {
+        let skip = usize::from(law.has_receiver);
+        let at = match law.spec.instance {
+            InstancePlace::Receiver => law.has_receiver.then_some(0),
+            InstancePlace::Argument(number) => Some(number as usize + skip),
+            InstancePlace::Returned => None,
+        };
+        let place = at.and_then(|at| values.get(at)).and_then(|value| value.place.clone());
+        let mut fed = Vec::new();
+        let mut from = Computed::default();
+        for arg in exprs.iter().enumerate().filter(|(number, _)| Some(*number) != at).map(|(_, arg)| *arg) {
+            fed.extend(self.reads_of(arg));
+            let computed = self.computed_from(arg);
+            from.places.extend(computed.places);
+            from.calls.extend(computed.calls);
+        }
+        let into = self.targets.clone();
+        let keys: Vec<(ExprId, &Value)> = law
+            .spec
+            .key
+            .iter()
+            .map(|key| *key as usize + skip)
+            .filter_map(|key| Some((*exprs.get(key)?, values.get(key)?)))
+            .collect();
+        let place =
+            place.map(|place| keys.into_iter().fold(place, |place, (key, value)| self.channel(place, key, value)));
+        // What lies inside a composite filter is updated by its law's body.
+        let result = self.emit_call(id, law.targets, exprs, values, at);
+        if let Some(place) = place {
+            let attempt = (law.spec.on_err == OnErr::Untouched).then_some(result);
+            let is_typed = law.spec.instance == InstancePlace::Receiver;
+            let method = self.called_name(id).to_owned();
+            let update = Update { place, law: law.group, method, by_guard: false, is_typed, attempt, fed, into, from };
+            self.emit(Effect::Update(update), self.span(id));
+        }
+        let is_owned = !matches!(self.ty(id), Ty::Ref(..));
+        Value { place: Some(Place::var(result)), is_owned, same_as: Some(result), ..Value::default() }
+    }
+
+    /// The channel of a filter that a key argument selects.
+    fn channel(&mut self, place: Place, key: ExprId, value: &Value) -> Place {
+        let found = self.argument_index(key, value);
+        let index = found.unwrap_or_else(|| IndexKey::Data(self.text(key).into()));
+        self.note_indexing(&index, &place);
+        place.channel(index)
+    }
+
+    /// The name of the function or method that a call names.
+    pub(super) fn called_name(&self, id: ExprId) -> &'a str {
+        let body = self.body();
+        match &body.expr(id).kind {
+            ExprKind::MethodCall { method, .. } => method,
+            ExprKind::Call { callee, .. } => match &body.expr(*callee).kind {
+                ExprKind::Path(path) => path.last(),
+                _ => "",
+            },
+            _ => "",
+        }
+    }
+
+    /// The law whose result an expression is, where the new state is what the law returns: half and method.
+    fn returned_law(&self, id: ExprId) -> Option<(usize, String)> {
+        let body = self.body();
+        match self.typed().callees.get(&id) {
+            Some(Callee::Resolved(resolved)) => {
+                if let Some((spec, group)) = self.law_of(resolved)
+                    && spec.instance == InstancePlace::Returned
+                {
+                    return Some((group, self.called_name(id).to_owned()));
+                }
+            }
+            Some(Callee::External(path)) => {
+                let spec = self.program.index.function_spec(&Def::External(path.clone()));
+                if spec.is_some_and(|spec| spec.instance == InstancePlace::Returned) {
+                    return Some((0, self.called_name(id).to_owned()));
+                }
+            }
+            _ => {}
+        }
+        match &body.expr(id).kind {
+            ExprKind::Try(inner) | ExprKind::Await(inner) => self.returned_law(*inner),
+            ExprKind::MethodCall { receiver, method, .. }
+                if matches!(method.as_str(), "unwrap" | "expect" | "unwrap_or" | "unwrap_or_else" | "clone") =>
+            {
+                self.returned_law(*receiver)
+            }
+            ExprKind::Path(_) => {
+                let local = self.typed().expr_local.get(&id).copied()?;
+                self.advanced.get(self.frames[self.frame].vars.get(&local)?).cloned()
+            }
+            _ => None,
+        }
+    }
+
+    /// A state that a law returned gets a name of its own.
+    pub(super) fn note_advanced(&mut self, pat: PatId, value: ExprId) {
+        if let Some(law) = self.returned_law(value)
+            && let [local] = self.locals_of(pat).as_slice()
+        {
+            let var = self.var_of(*local);
+            self.advanced.insert(var, law);
+        }
+    }
+
+    /// A state that a law returned takes the place of the one before: that is the update. Answers whether it is one.
+    pub(super) fn advance(&mut self, target: ExprId, value: ExprId) -> bool {
+        let Some(law) = self.returned_law(value) else { return false };
+        let Some(place) = self.expr(target).place else { return false };
+        let computed = self.computed_from(value);
+        let update = Update {
+            place,
+            law: law.0,
+            method: law.1,
+            by_guard: false,
+            is_typed: false,
+            attempt: None,
+            fed: self.reads_of(value),
+            into: Vec::new(),
+            from: computed,
+        };
+        self.emit(Effect::Update(update), self.span(value));
+        true
+    }
+
+    /// What is known of a call as a law, and which half it runs.
+    pub(super) fn law_of(&self, resolved: &Resolved) -> Option<(&'a FilterSpec, usize)> {
+        let index = self.program.index;
+        match (resolved.law, resolved.targets.as_slice()) {
+            (Some(group), _) => Some((index.law_spec(&resolved.self_ty).unwrap_or(index.trait_spec()), group)),
+            (None, [target]) => Some((index.function_spec(&Def::Function(*target))?, 0)),
+            _ => None,
+        }
+    }
+
+    /// Whether a method resets its receiver, a filter: `true` if it resets all of it.
+    pub(super) fn resets(&self, id: ExprId, resolved: &Resolved) -> Option<bool> {
+        let spec = self.program.index.filter_spec(&resolved.self_ty)?;
+        let name = self.called_name(id);
+        let is_in = |names: &[String]| names.iter().any(|own| own == name);
+        if is_in(&spec.partial_resets) {
+            return Some(false);
+        }
+        if !is_in(&spec.resets) {
+            return None;
+        }
+        // An entry says which resets are full; what is known by trait alone is judged by its body.
+        let is_judged = spec.time_base.is_none();
+        Some(!is_judged || resolved.targets.iter().all(|target| self.is_full_reset(*target, &resolved.self_ty)))
+    }
+
+    /// Whether a law of the type takes `&self`, so that a shared reference may update it.
+    pub(super) fn updates_shared(&self, ty: &Ty) -> bool {
+        self.program.index.filter_spec(ty.peel()).is_some_and(|spec| spec.receiver == Receiver::Shared)
+    }
+}
