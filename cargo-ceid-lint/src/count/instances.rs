@@ -224,9 +224,22 @@ fn counted_part(
 
 /// Elements of collections: where some are named by a constant, each of them is an instance; otherwise they are one.
 pub(super) fn settle_elements(index: &Index, graph: &ControlFlowGraph, places: &BTreeSet<Place>) -> BTreeSet<Place> {
+    let depth = places.iter().map(|place| place.steps.iter().filter(|step| step.key().is_some()).count()).max();
+    let mut settled = places.clone();
+    for level in 0..depth.unwrap_or(0) {
+        settled = settle_level(index, graph, &settled, level);
+    }
+    settled
+}
+
+/// The same for the collections at one depth: those around them are settled.
+fn settle_level(index: &Index, graph: &ControlFlowGraph, places: &BTreeSet<Place>, level: usize) -> BTreeSet<Place> {
+    let key_at = |place: &Place| {
+        place.steps.iter().enumerate().filter(|(_, step)| step.key().is_some()).map(|(at, _)| at).nth(level)
+    };
     let mut settled = BTreeSet::new();
     for place in places {
-        let Some(at) = place.steps.iter().position(|step| step.key().is_some()) else {
+        let Some(at) = key_at(place) else {
             settled.insert(place.clone());
             continue;
         };
@@ -266,7 +279,7 @@ pub(super) fn settle_elements(index: &Index, graph: &ControlFlowGraph, places: &
     // An element that is never named while others are is an instance, too, where the array's length is known.
     let mut more = BTreeSet::new();
     for place in &settled {
-        let Some(at) = place.steps.iter().position(|step| matches!(step, Projection::Index(IndexKey::Number(_))))
+        let Some(at) = key_at(place).filter(|at| matches!(place.steps[*at], Projection::Index(IndexKey::Number(_))))
         else {
             continue;
         };

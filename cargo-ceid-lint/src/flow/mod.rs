@@ -51,6 +51,8 @@ pub struct ControlFlowGraph {
     pub derived: Vec<(Var, Var)>,
     /// What variables were computed from: the places read, and the functions and methods called.
     pub computed: std::collections::BTreeMap<Var, Computed>,
+    /// Handles whose clones share one value (`Rc`, `Arc`), given to something unseen that may keep them.
+    pub kept: Vec<(Place, Cause)>,
     /// Set if the function was too large or too deep to be followed to its end.
     pub truncated: Option<Cause>,
 }

@@ -122,8 +122,7 @@ fn of_shared(ty: TypeRef) -> TypeRef {
 /// A type that is a plain path; anything else is not known.
 fn plain_type(text: &str) -> TypeRef {
     let names: Vec<&str> = text.split("::").map(str::trim).collect();
-    let is_name =
-        |name: &&str| !name.is_empty() && name.chars().all(|letter| letter.is_alphanumeric() || letter == '_');
+    let is_name = |name: &str| !name.is_empty() && name.chars().all(|letter| letter.is_alphanumeric() || letter == '_');
     if !names.iter().copied().all(is_name) {
         return TypeRef::Unknown;
     }

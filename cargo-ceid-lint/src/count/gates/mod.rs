@@ -68,7 +68,9 @@ impl Gates<'_, '_> {
         if about.is_remainder {
             return Some(Gate::Rate);
         }
-        if about.is_presence && self.is_presence_of_filter(test) {
+        // A lock that is not waited for fails while another holds it: that is no setting.
+        let is_tried = about.names.iter().any(|name| name.starts_with("try_"));
+        if about.is_presence && !is_tried && self.is_presence_of_filter(test) {
             return Some(Gate::Config);
         }
         if about.is_presence && self.feeds_sample(test) {

@@ -43,6 +43,8 @@ pub(super) struct Run<'s, 'a> {
     pub(super) exploration: Exploration,
     /// The nodes from which an update can still be reached in the iteration.
     pub(super) reach: Vec<bool>,
+    /// Why the instance may have names that are not known, from before the region on.
+    doubt: Option<u16>,
     pub(super) seen: HashMap<State, usize>,
     pub(super) queue: VecDeque<usize>,
 }
@@ -65,6 +67,7 @@ impl<'s, 'a> Run<'s, 'a> {
                 dropped: std::collections::BTreeSet::new(),
             },
             reach,
+            doubt: None,
             seen: HashMap::new(),
             queue: VecDeque::new(),
         }
@@ -86,6 +89,9 @@ impl<'s, 'a> Run<'s, 'a> {
         let all: Vec<u32> = self.tracked.subjects.iter().map(|id| self.search.known_before(self.region, *id)).collect();
         let masks = self.masks.intern(all);
         let rounds = self.rounds.intern(Vec::new());
+        if let Some(cause) = entry.and_then(|entry| entry.doubt.as_ref()) {
+            self.doubt = Some(self.cause(cause));
+        }
         let state = State {
             node,
             count: Count::Zero,
@@ -94,7 +100,7 @@ impl<'s, 'a> Run<'s, 'a> {
             partly_reset: false,
             direct: false,
             attempted: false,
-            unknown: None,
+            unknown: self.doubt,
             skipped_at: None,
             helper_gate: None,
             names,
@@ -143,7 +149,7 @@ impl<'s, 'a> Run<'s, 'a> {
                     partly_reset: false,
                     direct: false,
                     attempted: false,
-                    unknown: None,
+                    unknown: self.doubt,
                     skipped_at: None,
                     helper_gate: None,
                     ..state

@@ -180,7 +180,8 @@ impl Builder<'_> {
                 let place = value.place.as_ref().map(|place| place.element(IndexKey::Data(key.into())));
                 Value { place, ..Value::default() }
             }
-            "clone" if self.is_shared_handle(receiver) => value.clone(),
+            // A clone of a handle is another name of what it shares.
+            "clone" if self.is_shared_handle(receiver) => Value { is_owned: false, ..value.clone() },
             name if super::calls::is_spawn(name) => self.spawn(id, name, args),
             _ => return None,
         })
@@ -212,7 +213,7 @@ impl Builder<'_> {
     }
 
     /// Whether a value is a handle whose clones share one instance.
-    fn is_shared_handle(&self, id: ExprId) -> bool {
+    pub(super) fn is_shared_handle(&self, id: ExprId) -> bool {
         matches!(self.ty(id).peel().external_name(), Some("Rc" | "Arc"))
     }
 

@@ -224,6 +224,9 @@ impl Builder<'_> {
                 && !self.is_shared(*expr)
             {
                 if self.may_hold_filter(self.ty(*expr)) {
+                    if self.is_shared_handle(*expr) {
+                        self.graph.kept.push((place.clone(), Cause::Call(text.clone())));
+                    }
                     places.push(place.clone());
                 } else if !is_plain(self.ty(*expr)) {
                     self.written_unseen(place.clone(), span);

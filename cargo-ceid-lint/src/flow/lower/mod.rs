@@ -158,6 +158,7 @@ impl<'a> Builder<'a> {
             guards: Vec::new(),
             derived: Vec::new(),
             computed: std::collections::BTreeMap::new(),
+            kept: Vec::new(),
             truncated: None,
         };
         Self {
