@@ -44,6 +44,9 @@ pub(super) fn choose_cycles(
         nodes.extend(search.unknown());
     }
     let is_updated = !nodes.is_empty();
+    if nodes.is_empty() {
+        nodes = search.debug_only();
+    }
     for node in nodes {
         let mut around: Vec<LoopId> = Vec::new();
         for id in graph.loops_around(node) {

@@ -107,14 +107,20 @@ fn is_cycle_function(index: &Index, id: FunctionId) -> bool {
         return true;
     }
     let Owner::Impl(impl_id) = def.owner else { return false };
-    let of_impl = index.impl_def(impl_id);
-    if let Some(name) = &of_impl.implements {
+    if let Some(name) = &index.impl_def(impl_id).implements {
         let trait_text = index.trait_text(name);
         if CYCLE_METHODS.iter().any(|(of, method)| *of == trait_text && *method == def.name) {
             return true;
         }
     }
+    is_law(index, id)
+}
 
+/// Whether a function is the law of a filter.
+pub(super) fn is_law(index: &Index, id: FunctionId) -> bool {
+    let def = index.function(id);
+    let Owner::Impl(impl_id) = def.owner else { return false };
+    let of_impl = index.impl_def(impl_id);
     index.filter_spec(&of_impl.self_ty).is_some_and(|spec| {
         let by_trait = of_impl.implements.as_ref().is_none_or(|name| index.is_filter_trait(name));
         by_trait && spec.law.iter().any(|group| group.methods.contains(&def.name))

@@ -34,6 +34,9 @@ impl Context<'_> {
             {
                 continue;
             }
+            if super::analyse::is_debug_only(graph, &Place::var(var)) {
+                continue;
+            }
             // What a reference points to is owed nothing here, unless a caller lends it.
             if matches!(info.ty, Ty::Ref(false, _)) || (matches!(info.ty, Ty::Ref(..)) && info.param.is_none()) {
                 continue;

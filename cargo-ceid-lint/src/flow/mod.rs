@@ -3,6 +3,7 @@
 mod cycle;
 mod lower;
 mod place;
+mod steps;
 mod test;
 
 use crate::index::{BodyOwner, FunctionId, Index, Ty};
@@ -12,6 +13,7 @@ use crate::types::TypedBody;
 pub use cycle::{Caller, CycleKind, Directive, LoopInfo, Rounds};
 pub use lower::lower_function;
 pub use place::{Base, IndexKey, Place, Projection, Relation};
+pub use steps::{StepUnit, step_unit, takes_step};
 pub use test::{About, Head, OTHER_HEADS, Subject, SubjectId, Test};
 
 /// A node of a [`ControlFlowGraph`].
@@ -77,6 +79,8 @@ pub struct Node {
     pub next: Vec<NodeId>,
     /// The innermost loop it lies in.
     pub in_loop: Option<LoopId>,
+    /// The branch behind which it lies, if only a debug build or a log level leads there: what is shipped does not have it.
+    pub debug_only: Option<NodeId>,
 }
 
 /// Why something cannot be known.

@@ -99,6 +99,8 @@ pub struct About {
     pub is_event: bool,
     /// Whether it is a constant expression, or asks for `#[cfg]`.
     pub is_constant: bool,
+    /// Whether it holds in a debug build, or while a log level is on, and never in what is shipped.
+    pub is_debug: bool,
     /// The heads asked for, if it is a pattern or comparison with a constant.
     pub heads: Vec<Head>,
 }

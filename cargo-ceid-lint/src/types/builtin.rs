@@ -290,7 +290,7 @@ fn sequence_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty>
         "remove" | "swap_remove" => inner.clone(),
         "chunks_mut" | "chunks" | "chunks_exact_mut" | "chunks_exact" | "windows" => iterator(slice()),
         "split_at_mut" => Ty::Tuple(vec![slice(), slice()]),
-        "split_first_mut" => option(Ty::Tuple(vec![reference(inner.clone()), slice()])),
+        "split_first_mut" | "split_last_mut" => option(Ty::Tuple(vec![reference(inner.clone()), slice()])),
         "as_mut_slice" | "as_slice" | "as_mut" | "as_ref" => slice(),
         "map" | "each_mut" => closure.cloned().unwrap_or(Ty::Unknown),
         "len" | "capacity" => Ty::Int,

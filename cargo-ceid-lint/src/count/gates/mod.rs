@@ -32,6 +32,12 @@ pub(super) fn of_end(search: &Search<'_>, region: Region, exploration: &Explorat
     Some(gate)
 }
 
+/// Whether a test asks about something that was received in this iteration.
+pub(super) fn is_received(search: &Search<'_>, region: Region, test: &Test) -> bool {
+    let gates = Gates { search, region };
+    test.about.reads.iter().filter_map(Place::base_var).any(|var| gates.is_received(var))
+}
+
 struct Gates<'s, 'a> {
     search: &'s Search<'a>,
     region: Region,

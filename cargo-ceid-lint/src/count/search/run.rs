@@ -128,6 +128,9 @@ impl<'s, 'a> Run<'s, 'a> {
     /// Follows an edge: the way may end with it.
     fn follow(&mut self, at: usize, state: State, to: NodeId) {
         let graph = self.search.graph;
+        if graph.node(to).debug_only.is_some() {
+            return;
+        }
         let mut state = state;
         let ends = matches!(self.region, Region::Loop(id) if to == graph.loop_info(id).head);
         if state.count == Count::Zero

@@ -152,7 +152,8 @@ impl Builder<'_> {
                 });
                 Value { place, ..Value::default() }
             }
-            "split_at_mut" | "split_first_mut" | "split_last_mut" | "split_at_mut_unchecked" | "get_disjoint_mut" => {
+            "split_at_mut" | "split_first_mut" | "split_last_mut" => self.split(id, receiver, method, args, value),
+            "split_at_mut_unchecked" | "get_disjoint_mut" => {
                 for arg in args {
                     self.expr(*arg);
                 }

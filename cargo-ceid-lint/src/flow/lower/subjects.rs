@@ -109,6 +109,9 @@ impl Builder<'_> {
     }
 
     pub(super) fn branch_on_cfg(&mut self, key: &CfgKey, span: Span) -> (NodeId, NodeId) {
+        if key.is_debug_only() {
+            return self.debug_branch(span, format!("#[cfg({})]", key.key));
+        }
         let pure = Pure { key: format!("#[cfg({})]", key.key), ..Pure::default() };
         let id = self.subject(pure, Some(vec!["true".to_owned(), "false".to_owned()]));
         self.head_bit(id, "true");
