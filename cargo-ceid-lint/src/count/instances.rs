@@ -190,7 +190,10 @@ fn collect(
                 // A vector may be empty.
                 collect(index, first, steps, true, None, depth + 1, found);
                 steps.pop();
-            } else if matches!(name, "Box" | "Pin" | "MutexGuard" | "RefMut" | "SharedResource") {
+            } else if matches!(
+                name,
+                "Box" | "Pin" | "MutexGuard" | "RefMut" | "SharedResource" | "Mutex" | "RwLock" | "RefCell" | "Cell"
+            ) {
                 collect(index, first, steps, uncertain, None, depth + 1, found);
             } else if is_transparent(name) {
                 collect(index, first, steps, true, None, depth + 1, found);

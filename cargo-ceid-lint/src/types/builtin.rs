@@ -42,6 +42,18 @@ pub fn is_transparent(name: &str) -> bool {
         || matches!(name, "Option" | "Result" | "MaybeUninit" | "Poll" | "OnceCell" | "OnceLock" | "StaticCell")
 }
 
+/// Whether a type is a cell or lock, behind references and handles: a shared reference to it is enough to write what it holds.
+#[must_use]
+pub fn is_lock(ty: &Ty) -> bool {
+    match ty.peel() {
+        Ty::External(path, args) => {
+            let name = path.rsplit("::").next().unwrap_or("");
+            is_cell(name) || (is_pointer(name) && args.first().is_some_and(is_lock))
+        }
+        _ => false,
+    }
+}
+
 /// Cells and locks.
 pub(super) fn is_cell(name: &str) -> bool {
     matches!(

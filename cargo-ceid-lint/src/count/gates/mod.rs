@@ -112,7 +112,8 @@ impl Gates<'_, '_> {
     fn of_loop(&self, id: LoopId) -> Option<Gate> {
         let info = self.search.graph.loop_info(id);
         let feeds = self.fed().any(|var| self.search.aliases.is_derived(var, &info.bound));
-        (info.drains || feeds).then_some(Gate::Sample)
+        // A helper's own loop over samples has no round where there is no sample.
+        (info.drains || feeds || self.search.sample_loops.contains(&id)).then_some(Gate::Sample)
     }
 
     /// The nodes of the region.

@@ -182,6 +182,11 @@ impl Builder<'_> {
                 Value { place, ..Value::default() }
             }
             // A clone of a handle is another name of what it shares.
+            // A condition variable gives back the guard that it is handed.
+            "wait" | "wait_while" if self.ty(receiver).peel().external_name() == Some("Condvar") => {
+                let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
+                values.into_iter().next().unwrap_or_default()
+            }
             "clone" if self.is_shared_handle(receiver) => Value { is_owned: false, ..value.clone() },
             name if super::calls::is_spawn(name) => self.spawn(id, name, args),
             _ => return None,

@@ -221,7 +221,7 @@ impl Builder<'_> {
                 continue;
             }
             if let Some(place) = &value.place
-                && !self.is_shared(*expr)
+                && (!self.is_shared(*expr) || crate::types::is_lock(self.ty(*expr)))
             {
                 if self.may_hold_filter(self.ty(*expr)) {
                     if self.is_shared_handle(*expr) {
