@@ -247,6 +247,8 @@ pub struct CallSite {
     /// Set if it is a filter's own law: the number of the argument that is the filter. Only what lies inside the filter is
     /// looked at.
     pub law_of: Option<usize>,
+    /// Whether which body runs is decided by a type parameter or a trait object.
+    pub is_dispatched: bool,
     /// The variables that its arguments read, `self` left out.
     pub fed: Vec<Var>,
     /// The variables that its result goes into.
@@ -300,6 +302,8 @@ pub struct GuardInfo {
     pub forgotten: Option<(Span, String)>,
     /// The name it is bound to, if it has one.
     pub name: Option<String>,
+    /// Set if it is a value of another type, whose own destructor runs where it ends.
+    pub destructor: Option<FunctionId>,
 }
 
 /// What the lowering may ask.

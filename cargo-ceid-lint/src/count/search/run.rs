@@ -1,6 +1,6 @@
 //! One search at work: its states, what each effect does to them, and how ways end.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::{BTreeSet, HashMap, VecDeque};
 
 use super::{End, EndKind, Entry, Exploration, MAX_ROUNDS, MAX_STATES, Region, Search, State};
 use crate::count::counts::Count;
@@ -45,12 +45,20 @@ pub(super) struct Run<'s, 'a> {
     pub(super) reach: Vec<bool>,
     /// Why the instance may have names that are not known, from before the region on.
     doubt: Option<u16>,
+    /// Loops that count as one run of a cycle of their own, however many rounds they have.
+    own: BTreeSet<LoopId>,
     pub(super) seen: HashMap<State, usize>,
     pub(super) queue: VecDeque<usize>,
 }
 
 impl<'s, 'a> Run<'s, 'a> {
-    pub(super) fn new(search: &'s Search<'a>, region: Region, tracked: Tracked, reach: Vec<bool>) -> Self {
+    pub(super) fn new(
+        search: &'s Search<'a>,
+        region: Region,
+        tracked: Tracked,
+        reach: Vec<bool>,
+        own: BTreeSet<LoopId>,
+    ) -> Self {
         Self {
             search,
             region,
@@ -64,10 +72,11 @@ impl<'s, 'a> Run<'s, 'a> {
                 ends: Vec::new(),
                 causes: Vec::new(),
                 limit: false,
-                dropped: std::collections::BTreeSet::new(),
+                dropped: BTreeSet::new(),
             },
             reach,
             doubt: None,
+            own,
             seen: HashMap::new(),
             queue: VecDeque::new(),
         }
@@ -224,7 +233,12 @@ impl<'s, 'a> Run<'s, 'a> {
                 let mut rounds = self.rounds.get(state.rounds).clone();
                 rounds.retain(|(open, _)| open != id);
                 let rounds = self.rounds.intern(rounds);
-                self.everywhere(at, &State { rounds, ..state.clone() });
+                let mut next = State { rounds, ..state.clone() };
+                if self.own.contains(id) && !next.in_sample {
+                    next.in_sample = true;
+                    next.count = next.count.then(Count::PerSample);
+                }
+                self.everywhere(at, &next);
             }
             Effect::LoopHead(id) => self.head(at, state, *id),
             Effect::Fork => {

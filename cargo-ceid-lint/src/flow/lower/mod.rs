@@ -16,6 +16,7 @@ mod loops;
 mod macros;
 mod patterns;
 mod places;
+mod reads;
 mod resets;
 mod subjects;
 mod values;
@@ -23,8 +24,8 @@ mod values;
 use std::collections::{HashMap, HashSet};
 
 use super::{
-    Assignment, Cause, Computed, ControlFlowGraph, Effect, GuardId, GuardInfo, Head, LoopId, LoopInfo, Node, NodeId,
-    Place, Program, Var, VarInfo,
+    Assignment, Cause, ControlFlowGraph, Effect, GuardId, Head, LoopId, LoopInfo, Node, NodeId, Place, Program, Var,
+    VarInfo,
 };
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
@@ -137,6 +138,8 @@ struct Builder<'a> {
     /// Variables that hold a state which a law returned: the half and the method.
     advanced: HashMap<Var, (usize, String)>,
     guards_of: HashMap<Var, GuardId>,
+    /// The variables that say whether a guard is alive.
+    alive: HashMap<GuardId, Var>,
     /// What a guard that is not bound yet was given: the name and the place.
     guarded: HashMap<Var, (String, Place)>,
     subjects: HashMap<String, super::SubjectId>,
@@ -176,6 +179,7 @@ impl<'a> Builder<'a> {
             initials: HashMap::new(),
             advanced: HashMap::new(),
             guards_of: HashMap::new(),
+            alive: HashMap::new(),
             guarded: HashMap::new(),
             subjects: HashMap::new(),
             inlining: vec![function],
@@ -218,64 +222,6 @@ impl<'a> Builder<'a> {
 
     fn param_name(&self, pat: crate::syntax::tree::PatId) -> String {
         self.typed().pat_local.get(&pat).map_or_else(String::new, |local| self.typed().local(*local).name.clone())
-    }
-
-    /// The variables that an expression reads anywhere in it. Children stand before their parents.
-    fn reads_of(&mut self, id: ExprId) -> Vec<Var> {
-        let body = self.body();
-        let span = body.expr(id).span;
-        let mut vars = Vec::new();
-        for number in (0..=id.0).rev() {
-            let expr = ExprId(number);
-            if !span.contains(body.expr(expr).span) {
-                break;
-            }
-            if let Some(local) = self.typed().expr_local.get(&expr).copied() {
-                vars.push(self.var_of(local));
-            }
-        }
-        vars
-    }
-
-    /// Notes that variables are computed from what an expression reads.
-    fn derive(&mut self, vars: &[Var], from: ExprId) {
-        for read in self.reads_of(from) {
-            self.graph.derived.extend(vars.iter().map(|var| (*var, read)));
-        }
-        let computed = self.computed_from(from);
-        for var in vars {
-            let all = self.graph.computed.entry(*var).or_default();
-            all.places.extend(computed.places.iter().cloned());
-            all.calls.extend(computed.calls.iter().cloned());
-        }
-    }
-
-    /// The places that an expression reads and the functions it calls, anywhere in it.
-    fn computed_from(&mut self, id: ExprId) -> Computed {
-        let body = self.body();
-        let span = body.expr(id).span;
-        let mut computed = Computed::default();
-        for number in (0..=id.0).rev() {
-            let expr = ExprId(number);
-            if !span.contains(body.expr(expr).span) {
-                break;
-            }
-            match &body.expr(expr).kind {
-                ExprKind::MethodCall { method, .. } => computed.calls.push(method.clone()),
-                ExprKind::Path(path) if path.segments.len() > 1 => computed.calls.push(path.last().to_owned()),
-                ExprKind::Call { callee, .. } => {
-                    if let ExprKind::Path(path) = &body.expr(*callee).kind
-                        && path.segments.len() == 1
-                        && !self.typed().expr_local.contains_key(callee)
-                    {
-                        computed.calls.push(path.last().to_owned());
-                    }
-                }
-                ExprKind::Field { .. } | ExprKind::Path(_) => computed.places.extend(self.static_place(expr)),
-                _ => {}
-            }
-        }
-        computed
     }
 
     fn finish(mut self) -> ControlFlowGraph {
@@ -484,18 +430,6 @@ impl<'a> Builder<'a> {
     fn close_block(&mut self, span: Span) {
         if let Some(scope) = self.scopes.pop() {
             self.end_guards(&scope.guards, span);
-        }
-    }
-
-    fn end_guards(&mut self, guards: &[GuardId], span: Span) {
-        if self.at.is_none() {
-            return;
-        }
-        for guard in guards.iter().rev() {
-            let info: &GuardInfo = &self.graph.guards[guard.0 as usize];
-            if info.dropped.is_none() && info.forgotten.is_none() {
-                self.end_guard(*guard, span);
-            }
         }
     }
 
