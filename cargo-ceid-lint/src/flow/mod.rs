@@ -60,6 +60,8 @@ pub struct ControlFlowGraph {
     pub waits: Vec<Wait>,
     /// The constant steps with which filters are made: the variable that holds the new filter, and its step.
     pub steps: std::collections::BTreeMap<Var, Step>,
+    /// Handles whose clones share one value (`Rc`, `Arc`), given to something unseen that may keep them.
+    pub kept: Vec<(Place, Cause)>,
     /// Set if the function was too large or too deep to be followed to its end.
     pub truncated: Option<Cause>,
 }

@@ -4,7 +4,7 @@ use super::State;
 use super::run::Run;
 use crate::count::counts::Count;
 use crate::count::summary::{Outcome, place_of, returned};
-use crate::flow::{Assignment, CallSite, OTHER_HEADS, Place, Relation, Var};
+use crate::flow::{Assignment, CallSite, Cause, OTHER_HEADS, Place, Relation, Var};
 
 impl Run<'_, '_> {
     pub(super) fn call(&mut self, at: usize, state: &State, site: &CallSite) {
@@ -23,7 +23,9 @@ impl Run<'_, '_> {
         let mut after: Vec<State> = Vec::new();
         for target in &site.targets {
             let Some(summary) = search.summaries.get(*target) else {
-                after.push(state.clone());
+                if !search.summaries.is_open(*target) {
+                    after.push(state.clone());
+                }
                 continue;
             };
             let mut states = vec![(state.clone(), returned::ANY)];
@@ -64,10 +66,10 @@ impl Run<'_, '_> {
         }
         for next in after {
             let names = self.names.get(next.names).clone();
-            for names in search.borrowed(&names, site) {
-                let names = self.names.intern(names);
-                self.everywhere(at, &State { names, ..next.clone() });
-            }
+            let (names, is_doubtful) = search.borrowed(&names, site);
+            let names = self.names.intern(names);
+            let unknown = if is_doubtful { Some(self.cause(&Cause::Index(site.text.clone()))) } else { next.unknown };
+            self.everywhere(at, &State { names, unknown, ..next });
         }
     }
 

@@ -43,6 +43,8 @@ pub(super) struct Run<'s, 'a> {
     pub(super) exploration: Exploration,
     /// The nodes from which an update can still be reached in the iteration.
     pub(super) reach: Vec<bool>,
+    /// Why the instance may have names that are not known, from before the region on.
+    doubt: Option<u16>,
     /// Loops that count as one run of a cycle of their own, however many rounds they have.
     own: BTreeSet<LoopId>,
     pub(super) seen: HashMap<State, usize>,
@@ -73,6 +75,7 @@ impl<'s, 'a> Run<'s, 'a> {
                 dropped: BTreeSet::new(),
             },
             reach,
+            doubt: None,
             own,
             seen: HashMap::new(),
             queue: VecDeque::new(),
@@ -95,6 +98,9 @@ impl<'s, 'a> Run<'s, 'a> {
         let all: Vec<u32> = self.tracked.subjects.iter().map(|id| self.search.known_before(self.region, *id)).collect();
         let masks = self.masks.intern(all);
         let rounds = self.rounds.intern(Vec::new());
+        if let Some(cause) = entry.and_then(|entry| entry.doubt.as_ref()) {
+            self.doubt = Some(self.cause(cause));
+        }
         let state = State {
             node,
             count: Count::Zero,
@@ -103,7 +109,7 @@ impl<'s, 'a> Run<'s, 'a> {
             partly_reset: false,
             direct: false,
             attempted: false,
-            unknown: None,
+            unknown: self.doubt,
             skipped_at: None,
             helper_gate: None,
             names,
@@ -155,7 +161,7 @@ impl<'s, 'a> Run<'s, 'a> {
                     partly_reset: false,
                     direct: false,
                     attempted: false,
-                    unknown: None,
+                    unknown: self.doubt,
                     skipped_at: None,
                     helper_gate: None,
                     ..state

@@ -201,7 +201,7 @@ impl Builder<'_> {
     }
 
     /// Whether an argument is a shared reference or a plain value, through which nothing is updated.
-    fn is_shared(&self, expr: ExprId) -> bool {
+    pub(super) fn is_shared(&self, expr: ExprId) -> bool {
         if self.updates_shared(self.ty(expr)) {
             return false;
         }
@@ -229,9 +229,12 @@ impl Builder<'_> {
                 continue;
             }
             if let Some(place) = &value.place
-                && !self.is_shared(*expr)
+                && (!self.is_shared(*expr) || crate::types::is_lock(self.ty(*expr)))
             {
                 if self.may_hold_filter(self.ty(*expr)) {
+                    if self.is_shared_handle(*expr) {
+                        self.graph.kept.push((place.clone(), Cause::Call(text.clone())));
+                    }
                     places.push(place.clone());
                 } else if !is_plain(self.ty(*expr)) {
                     self.written_unseen(place.clone(), span);

@@ -11,12 +11,14 @@ mod exits;
 mod expr;
 mod external;
 mod guards;
+mod halves;
 mod iterators;
 mod laws;
 mod loops;
 mod macros;
 mod patterns;
 mod places;
+mod reads;
 mod resets;
 mod subjects;
 mod values;
@@ -25,8 +27,8 @@ mod waits;
 use std::collections::{HashMap, HashSet};
 
 use super::{
-    Assignment, Cause, Computed, ControlFlowGraph, Effect, GuardId, Head, LoopId, LoopInfo, Node, NodeId, Place,
-    Program, Var, VarInfo,
+    Assignment, Cause, ControlFlowGraph, Effect, GuardId, Head, LoopId, LoopInfo, Node, NodeId, Place, Program, Var,
+    VarInfo,
 };
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
@@ -167,6 +169,7 @@ impl<'a> Builder<'a> {
             computed: std::collections::BTreeMap::new(),
             waits: Vec::new(),
             steps: std::collections::BTreeMap::new(),
+            kept: Vec::new(),
             truncated: None,
         };
         Self {
@@ -227,64 +230,6 @@ impl<'a> Builder<'a> {
 
     fn param_name(&self, pat: crate::syntax::tree::PatId) -> String {
         self.typed().pat_local.get(&pat).map_or_else(String::new, |local| self.typed().local(*local).name.clone())
-    }
-
-    /// The variables that an expression reads anywhere in it. Children stand before their parents.
-    fn reads_of(&mut self, id: ExprId) -> Vec<Var> {
-        let body = self.body();
-        let span = body.expr(id).span;
-        let mut vars = Vec::new();
-        for number in (0..=id.0).rev() {
-            let expr = ExprId(number);
-            if !span.contains(body.expr(expr).span) {
-                break;
-            }
-            if let Some(local) = self.typed().expr_local.get(&expr).copied() {
-                vars.push(self.var_of(local));
-            }
-        }
-        vars
-    }
-
-    /// Notes that variables are computed from what an expression reads.
-    fn derive(&mut self, vars: &[Var], from: ExprId) {
-        for read in self.reads_of(from) {
-            self.graph.derived.extend(vars.iter().map(|var| (*var, read)));
-        }
-        let computed = self.computed_from(from);
-        for var in vars {
-            let all = self.graph.computed.entry(*var).or_default();
-            all.places.extend(computed.places.iter().cloned());
-            all.calls.extend(computed.calls.iter().cloned());
-        }
-    }
-
-    /// The places that an expression reads and the functions it calls, anywhere in it.
-    fn computed_from(&mut self, id: ExprId) -> Computed {
-        let body = self.body();
-        let span = body.expr(id).span;
-        let mut computed = Computed::default();
-        for number in (0..=id.0).rev() {
-            let expr = ExprId(number);
-            if !span.contains(body.expr(expr).span) {
-                break;
-            }
-            match &body.expr(expr).kind {
-                ExprKind::MethodCall { method, .. } => computed.calls.push(method.clone()),
-                ExprKind::Path(path) if path.segments.len() > 1 => computed.calls.push(path.last().to_owned()),
-                ExprKind::Call { callee, .. } => {
-                    if let ExprKind::Path(path) = &body.expr(*callee).kind
-                        && path.segments.len() == 1
-                        && !self.typed().expr_local.contains_key(callee)
-                    {
-                        computed.calls.push(path.last().to_owned());
-                    }
-                }
-                ExprKind::Field { .. } | ExprKind::Path(_) => computed.places.extend(self.static_place(expr)),
-                _ => {}
-            }
-        }
-        computed
     }
 
     fn finish(mut self) -> ControlFlowGraph {
