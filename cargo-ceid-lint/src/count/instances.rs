@@ -251,9 +251,9 @@ fn settle_step(
         Some(Ty::Array(_, length)) => length.value.filter(|length| *length <= 64),
         _ => None,
     };
-    let others = places.iter().filter(|other| {
-        other.base == place.base && other.steps.len() > at && other.steps[..at] == place.steps[..at]
-    });
+    let others = places
+        .iter()
+        .filter(|other| other.base == place.base && other.steps.len() > at && other.steps[..at] == place.steps[..at]);
     let mut constants: BTreeSet<IndexKey> = others
         .flat_map(|other| match other.steps[at].key() {
             Some(key @ (IndexKey::Number(_) | IndexKey::Named(_))) => vec![key.clone()],

@@ -328,7 +328,8 @@ impl IndexKey {
         }
         match (self, other) {
             (Self::Named(_), Self::Named(_)) => Some(false),
-            (Self::Slice(section) | Self::EachIn(section), other) | (other, Self::Slice(section) | Self::EachIn(section)) => {
+            (Self::Slice(section) | Self::EachIn(section), other)
+            | (other, Self::Slice(section) | Self::EachIn(section)) => {
                 number(other).and_then(|number| section.has(number)).filter(|has| !has)
             }
             _ => None,

@@ -159,13 +159,7 @@ impl Builder<'_> {
     }
 
     /// The slice that a range selects; `None` if it is the whole, or begins with its first element and is cut somewhere.
-    fn section(
-        &mut self,
-        id: ExprId,
-        start: Option<ExprId>,
-        end: Option<ExprId>,
-        inclusive: bool,
-    ) -> Option<IndexKey> {
+    fn section(&mut self, id: ExprId, start: Option<ExprId>, end: Option<ExprId>, inclusive: bool) -> Option<IndexKey> {
         let from = start.map_or(Some(0), |start| self.number(start));
         let to = end.map(|end| self.number(end));
         match (from, to) {
