@@ -185,12 +185,14 @@ pub(super) fn tracked(
         if let Effect::Set(set) = &graph.node(node).effect
             && let Some(from) = set.same_as
             && let Some(subject) = subject_of(graph, &Place::var(from))
-            && !tests.contains_key(&subject)
         {
-            tests.insert(subject, 1);
-            for writer in assigned.get(&subject).into_iter().flatten() {
-                if relevant.insert(*writer) {
-                    open.push(*writer);
+            let count = tests.entry(subject).or_default();
+            *count += 1;
+            if *count == 1 {
+                for writer in assigned.get(&subject).into_iter().flatten() {
+                    if relevant.insert(*writer) {
+                        open.push(*writer);
+                    }
                 }
             }
         }

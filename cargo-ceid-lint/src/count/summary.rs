@@ -107,6 +107,8 @@ pub(super) struct Summary {
     pub(super) writes: BTreeSet<Given>,
     /// The heads that its result may have.
     pub(super) heads: u8,
+    /// The parameters from which the filters at its places are fed.
+    pub(super) feeds: BTreeMap<Given, BTreeSet<usize>>,
     /// What it reads or feeds without updating it.
     pub(super) uses: BTreeSet<Given>,
 }
@@ -311,6 +313,7 @@ impl Summaries {
                     }
                 }
                 summary.halves[law].insert(given.clone(), search.outcomes(Region::Function));
+                summary.feeds.entry(given.clone()).or_default().extend(super::gates::fed_params(&search));
             }
         }
     }

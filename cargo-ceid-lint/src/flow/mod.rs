@@ -1,5 +1,6 @@
 //! Control flow: each function as a graph of the effects that matter for filters. Knows no verdicts.
 
+mod change;
 mod lower;
 mod place;
 mod test;
@@ -8,7 +9,8 @@ use crate::index::{BodyOwner, FunctionId, Index, Ty};
 use crate::source::Span;
 use crate::types::TypedBody;
 
-pub use lower::lower_function;
+pub use change::{Change, ChangeKind};
+pub use lower::{is_flag, lower_function};
 pub use place::{Base, IndexKey, Place, Projection, Relation};
 pub use test::{About, Head, OTHER_HEADS, Subject, SubjectId, Test};
 
@@ -78,6 +80,8 @@ pub struct ControlFlowGraph {
     pub derived: Vec<(Var, Var)>,
     /// What variables were computed from: the places read, and the functions and methods called.
     pub computed: std::collections::BTreeMap<Var, Computed>,
+    /// What assignments do, by their nodes.
+    pub changes: std::collections::BTreeMap<NodeId, Change>,
     /// Set if the function was too large or too deep to be followed to its end.
     pub truncated: Option<Cause>,
 }
@@ -285,6 +289,8 @@ pub struct Argument {
     pub index: Option<IndexKey>,
     /// Whether it is a shared reference, through which nothing is updated.
     pub is_shared: bool,
+    /// What it reads and calls; nothing for `self`.
+    pub from: Computed,
 }
 
 /// A variable.

@@ -91,6 +91,8 @@ pub struct About {
     pub is_remainder: bool,
     /// Whether it masks bits.
     pub is_masked: bool,
+    /// Whether what is asked was awaited.
+    pub is_awaited: bool,
     /// Whether it is an arm of a choice between events.
     pub is_event: bool,
     /// Whether it is a constant expression, or asks for `#[cfg]`.

@@ -87,8 +87,12 @@ impl Run<'_, '_> {
             for outcome in outcomes {
                 let mut next = state.clone();
                 next.attempted |= outcome.attempted && next.count == Count::Zero;
+                if outcome.reset {
+                    self.rejuvenate(&mut next);
+                }
                 if outcome.count == Count::PerSample {
                     next.count = next.count.then(Count::PerSample);
+                    self.wake(&mut next);
                 } else {
                     self.add(&mut next, outcome.count);
                     if outcome.count == Count::Many {
@@ -118,6 +122,9 @@ impl Run<'_, '_> {
             for outcome in outcomes {
                 let mut next = state.clone();
                 next.reset |= outcome.reset;
+                if outcome.reset {
+                    self.rejuvenate(&mut next);
+                }
                 if let Some(cause) = &outcome.unknown {
                     next.unknown = Some(self.cause(cause));
                 }
@@ -173,6 +180,9 @@ impl Run<'_, '_> {
         let mut next = state.clone();
         next.names = self.names.intern(renamed);
         next.reset |= replaced;
+        if replaced {
+            self.rejuvenate(&mut next);
+        }
         if !set.rebinds && !replaced && names.iter().any(|name| set.place.relate(name, &|_| None) == Relation::Part) {
             next.partly_reset = true;
         }

@@ -5,11 +5,14 @@
 
 mod effects;
 mod entry;
+mod modes;
 mod names;
 mod run;
 
 use std::collections::BTreeSet;
 
+use modes::Age;
+pub(super) use modes::Mode;
 use names::{covering_loops, indexes_instance};
 use run::Run;
 
@@ -52,6 +55,7 @@ pub(super) struct State {
     pub(super) skipped_at: Option<NodeId>,
     /// Why the helper called there skips, if it does so on purpose.
     pub(super) helper_gate: Option<Gate>,
+    age: Age,
     names: u32,
     masks: u32,
     rounds: u32,
@@ -241,7 +245,8 @@ impl<'a> Search<'a> {
 
     /// The ways through the whole function, as its callers see them.
     pub(super) fn outcomes(&self, region: Region) -> Vec<Outcome> {
-        let exploration = self.explore(region, &[(NodeId(0), None)]);
+        let exploration = self.explore(region, &self.starts(region));
+        let gates = super::gates::Gates::new(self, region);
         let mut outcomes: BTreeSet<Outcome> = BTreeSet::new();
         for end in &exploration.ends {
             outcomes.insert(Outcome {
@@ -251,7 +256,7 @@ impl<'a> Search<'a> {
                 unknown: end.state.unknown.map(|cause| exploration.causes[cause as usize].clone()),
                 direct: end.state.direct,
                 returned: end.returned,
-                gate: super::gates::of_end(self, region, &exploration, end),
+                gate: gates.of_end(&exploration, end),
                 attempted: end.state.attempted,
             });
         }
@@ -263,6 +268,26 @@ impl<'a> Search<'a> {
 
     /// Searches a region. Each start is a node with the names that the instance has there, or its own name.
     pub(super) fn explore(&self, region: Region, starts: &[(NodeId, Option<Entry>)]) -> Exploration {
+        let mut run = self.run(region);
+        for (node, entry) in starts {
+            run.start(*node, entry.as_ref());
+        }
+        run.finish()
+    }
+
+    /// Where a search of a region begins.
+    pub(super) fn starts(&self, region: Region) -> Vec<(NodeId, Option<Entry>)> {
+        match region {
+            Region::Function => vec![(NodeId(0), None)],
+            Region::Loop(id) => {
+                let head = self.graph.loop_info(id).head;
+                self.entries(id).into_iter().map(|entry| (head, Some(entry))).collect()
+            }
+        }
+    }
+
+    /// A search that has not begun.
+    fn run(&self, region: Region) -> Run<'_, '_> {
         let touching = self.touching();
         let inside = |node: NodeId| match region {
             Region::Function => true,
@@ -283,11 +308,7 @@ impl<'a> Search<'a> {
             true => 1 + u32::from(self.graph.node(node).in_loop != own_loop),
         };
         let tracked = tracked(self.graph, &self.dependence, &touching_inside, &times);
-        let mut run = Run::new(self, region, tracked, self.reach(region));
-        for (node, entry) in starts {
-            run.start(*node, entry.as_ref());
-        }
-        run.finish()
+        Run::new(self, region, tracked, self.reach(region))
     }
 
     /// The nodes from which an update can be reached without leaving the iteration.

@@ -45,6 +45,8 @@ pub(super) struct Run<'s, 'a> {
     pub(super) reach: Vec<bool>,
     pub(super) seen: HashMap<State, usize>,
     pub(super) queue: VecDeque<usize>,
+    /// The mode that is asked about, if one is.
+    pub(super) mode: Option<super::Mode>,
 }
 
 impl<'s, 'a> Run<'s, 'a> {
@@ -67,6 +69,7 @@ impl<'s, 'a> Run<'s, 'a> {
             reach,
             seen: HashMap::new(),
             queue: VecDeque::new(),
+            mode: None,
         }
     }
 
@@ -81,10 +84,14 @@ impl<'s, 'a> Run<'s, 'a> {
     }
 
     pub(super) fn start(&mut self, node: NodeId, entry: Option<&Entry>) {
-        let names = entry.map_or_else(|| vec![self.search.instance.clone()], |entry| entry.names.clone());
-        let names = self.names.intern(names);
         let all: Vec<u32> = self.tracked.subjects.iter().map(|id| self.search.known_before(self.region, *id)).collect();
         let masks = self.masks.intern(all);
+        self.start_with(node, entry, masks, super::Age::default());
+    }
+
+    pub(super) fn start_with(&mut self, node: NodeId, entry: Option<&Entry>, masks: u32, age: super::Age) {
+        let names = entry.map_or_else(|| vec![self.search.instance.clone()], |entry| entry.names.clone());
+        let names = self.names.intern(names);
         let rounds = self.rounds.intern(Vec::new());
         let state = State {
             node,
@@ -97,6 +104,7 @@ impl<'s, 'a> Run<'s, 'a> {
             unknown: None,
             skipped_at: None,
             helper_gate: None,
+            age,
             names,
             masks,
             rounds,
@@ -137,6 +145,7 @@ impl<'s, 'a> Run<'s, 'a> {
                 // What is known at the end of an iteration is known at the beginning of the next.
                 let next = State {
                     node: to,
+                    age: self.age_after(&state),
                     count: Count::Zero,
                     in_sample: false,
                     reset: false,
@@ -194,6 +203,9 @@ impl<'s, 'a> Run<'s, 'a> {
                 if self.holds(state, place) {
                     next.reset |= *full;
                     next.partly_reset |= !*full;
+                    if *full {
+                        self.rejuvenate(&mut next);
+                    }
                 }
                 self.everywhere(at, &next);
             }
@@ -231,6 +243,9 @@ impl<'s, 'a> Run<'s, 'a> {
                 };
                 let kind = if self.region == Region::Function { EndKind::Completes } else { EndKind::Exits };
                 self.end(kind, at, state, heads);
+                if self.region == Region::Function {
+                    self.again(state);
+                }
             }
             Effect::Diverge | Effect::End => {}
         }
@@ -360,6 +375,9 @@ impl<'s, 'a> Run<'s, 'a> {
 
     /// Adds to the count; updates in a loop that is a cycle of its own count once for all its rounds.
     pub(super) fn add(&self, state: &mut State, count: Count) {
+        if count != Count::Zero {
+            self.wake(state);
+        }
         state.attempted &= count == Count::Zero;
         let graph = self.search.graph;
         let in_sample = graph

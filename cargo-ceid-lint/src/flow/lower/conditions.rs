@@ -82,6 +82,7 @@ impl Builder<'_> {
             {
                 self.presence(id, *receiver, method, no);
             }
+            ExprKind::MethodCall { receiver, args, .. } if self.spoken_condition(id, *receiver, args, no) => {}
             _ => self.truth(id, no),
         }
     }

@@ -2,11 +2,13 @@
 
 mod builtins;
 mod calls;
+mod changes;
 mod closures;
 mod conditions;
 mod exits;
 mod expr;
 mod external;
+mod flags;
 mod guards;
 mod iterators;
 mod laws;
@@ -16,8 +18,10 @@ mod patterns;
 mod places;
 mod resets;
 mod subjects;
+mod switches;
 mod values;
 
+pub use flags::is_flag;
 use std::collections::{HashMap, HashSet};
 
 use super::{
@@ -52,13 +56,22 @@ struct Frame<'a> {
     body: &'a Body,
     typed: &'a TypedBody,
     vars: HashMap<LocalId, Var>,
+    /// The parameters that stand for places of the caller, where a function is read in the place of its call.
+    stand_ins: HashMap<LocalId, Place>,
     /// The locals that are assigned or borrowed mutably somewhere.
     mutated: HashSet<LocalId>,
 }
 
 impl<'a> Frame<'a> {
     fn new(function: FunctionId, body: &'a Body, typed: &'a TypedBody) -> Self {
-        Self { function, body, typed, vars: HashMap::new(), mutated: mutated_locals(body, typed) }
+        Self {
+            function,
+            body,
+            typed,
+            vars: HashMap::new(),
+            stand_ins: HashMap::new(),
+            mutated: mutated_locals(body, typed),
+        }
     }
 }
 
@@ -143,6 +156,8 @@ struct Builder<'a> {
     targets: Vec<Var>,
     /// Whether something leads to each node.
     reached: Vec<bool>,
+    /// The condition as the source spells it where its body is read: `self.is_armed()`.
+    spoken: Option<(Span, String)>,
 }
 
 impl<'a> Builder<'a> {
@@ -157,6 +172,7 @@ impl<'a> Builder<'a> {
             guards: Vec::new(),
             derived: Vec::new(),
             computed: std::collections::BTreeMap::new(),
+            changes: std::collections::BTreeMap::new(),
             truncated: None,
         };
         Self {
@@ -178,6 +194,7 @@ impl<'a> Builder<'a> {
             inlining: vec![function],
             targets: Vec::new(),
             reached: Vec::new(),
+            spoken: None,
         }
     }
 
@@ -227,7 +244,9 @@ impl<'a> Builder<'a> {
             if !span.contains(body.expr(expr).span) {
                 break;
             }
-            if let Some(local) = self.typed().expr_local.get(&expr).copied() {
+            if let Some(place) = self.stand_in(expr) {
+                vars.extend(place.base_var());
+            } else if let Some(local) = self.typed().expr_local.get(&expr).copied() {
                 vars.push(self.var_of(local));
             }
         }
@@ -259,6 +278,7 @@ impl<'a> Builder<'a> {
             }
             match &body.expr(expr).kind {
                 ExprKind::MethodCall { method, .. } => computed.calls.push(method.clone()),
+                ExprKind::Await(_) => computed.calls.push("await".to_owned()),
                 ExprKind::Path(path) if path.segments.len() > 1 => computed.calls.push(path.last().to_owned()),
                 ExprKind::Field { .. } | ExprKind::Path(_) => computed.places.extend(self.static_place(expr)),
                 _ => {}

@@ -28,6 +28,9 @@ impl Builder<'_> {
     }
 
     pub(super) fn path_place(&mut self, id: ExprId) -> Option<Place> {
+        if let Some(place) = self.stand_in(id) {
+            return Some(place);
+        }
         if let Some(local) = self.typed().expr_local.get(&id).copied() {
             return Some(Place::var(self.var_of(local)));
         }
@@ -224,6 +227,7 @@ impl Builder<'_> {
             return Value::default();
         }
         self.assign_to(target, &given, span);
+        self.note_change(target, value, None);
         Value::default()
     }
 
@@ -263,7 +267,7 @@ impl Builder<'_> {
     }
 
     /// `place += value`
-    pub(super) fn assign_op(&mut self, id: ExprId, target: ExprId, value: ExprId) -> Value {
+    pub(super) fn assign_op(&mut self, id: ExprId, op: &str, target: ExprId, value: ExprId) -> Value {
         let bases = self.assigned_vars(target);
         self.derive(&bases, value);
         let outer = std::mem::replace(&mut self.targets, bases);
@@ -280,6 +284,7 @@ impl Builder<'_> {
             let assignment =
                 crate::flow::Assignment { place, from: None, by_move: true, rebinds: false, head: None, same_as: None };
             self.emit(Effect::Write(Box::new(assignment)), span);
+            self.note_change(target, value, Some(op));
         }
         Value::default()
     }

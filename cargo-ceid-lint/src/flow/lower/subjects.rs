@@ -44,7 +44,11 @@ impl Builder<'_> {
     }
 
     /// Adds a branch; answers the nodes behind 'it holds' and 'it does not'.
-    pub(super) fn branch(&mut self, test: Test) -> (NodeId, NodeId) {
+    pub(super) fn branch(&mut self, mut test: Test) -> (NodeId, NodeId) {
+        if let Some((span, text)) = &self.spoken {
+            test.span = *span;
+            test.text.clone_from(text);
+        }
         let span = test.span;
         let branch = self.emit(Effect::Branch(test), span);
         let yes = self.add_node(Effect::Nothing, span);
@@ -165,6 +169,9 @@ impl Builder<'_> {
     }
 
     fn pure_path(&mut self, id: ExprId, path: &Path) -> Option<Pure> {
+        if let Some(place) = self.stand_in(id) {
+            return Some(Pure { key: place_key(&place), reads: vec![place.clone()], whole: Some(place) });
+        }
         if let Some(local) = self.typed().expr_local.get(&id).copied() {
             let var = self.var_of(local);
             return Some(self.pure_var(var));
@@ -224,7 +231,7 @@ impl Builder<'_> {
     }
 
     /// Whether a function takes `&self` and only reads fields: its body is one pure expression.
-    fn is_pure_function(&self, id: crate::index::FunctionId, depth: u32) -> bool {
+    pub(super) fn is_pure_function(&self, id: crate::index::FunctionId, depth: u32) -> bool {
         let def = self.program.index.function(id);
         if depth > 3 || def.function.receiver != Some(crate::syntax::tree::Receiver::Shared) {
             return false;
@@ -383,9 +390,18 @@ impl Builder<'_> {
             | ExprKind::Negate(inner)
             | ExprKind::Deref(inner)
             | ExprKind::Try(inner)
-            | ExprKind::Await(inner)
             | ExprKind::Cast { value: inner, .. }
             | ExprKind::Reference { value: inner, .. } => self.collect_about(*inner, about, depth + 1),
+            ExprKind::Await(inner) => {
+                about.is_awaited = true;
+                self.collect_about(*inner, about, depth + 1);
+            }
+            ExprKind::Closure(code) => self.collect_about(code.body, about, depth + 1),
+            ExprKind::Block(block) => {
+                if let Some(tail) = block.tail {
+                    self.collect_about(tail, about, depth + 1);
+                }
+            }
             ExprKind::Tuple(parts) => {
                 for part in parts {
                     self.collect_about(*part, about, depth + 1);
