@@ -42,22 +42,27 @@ impl Gates<'_, '_> {
 
     /// Whether a place holds what was received in this iteration, or what a handler is called with.
     fn is_received(&self, place: &Place) -> bool {
-        let graph = self.search.graph;
         let Some(var) = place.base_var() else { return false };
-        let info = graph.var(var);
-        let is_inside = match self.region {
-            Region::Loop(own) => graph.is_within(info.in_loop, own),
-            Region::Function => true,
-        };
-        let is_message = graph.computed.get(&var).is_some_and(|computed| {
-            let awaits = computed.calls.iter().any(|name| name == "await") && self.is_choice(place);
-            awaits || computed.calls.iter().any(|name| EVENTS.contains(&name.as_str()))
-        });
+        let info = self.search.graph.var(var);
         let is_event_parameter = self.region == Region::Function
             && info.param.is_some()
             && info.name != "self"
             && matches!(info.ty.peel(), Ty::Adt(..));
-        is_event_parameter || (is_inside && (is_message || self.is_bound_by_event(var)))
+        is_event_parameter || self.is_message(var)
+    }
+
+    /// Whether a variable holds what was received in this iteration.
+    pub(super) fn is_message(&self, var: Var) -> bool {
+        let graph = self.search.graph;
+        let is_inside = match self.region {
+            Region::Loop(own) => graph.is_within(graph.var(var).in_loop, own),
+            Region::Function => true,
+        };
+        let is_received = graph.computed.get(&var).is_some_and(|computed| {
+            let awaits = computed.calls.iter().any(|name| name == "await") && self.is_choice(&Place::var(var));
+            awaits || computed.calls.iter().any(|name| EVENTS.contains(&name.as_str()))
+        });
+        is_inside && (is_received || self.is_bound_by_event(var))
     }
 
     /// Whether an arm of a choice between events binds a variable.

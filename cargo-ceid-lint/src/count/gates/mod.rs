@@ -18,7 +18,13 @@ use super::search::{End, Exploration, Region, Search};
 use super::summary::place_of;
 use super::verdict::Gate;
 use crate::config::TimeBase;
-use crate::flow::{CallSite, Computed, Effect, LoopId, NodeId, Place, Projection, Test};
+use crate::flow::{About, CallSite, Computed, Directive, Effect, LoopId, NodeId, Place, Projection, Test};
+
+/// Whether a test asks about something that was received in this iteration.
+pub(super) fn is_received(search: &Search<'_>, region: Region, test: &Test) -> bool {
+    let gates = Gates::new(search, region);
+    test.about.reads.iter().filter_map(Place::base_var).any(|var| gates.is_message(var))
+}
 
 /// What is asked of one filter in one cycle.
 pub(super) struct Gates<'s, 'a> {
@@ -34,6 +40,14 @@ pub(super) struct Gates<'s, 'a> {
 struct Way {
     nodes: Vec<NodeId>,
     at: NodeId,
+}
+
+impl Way {
+    /// The node that follows another one on the way.
+    fn after(&self, at: NodeId) -> Option<NodeId> {
+        let number = self.nodes.iter().position(|id| *id == at)?;
+        self.nodes.get(number + 1).copied()
+    }
 }
 
 /// How many truth values in between are followed to the condition that gave them.
@@ -55,7 +69,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         let nodes = exploration.path(end.at).iter().map(|at| exploration.states[*at].node).collect();
         let way = Way { nodes, at };
         let gate = match &self.search.graph.node(at).effect {
-            Effect::Branch(test) => self.of_condition(test, at, &way, 0),
+            Effect::Branch(test) => self.of_branch(test, at, &way),
             Effect::Call(_) => end.state.helper_gate,
             Effect::LoopHead(id) => self.of_loop(*id),
             _ => None,
@@ -70,6 +84,25 @@ impl<'s, 'a> Gates<'s, 'a> {
             return Some(Gate::Measured);
         }
         (gate.is_none() && self.is_before_closed_gate(&way)).then_some(Gate::Time)
+    }
+
+    /// What a condition waits for; a claimed rate gate must be one of that rate.
+    fn of_branch(&self, test: &Test, at: NodeId, way: &Way) -> Option<Gate> {
+        let gate = self.of_condition(test, at, way, 0);
+        let at_gate = match Directive::at(self.search.program.sources, test.span) {
+            Some(Directive::Every(ratio)) => Some(ratio),
+            _ => None,
+        };
+        let at_loop = match self.region {
+            Region::Loop(id) => self.search.graph.loop_info(id).directive,
+            Region::Function => None,
+        };
+        match (at_gate, at_loop, gate) {
+            (Some(ratio), _, _) | (None, Some(Directive::Every(ratio)), Some(Gate::Rate)) => {
+                (gate == Some(Gate::Rate) && has_ratio(&test.about, ratio)).then_some(Gate::Rate)
+            }
+            _ => gate,
+        }
     }
 
     /// What a condition waits for, or the condition whose result it asks for: `let due = n % 10 == 0; if due { … }`.
@@ -91,10 +124,10 @@ impl<'s, 'a> Gates<'s, 'a> {
         if about.is_remainder && self.remainder_counts(test) {
             return Some(Gate::Rate);
         }
-        if about.is_presence && self.is_presence_of_filter(test) {
+        if about.is_presence && self.is_presence_of_filter(test) || self.asks_only_filter(test) {
             return Some(Gate::Config);
         }
-        if self.is_latch(test, at) {
+        if self.is_latch(test, at) || self.is_first(test) {
             return Some(Gate::Startup);
         }
         if about.is_presence && self.feeds_sample(test) {
@@ -102,6 +135,9 @@ impl<'s, 'a> Gates<'s, 'a> {
         }
         if self.is_event(test) || self.is_flag_of_others(test) {
             return Some(Gate::Event);
+        }
+        if self.asks_moment(test) {
+            return Some(Gate::Time);
         }
         if !about.is_presence
             && let Some(gate) = self.counter(test, at, way)
@@ -173,10 +209,14 @@ impl<'s, 'a> Gates<'s, 'a> {
 
     /// The nodes that an iteration can reach; `follows` says which edges it may take.
     fn reached(&self, follows: impl Fn(NodeId, usize) -> bool) -> Vec<bool> {
+        self.reached_from(self.start(), follows)
+    }
+
+    fn reached_from(&self, from: NodeId, follows: impl Fn(NodeId, usize) -> bool) -> Vec<bool> {
         let graph = self.search.graph;
         let start = self.start();
         let mut reached = vec![false; graph.nodes.len()];
-        let mut open = vec![start];
+        let mut open = vec![from];
         while let Some(id) = open.pop() {
             if std::mem::replace(&mut reached[id.0 as usize], true) {
                 continue;
@@ -190,6 +230,20 @@ impl<'s, 'a> Gates<'s, 'a> {
         reached
     }
 
+    /// Whether an iteration can come to its end from a node by these edges.
+    fn completes(&self, from: NodeId, follows: impl Fn(NodeId, usize) -> bool) -> bool {
+        let graph = self.search.graph;
+        let start = self.start();
+        let reached = self.reached_from(from, &follows);
+        self.nodes().filter(|id| reached[id.0 as usize]).any(|id| match self.region {
+            Region::Function => matches!(graph.node(id).effect, Effect::Return(_)),
+            Region::Loop(_) => {
+                let edges = graph.node(id).next.iter().enumerate();
+                edges.filter(|(_, next)| **next == start).any(|(edge, _)| follows(id, edge))
+            }
+        })
+    }
+
     fn is_instance(&self, place: &Place) -> bool {
         self.search.aliases.roots(place).iter().any(|root| root.overlaps(self.search.instance))
     }
@@ -200,6 +254,13 @@ impl<'s, 'a> Gates<'s, 'a> {
             .roots(place)
             .iter()
             .any(|root| root.overlaps(self.search.instance) && root.steps.len() > self.search.instance.steps.len())
+    }
+
+    /// Whether a place is the instance or a part of it, not what it is a part of.
+    fn lies_in_instance(&self, place: &Place) -> bool {
+        let instance = self.search.instance;
+        let roots = self.search.aliases.roots(place);
+        roots.iter().any(|root| root.overlaps(instance) && root.steps.len() >= instance.steps.len())
     }
 
     fn concerns(&self, site: &CallSite) -> bool {
@@ -253,5 +314,17 @@ impl<'s, 'a> Gates<'s, 'a> {
 
     fn ty(&self, place: &Place) -> Option<crate::index::Ty> {
         super::instances::place_ty(self.search.program.index, self.search.graph, place)
+    }
+}
+
+/// Whether a rate gate opens in one of so many cycles, as far as its condition tells: a counter is compared with the ratio, or
+/// with its last number.
+fn has_ratio(about: &About, ratio: u64) -> bool {
+    match about.ratio {
+        Some(own) => own == ratio,
+        None => {
+            let known: Vec<u64> = about.numbers.iter().copied().filter(|number| *number > 0).collect();
+            known.is_empty() || known.iter().any(|number| *number == ratio || number + 1 == ratio)
+        }
     }
 }

@@ -14,8 +14,10 @@ const COUNTERS: &[&str] = &[
 /// How a counter changes.
 #[derive(Clone, Copy, Debug, Default)]
 struct CountSteps {
-    /// It goes up or down by one step.
-    counts: bool,
+    /// It goes up by one step.
+    up: bool,
+    /// It goes down by one step.
+    down: bool,
     /// It is set to a constant.
     set_back: bool,
     /// It goes round by itself.
@@ -31,20 +33,28 @@ impl Gates<'_, '_> {
             if !self.outlives(place) {
                 return None;
             }
-            let steps = self.count_steps(place)?;
-            if steps.wraps || (steps.counts && test.about.is_masked) {
+            if self.turns_each_time(place) {
                 return Some(Gate::Rate);
             }
-            if !steps.counts {
+            let steps = self.count_steps(place)?;
+            let counts = steps.up || steps.down;
+            if steps.wraps || (counts && test.about.is_masked) {
+                return Some(Gate::Rate);
+            }
+            if !counts {
                 return None;
             }
             if steps.set_back {
                 // A count that begins anew in each cycle, or is given up by the skip, is of something else than cycles.
                 let is_carried = self.carries(place, at);
                 let is_given_up = way.nodes.iter().any(|id| self.is_set_back(*id, place));
-                return (is_carried && !is_given_up).then_some(Gate::Rate);
+                return (is_carried && !is_given_up && self.runs_out(place)).then_some(Gate::Rate);
             }
-            (!steps.other && test.about.is_comparison).then_some(Gate::Startup)
+            // A warm-up goes on in each cycle that waits for it.
+            let counts_on = !self.reached(|node, _| !self.counts_at(node, place))[at.0 as usize]
+                || way.after(at).is_none_or(|next| !self.completes(next, |node, _| !self.counts_at(node, place)));
+            (!steps.other && !(steps.up && steps.down) && test.about.is_comparison && counts_on)
+                .then_some(Gate::Startup)
         })
     }
 
@@ -57,7 +67,8 @@ impl Gates<'_, '_> {
                 Effect::Write(write) | Effect::Set(write) if write.place == *place => {
                     changes = true;
                     match self.search.graph.changes.get(&id).map(|change| change.kind) {
-                        Some(ChangeKind::Counts) => steps.counts = true,
+                        Some(ChangeKind::CountsUp) => steps.up = true,
+                        Some(ChangeKind::CountsDown) => steps.down = true,
                         Some(ChangeKind::Wraps) => steps.wraps = true,
                         Some(ChangeKind::Constant) => steps.set_back = true,
                         _ if write.head.is_some() => steps.set_back = true,
@@ -67,12 +78,41 @@ impl Gates<'_, '_> {
                 // A helper that changes the counter counts.
                 Effect::Call(site) if self.call_writes(site, place) => {
                     changes = true;
-                    steps.counts |= self.is_number(place);
+                    steps.up |= self.is_number(place);
                 }
                 _ => {}
             }
         }
         changes.then_some(steps)
+    }
+
+    /// Whether a place is turned round in each cycle, and changes in no other way.
+    fn turns_each_time(&self, place: &Place) -> bool {
+        let turns = |id: NodeId| {
+            self.search.graph.changes.get(&id).is_some_and(|change| change.kind == ChangeKind::Toggles)
+                && self.assigns(id, place)
+        };
+        self.nodes().any(turns)
+            && self.nodes().all(|id| !self.assigns(id, place) || turns(id))
+            && !self.calls_write(place)
+            && !self.completes(self.start(), |node, _| !turns(node))
+    }
+
+    fn counts_at(&self, id: NodeId, place: &Place) -> bool {
+        match &self.search.graph.node(id).effect {
+            Effect::Call(site) => self.call_writes(site, place),
+            _ => {
+                self.assigns(id, place) && self.search.graph.changes.get(&id).is_some_and(|change| change.kind.counts())
+            }
+        }
+    }
+
+    /// Whether a counter is set back where it was found to have run out, not only where something else happens.
+    fn runs_out(&self, place: &Place) -> bool {
+        let before = self.reached(|node, _| {
+            !matches!(&self.search.graph.node(node).effect, Effect::Branch(test) if test.about.reads.contains(place))
+        });
+        self.nodes().any(|id| self.is_set_back(id, place) && !before[id.0 as usize])
     }
 
     fn is_number(&self, place: &Place) -> bool {

@@ -76,6 +76,16 @@ impl Gates<'_, '_> {
         vars.iter().any(|var| self.fed().has_var(*var))
     }
 
+    /// A question to nothing but the filter itself, or to its siblings: `if smoother.is_smoothing() { smoother.next() }`.
+    pub(super) fn asks_only_filter(&self, test: &Test) -> bool {
+        let index = self.search.program.index;
+        let reads = &test.about.reads;
+        let is_filter = |place: &Place| self.ty(place).is_some_and(|ty| index.filter_spec(ty.peel()).is_some());
+        !test.about.is_presence
+            && reads.iter().any(|place| self.lies_in_instance(place))
+            && reads.iter().all(|place| self.lies_in_instance(place) || is_filter(place))
+    }
+
     /// Whether what is present or absent is the filter itself.
     pub(super) fn is_presence_of_filter(&self, test: &Test) -> bool {
         let by_name = test.about.binds.iter().any(|var| self.is_instance(&Place::var(*var)));
@@ -91,6 +101,11 @@ impl Gates<'_, '_> {
     pub(super) fn feeds_sample(&self, test: &Test) -> bool {
         let graph = self.search.graph;
         let about = &test.about;
+        // What a variant of a kept state holds is no sample of this iteration.
+        let is_option = about.heads.is_empty() || about.heads.iter().any(|head| head == "+" || head == "-");
+        if !is_option && about.names.is_empty() && about.reads.iter().any(|place| self.outlives(place)) {
+            return false;
+        }
         let is_asked = |name: &String| !is_question(name);
         let direct = self.nodes().any(|id| match &graph.node(id).effect {
             // `f.update(imu.read()?)`
@@ -125,8 +140,9 @@ impl Gates<'_, '_> {
 
     /// A readiness test of the very object that the fed sample is read from.
     pub(super) fn is_readiness(&self, test: &Test) -> bool {
-        let asks = test.about.names.iter().any(|name| READINESS.iter().any(|part| name.contains(part)));
-        if test.about.is_comparison || test.about.is_presence || !asks {
+        let asks = |parts: &[&str]| test.about.names.iter().any(|name| parts.iter().any(|part| name.contains(part)));
+        let asks_amount = asks(&["is_empty", "len", "is_full"]);
+        if test.about.is_presence || !(asks_amount || (asks(READINESS) && !test.about.is_comparison)) {
             return false;
         }
         test.about.reads.iter().any(|place| {

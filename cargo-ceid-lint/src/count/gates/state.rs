@@ -2,7 +2,7 @@
 
 use super::Gates;
 use crate::count::search::Region;
-use crate::flow::{Effect, NodeId, Place, Test};
+use crate::flow::{Effect, LoopId, NodeId, Place, Test, Var};
 
 impl Gates<'_, '_> {
     /// A truth value or option that is set once and never taken back.
@@ -31,6 +31,19 @@ impl Gates<'_, '_> {
             && !self.calls_write(place)
     }
 
+    /// `let Some(before) = self.previous.replace(sample) else { … }`: nothing was there before the first sample.
+    pub(super) fn is_first(&self, test: &Test) -> bool {
+        let graph = self.search.graph;
+        let ([place], [name]) = (test.about.reads.as_slice(), test.about.names.as_slice()) else { return false };
+        let only_replaces = self.nodes().all(|id| match &graph.node(id).effect {
+            Effect::Write(write) | Effect::Set(write) if write.place == *place => {
+                write.head.is_none() && !graph.changes.contains_key(&id) || write.head.as_deref() == Some("+")
+            }
+            _ => true,
+        });
+        test.about.is_presence && name == "replace" && self.outlives(place) && only_replaces && !self.calls_write(place)
+    }
+
     /// The heads of the subject with which an update can still be reached behind a branch.
     fn opening_heads(&self, test: &Test, at: NodeId) -> Vec<String> {
         let graph = self.search.graph;
@@ -56,6 +69,15 @@ impl Gates<'_, '_> {
     /// Whether a place has one value for all iterations.
     fn is_setting(&self, place: &Place) -> bool {
         let graph = self.search.graph;
+        // The number of an element is the same in all iterations.
+        let is_own_number = |var: Var| {
+            (0u32..).zip(&graph.loops).any(|(number, info)| {
+                self.search.covers(LoopId(number)) && info.counter.is_some_and(|(counter, _)| counter == var)
+            })
+        };
+        if place.steps.is_empty() && place.base_var().is_some_and(is_own_number) {
+            return true;
+        }
         let declared_inside = match (self.region, place.base_var()) {
             (Region::Loop(own), Some(var)) => graph.is_within(graph.var(var).in_loop, own),
             // A parameter of a cycle function may be another value in each cycle.

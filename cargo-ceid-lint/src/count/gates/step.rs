@@ -4,21 +4,8 @@ use super::sample::extend;
 use super::sources::Sources;
 use super::{Gates, Way};
 use crate::config::TimeBase;
-use crate::flow::{CallSite, Computed, Effect};
+use crate::flow::{CallSite, Computed, Effect, is_time_name};
 use crate::syntax::tree::{PatKind, TypeRef};
-
-/// Whether a parameter, variable or field is named as a time step.
-pub(super) fn is_step_name(name: &str) -> bool {
-    let name = name.trim_start_matches('_').to_lowercase();
-    matches!(
-        name.as_str(),
-        "dt" | "delta" | "step" | "elapsed" | "period" | "interval" | "seconds" | "secs" | "duration"
-    ) || name.starts_with("dt_")
-        || name.ends_with("_dt")
-        || ["delta_t", "deltat", "time_step", "timestep", "delta_s", "sample_time", "sample_period", "elapsed"]
-            .iter()
-            .any(|part| name.contains(part))
-}
 
 /// Whether a parameter is named as a point of time, from which the law reckons the step by itself.
 fn is_moment_name(name: &str) -> bool {
@@ -54,7 +41,7 @@ impl Gates<'_, '_> {
                     if is_moment_name(name) {
                         return TimeBase::Inside;
                     }
-                    if is_step_name(name) {
+                    if is_time_name(name) {
                         base = TimeBase::Passed;
                     }
                 }
@@ -74,10 +61,10 @@ impl Gates<'_, '_> {
     /// Whether the step is set before the law is called: `filter.dt = dt`, `filter.set_dt(dt)`.
     fn sets_step(&self) -> bool {
         self.nodes().any(|id| match &self.search.graph.node(id).effect {
-            Effect::Write(write) => self.is_part(&write.place) && is_step_name(&self.last_name(&write.place)),
+            Effect::Write(write) => self.is_part(&write.place) && is_time_name(&self.last_name(&write.place)),
             Effect::Call(site) if site.law_of.is_none() && self.concerns(site) => site.targets.iter().any(|target| {
                 let name = &self.search.program.index.function(*target).name;
-                is_step_name(name.trim_start_matches("set_").trim_start_matches("with_"))
+                is_time_name(name.trim_start_matches("set_").trim_start_matches("with_"))
             }),
             _ => false,
         })
@@ -109,7 +96,7 @@ impl Gates<'_, '_> {
                         }
                     }
                     Effect::Write(write)
-                        if self.is_part(&write.place) && is_step_name(&self.last_name(&write.place)) =>
+                        if self.is_part(&write.place) && is_time_name(&self.last_name(&write.place)) =>
                     {
                         if let Some(change) = self.search.graph.changes.get(&id) {
                             extend(&mut step, &change.computed);
@@ -130,7 +117,7 @@ impl Gates<'_, '_> {
         let index = self.search.program.index;
         site.targets.iter().any(|target| {
             let function = &index.function(*target).function;
-            let is_setter = is_step_name(index.function(*target).name.trim_start_matches("set_"));
+            let is_setter = is_time_name(index.function(*target).name.trim_start_matches("set_"));
             let name = function.body.as_ref().and_then(|body| match &body.pat(*body.params.get(number)?).kind {
                 PatKind::Bind { name, .. } => Some(name.as_str()),
                 _ => None,
@@ -138,7 +125,7 @@ impl Gates<'_, '_> {
             let typed =
                 number.checked_sub(usize::from(function.receiver.is_some())).and_then(|at| function.params.get(at));
             let is_duration = matches!(typed, Some(TypeRef::Path(path)) if path.last().ends_with("Duration"));
-            (is_setter && number > 0) || is_duration || name.is_some_and(is_step_name)
+            (is_setter && number > 0) || is_duration || name.is_some_and(is_time_name)
         })
     }
 }

@@ -3,7 +3,7 @@
 use super::sources::Sources;
 use super::{Gates, Way};
 use crate::count::verdict::Gate;
-use crate::flow::{ChangeKind, Effect, NodeId, Place, Test};
+use crate::flow::{ChangeKind, Effect, NodeId, Place, Test, is_time_name};
 use crate::index::Ty;
 
 /// Names of methods and fields that tell the time.
@@ -65,6 +65,11 @@ impl Gates<'_, '_> {
         })
     }
 
+    /// A comparison with what is named as a point of time: `now < self.deadline`.
+    pub(super) fn asks_moment(&self, test: &Test) -> bool {
+        test.about.is_comparison && test.about.reads.iter().any(|place| is_moment_name(&self.last_name(place)))
+    }
+
     /// `timer.wait().is_ok()`, `sleep.poll(cx).is_pending()`: a question to something that is named as a timer.
     fn is_timer_poll(&self, test: &Test) -> bool {
         let polls = test.about.names.iter().any(|name| {
@@ -97,7 +102,7 @@ impl Gates<'_, '_> {
             && self.nodes().filter(|id| self.assigns(*id, place)).any(|id| {
                 self.search.graph.changes.get(&id).is_some_and(|change| {
                     change.kind == ChangeKind::Accumulates
-                        && (change.computed.places.iter().any(|step| super::step::is_step_name(&self.last_name(step)))
+                        && (change.computed.places.iter().any(|step| is_time_name(&self.last_name(step)))
                             || self.tells(&self.assignments.behind(&change.computed)))
                 })
             })
@@ -191,6 +196,14 @@ impl Gates<'_, '_> {
             clocks.peek().is_some() && !self.sets_clock(&sources, way)
         })
     }
+}
+
+/// Whether a place is named as a point of time.
+pub(super) fn is_moment_name(name: &str) -> bool {
+    let name = name.trim_start_matches('_').to_lowercase();
+    matches!(name.as_str(), "now" | "deadline" | "due" | "elapsed")
+        || ["now_", "next_due", "due_", "elapsed_", "deadline_"].iter().any(|part| name.starts_with(part))
+        || name.ends_with("_deadline")
 }
 
 /// Whether a place is named as the time of the last step.

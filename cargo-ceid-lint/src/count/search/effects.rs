@@ -175,6 +175,9 @@ impl Run<'_, '_> {
 
     pub(super) fn assign(&mut self, at: usize, state: &State, set: &Assignment) {
         let graph = self.search.graph;
+        if self.part_copies(at, state, set) {
+            return;
+        }
         let names = self.names.get(state.names).clone();
         let (renamed, replaced) = self.search.renamed(&names, set, &|var| self.number(state, var));
         let mut next = state.clone();
@@ -187,12 +190,12 @@ impl Run<'_, '_> {
             next.partly_reset = true;
         }
         // A copy of a variable has its heads.
-        let copied = set.same_as.and_then(|var| {
+        let copied = graph.copied(state.node).and_then(|place| {
             let from = self
                 .tracked
                 .subjects
                 .iter()
-                .position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&Place::var(var)))?;
+                .position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&place))?;
             Some((from, self.masks.get(state.masks)[from]))
         });
         next.masks = self.killed(next.masks, &set.place);

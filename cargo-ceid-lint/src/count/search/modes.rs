@@ -3,7 +3,7 @@
 use super::run::Run;
 use super::{Region, Search, State};
 use crate::count::counts::Count;
-use crate::flow::{Effect, NodeId, Place, SubjectId};
+use crate::flow::{Assignment, Effect, NodeId, Place, SubjectId};
 
 /// What is left of a filter's last update.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -31,7 +31,7 @@ pub(in crate::count) struct Mode {
 impl Search<'_> {
     /// Whether the filter is reset in each pause that a mode makes, before it runs again.
     pub(in crate::count) fn resets_in_pauses(&self, region: Region, mode: Mode) -> bool {
-        let mut run = self.run(region);
+        let mut run = self.run(region, std::collections::BTreeSet::new());
         if !run.tracked.subjects.contains(&mode.subject) {
             return false;
         }
@@ -101,5 +101,33 @@ impl Run<'_, '_> {
         let masks = self.masks.intern(masks);
         let age = self.age_after(state);
         self.start_with(NodeId(0), None, masks, age);
+    }
+
+    /// A copy of a state whose value is not known is followed for each value it may have, so that both stay the same. Answers
+    /// whether it is one.
+    pub(super) fn part_copies(&mut self, at: usize, state: &State, set: &Assignment) -> bool {
+        let graph = self.search.graph;
+        let tracked = |place: &Place| {
+            let is_it = |id: &SubjectId| graph.subjects[id.0 as usize].whole.as_ref() == Some(place);
+            self.tracked.subjects.iter().position(is_it)
+        };
+        let Some((from, _)) = graph
+            .copied(state.node)
+            .filter(|_| self.mode.is_some())
+            .and_then(|place| Some((tracked(&place)?, tracked(&set.place)?)))
+        else {
+            return false;
+        };
+        let all = self.masks.get(state.masks).clone();
+        if all[from].count_ones() < 2 {
+            return false;
+        }
+        for bit in (0..u32::BITS).map(|number| 1 << number).filter(|bit| all[from] & bit != 0) {
+            let mut own = all.clone();
+            own[from] = bit;
+            let masks = self.masks.intern(own);
+            self.assign(at, &State { masks, ..state.clone() }, set);
+        }
+        true
     }
 }

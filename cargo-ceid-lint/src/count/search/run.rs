@@ -1,8 +1,8 @@
 //! One search at work: its states, what each effect does to them, and how ways end.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::{BTreeSet, HashMap, VecDeque};
 
-use super::{End, EndKind, Entry, Exploration, MAX_ROUNDS, MAX_STATES, Region, Search, State};
+use super::{End, EndKind, Exploration, MAX_ROUNDS, MAX_STATES, Region, Search, State};
 use crate::count::counts::Count;
 use crate::count::slice::Tracked;
 use crate::count::summary::returned;
@@ -43,6 +43,8 @@ pub(super) struct Run<'s, 'a> {
     pub(super) exploration: Exploration,
     /// The nodes from which an update can still be reached in the iteration.
     pub(super) reach: Vec<bool>,
+    /// Loops that count as one run of a cycle of their own, however many rounds they have.
+    own: BTreeSet<LoopId>,
     pub(super) seen: HashMap<State, usize>,
     pub(super) queue: VecDeque<usize>,
     /// The mode that is asked about, if one is.
@@ -50,7 +52,13 @@ pub(super) struct Run<'s, 'a> {
 }
 
 impl<'s, 'a> Run<'s, 'a> {
-    pub(super) fn new(search: &'s Search<'a>, region: Region, tracked: Tracked, reach: Vec<bool>) -> Self {
+    pub(super) fn new(
+        search: &'s Search<'a>,
+        region: Region,
+        tracked: Tracked,
+        reach: Vec<bool>,
+        own: BTreeSet<LoopId>,
+    ) -> Self {
         Self {
             search,
             region,
@@ -64,9 +72,10 @@ impl<'s, 'a> Run<'s, 'a> {
                 ends: Vec::new(),
                 causes: Vec::new(),
                 limit: false,
-                dropped: std::collections::BTreeSet::new(),
+                dropped: BTreeSet::new(),
             },
             reach,
+            own,
             seen: HashMap::new(),
             queue: VecDeque::new(),
             mode: None,
@@ -83,36 +92,7 @@ impl<'s, 'a> Run<'s, 'a> {
         self.exploration
     }
 
-    pub(super) fn start(&mut self, node: NodeId, entry: Option<&Entry>) {
-        let all: Vec<u32> = self.tracked.subjects.iter().map(|id| self.search.known_before(self.region, *id)).collect();
-        let masks = self.masks.intern(all);
-        self.start_with(node, entry, masks, super::Age::default());
-    }
-
-    pub(super) fn start_with(&mut self, node: NodeId, entry: Option<&Entry>, masks: u32, age: super::Age) {
-        let names = entry.map_or_else(|| vec![self.search.instance.clone()], |entry| entry.names.clone());
-        let names = self.names.intern(names);
-        let rounds = self.rounds.intern(Vec::new());
-        let state = State {
-            node,
-            count: Count::Zero,
-            in_sample: false,
-            reset: false,
-            partly_reset: false,
-            direct: false,
-            attempted: false,
-            unknown: None,
-            skipped_at: None,
-            helper_gate: None,
-            age,
-            names,
-            masks,
-            rounds,
-        };
-        self.push(state, None);
-    }
-
-    fn push(&mut self, state: State, parent: Option<usize>) {
+    pub(super) fn push(&mut self, state: State, parent: Option<usize>) {
         if self.seen.contains_key(&state) {
             return;
         }
@@ -130,12 +110,16 @@ impl<'s, 'a> Run<'s, 'a> {
     /// Follows an edge: the way may end with it.
     fn follow(&mut self, at: usize, state: State, to: NodeId) {
         let graph = self.search.graph;
+        if graph.node(to).debug_only.is_some() {
+            return;
+        }
         let mut state = state;
         let ends = matches!(self.region, Region::Loop(id) if to == graph.loop_info(id).head);
         if state.count == Count::Zero
             && state.skipped_at.is_none()
             && self.reach[state.node.0 as usize]
             && (ends || !self.reach[to.0 as usize])
+            && !self.is_other_element(&state)
         {
             state.skipped_at = Some(state.node);
         }
@@ -227,7 +211,13 @@ impl<'s, 'a> Run<'s, 'a> {
                 let mut rounds = self.rounds.get(state.rounds).clone();
                 rounds.retain(|(open, _)| open != id);
                 let rounds = self.rounds.intern(rounds);
-                self.everywhere(at, &State { rounds, ..state.clone() });
+                let mut next = State { rounds, ..state.clone() };
+                if self.own.contains(id) && !next.in_sample {
+                    next.in_sample = true;
+                    next.count = next.count.then(Count::PerSample);
+                    self.wake(&mut next);
+                }
+                self.everywhere(at, &next);
             }
             Effect::LoopHead(id) => self.head(at, state, *id),
             Effect::Fork => {

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::Builder;
-use crate::flow::{Change, ChangeKind, Effect, Place};
+use crate::flow::{Change, ChangeKind, Computed, Effect, Place, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
@@ -12,6 +12,67 @@ use crate::syntax::tree::{ExprId, ExprKind};
 pub(super) type WrittenFields = Vec<(Place, BTreeSet<String>)>;
 
 impl Builder<'_> {
+    /// The variables that an expression reads anywhere in it. Children stand before their parents.
+    pub(super) fn reads_of(&mut self, id: ExprId) -> Vec<Var> {
+        let body = self.body();
+        let span = body.expr(id).span;
+        let mut vars = Vec::new();
+        for number in (0..=id.0).rev() {
+            let expr = ExprId(number);
+            if !span.contains(body.expr(expr).span) {
+                break;
+            }
+            if let Some(place) = self.stand_in(expr) {
+                vars.extend(place.base_var());
+            } else if let Some(local) = self.typed().expr_local.get(&expr).copied() {
+                vars.push(self.var_of(local));
+            }
+        }
+        vars
+    }
+
+    /// Notes that variables are computed from what an expression reads.
+    pub(super) fn derive(&mut self, vars: &[Var], from: ExprId) {
+        for read in self.reads_of(from) {
+            self.graph.derived.extend(vars.iter().map(|var| (*var, read)));
+        }
+        let computed = self.computed_from(from);
+        for var in vars {
+            let all = self.graph.computed.entry(*var).or_default();
+            all.places.extend(computed.places.iter().cloned());
+            all.calls.extend(computed.calls.iter().cloned());
+        }
+    }
+
+    /// The places that an expression reads and the functions it calls, anywhere in it.
+    pub(super) fn computed_from(&mut self, id: ExprId) -> Computed {
+        let body = self.body();
+        let span = body.expr(id).span;
+        let mut computed = Computed::default();
+        for number in (0..=id.0).rev() {
+            let expr = ExprId(number);
+            if !span.contains(body.expr(expr).span) {
+                break;
+            }
+            match &body.expr(expr).kind {
+                ExprKind::MethodCall { method, .. } => computed.calls.push(method.clone()),
+                ExprKind::Await(_) => computed.calls.push("await".to_owned()),
+                ExprKind::Path(path) if path.segments.len() > 1 => computed.calls.push(path.last().to_owned()),
+                ExprKind::Call { callee, .. } => {
+                    if let ExprKind::Path(path) = &body.expr(*callee).kind
+                        && path.segments.len() == 1
+                        && !self.typed().expr_local.contains_key(callee)
+                    {
+                        computed.calls.push(path.last().to_owned());
+                    }
+                }
+                ExprKind::Field { .. } | ExprKind::Path(_) => computed.places.extend(self.static_place(expr)),
+                _ => {}
+            }
+        }
+        computed
+    }
+
     /// Notes what the assignment at the last node does.
     pub(super) fn note_change(&mut self, target: ExprId, value: ExprId, op: Option<&str>) {
         let Some(at) = self.at else { return };
@@ -19,22 +80,41 @@ impl Builder<'_> {
             return;
         }
         let computed = self.computed_from(value);
+        self.note_copy(value);
         let kind = match op {
             None => {
                 let place = self.static_place(target);
                 self.change_kind(place.as_ref(), value, 0)
             }
             Some("%") => ChangeKind::Wraps,
-            Some("+" | "-") => self.added(target, value),
+            Some(op @ ("+" | "-")) => self.added(target, value, op == "+"),
+            Some("^") if self.constant_head(value).as_deref() == Some("true") => ChangeKind::Toggles,
             Some(_) => ChangeKind::Other,
         };
         self.graph.changes.insert(at, Change { computed, kind });
     }
 
+    /// Notes that the last node gives a copy of what a place holds: `let state = self.state`.
+    pub(super) fn note_copy(&mut self, value: ExprId) {
+        if let Some(at) = self.at
+            && matches!(self.graph.node(at).effect, Effect::Set(_) | Effect::Write(_))
+            && matches!(self.body().expr(value).kind, ExprKind::Field { .. })
+            && self.is_state(self.ty(value))
+            && !matches!(self.ty(value), Ty::Ref(..))
+            && let Some(place) = self.static_place(value)
+        {
+            self.graph.copies.insert(at, place);
+        }
+    }
+
     /// What adding a value to a place, or taking it away, does.
-    fn added(&self, target: ExprId, value: ExprId) -> ChangeKind {
+    fn added(&self, target: ExprId, value: ExprId, up: bool) -> ChangeKind {
         let counts = *self.ty(target).peel() == Ty::Int && self.constant_head(value).is_some();
-        if counts { ChangeKind::Counts } else { ChangeKind::Accumulates }
+        match (counts, up) {
+            (true, true) => ChangeKind::CountsUp,
+            (true, false) => ChangeKind::CountsDown,
+            (false, _) => ChangeKind::Accumulates,
+        }
     }
 
     fn change_kind(&mut self, place: Option<&Place>, value: ExprId, depth: u32) -> ChangeKind {
@@ -47,6 +127,7 @@ impl Builder<'_> {
         let body = self.body();
         let is_same = |this: &mut Self, expr: ExprId| place.is_some() && this.static_place(expr).as_ref() == place;
         match &body.expr(value).kind {
+            ExprKind::Not(inner) if is_same(self, *inner) => ChangeKind::Toggles,
             ExprKind::Cast { value, .. } => self.change_kind(place, *value, depth + 1),
             ExprKind::Block(block) => match block.tail {
                 Some(tail) => self.change_kind(place, tail, depth + 1),
@@ -57,21 +138,23 @@ impl Builder<'_> {
             }
             ExprKind::Binary { op: "%", lhs, .. } => {
                 let inner = self.change_kind(place, *lhs, depth + 1);
-                if inner == ChangeKind::Counts { ChangeKind::Wraps } else { ChangeKind::Other }
+                if inner.counts() { ChangeKind::Wraps } else { ChangeKind::Other }
             }
             ExprKind::Binary { op: "&", lhs, .. } => self.change_kind(place, *lhs, depth + 1),
-            ExprKind::Binary { op: "+", lhs, rhs } if is_same(self, *rhs) => self.added(*rhs, *lhs),
-            ExprKind::Binary { op: "+" | "-", lhs, rhs } if is_same(self, *lhs) => self.added(*lhs, *rhs),
+            ExprKind::Binary { op: "+", lhs, rhs } if is_same(self, *rhs) => self.added(*rhs, *lhs, true),
+            ExprKind::Binary { op: op @ ("+" | "-"), lhs, rhs } if is_same(self, *lhs) => {
+                self.added(*lhs, *rhs, *op == "+")
+            }
             ExprKind::MethodCall { receiver, method, args, .. } => match (method.as_str(), args.as_slice()) {
                 ("rem_euclid", [_]) => {
                     let inner = self.change_kind(place, *receiver, depth + 1);
-                    if inner == ChangeKind::Counts { ChangeKind::Wraps } else { ChangeKind::Other }
+                    if inner.counts() { ChangeKind::Wraps } else { ChangeKind::Other }
                 }
                 (
                     "wrapping_add" | "wrapping_sub" | "saturating_add" | "saturating_sub" | "checked_add"
                     | "checked_sub",
                     [step],
-                ) if is_same(self, *receiver) => self.added(*receiver, *step),
+                ) if is_same(self, *receiver) => self.added(*receiver, *step, method.ends_with("_add")),
                 ("unwrap" | "expect" | "unwrap_or" | "unwrap_or_default", _) => {
                     self.change_kind(place, *receiver, depth + 1)
                 }

@@ -1,6 +1,7 @@
 //! From a typed body to its control-flow graph. Decides nothing about filters: it only says what happens where.
 
 mod builtins;
+mod callbacks;
 mod calls;
 mod changes;
 mod closures;
@@ -25,8 +26,8 @@ pub use flags::is_flag;
 use std::collections::{HashMap, HashSet};
 
 use super::{
-    Assignment, Cause, Computed, ControlFlowGraph, Effect, GuardId, GuardInfo, Head, LoopId, LoopInfo, Node, NodeId,
-    Place, Program, Var, VarInfo,
+    Assignment, Cause, ControlFlowGraph, Effect, GuardId, Head, LoopId, LoopInfo, Node, NodeId, Place, Program, Var,
+    VarInfo,
 };
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
@@ -148,6 +149,8 @@ struct Builder<'a> {
     /// Variables that hold a state which a law returned: the half and the method.
     advanced: HashMap<Var, (usize, String)>,
     guards_of: HashMap<Var, GuardId>,
+    /// The variables that say whether a guard is alive.
+    alive: HashMap<GuardId, Var>,
     /// What a guard that is not bound yet was given: the name and the place.
     guarded: HashMap<Var, (String, Place)>,
     subjects: HashMap<String, super::SubjectId>,
@@ -173,6 +176,7 @@ impl<'a> Builder<'a> {
             derived: Vec::new(),
             computed: std::collections::BTreeMap::new(),
             changes: std::collections::BTreeMap::new(),
+            copies: std::collections::BTreeMap::new(),
             truncated: None,
         };
         Self {
@@ -189,6 +193,7 @@ impl<'a> Builder<'a> {
             initials: HashMap::new(),
             advanced: HashMap::new(),
             guards_of: HashMap::new(),
+            alive: HashMap::new(),
             guarded: HashMap::new(),
             subjects: HashMap::new(),
             inlining: vec![function],
@@ -234,77 +239,59 @@ impl<'a> Builder<'a> {
         self.typed().pat_local.get(&pat).map_or_else(String::new, |local| self.typed().local(*local).name.clone())
     }
 
-    /// The variables that an expression reads anywhere in it. Children stand before their parents.
-    fn reads_of(&mut self, id: ExprId) -> Vec<Var> {
-        let body = self.body();
-        let span = body.expr(id).span;
-        let mut vars = Vec::new();
-        for number in (0..=id.0).rev() {
-            let expr = ExprId(number);
-            if !span.contains(body.expr(expr).span) {
-                break;
-            }
-            if let Some(place) = self.stand_in(expr) {
-                vars.extend(place.base_var());
-            } else if let Some(local) = self.typed().expr_local.get(&expr).copied() {
-                vars.push(self.var_of(local));
-            }
-        }
-        vars
+    fn finish(mut self) -> ControlFlowGraph {
+        self.copy_subjects();
+        self.mark_debug_only();
+        self.graph
     }
 
-    /// Notes that variables are computed from what an expression reads.
-    fn derive(&mut self, vars: &[Var], from: ExprId) {
-        for read in self.reads_of(from) {
-            self.graph.derived.extend(vars.iter().map(|var| (*var, read)));
+    /// Tells the nodes to which only the debug side of a branch leads.
+    fn mark_debug_only(&mut self) {
+        let nodes = &mut self.graph.nodes;
+        let is_debug = |node: &Node| matches!(&node.effect, Effect::Branch(test) if test.about.is_debug);
+        let branches: Vec<NodeId> =
+            (0u32..).map(NodeId).zip(nodes.iter()).filter(|(_, node)| is_debug(node)).map(|(id, _)| id).collect();
+        if branches.is_empty() {
+            return;
         }
-        let computed = self.computed_from(from);
-        for var in vars {
-            let all = self.graph.computed.entry(*var).or_default();
-            all.places.extend(computed.places.iter().cloned());
-            all.calls.extend(computed.calls.iter().cloned());
-        }
-    }
-
-    /// The places that an expression reads and the functions it calls, anywhere in it.
-    fn computed_from(&mut self, id: ExprId) -> Computed {
-        let body = self.body();
-        let span = body.expr(id).span;
-        let mut computed = Computed::default();
-        for number in (0..=id.0).rev() {
-            let expr = ExprId(number);
-            if !span.contains(body.expr(expr).span) {
-                break;
+        let mut shipped = vec![false; nodes.len()];
+        let mut open = vec![NodeId(0)];
+        while let Some(id) = open.pop() {
+            if std::mem::replace(&mut shipped[id.0 as usize], true) {
+                continue;
             }
-            match &body.expr(expr).kind {
-                ExprKind::MethodCall { method, .. } => computed.calls.push(method.clone()),
-                ExprKind::Await(_) => computed.calls.push("await".to_owned()),
-                ExprKind::Path(path) if path.segments.len() > 1 => computed.calls.push(path.last().to_owned()),
-                ExprKind::Field { .. } | ExprKind::Path(_) => computed.places.extend(self.static_place(expr)),
-                _ => {}
+            let node = &nodes[id.0 as usize];
+            open.extend(node.next.iter().skip(usize::from(is_debug(node))).copied());
+        }
+        for branch in branches {
+            let mut open = vec![nodes[branch.0 as usize].next[0]];
+            while let Some(id) = open.pop() {
+                let node = &mut nodes[id.0 as usize];
+                if !shipped[id.0 as usize] && node.debug_only.is_none() {
+                    node.debug_only = Some(branch);
+                    open.extend(node.next.iter().copied());
+                }
             }
         }
-        computed
     }
 
     /// Gives every variable whose value flows into a subject a subject of its own, with the same heads.
-    fn finish(mut self) -> ControlFlowGraph {
-        let copies: Vec<(Var, Var)> = self
+    fn copy_subjects(&mut self) {
+        let copies: Vec<(Place, Place)> = self
             .graph
-            .nodes
-            .iter()
-            .filter_map(|node| match &node.effect {
-                Effect::Set(set) if set.place.steps.is_empty() => Some((set.place.base_var()?, set.same_as?)),
+            .node_ids()
+            .filter_map(|id| match &self.graph.node(id).effect {
+                Effect::Set(set) | Effect::Write(set) => Some((set.place.clone(), self.graph.copied(id)?)),
                 _ => None,
             })
             .collect();
         for _ in 0..8 {
             let mut changed = false;
             for (to, from) in &copies {
-                let Some(to) = self.subjects.get(&format!("v{}", to.0)).copied() else { continue };
+                let Some(to) = self.subjects.get(&subjects::place_key(to)).copied() else { continue };
                 let subject = self.graph.subjects[to.0 as usize].clone();
-                let known = self.subjects.contains_key(&format!("v{}", from.0));
-                let source = self.subject(self.pure_var(*from), subject.total.clone());
+                let known = self.subjects.contains_key(&subjects::place_key(from));
+                let source = self.subject(subjects::pure_place(from.clone()), subject.total.clone());
                 changed |= !known;
                 for head in &subject.heads {
                     self.head_bit(source, head);
@@ -314,7 +301,6 @@ impl<'a> Builder<'a> {
                 break;
             }
         }
-        self.graph
     }
 
     fn body(&self) -> &'a Body {
@@ -341,7 +327,7 @@ impl<'a> Builder<'a> {
     fn add_node(&mut self, effect: Effect, span: Span) -> NodeId {
         let id = NodeId(u32::try_from(self.graph.nodes.len()).expect("fewer than 2^32 nodes"));
         let in_loop = self.loops.last().copied();
-        self.graph.nodes.push(Node { effect, span, next: Vec::new(), in_loop });
+        self.graph.nodes.push(Node { effect, span, next: Vec::new(), in_loop, debug_only: None });
         self.reached.push(false);
         id
     }
@@ -458,18 +444,6 @@ impl<'a> Builder<'a> {
     fn close_block(&mut self, span: Span) {
         if let Some(scope) = self.scopes.pop() {
             self.end_guards(&scope.guards, span);
-        }
-    }
-
-    fn end_guards(&mut self, guards: &[GuardId], span: Span) {
-        if self.at.is_none() {
-            return;
-        }
-        for guard in guards.iter().rev() {
-            let info: &GuardInfo = &self.graph.guards[guard.0 as usize];
-            if info.dropped.is_none() && info.forgotten.is_none() {
-                self.end_guard(*guard, span);
-            }
         }
     }
 

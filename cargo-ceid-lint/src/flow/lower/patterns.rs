@@ -46,6 +46,9 @@ impl Builder<'_> {
             own.text = format!("{} is {}", matched.text, self.pattern_text(arm.pat));
             self.open_block();
             self.test_pattern(arm.pat, &own, next);
+            if matches!(self.body().pat(arm.pat).kind, PatKind::Bind { .. }) {
+                self.note_copy(scrutinee);
+            }
             if let Some(guard) = arm.guard {
                 self.condition(guard, next);
             }

@@ -109,10 +109,13 @@ impl Builder<'_> {
     }
 
     pub(super) fn pure_var(&self, var: Var) -> Pure {
-        Pure { key: format!("v{}", var.0), reads: vec![Place::var(var)], whole: Some(Place::var(var)) }
+        pure_place(Place::var(var))
     }
 
     pub(super) fn branch_on_cfg(&mut self, key: &CfgKey, span: Span) -> (NodeId, NodeId) {
+        if key.is_debug_only() {
+            return self.debug_branch(span, format!("#[cfg({})]", key.key));
+        }
         let pure = Pure { key: format!("#[cfg({})]", key.key), ..Pure::default() };
         let id = self.subject(pure, Some(vec!["true".to_owned(), "false".to_owned()]));
         self.head_bit(id, "true");
@@ -130,7 +133,7 @@ impl Builder<'_> {
             ExprKind::Literal(literal) => Some(Pure { key: literal_text(literal), ..Pure::default() }),
             ExprKind::Field { .. } | ExprKind::Index { .. } => {
                 let place = self.static_place(id)?;
-                Some(Pure { key: place_key(&place), reads: vec![place.clone()], whole: Some(place) })
+                Some(pure_place(place))
             }
             ExprKind::Deref(inner) | ExprKind::Reference { value: inner, raw: false, .. } => self.pure(*inner),
             ExprKind::Cast { value, .. } => self.pure(*value),
@@ -170,7 +173,7 @@ impl Builder<'_> {
 
     fn pure_path(&mut self, id: ExprId, path: &Path) -> Option<Pure> {
         if let Some(place) = self.stand_in(id) {
-            return Some(Pure { key: place_key(&place), reads: vec![place.clone()], whole: Some(place) });
+            return Some(pure_place(place));
         }
         if let Some(local) = self.typed().expr_local.get(&id).copied() {
             let var = self.var_of(local);
@@ -183,6 +186,10 @@ impl Builder<'_> {
                 (!item.is_static).then(|| Pure { key: path.text(), ..Pure::default() })
             }
             Some(Def::Variant(..) | Def::External(_) | Def::Type(_)) => {
+                Some(Pure { key: path.text(), ..Pure::default() })
+            }
+            // `P::HAS_INERTIA`, whatever `P` is.
+            None if path.segments.len() > 1 && is_constant_name(path.last()) => {
                 Some(Pure { key: path.text(), ..Pure::default() })
             }
             _ => None,
@@ -361,7 +368,10 @@ impl Builder<'_> {
         match &body.expr(id).kind {
             ExprKind::MethodCall { receiver, method, args, .. } => {
                 about.names.push(method.clone());
-                about.is_remainder |= matches!(method.as_str(), "is_multiple_of" | "rem_euclid");
+                if matches!(method.as_str(), "is_multiple_of" | "rem_euclid") {
+                    about.is_remainder = true;
+                    about.ratio = args.first().and_then(|arg| self.number(*arg));
+                }
                 self.collect_about(*receiver, about, depth + 1);
                 for arg in args {
                     self.collect_about(*arg, about, depth + 1);
@@ -377,8 +387,17 @@ impl Builder<'_> {
             }
             ExprKind::Binary { op, lhs, rhs } => {
                 about.is_comparison |= matches!(*op, "<" | "<=" | ">" | ">=");
-                about.is_remainder |= *op == "%";
-                about.is_masked |= *op == "&";
+                match *op {
+                    "%" => {
+                        about.is_remainder = true;
+                        about.ratio = self.number(*rhs);
+                    }
+                    "&" => {
+                        about.is_masked = true;
+                        about.ratio = self.number(*rhs).and_then(|mask| mask.checked_add(1));
+                    }
+                    _ => about.numbers.extend(self.number(*rhs)),
+                }
                 self.collect_about(*lhs, about, depth + 1);
                 self.collect_about(*rhs, about, depth + 1);
             }
@@ -432,6 +451,16 @@ pub(super) fn external_head(path: &str) -> Head {
         "None" | "Err" | "Ready" => "-".to_owned(),
         name => name.to_owned(),
     }
+}
+
+/// Whether a name is written as constants are.
+fn is_constant_name(name: &str) -> bool {
+    name.chars().all(|letter| letter.is_ascii_uppercase() || letter.is_ascii_digit() || letter == '_')
+}
+
+/// The value of a place.
+pub(super) fn pure_place(place: Place) -> Pure {
+    Pure { key: place_key(&place), reads: vec![place.clone()], whole: Some(place) }
 }
 
 /// The spelling of a place that tells subjects apart.

@@ -164,7 +164,7 @@ impl Builder<'_> {
     }
 
     /// Whether a value of the type is one of a few states: a truth value, or a variant.
-    fn is_state(&self, ty: &Ty) -> bool {
+    pub(super) fn is_state(&self, ty: &Ty) -> bool {
         match ty.peel() {
             Ty::Bool => true,
             Ty::Adt(id, _) => matches!(self.program.index.type_def(*id).shape, Shape::Enum(_)),

@@ -126,6 +126,9 @@ impl Builder<'_> {
             return;
         }
         self.bind_pattern(pat, &value);
+        if matches!(self.body().pat(pat).kind, PatKind::Bind { .. }) {
+            self.note_copy(init);
+        }
         self.note_advanced(pat, init);
     }
 
