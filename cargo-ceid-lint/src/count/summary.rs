@@ -47,6 +47,19 @@ pub(super) struct Outcome {
     pub(super) gate: Option<Gate>,
     /// Whether an update failed and left the filter as it was.
     pub(super) attempted: bool,
+    /// What the way does not update for, if that is something of the caller's.
+    pub(super) asks: Option<Asks>,
+}
+
+/// A state of the caller's that a function asks for before it updates.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Asks {
+    /// What the condition reads.
+    pub(super) reads: Vec<Given>,
+    /// The place whose value it is, if it is one.
+    pub(super) whole: Option<Given>,
+    /// The heads with which the function may update.
+    pub(super) updating: Vec<crate::flow::Head>,
 }
 
 impl Outcome {
@@ -61,6 +74,7 @@ impl Outcome {
             returned: returned::ANY,
             gate: None,
             attempted: false,
+            asks: None,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Conditions that skip an update on purpose, and what tells them from defects.
 
 mod event;
+mod helper;
 mod mode;
 mod rate;
 mod sample;
@@ -34,6 +35,8 @@ pub(super) struct Gates<'s, 'a> {
     fed: OnceCell<Sources>,
     step: OnceCell<Sources>,
     time_base: OnceCell<TimeBase>,
+    /// Whether the region is a function that a cycle calls, not one that is a cycle.
+    is_helper: bool,
 }
 
 /// A way that does not update: its nodes, and the one at which that was decided.
@@ -57,7 +60,12 @@ impl<'s, 'a> Gates<'s, 'a> {
     pub(super) fn new(search: &'s Search<'a>, region: Region) -> Self {
         let assignments = Assignments::new(search.graph);
         let (fed, step, time_base) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
-        Self { search, region, assignments, fed, step, time_base }
+        Self { search, region, assignments, fed, step, time_base, is_helper: false }
+    }
+
+    /// The same for a function that a cycle calls.
+    pub(super) fn of_helper(search: &'s Search<'a>) -> Self {
+        Self { is_helper: true, ..Self::new(search, Region::Function) }
     }
 
     /// Why a way does not update, if it does so on purpose; `None` for a way that updates, or that nothing explains.
@@ -70,7 +78,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         let way = Way { nodes, at };
         let gate = match &self.search.graph.node(at).effect {
             Effect::Branch(test) => self.of_branch(test, at, &way),
-            Effect::Call(_) => end.state.helper_gate,
+            Effect::Call(site) => end.state.helper_gate.or_else(|| self.of_call(site, at)),
             Effect::LoopHead(id) => self.of_loop(*id),
             _ => None,
         };

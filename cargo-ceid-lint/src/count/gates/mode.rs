@@ -8,8 +8,14 @@ use crate::flow::{Effect, OTHER_HEADS, Place, SubjectId};
 impl Gates<'_, '_> {
     /// Whether a state decides over the updates, and every pause that it makes goes with a reset.
     pub(super) fn is_mode(&self, subject: SubjectId) -> bool {
-        self.updating(subject)
-            .is_some_and(|updating| self.search.resets_in_pauses(self.region, Mode { subject, updating }))
+        // A state that nothing here switches is no mode of this cycle.
+        let reads = &self.search.graph.subjects[subject.0 as usize].reads;
+        if reads.iter().all(|place| self.is_left_alone(place)) {
+            return false;
+        }
+        self.updating(subject).is_some_and(|updating| {
+            self.search.resets_in_pauses(self.region, Mode { subject, updating, asked_by: None })
+        })
     }
 
     /// A way on which a mode is left without an update.

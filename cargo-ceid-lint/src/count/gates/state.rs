@@ -34,7 +34,7 @@ impl Gates<'_, '_> {
     /// `let Some(before) = self.previous.replace(sample) else { … }`: nothing was there before the first sample.
     pub(super) fn is_first(&self, test: &Test) -> bool {
         let graph = self.search.graph;
-        let ([place], [name]) = (test.about.reads.as_slice(), test.about.names.as_slice()) else { return false };
+        let ([place, ..], [name]) = (test.about.reads.as_slice(), test.about.names.as_slice()) else { return false };
         let only_replaces = self.nodes().all(|id| match &graph.node(id).effect {
             Effect::Write(write) | Effect::Set(write) if write.place == *place => {
                 write.head.is_none() && !graph.changes.contains_key(&id) || write.head.as_deref() == Some("+")
@@ -67,7 +67,7 @@ impl Gates<'_, '_> {
     }
 
     /// Whether a place has one value for all iterations.
-    fn is_setting(&self, place: &Place) -> bool {
+    pub(super) fn is_setting(&self, place: &Place) -> bool {
         let graph = self.search.graph;
         // The number of an element is the same in all iterations.
         let is_own_number = |var: Var| {
@@ -89,7 +89,16 @@ impl Gates<'_, '_> {
             _ => false,
         });
         // What a field of a caller's is between two calls is not known here.
-        let is_given = self.region == Region::Function && !place.steps.is_empty();
+        let is_given = self.is_helper && !place.steps.is_empty();
         !declared_inside && !is_written && !is_given && !self.calls_write(place)
+    }
+
+    /// Whether a function leaves a place as its caller gave it.
+    pub(super) fn is_left_alone(&self, place: &Place) -> bool {
+        !self.calls_write(place)
+            && !self.nodes().any(|id| match &self.search.graph.node(id).effect {
+                Effect::Write(write) | Effect::Set(write) => write.place.overlaps(place),
+                _ => false,
+            })
     }
 }

@@ -85,7 +85,8 @@ impl Run<'_, '_> {
         let mut after = Vec::new();
         for (state, heads) in states {
             for outcome in outcomes {
-                let mut next = state.clone();
+                let Some(masks) = self.asked(state, outcome) else { continue };
+                let mut next = State { masks, ..state.clone() };
                 next.attempted |= outcome.attempted && next.count == Count::Zero;
                 if outcome.reset {
                     self.rejuvenate(&mut next);
@@ -210,21 +211,7 @@ impl Run<'_, '_> {
                 (Some(head), _) => Some(subject.bit(head)),
                 (None, Some((from, mask))) => {
                     let source = &graph.subjects[self.tracked.subjects[from].0 as usize];
-                    let mut bits = if mask & OTHER_HEADS != 0 { OTHER_HEADS } else { 0 };
-                    for (number, head) in source.heads.iter().enumerate() {
-                        if mask & (1 << number) != 0 {
-                            bits |= subject.bit(head);
-                        }
-                    }
-                    // Heads that only the copy tells apart are among the source's others.
-                    if mask & OTHER_HEADS != 0 {
-                        for (number, head) in subject.heads.iter().enumerate() {
-                            if !source.heads.contains(head) {
-                                bits |= 1 << number;
-                            }
-                        }
-                    }
-                    Some(bits & subject.anything())
+                    Some(subject.translate(mask, source))
                 }
                 (None, None) => None,
             };

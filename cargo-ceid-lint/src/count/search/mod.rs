@@ -258,7 +258,7 @@ impl<'a> Search<'a> {
         let around = self.updating().into_iter().flat_map(|node| self.graph.loops_around(node));
         let own: BTreeSet<LoopId> = around.filter(|id| self.sample_loops.contains(id)).collect();
         let exploration = self.explore_from(region, &self.starts(region), own);
-        let gates = super::gates::Gates::new(self, region);
+        let gates = super::gates::Gates::of_helper(self);
         let mut outcomes: BTreeSet<Outcome> = BTreeSet::new();
         for end in &exploration.ends {
             outcomes.insert(Outcome {
@@ -270,6 +270,7 @@ impl<'a> Search<'a> {
                 returned: end.returned,
                 gate: gates.of_end(&exploration, end),
                 attempted: end.state.attempted,
+                asks: gates.asks(end),
             });
         }
         if exploration.limit {

@@ -3,7 +3,11 @@
 use super::run::Run;
 use super::{Region, Search, State};
 use crate::count::counts::Count;
-use crate::flow::{Assignment, Effect, NodeId, Place, SubjectId};
+use crate::count::summary::Outcome;
+use crate::flow::{Assignment, Effect, NodeId, OTHER_HEADS, Place, SubjectId, Test};
+
+/// How many states are followed at once.
+const MAX_SUBJECTS: usize = 16;
 
 /// What is left of a filter's last update.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -26,14 +30,24 @@ pub(in crate::count) struct Mode {
     pub(in crate::count) subject: SubjectId,
     /// The heads with which an update can be reached.
     pub(in crate::count) updating: u32,
+    /// The call of the helper that asks for it, if one does.
+    pub(in crate::count) asked_by: Option<NodeId>,
 }
 
 impl Search<'_> {
     /// Whether the filter is reset in each pause that a mode makes, before it runs again.
     pub(in crate::count) fn resets_in_pauses(&self, region: Region, mode: Mode) -> bool {
         let mut run = self.run(region, std::collections::BTreeSet::new());
-        if !run.tracked.subjects.contains(&mode.subject) {
-            return false;
+        let compared = self.graph.subjects.iter().filter_map(crate::flow::Subject::equals);
+        let wanted: Vec<SubjectId> = compared
+            .flat_map(|(left, right)| [left, right])
+            .filter_map(|place| super::slice::subject_of(self.graph, place))
+            .chain([mode.subject])
+            .collect();
+        for subject in wanted {
+            if !run.tracked.subjects.contains(&subject) && run.tracked.subjects.len() < MAX_SUBJECTS {
+                run.tracked.subjects.push(subject);
+            }
         }
         run.mode = Some(mode);
         for (node, entry) in self.starts(region) {
@@ -71,7 +85,7 @@ impl Run<'_, '_> {
 
     fn is_pause(&self, state: &State, mode: &Mode) -> bool {
         let asks = state.skipped_at.is_some_and(|at| {
-            matches!(&self.search.graph.node(at).effect, Effect::Branch(test) if test.subject == Some(mode.subject))
+            mode.asked_by == Some(at) || matches!(&self.search.graph.node(at).effect, Effect::Branch(test) if test.subject == Some(mode.subject))
         });
         let tracked = self.tracked.subjects.iter().position(|id| *id == mode.subject);
         asks || tracked.is_some_and(|at| self.masks.get(state.masks)[at] & mode.updating == 0)
@@ -106,15 +120,8 @@ impl Run<'_, '_> {
     /// A copy of a state whose value is not known is followed for each value it may have, so that both stay the same. Answers
     /// whether it is one.
     pub(super) fn part_copies(&mut self, at: usize, state: &State, set: &Assignment) -> bool {
-        let graph = self.search.graph;
-        let tracked = |place: &Place| {
-            let is_it = |id: &SubjectId| graph.subjects[id.0 as usize].whole.as_ref() == Some(place);
-            self.tracked.subjects.iter().position(is_it)
-        };
-        let Some((from, _)) = graph
-            .copied(state.node)
-            .filter(|_| self.mode.is_some())
-            .and_then(|place| Some((tracked(&place)?, tracked(&set.place)?)))
+        let copied = self.search.graph.copied(state.node).filter(|_| self.mode.is_some());
+        let Some((from, _)) = copied.and_then(|place| Some((self.tracked_at(&place)?, self.tracked_at(&set.place)?)))
         else {
             return false;
         };
@@ -129,5 +136,47 @@ impl Run<'_, '_> {
             self.assign(at, &State { masks, ..state.clone() }, set);
         }
         true
+    }
+
+    /// What is known behind a comparison of two states; `None` if it cannot come out so.
+    pub(super) fn compared(&mut self, masks: u32, test: &Test, are_equal: bool) -> Option<u32> {
+        let graph = self.search.graph;
+        let asked = test.subject.map(|id| &graph.subjects[id.0 as usize]).filter(|_| self.mode.is_some());
+        let Some((left, right)) = asked
+            .and_then(crate::flow::Subject::equals)
+            .and_then(|(left, right)| Some((self.tracked_at(left)?, self.tracked_at(right)?)))
+        else {
+            return Some(masks);
+        };
+        let mut all = self.masks.get(masks).clone();
+        let subject = |at: usize| &graph.subjects[self.tracked.subjects[at].0 as usize];
+        let of_right = subject(left).translate(all[right], subject(right));
+        if are_equal {
+            all[left] &= of_right;
+            all[right] &= subject(right).translate(all[left], subject(left));
+            (all[left] != 0 && all[right] != 0).then(|| self.masks.intern(all))
+        } else {
+            let is_one = all[left].count_ones() == 1 && all[right].count_ones() == 1 && all[left] != OTHER_HEADS;
+            (!is_one || all[left] != of_right).then_some(masks)
+        }
+    }
+
+    /// Which of the tracked subjects a place is.
+    fn tracked_at(&self, place: &Place) -> Option<usize> {
+        let graph = self.search.graph;
+        let is_it = |id: &SubjectId| graph.subjects[id.0 as usize].whole.as_ref() == Some(place);
+        self.tracked.subjects.iter().position(is_it)
+    }
+
+    /// What is known of a mode that a helper asks for, where a way through the helper is taken; `None` if it cannot be.
+    pub(super) fn asked(&mut self, state: &State, outcome: &Outcome) -> Option<u32> {
+        let Some(Mode { subject, updating, asked_by: Some(call) }) = self.mode else { return Some(state.masks) };
+        if call != state.node || (outcome.count == Count::Zero && outcome.asks.is_none()) {
+            return Some(state.masks);
+        }
+        let at = self.tracked.subjects.iter().position(|id| *id == subject)?;
+        let mut all = self.masks.get(state.masks).clone();
+        all[at] &= if outcome.count == Count::Zero { !updating } else { updating };
+        (all[at] != 0).then(|| self.masks.intern(all))
     }
 }

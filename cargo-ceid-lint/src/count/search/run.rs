@@ -399,7 +399,9 @@ impl<'s, 'a> Run<'s, 'a> {
                 }
                 after.masks = self.masks.intern(all);
             }
-            self.follow(at, after, to);
+            if let Some(masks) = self.compared(after.masks, test, number == 0) {
+                self.follow(at, State { masks, ..after }, to);
+            }
         }
     }
 

@@ -47,11 +47,15 @@ impl Builder<'_> {
         value: &Value,
         span: Span,
     ) -> Option<Value> {
-        if !is_flag(self.ty(receiver)) || !changes_flag(method) {
+        let reads = matches!(method, "load" | "get");
+        if !is_flag(self.ty(receiver)) || !(changes_flag(method) || reads) {
             return None;
         }
         let place = value.place.clone()?;
         self.values(args);
+        if reads {
+            return Some(Value::default());
+        }
         let given = |at: usize| args.get(at).and_then(|arg| self.constant_head(*arg));
         let head: Option<Head> = match method {
             "store" | "set" | "swap" | "replace" => given(0),

@@ -256,6 +256,10 @@ impl Builder<'_> {
         {
             self.numbers.remove(&var);
         }
+        if value.head.is_some() && self.is_state(self.ty(target)) {
+            // A helper may ask for it.
+            self.state_subject(super::subjects::pure_place(place.clone()), target);
+        }
         let assignment = crate::flow::Assignment {
             place,
             from: value.place.clone(),

@@ -30,6 +30,15 @@ impl Builder<'_> {
         id
     }
 
+    /// A subject that has all heads of an expression's type.
+    pub(super) fn state_subject(&mut self, pure: Pure, like: ExprId) {
+        let total = self.total_heads(self.ty(like));
+        let id = self.subject(pure, total.clone());
+        for head in total.iter().flatten() {
+            self.head_bit(id, head);
+        }
+    }
+
     /// The bit of a head of a subject; heads beyond the limit share one.
     pub(super) fn head_bit(&mut self, id: SubjectId, head: &str) -> Option<u32> {
         let subject = &mut self.graph.subjects[id.0 as usize];

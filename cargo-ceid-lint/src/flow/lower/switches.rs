@@ -134,13 +134,16 @@ impl Builder<'_> {
         if body.exprs.len() > MAX_EXPRESSIONS || self.inlining.contains(target) {
             return false;
         }
+        // A divider or timer of the code's own answers whether it is time.
+        let answers = *typed.ty(body.root).peel() == Ty::Bool;
         let mut switches = false;
         for (number, expr) in body.exprs.iter().enumerate() {
             let id = ExprId(u32::try_from(number).unwrap_or(u32::MAX));
             match &expr.kind {
                 ExprKind::Assign { place, .. } => {
-                    switches |= self.is_state(typed.ty(*place)) && !is_local(body, *place);
+                    switches |= (answers || self.is_state(typed.ty(*place))) && !is_local(body, *place);
                 }
+                ExprKind::AssignOp { place, .. } => switches |= answers && !is_local(body, *place),
                 ExprKind::MethodCall { receiver, method, .. } => {
                     switches |= super::flags::is_flag(typed.ty(*receiver)) && super::flags::changes_flag(method);
                 }
