@@ -76,6 +76,8 @@ pub struct Index {
     impls_of_external: HashMap<String, Vec<ImplId>>,
     impls_of_any: Vec<ImplId>,
     impls_of_trait: HashMap<TraitId, Vec<ImplId>>,
+    /// What paths mean, as far as it was asked.
+    resolved: std::sync::RwLock<HashMap<(ModuleId, Namespace, Vec<String>), Option<Def>>>,
     specs: Vec<FilterSpec>,
     /// The types that are filters or have one among their fields, at any depth.
     holding: HashSet<TypeId>,

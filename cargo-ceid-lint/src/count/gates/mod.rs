@@ -10,7 +10,8 @@ mod state;
 mod step;
 mod time;
 
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
+use std::collections::BTreeMap;
 
 pub(super) use sample::fed_params;
 use sources::{Assignments, Sources};
@@ -19,7 +20,7 @@ use super::search::{End, Exploration, Region, Search};
 use super::summary::place_of;
 use super::verdict::Gate;
 use crate::config::TimeBase;
-use crate::flow::{About, CallSite, Computed, Directive, Effect, LoopId, NodeId, Place, Projection, Test};
+use crate::flow::{About, CallSite, Computed, Directive, Effect, LoopId, NodeId, Place, Projection, SubjectId, Test};
 
 /// Whether a test asks about something that was received in this iteration.
 pub(super) fn is_received(search: &Search<'_>, region: Region, test: &Test) -> bool {
@@ -35,6 +36,7 @@ pub(super) struct Gates<'s, 'a> {
     fed: OnceCell<Sources>,
     step: OnceCell<Sources>,
     time_base: OnceCell<TimeBase>,
+    modes: RefCell<BTreeMap<SubjectId, bool>>,
     /// Whether the region is a function that a cycle calls, not one that is a cycle.
     is_helper: bool,
 }
@@ -60,7 +62,7 @@ impl<'s, 'a> Gates<'s, 'a> {
     pub(super) fn new(search: &'s Search<'a>, region: Region) -> Self {
         let assignments = Assignments::new(search.graph);
         let (fed, step, time_base) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
-        Self { search, region, assignments, fed, step, time_base, is_helper: false }
+        Self { search, region, assignments, fed, step, time_base, modes: RefCell::default(), is_helper: false }
     }
 
     /// The same for a function that a cycle calls.

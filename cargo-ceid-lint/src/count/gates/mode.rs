@@ -8,6 +8,15 @@ use crate::flow::{Effect, OTHER_HEADS, Place, SubjectId};
 impl Gates<'_, '_> {
     /// Whether a state decides over the updates, and every pause that it makes goes with a reset.
     pub(super) fn is_mode(&self, subject: SubjectId) -> bool {
+        if let Some(known) = self.modes.borrow().get(&subject) {
+            return *known;
+        }
+        let is_mode = self.judge_mode(subject);
+        self.modes.borrow_mut().insert(subject, is_mode);
+        is_mode
+    }
+
+    fn judge_mode(&self, subject: SubjectId) -> bool {
         // A state that nothing here switches is no mode of this cycle.
         let reads = &self.search.graph.subjects[subject.0 as usize].reads;
         if reads.iter().all(|place| self.is_left_alone(place)) {

@@ -29,10 +29,6 @@ impl Run<'_, '_> {
             let mut states = vec![(state.clone(), returned::ANY)];
             let mut applied = false;
             for (given, outcomes) in summary.outcomes(search.law) {
-                // A law that hands on to another one of the same filter is one update.
-                if site.law_of.is_some_and(|of| given.is_param(of)) {
-                    continue;
-                }
                 let Some(place) = place_of(given, site) else { continue };
                 let relations = self.relations_to_each(&state, &place);
                 let exact =

@@ -96,7 +96,9 @@ impl<'s, 'a> Run<'s, 'a> {
         if self.seen.contains_key(&state) {
             return;
         }
-        if self.exploration.states.len() >= MAX_STATES {
+        // What only names a gate may take a part of the effort.
+        let limit = if self.mode.is_some() { MAX_STATES / 4 } else { MAX_STATES };
+        if self.exploration.states.len() >= limit {
             self.exploration.limit = true;
             return;
         }

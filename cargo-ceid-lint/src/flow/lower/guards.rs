@@ -86,6 +86,7 @@ impl Builder<'_> {
             result,
             text: "drop".to_owned(),
             law_of: None,
+            is_dispatched: false,
             fed: Vec::new(),
             into: Vec::new(),
             from: crate::flow::Computed::default(),
