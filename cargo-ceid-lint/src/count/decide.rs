@@ -89,6 +89,12 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
         };
         return Decision { verdict, ..base };
     }
+    // An update that no way reaches is one of an element of a collection in a collection: which one is not known.
+    let is_nested = search.instance.steps.iter().filter(|step| step.key().is_some()).count() > 1;
+    if is_untouched && is_nested {
+        let name = search.graph.place_name(search.program.index, search.instance);
+        return Decision { verdict: Verdict::Unproved, cause: Some(Cause::Index(name)), ..base };
+    }
     let decision = skipped(search, region, &exploration, &skipping, base);
     if is_untouched && decision.verdict == Verdict::Skipped {
         return missed(head_of(search, region), decision);

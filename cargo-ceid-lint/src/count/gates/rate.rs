@@ -26,6 +26,13 @@ struct CountSteps {
     other: bool,
 }
 
+impl CountSteps {
+    /// Whether it only goes up, or only down.
+    fn is_one_way(self) -> bool {
+        !self.other && self.up != self.down
+    }
+}
+
 impl Gates<'_, '_> {
     /// A counter that is compared: set back or wrapped, it decimates; never set back, it counts a warm-up.
     pub(super) fn counter(&self, test: &Test, at: NodeId, way: &Way) -> Option<Gate> {
@@ -53,7 +60,7 @@ impl Gates<'_, '_> {
             // A warm-up goes on in each cycle that waits for it.
             let counts_on = !self.reached(|node, _| !self.counts_at(node, place))[at.0 as usize]
                 || way.after(at).is_none_or(|next| !self.completes(next, |node, _| !self.counts_at(node, place)));
-            (!steps.other && !(steps.up && steps.down) && test.about.is_comparison && counts_on)
+            (steps.is_one_way() && test.about.is_comparison && counts_on)
                 .then_some(Gate::Startup)
         })
     }
