@@ -12,4 +12,5 @@ mod fixtures_compile;
 mod messages;
 mod robustness;
 mod tidy;
+mod time_domain;
 mod workspaces;

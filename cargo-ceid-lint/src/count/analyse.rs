@@ -9,7 +9,7 @@ use super::debug_only;
 use super::decide::{self, Decision};
 use super::functions::{FunctionKind, called_functions, function_kind, reached_from_cycles};
 use super::instances::{leaves, place_ty, settle_elements};
-use super::remarks::Remark;
+use super::remarks::{Remark, Steps, Waiting};
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
 use super::summary::{Summaries, place_of};
@@ -100,12 +100,21 @@ pub fn analyse(program: &Program<'_>, graphs: &[Option<ControlFlowGraph>]) -> An
     }
     let fields = updated_fields(program.index, &facts, &in_cycle);
     let anywhere = touched_fields(program.index, &facts);
+    let waiting = super::remarks::waiting(program, graphs);
+    let steps = Steps::of(program, graphs);
     let mut analysis = Analysis::default();
     for function in &facts {
         if function.kind == FunctionKind::Outside {
             continue;
         }
-        let context = Context { program, summaries: &summaries, fields: &fields, anywhere: &anywhere };
+        let context = Context {
+            program,
+            summaries: &summaries,
+            fields: &fields,
+            anywhere: &anywhere,
+            waiting: &waiting,
+            steps: &steps,
+        };
         context.function(function, &mut analysis);
     }
     analysis.cycles.sort_by_key(|cycle| (cycle.head, cycle.package, cycle.target));
@@ -268,6 +277,10 @@ pub(super) struct Context<'a> {
     pub(super) fields: &'a BTreeMap<FieldKey, BTreeSet<usize>>,
     /// Fields that are handed to something unseen.
     pub(super) anywhere: &'a BTreeSet<FieldKey>,
+    /// Functions that make their callers wait.
+    pub(super) waiting: &'a Waiting,
+    /// The constant steps with which filters are made.
+    pub(super) steps: &'a Steps,
 }
 
 /// A cycle of a function.
@@ -405,6 +418,7 @@ impl Context<'_> {
             counts: decision.counts,
             gate: decision.gate,
             rules: decision.verdict.rule().into_iter().collect(),
+            left_out: Vec::new(),
             cause: decision.cause.map(|cause| cause.to_string()),
             witness: decision.witness,
             primary: decision.primary,

@@ -6,6 +6,7 @@ mod lower;
 mod place;
 mod steps;
 mod test;
+mod waits;
 
 use crate::index::{BodyOwner, FunctionId, Index, Ty};
 use crate::source::Span;
@@ -14,9 +15,11 @@ use crate::types::TypedBody;
 pub use change::{Change, ChangeKind};
 pub use cycle::{Caller, CycleKind, Directive, LoopInfo, Rounds};
 pub use lower::{is_flag, lower_function};
-pub use place::{Base, IndexKey, Place, Projection, Relation};
-pub use steps::{StepUnit, is_time_name, step_unit, takes_step};
+pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
+use steps::parameter_names;
+pub use steps::{Step, StepUnit, is_time_name, step_unit, takes_step};
 pub use test::{About, Head, OTHER_HEADS, Subject, SubjectId, Test};
+pub use waits::{Wait, WaitKind};
 
 /// A node of a [`ControlFlowGraph`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -59,6 +62,10 @@ pub struct ControlFlowGraph {
     pub copies: std::collections::BTreeMap<NodeId, Place>,
     /// What assignments do, by their nodes.
     pub changes: std::collections::BTreeMap<NodeId, Change>,
+    /// Calls that wait, read a clock or block.
+    pub waits: Vec<Wait>,
+    /// The constant steps with which filters are made: the variable that holds the new filter, and its step.
+    pub steps: std::collections::BTreeMap<Var, Step>,
     /// Set if the function was too large or too deep to be followed to its end.
     pub truncated: Option<Cause>,
 }
@@ -298,6 +305,8 @@ pub struct GuardInfo {
     pub span: Span,
     /// What it updates when it is dropped, captured when it is made.
     pub holds: Vec<Var>,
+    /// The filters that are or lie in what it holds.
+    pub updates: Vec<Place>,
     /// The innermost loop in which it is made.
     pub in_loop: Option<LoopId>,
     /// The names of what it holds, for messages.

@@ -90,6 +90,16 @@ pub(super) fn opens_cell(method: &str) -> bool {
     )
 }
 
+/// Whether a function of a type of the standard library gives a value of the type, or an error.
+pub(super) fn may_fail(path: &str, name: &str) -> bool {
+    match path {
+        "std::fs::File" => matches!(name, "open" | "create" | "create_new"),
+        "std::net::TcpStream" | "std::os::unix::net::UnixStream" => matches!(name, "connect" | "connect_timeout"),
+        "std::net::UdpSocket" | "std::net::TcpListener" | "std::os::unix::net::UnixDatagram" => name == "bind",
+        _ => false,
+    }
+}
+
 /// An iterator over items of a type.
 pub(super) fn iterator(item: Ty) -> Ty {
     Ty::std("std::iter::Iterator", vec![item])

@@ -353,6 +353,7 @@ impl Infer<'_> {
             "critical_section::with" | "cortex_m::interrupt::free" | "std::thread::scope" => {
                 self.closure_output(args.first().copied())
             }
+            "std::io::stdin" => Ty::std("std::io::Stdin", Vec::new()),
             _ => Ty::Unknown,
         }
     }
@@ -380,10 +381,15 @@ impl Infer<'_> {
         };
         self.typed.callees.insert(id, Callee::External(format!("{path}::{name}")));
         let last = path.rsplit("::").next().unwrap_or("");
-        let makes_itself = matches!(name, "new" | "default" | "pin" | "const_new" | "init" | "create" | "builder")
-            || name.starts_with("new_")
-            || name.starts_with("with_")
-            || name.starts_with("from");
+        let makes_itself =
+            matches!(name, "new" | "default" | "pin" | "const_new" | "init" | "create" | "builder" | "now")
+                || name.starts_with("new_")
+                || name.starts_with("with_")
+                || name.starts_with("from");
+        // `File::open(…)?` and its kin: the function is known although its crate is not read.
+        if builtin::may_fail(&path, name) {
+            return Ty::std("std::result::Result", vec![ty, Ty::Unknown]);
+        }
         let is_filter = self.index.law_spec(&ty).is_some();
         if is_filter && name.starts_with("try_") {
             return Ty::std("std::result::Result", vec![ty, Ty::Unknown]);

@@ -60,8 +60,7 @@ impl Gates<'_, '_> {
             // A warm-up goes on in each cycle that waits for it.
             let counts_on = !self.reached(|node, _| !self.counts_at(node, place))[at.0 as usize]
                 || way.after(at).is_none_or(|next| !self.completes(next, |node, _| !self.counts_at(node, place)));
-            (steps.is_one_way() && test.about.is_comparison && counts_on)
-                .then_some(Gate::Startup)
+            (steps.is_one_way() && test.about.is_comparison && counts_on).then_some(Gate::Startup)
         })
     }
 

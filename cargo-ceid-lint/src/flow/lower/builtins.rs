@@ -1,7 +1,10 @@
 //! Methods of the standard library that hand out, test, replace or visit what a wrapper holds.
 
+use std::sync::Arc;
+
 use super::{Builder, Value};
-use crate::flow::{Assignment, Effect, IndexKey, Place};
+use crate::flow::{Assignment, Effect, IndexKey, Place, Section};
+use crate::index::Ty;
 use crate::syntax::tree::ExprId;
 
 impl Builder<'_> {
@@ -103,7 +106,7 @@ impl Builder<'_> {
             {
                 self.map_payload(id, receiver, args, value)
             }
-            "then" if *self.ty(receiver) == crate::index::Ty::Bool => {
+            "then" if *self.ty(receiver) == Ty::Bool => {
                 let given = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
                 if let Some(closure) = given.closure {
                     self.on_true(value, receiver, span, |this| {
@@ -138,7 +141,10 @@ impl Builder<'_> {
                 });
                 Value { place, ..Value::default() }
             }
-            "split_at_mut" | "split_first_mut" | "split_last_mut" | "split_at_mut_unchecked" | "get_disjoint_mut" => {
+            "split_at_mut" | "split_first_mut" | "split_last_mut" if value.place.is_some() => {
+                self.split(id, receiver, method, args, &value)
+            }
+            "split_at_mut_unchecked" | "get_disjoint_mut" => {
                 for arg in args {
                     self.expr(*arg);
                 }
@@ -170,6 +176,39 @@ impl Builder<'_> {
             name if super::calls::is_spawn(name) => self.spawn(id, name, args),
             _ => return None,
         })
+    }
+
+    /// A collection in two: the element or slice in front, and what is left.
+    fn split(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId], value: &Value) -> Value {
+        let text: Arc<str> = self.text(id).into();
+        let at = args.first().and_then(|arg| {
+            self.expr(*arg);
+            self.number(*arg)
+        });
+        let length = match self.ty(receiver).peel() {
+            Ty::Array(_, length) => length.value,
+            _ => None,
+        };
+        let section = |from: Option<u64>, to: Option<Option<u64>>| match (from, to) {
+            (Some(from), Some(to)) => IndexKey::Slice(Section { from, to, is_exact: true, text: text.clone() }),
+            _ => IndexKey::Slice(Section::unknown(&text)),
+        };
+        let last = length.and_then(|length| length.checked_sub(1));
+        let parts = match method {
+            "split_first_mut" => [IndexKey::Number(0), section(Some(1), Some(None))],
+            "split_last_mut" => {
+                [last.map_or_else(|| IndexKey::Data(text.clone()), IndexKey::Number), section(Some(0), last.map(Some))]
+            }
+            _ => [section(Some(0), at.map(Some)), section(at, Some(None))],
+        };
+        let span = self.span(id);
+        let var = self.temporary(self.ty(id).clone(), span);
+        for (number, key) in parts.into_iter().enumerate() {
+            let place = value.place.as_ref().map(|place| place.element(key));
+            let part = Value { place, ..Value::default() };
+            self.place_part(Place::var(var).field(&number.to_string()), &part, id);
+        }
+        Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }
     }
 
     fn certain_key(&self, key: &IndexKey) -> IndexKey {

@@ -65,6 +65,7 @@ impl Builder<'_> {
     }
 
     pub(super) fn method_expr(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
+        self.note_method_wait(id, receiver, method, args);
         if let Some(value) = self.guard_call(id, receiver, method, args) {
             return value;
         }
@@ -184,6 +185,10 @@ impl Builder<'_> {
             fed.extend(self.reads_of(*first));
         }
         let into = self.targets.clone();
+        if let [target] = targets {
+            let ty = self.ty(id).clone();
+            self.note_given_step(*target, result, &ty, exprs);
+        }
         let is_dispatched = law_of
             .and_then(|of| exprs.get(of))
             .is_some_and(|of| matches!(self.ty(*of).peel(), Ty::Param(_) | Ty::Opaque(_)));

@@ -155,6 +155,8 @@ impl Builder<'_> {
             _ => None,
         };
         let var = self.temporary(self.ty(id).clone(), span);
+        let ty = self.ty(id).clone();
+        self.note_field_step(var, &ty, fields);
         for (name, field) in fields {
             let value = self.expr(*field);
             let mut place = Place::var(var);

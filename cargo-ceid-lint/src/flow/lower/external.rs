@@ -11,6 +11,7 @@ impl Builder<'_> {
     pub(super) fn external_call(&mut self, id: ExprId, path: &str, args: &[ExprId]) -> Value {
         let last = path.rsplit("::").next().unwrap_or("");
         let span = self.span(id);
+        self.note_function_wait(id, path, args);
         if self.never_returns(id) {
             self.values(args);
             self.diverge(span);

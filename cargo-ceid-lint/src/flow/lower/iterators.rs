@@ -1,7 +1,7 @@
 //! Iterators: what a chain of adaptors runs over, and what it does when it is consumed.
 
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Caller, CycleKind, Directive, Effect, IndexKey, LoopInfo, Place, Rounds, Var};
+use crate::flow::{Caller, CycleKind, Directive, Effect, IndexKey, LoopInfo, Place, Rounds, Section, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
@@ -488,7 +488,10 @@ impl Builder<'_> {
             }
             Item::Element(place) | Item::Chunk(place) => {
                 let var = self.temporary(Ty::Unknown, span);
-                let source = if matches!(item, Item::Chunk(_)) { place.clone() } else { place.element(IndexKey::Each) };
+                let source = match item {
+                    Item::Chunk(_) => place.slice(Section::chunk()),
+                    _ => place.element(IndexKey::Each),
+                };
                 let info = &mut self.graph.loops[id.0 as usize];
                 info.items.push((var, source));
                 info.bound.push(var);

@@ -6,6 +6,8 @@ mod calls;
 mod changes;
 mod closures;
 mod conditions;
+mod constants;
+mod debug_only;
 mod exits;
 mod expr;
 mod external;
@@ -21,6 +23,7 @@ mod resets;
 mod subjects;
 mod switches;
 mod values;
+mod waits;
 
 pub use flags::is_flag;
 use std::collections::{HashMap, HashSet};
@@ -152,7 +155,7 @@ struct Builder<'a> {
     /// The variables that say whether a guard is alive.
     alive: HashMap<GuardId, Var>,
     /// What a guard that is not bound yet was given: the name and the place.
-    guarded: HashMap<Var, (String, Place)>,
+    guarded: HashMap<Var, (String, Place, Ty)>,
     subjects: HashMap<String, super::SubjectId>,
     inlining: Vec<FunctionId>,
     /// The variables that the value of the expression at hand goes into.
@@ -161,6 +164,8 @@ struct Builder<'a> {
     reached: Vec<bool>,
     /// The condition as the source spells it where its body is read: `self.is_armed()`.
     spoken: Option<(Span, String)>,
+    /// Whether the code at hand runs elsewhere or later.
+    is_detached: bool,
 }
 
 impl<'a> Builder<'a> {
@@ -177,6 +182,8 @@ impl<'a> Builder<'a> {
             computed: std::collections::BTreeMap::new(),
             changes: std::collections::BTreeMap::new(),
             copies: std::collections::BTreeMap::new(),
+            waits: Vec::new(),
+            steps: std::collections::BTreeMap::new(),
             truncated: None,
         };
         Self {
@@ -200,6 +207,7 @@ impl<'a> Builder<'a> {
             targets: Vec::new(),
             reached: Vec::new(),
             spoken: None,
+            is_detached: false,
         }
     }
 
@@ -243,36 +251,6 @@ impl<'a> Builder<'a> {
         self.copy_subjects();
         self.mark_debug_only();
         self.graph
-    }
-
-    /// Tells the nodes to which only the debug side of a branch leads.
-    fn mark_debug_only(&mut self) {
-        let nodes = &mut self.graph.nodes;
-        let is_debug = |node: &Node| matches!(&node.effect, Effect::Branch(test) if test.about.is_debug);
-        let branches: Vec<NodeId> =
-            (0u32..).map(NodeId).zip(nodes.iter()).filter(|(_, node)| is_debug(node)).map(|(id, _)| id).collect();
-        if branches.is_empty() {
-            return;
-        }
-        let mut shipped = vec![false; nodes.len()];
-        let mut open = vec![NodeId(0)];
-        while let Some(id) = open.pop() {
-            if std::mem::replace(&mut shipped[id.0 as usize], true) {
-                continue;
-            }
-            let node = &nodes[id.0 as usize];
-            open.extend(node.next.iter().skip(usize::from(is_debug(node))).copied());
-        }
-        for branch in branches {
-            let mut open = vec![nodes[branch.0 as usize].next[0]];
-            while let Some(id) = open.pop() {
-                let node = &mut nodes[id.0 as usize];
-                if !shipped[id.0 as usize] && node.debug_only.is_none() {
-                    node.debug_only = Some(branch);
-                    open.extend(node.next.iter().copied());
-                }
-            }
-        }
     }
 
     /// Gives every variable whose value flows into a subject a subject of its own, with the same heads.
