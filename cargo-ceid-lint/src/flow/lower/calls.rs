@@ -2,7 +2,7 @@
 
 use super::laws::Law;
 use super::{Builder, Value};
-use crate::flow::{Argument, CallSite, Caller, Cause, Effect, IndexKey, Place, Var};
+use crate::flow::{Argument, CallSite, Caller, Cause, Computed, Effect, IndexKey, Place, Var};
 use crate::index::{Def, FunctionId, Ty};
 use crate::syntax::tree::{ExprId, ExprKind};
 use crate::types::{Callee, Resolved};
@@ -133,6 +133,9 @@ impl Builder<'_> {
             }
             return self.unknown_call(id, self.text(id), &exprs[skip..], &values[skip..]);
         }
+        if let Some(value) = self.switch_call(resolved, exprs, values, id) {
+            return value;
+        }
         let result = self.emit_call(id, &resolved.targets, exprs, values, None);
         if self.never_returns(id) {
             self.diverge(span);
@@ -153,6 +156,10 @@ impl Builder<'_> {
     ) -> Var {
         let span = self.span(id);
         let result = self.temporary(self.ty(id).clone(), span);
+        let receiver = match &self.body().expr(id).kind {
+            ExprKind::MethodCall { receiver, .. } => Some(*receiver),
+            _ => None,
+        };
         let args: Vec<Argument> = exprs
             .iter()
             .zip(values)
@@ -160,11 +167,12 @@ impl Builder<'_> {
                 place: value.place.clone().filter(|_| !is_plain(self.ty(*expr))),
                 index: self.argument_index(*expr, value),
                 is_shared: self.is_shared(*expr),
+                from: if receiver == Some(*expr) { Computed::default() } else { self.computed_from(*expr) },
             })
             .collect();
         let text = self.text(id);
         let mut fed = Vec::new();
-        let mut from = crate::flow::Computed::default();
+        let mut from = Computed::default();
         for arg in exprs.iter().skip(1) {
             fed.extend(self.reads_of(*arg));
             let computed = self.computed_from(*arg);
