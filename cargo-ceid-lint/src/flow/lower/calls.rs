@@ -9,6 +9,9 @@ use crate::types::{Callee, Resolved};
 
 impl Builder<'_> {
     pub(super) fn call_expr(&mut self, id: ExprId, callee: ExprId, args: &[ExprId]) -> Value {
+        if let Some(guard) = self.guard_made(id, args) {
+            return guard;
+        }
         match self.typed().callees.get(&id) {
             Some(Callee::Constructor(def)) => self.constructor(id, def.clone().as_ref(), args),
             Some(Callee::Closure(_) | Callee::Parameter(_)) => {

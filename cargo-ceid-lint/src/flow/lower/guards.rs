@@ -4,15 +4,18 @@ use super::{Builder, Value};
 use crate::flow::{Effect, GuardId, GuardInfo, Place, Update, Var};
 use crate::index::{Ty, is_guard_type};
 use crate::source::Span;
-use crate::syntax::tree::ExprId;
+use crate::syntax::tree::{ExprId, ExprKind};
 
 impl Builder<'_> {
-    /// Whether an expression gives a guard that is bound to a name: ceid-core's `CycleGuard`.
+    /// Whether an expression gives a guard that is bound to a name: ceid-core's `CycleGuard`, or one that an entry names.
     pub(super) fn is_guard(&self, id: ExprId) -> bool {
         self.is_guard_ty(self.ty(id))
     }
 
     fn is_guard_ty(&self, ty: &Ty) -> bool {
+        if self.program.index.guard_spec(ty).is_some() {
+            return true;
+        }
         match ty {
             Ty::External(path, args) => {
                 is_guard_type(path)
@@ -32,6 +35,13 @@ impl Builder<'_> {
         let in_loop = self.loops.last().copied();
         self.graph.guards.push(GuardInfo { span, holds, in_loop, names, dropped: None, forgotten: None, name: None });
         id
+    }
+
+    /// The variable that a guard knows a place by.
+    fn held(&mut self, place: Place, span: Span) -> Var {
+        let held = self.temporary(Ty::Unknown, span);
+        self.set(held, &Value { place: Some(place), ..Value::default() }, span);
+        held
     }
 
     /// A guard over places, alive to the end of the innermost block.
@@ -68,10 +78,8 @@ impl Builder<'_> {
     fn make_guard(&mut self, var: Option<Var>, span: Span) -> GuardId {
         let mut holds = Vec::new();
         let mut names = Vec::new();
-        if let Some((name, place)) = var.and_then(|var| self.guarded.get(&var).cloned()) {
-            let held = self.temporary(Ty::Unknown, span);
-            self.set(held, &Value { place: Some(place), ..Value::default() }, span);
-            holds.push(held);
+        for (name, place) in var.and_then(|var| self.guarded.get(&var).cloned()).unwrap_or_default() {
+            holds.push(self.held(place, span));
             names.push(name);
         }
         let id = self.add_guard(span, holds, names);
@@ -103,9 +111,76 @@ impl Builder<'_> {
         }
     }
 
+    /// `Guard::new(&mut filter)`, where an entry names the type and the function: a guard that is not bound yet.
+    pub(super) fn guard_made(&mut self, id: ExprId, args: &[ExprId]) -> Option<Value> {
+        let index = self.program.index;
+        let spec = index.guard_spec(self.ty(id))?;
+        if self.called_name(id) != spec.register {
+            return None;
+        }
+        let places = self.registered(args);
+        let var = self.temporary(self.ty(id).clone(), self.span(id));
+        self.guarded.insert(var, places);
+        Some(Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() })
+    }
+
+    /// `guard.register(&mut filter)`, on a guard that is bound or is being built.
+    fn register(&mut self, id: ExprId, receiver: ExprId, args: &[ExprId]) -> Value {
+        let value = self.expr(receiver);
+        let places = self.registered(args);
+        let span = self.span(id);
+        let var = value.place.as_ref().and_then(Place::base_var);
+        if let Some(guard) = var.and_then(|var| self.guards_of.get(&var)).copied() {
+            for (name, place) in places {
+                let held = self.held(place, span);
+                let info = &mut self.graph.guards[guard.0 as usize];
+                info.holds.push(held);
+                info.names.push(name);
+            }
+            return value;
+        }
+        let mut all = var.and_then(|var| self.guarded.get(&var).cloned()).unwrap_or_default();
+        all.extend(places);
+        let made = self.temporary(self.ty(id).clone(), span);
+        self.guarded.insert(made, all);
+        Value { place: Some(Place::var(made)), is_owned: true, ..Value::default() }
+    }
+
+    /// The filters among the arguments of a registration, tuples and arrays of them taken apart.
+    fn registered(&mut self, args: &[ExprId]) -> Vec<(String, Place)> {
+        let body = self.body();
+        let mut places = Vec::new();
+        for arg in args {
+            match &body.expr(*arg).kind {
+                ExprKind::Tuple(parts) | ExprKind::Array { elements: parts, .. } => {
+                    places.extend(self.registered(parts))
+                }
+                ExprKind::Cast { value, .. } => places.extend(self.registered(&[*value])),
+                ExprKind::Reference { value, .. }
+                    if matches!(body.expr(*value).kind, ExprKind::Tuple(_) | ExprKind::Array { .. }) =>
+                {
+                    places.extend(self.registered(&[*value]));
+                }
+                _ => {
+                    let name = self.text(*arg).trim_start_matches("&mut ").to_owned();
+                    let value = self.expr(*arg);
+                    if let Some(place) = value.place
+                        && self.may_hold_filter(self.ty(*arg))
+                    {
+                        places.push((name, place));
+                    }
+                }
+            }
+        }
+        places
+    }
+
     /// `cycle.guard(&mut filters)`: a guard that is not bound yet.
     pub(super) fn guard_call(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Option<Value> {
         let ty = self.ty(receiver).peel().clone();
+        if self.program.index.guard_spec(&ty).is_some_and(|spec| spec.register == method) {
+            return Some(self.register(id, receiver, args));
+        }
         let is_ceid = |ty: &Ty, name: &str| match ty {
             Ty::External(path, _) => path == &format!("ceid_core::{name}"),
             Ty::Adt(id, _) => {
@@ -121,7 +196,7 @@ impl Builder<'_> {
                 let value = self.expr(*arg);
                 let var = self.temporary(self.ty(id).clone(), self.span(id));
                 if let Some(place) = value.place {
-                    self.guarded.insert(var, (name, place));
+                    self.guarded.insert(var, vec![(name, place)]);
                 }
                 Some(Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() })
             }

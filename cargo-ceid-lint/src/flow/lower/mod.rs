@@ -136,7 +136,7 @@ struct Builder<'a> {
     advanced: HashMap<Var, (usize, String)>,
     guards_of: HashMap<Var, GuardId>,
     /// What a guard that is not bound yet was given: the name and the place.
-    guarded: HashMap<Var, (String, Place)>,
+    guarded: HashMap<Var, Vec<(String, Place)>>,
     subjects: HashMap<String, super::SubjectId>,
     inlining: Vec<FunctionId>,
     /// The variables that the value of the expression at hand goes into.
