@@ -11,6 +11,8 @@ pub(crate) struct Case {
     pub(crate) markers: Vec<(usize, String)>,
     /// Rules that fire once somewhere in the file.
     pub(crate) anywhere: Vec<String>,
+    /// Rules at `allow` that the case switches on.
+    pub(crate) warned: Vec<String>,
     /// Pairs that the proof report lists.
     pub(crate) reports: Vec<ReportLine>,
 }
@@ -54,6 +56,8 @@ impl Case {
                     is_innocent = true;
                 } else if let Some(rule) = directive.strip_prefix("finds:") {
                     case.anywhere.push(known_rule(rule).map_err(fail)?);
+                } else if let Some(rule) = directive.strip_prefix("warn:") {
+                    case.warned.push(known_rule(rule).map_err(fail)?);
                 } else if let Some(pair) = directive.strip_prefix("report:") {
                     case.reports.push(ReportLine::parse(pair).map_err(fail)?);
                 } else {
@@ -221,6 +225,13 @@ mod tests {
     #[test]
     fn innocent_case_expects_nothing() {
         check("//@ no-findings\nloop {}\n", &[]);
+    }
+
+    #[test]
+    fn a_case_can_switch_a_rule_on() {
+        let case = Case::parse("//! A case.\n//@ no-findings\n//@ warn: gated_update\n").expect("well formed");
+        assert_eq!(case.warned, ["gated_update"]);
+        check_fails("//! A case.\n//@ no-findings\n//@ warn: gate_update\n", "unknown rule `gate_update`");
     }
 
     #[test]

@@ -84,10 +84,14 @@ pub(crate) fn run_command(command: &mut Command) -> Run {
     }
 }
 
-/// Checks one file on its own.
-pub(crate) fn check_file(path: &Path) -> Run {
+/// Checks one file on its own, with these rules switched on.
+pub(crate) fn check_file(path: &Path, warned: &[String]) -> Run {
     let directory = path.parent().expect("a file lies in a directory");
-    run(directory, [OsStr::new("--message-format"), OsStr::new("json"), path.as_os_str()])
+    let mut args = vec![OsStr::new("--message-format"), OsStr::new("json"), path.as_os_str()];
+    for rule in warned {
+        args.extend([OsStr::new("-W"), OsStr::new(rule)]);
+    }
+    run(directory, args)
 }
 
 /// The proof report of one file on its own.

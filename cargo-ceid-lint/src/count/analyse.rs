@@ -5,15 +5,17 @@ use std::rc::Rc;
 
 use super::aliases::Aliases;
 use super::cycles::{Instance, choose_cycles};
+use super::debug_only;
 use super::decide::{self, Decision};
 use super::functions::{FunctionKind, called_functions, function_kind, reached_from_cycles};
 use super::instances::{leaves, place_ty, settle_elements};
+use super::remarks::Remark;
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
 use super::summary::{Summaries, place_of};
 use super::verdict::{Cycle, Pair, Verdict};
 use crate::config::Multiplicity;
-use crate::flow::{Base, ControlFlowGraph, CycleKind, Effect, LoopId, Place, Program, Projection};
+use crate::flow::{Base, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, Place, Program, Projection};
 use crate::index::{FunctionId, Index, Ty, TypeId};
 use crate::source::Span;
 
@@ -26,6 +28,8 @@ pub struct Analysis {
     pub unregistered: Vec<Unregistered>,
     /// Guards that do not do what they are there for.
     pub guards: Vec<GuardDefect>,
+    /// What further rules say of the pairs and cycles.
+    pub remarks: Vec<Remark>,
 }
 
 /// A filter that is built and then neither registered, updated, moved nor returned.
@@ -120,7 +124,7 @@ fn function_facts<'a>(
     let mut places: BTreeSet<Place> = BTreeSet::new();
     // A law may have its state in an argument, whatever the argument's type.
     let mut states: BTreeSet<Place> = BTreeSet::new();
-    for node in &graph.nodes {
+    for node in graph.nodes.iter().filter(|node| node.debug_only.is_none()) {
         match &node.effect {
             Effect::Update(update) => {
                 let roots = aliases.roots(&update.place);
@@ -149,7 +153,10 @@ fn function_facts<'a>(
         }
     }
     places.extend(states.iter().cloned());
-    places.retain(|place| is_instance(program.index, graph, place, states.contains(place)));
+    places.extend(debug_only::updates(graph, &aliases, summaries).into_iter().map(|update| update.place));
+    places.retain(|place| {
+        is_instance(program.index, graph, place, states.contains(place)) && !is_debug_only(graph, place)
+    });
     let mut updated = Vec::new();
     for place in settle_elements(program.index, graph, &places) {
         let halves =
@@ -191,6 +198,14 @@ fn is_instance(index: &Index, graph: &ControlFlowGraph, place: &Place, is_state:
             !info.name.is_empty() || info.param.is_some()
         }
     }
+}
+
+/// Whether only a debug build has the variable in which a filter lives.
+pub(super) fn is_debug_only(graph: &ControlFlowGraph, place: &Place) -> bool {
+    place.base_var().is_some_and(|var| {
+        let info = graph.var(var);
+        info.param.is_none() && graph.node(info.declared).debug_only.is_some()
+    })
 }
 
 /// The fields of types that some cycle updates, with the halves of the law.
@@ -269,7 +284,7 @@ impl Context<'_> {
         let mut pairs: BTreeMap<CycleId, Vec<Pair>> = BTreeMap::new();
         for instance in &facts.updated {
             for id in &instance.loops {
-                if graph.loop_info(*id).is_foreign {
+                if graph.loop_info(*id).cycle_head().is_none() {
                     continue;
                 }
                 if let Some(pair) = self.decide(facts, instance, CycleId::Loop(*id)) {
@@ -286,14 +301,16 @@ impl Context<'_> {
         self.owed_halves(facts, &mut pairs);
         self.owed(facts, &mut pairs, analysis);
         super::guards::defects(self.program, facts, analysis);
+        super::remarks::add(self, facts, &mut pairs, analysis);
         let def = index.function(graph.function);
         let info = index.crate_of(def.module);
         for (id, mut filters) in pairs {
             filters.sort_by(|left, right| (&left.name, &left.law).cmp(&(&right.name, &right.law)));
-            let (head, kind) = match id {
-                CycleId::Loop(id) => (graph.loop_info(id).keyword, graph.loop_info(id).kind),
-                CycleId::Function => (def.function.keyword, CycleKind::Function),
+            let head = match id {
+                CycleId::Loop(id) => graph.loop_info(id).cycle_head(),
+                CycleId::Function => Some((def.function.keyword, CycleKind::Function)),
             };
+            let Some((head, kind)) = head else { continue };
             analysis.cycles.push(Cycle {
                 package: info.package,
                 target: info.target,
@@ -321,8 +338,21 @@ impl Context<'_> {
             CycleId::Loop(id) => Region::Loop(id),
             CycleId::Function => Region::Function,
         };
-        let presumed = id == CycleId::Function && facts.kind == FunctionKind::Presumed;
-        let decision = decide::decide(&search, region, id == CycleId::Function && facts.kind == FunctionKind::Cycle);
+        let presumed = match id {
+            CycleId::Loop(id) => graph.loop_info(id).caller == Caller::Unseen,
+            CycleId::Function => facts.kind == FunctionKind::Presumed,
+        };
+        let by_framework = id == CycleId::Function && facts.kind == FunctionKind::Cycle;
+        let decision = if search.updating().is_empty() && search.unknown().is_empty() {
+            // Only a debug build updates it.
+            let head = match id {
+                CycleId::Loop(id) => graph.loop_info(id).keyword,
+                CycleId::Function => self.program.index.function(graph.function).function.keyword,
+            };
+            decide::decide_missed(&search, region, head)
+        } else {
+            decide::decide(&search, region, by_framework)
+        };
         let is_sample_loop = matches!(id, CycleId::Loop(id) if instance.sample_loops.contains(&id));
         let decision = self.by_multiplicity(facts, &search, decision);
         let decision = match decision.verdict {
@@ -366,11 +396,11 @@ impl Context<'_> {
         let index = self.program.index;
         let ty = place_ty(index, facts.graph, place).unwrap_or(Ty::Unknown);
         let first = || self.half(&ty, law).first().cloned().unwrap_or_default();
-        let law = decision.law.clone().unwrap_or_else(first);
         Pair {
             name: facts.graph.place_name(index, place),
             filter_type: index.type_name(&ty),
-            law,
+            law: decision.law.clone().unwrap_or_else(first),
+            half: law,
             verdict: decision.verdict,
             counts: decision.counts,
             gate: decision.gate,

@@ -6,7 +6,7 @@ use super::aliases::Aliases;
 use super::functions::FunctionKind;
 use super::search::Search;
 use super::summary::Summaries;
-use crate::flow::{ControlFlowGraph, Directive, Effect, LoopId, NodeId, Place, Rounds, Var};
+use crate::flow::{CallSite, Caller, ControlFlowGraph, Directive, Effect, LoopId, NodeId, Place, Rounds, Var};
 use crate::index::FunctionId;
 
 /// An instance that a function updates, with its cycles.
@@ -38,10 +38,15 @@ pub(super) fn choose_cycles(
     let mut chosen: Vec<(NodeId, Option<LoopId>)> = Vec::new();
     let mut sample_loops = BTreeSet::new();
     let mut nodes = search.updating();
-    if nodes.is_empty() {
-        nodes = search.unknown();
+    // Where only something unseen may run the updates, the code here is a cycle of which nothing is known.
+    let is_unseen = |node: &NodeId| graph.loops_around(*node).any(|id| graph.loop_info(id).caller == Caller::Unseen);
+    if nodes.iter().all(is_unseen) {
+        nodes.extend(search.unknown());
     }
     let is_updated = !nodes.is_empty();
+    if nodes.is_empty() {
+        nodes = search.debug_only();
+    }
     for node in nodes {
         let mut around: Vec<LoopId> = Vec::new();
         for id in graph.loops_around(node) {
@@ -92,6 +97,9 @@ fn choose(
     is_helper: bool,
     sample_loops: &mut BTreeSet<LoopId>,
 ) -> Option<LoopId> {
+    // What something unseen calls is presumed to be a cycle, whatever it stands in.
+    let is_unseen = around.last().is_some_and(|id| graph.loop_info(*id).caller == Caller::Unseen);
+    let (kind, is_helper) = if is_unseen { (FunctionKind::Presumed, false) } else { (kind, is_helper) };
     let declared = |id: &&LoopId| graph.loop_info(**id).directive == Some(Directive::Cycle);
     if let Some(id) = around.iter().find(declared) {
         return Some(*id);
@@ -152,6 +160,18 @@ fn feeds(
         });
         bound.extend(data.filter_map(Place::base_var));
     }
+    // What the instance gives in a round, by its law or another method of it.
+    let inside = |other: &NodeId| graph.is_within(graph.node(*other).in_loop, id);
+    let given: Vec<Var> = graph
+        .node_ids()
+        .filter(inside)
+        .flat_map(|other| match &graph.node(other).effect {
+            Effect::Update(update) if concerns(aliases, search, &update.place) => update.into.as_slice(),
+            Effect::Call(site) if receives(aliases, search, site) => site.into.as_slice(),
+            _ => &[],
+        })
+        .copied()
+        .collect();
     let is_fed = |fed: &[Var], into: &[Var]| {
         fed.iter().any(|var| aliases.is_derived(*var, &bound))
             || bound.iter().any(|var| aliases.is_derived(*var, into) && !into.is_empty())
@@ -162,23 +182,32 @@ fn feeds(
         _ => false,
     };
     at_update
-        || graph.node_ids().any(|other| {
-            graph.is_within(graph.node(other).in_loop, id)
-                && match &graph.node(other).effect {
-                    Effect::Call(site) => {
-                        is_fed(&site.fed, &[])
-                            && site.args.first().and_then(|arg| arg.place.as_ref()).is_some_and(|place| {
-                                aliases.roots(place).iter().any(|root| root.overlaps(search.instance))
-                            })
-                            && site.targets.iter().any(|target| summaries.get(*target).is_some())
-                    }
-                    Effect::Write(write) => {
-                        let into: Vec<Var> = write.place.base_var().into_iter().collect();
-                        aliases.roots(&write.place).iter().any(|root| {
-                            root.overlaps(search.instance) && root.steps.len() > search.instance.steps.len()
-                        }) && into.iter().any(|var| aliases.is_derived(*var, &bound))
-                    }
-                    _ => false,
-                }
+        || graph.node_ids().filter(inside).any(|other| match &graph.node(other).effect {
+            Effect::Call(site) => {
+                is_fed(&site.fed, &[])
+                    && receives(aliases, search, site)
+                    && site.targets.iter().any(|target| summaries.get(*target).is_some())
+            }
+            Effect::Write(write) => {
+                let is_part = aliases
+                    .roots(&write.place)
+                    .iter()
+                    .any(|root| root.overlaps(search.instance) && root.steps.len() > search.instance.steps.len());
+                // What is written is a part of the instance and comes from the sample, or the other way round.
+                write
+                    .place
+                    .base_var()
+                    .is_some_and(|var| aliases.is_derived(var, &bound) && (is_part || aliases.is_derived(var, &given)))
+            }
+            _ => false,
         })
+}
+
+fn concerns(aliases: &Aliases, search: &Search<'_>, place: &Place) -> bool {
+    aliases.roots(place).iter().any(|root| root.overlaps(search.instance))
+}
+
+/// Whether the first argument of a call is the instance, a part of it, or its owner.
+fn receives(aliases: &Aliases, search: &Search<'_>, site: &CallSite) -> bool {
+    site.args.first().and_then(|arg| arg.place.as_ref()).is_some_and(|place| concerns(aliases, search, place))
 }

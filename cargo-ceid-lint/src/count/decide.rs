@@ -79,7 +79,9 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
         let resets = completing.iter().any(|end| end.state.count == Count::Zero);
         let updates = ends.iter().filter(|end| end.state.count != Count::Zero);
         let direct = updates.clone().any(|end| end.state.direct);
+        let mut counts = completing.iter().map(|end| end.state.count);
         let verdict = match (resets, direct) {
+            _ if !completing.is_empty() && counts.all(|count| count == Count::PerSample) => Verdict::PerSample,
             (true, _) => Verdict::OnceOrReset,
             (false, true) => Verdict::Once,
             (false, false) if updates.count() > 0 => Verdict::Guarded,
@@ -227,7 +229,10 @@ fn skip_span(search: &Search<'_>, exploration: &Exploration, end: &End) -> Optio
 /// The keyword at the head of a cycle.
 fn head_of(search: &Search<'_>, region: Region) -> Span {
     match region {
-        Region::Loop(id) => search.graph.loop_info(id).keyword,
+        Region::Loop(id) => {
+            let info = search.graph.loop_info(id);
+            info.cycle_head().map_or(info.keyword, |(head, _)| head)
+        }
         Region::Function => search.program.index.function(search.graph.function).function.keyword,
     }
 }

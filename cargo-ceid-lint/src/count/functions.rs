@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::callgraph::callees;
-use crate::flow::{ControlFlowGraph, Directive, Effect, Program, Rounds};
+use crate::flow::{ControlFlowGraph, Directive, Effect, LoopInfo, Program};
 use crate::index::{FunctionId, Index, Owner};
 
 /// What one call of a function is.
@@ -82,13 +82,13 @@ pub(super) fn function_kind(
     match Directive::at(program.sources, index.function(id).function.keyword) {
         Some(Directive::Cycle) => return FunctionKind::Cycle,
         Some(Directive::NotACycle) => return FunctionKind::Helper,
-        None => {}
+        Some(Directive::Every(_)) | None => {}
     }
     if is_cycle_function(index, id) {
         return FunctionKind::Cycle;
     }
     // A function with a loop that never ends is not called once per cycle.
-    let is_endless = graph.loops.iter().any(|info| info.rounds == Rounds::Unbounded && !info.is_foreign);
+    let is_endless = graph.loops.iter().any(LoopInfo::is_endless);
     if let Owner::Impl(owner) = index.function(id).owner
         && index.guard_spec(&index.impl_def(owner).self_ty).is_some()
     {
@@ -116,14 +116,20 @@ fn is_cycle_function(index: &Index, id: FunctionId) -> bool {
         return true;
     }
     let Owner::Impl(impl_id) = def.owner else { return false };
-    let of_impl = index.impl_def(impl_id);
-    if let Some(name) = &of_impl.implements {
+    if let Some(name) = &index.impl_def(impl_id).implements {
         let trait_text = index.trait_text(name);
         if CYCLE_METHODS.iter().any(|(of, method)| *of == trait_text && *method == def.name) {
             return true;
         }
     }
+    is_law(index, id)
+}
 
+/// Whether a function is the law of a filter.
+pub(super) fn is_law(index: &Index, id: FunctionId) -> bool {
+    let def = index.function(id);
+    let Owner::Impl(impl_id) = def.owner else { return false };
+    let of_impl = index.impl_def(impl_id);
     index.filter_spec(&of_impl.self_ty).is_some_and(|spec| {
         let by_trait = of_impl.implements.as_ref().is_none_or(|name| index.is_filter_trait(name));
         by_trait && spec.law.iter().any(|group| group.methods.contains(&def.name))

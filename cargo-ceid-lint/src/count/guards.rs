@@ -1,7 +1,7 @@
 //! Guards that are not alive to the end of their cycle.
 
 use super::analyse::{Analysis, FunctionFacts, GuardDefect};
-use crate::flow::{Effect, LoopId, Program, Rounds};
+use crate::flow::{Effect, LoopId, Program};
 
 /// Finds the defects of a function's guards.
 pub(super) fn defects(program: &Program<'_>, facts: &FunctionFacts<'_>, analysis: &mut Analysis) {
@@ -9,7 +9,7 @@ pub(super) fn defects(program: &Program<'_>, facts: &FunctionFacts<'_>, analysis
     let index = program.index;
     let def = index.function(graph.function);
     let info = index.crate_of(def.module);
-    for (number, guard) in (0u32..).zip(&graph.guards) {
+    for (number, guard) in (0u32..).zip(&graph.guards).filter(|(_, guard)| guard.destructor.is_none()) {
         let cycle = guard.in_loop.map(|id| graph.loop_info(id).keyword);
         let mut defect = GuardDefect {
             package: info.package,
@@ -45,11 +45,7 @@ pub(super) fn defects(program: &Program<'_>, facts: &FunctionFacts<'_>, analysis
             .last();
         let Some(start) = start else { continue };
         let inside = (0u32..).map(LoopId).zip(&graph.loops).find(|(_, own)| {
-            own.parent == guard.in_loop
-                && own.rounds == Rounds::Unbounded
-                && !own.is_foreign
-                && own.head > start
-                && end.is_none_or(|end| own.head < end)
+            own.parent == guard.in_loop && own.is_endless() && own.head > start && end.is_none_or(|end| own.head < end)
         });
         if let Some((_, own)) = inside {
             defect.rule = "guard_outside_cycle";

@@ -11,7 +11,7 @@ use super::search::{Region, Search};
 use super::summary::place_of;
 use super::verdict::{Pair, Verdict};
 use crate::config::Multiplicity;
-use crate::flow::{ControlFlowGraph, Directive, Effect, LoopId, NodeId, Place, Rounds, Var};
+use crate::flow::{Caller, ControlFlowGraph, Directive, Effect, LoopId, NodeId, Place, Rounds, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::Receiver;
@@ -32,6 +32,9 @@ impl Context<'_> {
                 || !index.holds_filter(&info.ty)
                 || !facts.aliases.roots(&Place::var(var)).contains(&Place::var(var))
             {
+                continue;
+            }
+            if super::analyse::is_debug_only(graph, &Place::var(var)) {
                 continue;
             }
             // What a reference points to is owed nothing here, unless a caller lends it.
@@ -170,10 +173,7 @@ impl Context<'_> {
         }
         // Its scope holds a loop that never ends.
         let endless = (0u32..).map(LoopId).zip(&graph.loops).find(|(id, own)| {
-            own.rounds == Rounds::Unbounded
-                && !own.is_foreign
-                && own.directive != Some(Directive::NotACycle)
-                && scope(CycleId::Loop(*id))
+            own.is_endless() && own.directive != Some(Directive::NotACycle) && scope(CycleId::Loop(*id))
         });
         let is_local_filter = leaf.steps.is_empty();
         match endless {
@@ -223,8 +223,14 @@ impl Context<'_> {
     ) {
         let graph = facts.graph;
         let head = match id {
-            CycleId::Loop(id) if graph.loop_info(id).is_foreign => return,
-            CycleId::Loop(id) => graph.loop_info(id).keyword,
+            CycleId::Loop(id) => {
+                let info = graph.loop_info(id);
+                if info.caller == Caller::Unseen {
+                    return;
+                }
+                let Some((head, _)) = info.cycle_head() else { return };
+                head
+            }
             CycleId::Function => self.program.index.function(graph.function).function.keyword,
         };
         let decision = self.decide_unseen(facts, place, law, id, head);

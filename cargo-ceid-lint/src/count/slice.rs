@@ -13,10 +13,11 @@ pub(super) struct ControlDependence {
 
 impl ControlDependence {
     pub(super) fn of(graph: &ControlFlowGraph) -> Self {
-        let after = post_dominators(graph);
+        let endless = endless_heads(graph);
+        let after = post_dominators(graph, &endless);
         let mut branches: Vec<Vec<u32>> = vec![Vec::new(); graph.nodes.len()];
         for (number, node) in (0u32..).zip(&graph.nodes) {
-            if node.next.len() < 2 {
+            if node.next.len() < 2 && !endless.contains(&number) {
                 continue;
             }
             let stop = after[number as usize];
@@ -40,8 +41,31 @@ impl ControlDependence {
     }
 }
 
-/// The nearest node through which every way from a node to an exit leads. Ways that never end or that diverge do not count.
-fn post_dominators(graph: &ControlFlowGraph) -> Vec<Option<u32>> {
+/// The heads of loops from which no exit can be reached.
+fn endless_heads(graph: &ControlFlowGraph) -> BTreeSet<u32> {
+    let mut before: Vec<Vec<u32>> = vec![Vec::new(); graph.nodes.len()];
+    let mut open = Vec::new();
+    for (number, node) in (0u32..).zip(&graph.nodes) {
+        for next in &node.next {
+            before[next.0 as usize].push(number);
+        }
+        if node.next.is_empty() && !matches!(node.effect, Effect::Diverge | Effect::End) {
+            open.push(number);
+        }
+    }
+    let mut ends = vec![false; graph.nodes.len()];
+    while let Some(node) = open.pop() {
+        if !std::mem::replace(&mut ends[node as usize], true) {
+            open.extend(before[node as usize].iter().copied());
+        }
+    }
+    let heads = (0u32..).zip(&graph.nodes).filter(|(_, node)| matches!(node.effect, Effect::LoopHead(_)));
+    heads.filter(|(number, _)| !ends[*number as usize]).map(|(number, _)| number).collect()
+}
+
+/// The nearest node through which every way from a node to an exit leads. Ways that never end or that diverge do not count: a
+/// loop without an exit is taken to have one at its head.
+fn post_dominators(graph: &ControlFlowGraph, endless: &BTreeSet<u32>) -> Vec<Option<u32>> {
     let count = graph.nodes.len();
     let exit = u32::try_from(count).unwrap_or(u32::MAX);
     let mut before: Vec<Vec<u32>> = vec![Vec::new(); count + 1];
@@ -52,8 +76,7 @@ fn post_dominators(graph: &ControlFlowGraph) -> Vec<Option<u32>> {
         for next in &node.next {
             before[next.0 as usize].push(number);
         }
-        // A loop that never ends still has an end for this purpose.
-        if node.next.is_empty() || matches!(node.effect, Effect::LoopHead(_)) {
+        if node.next.is_empty() || endless.contains(&number) {
             before[exit as usize].push(number);
         }
     }
@@ -73,11 +96,7 @@ fn post_dominators(graph: &ControlFlowGraph) -> Vec<Option<u32>> {
                 Some(info) => info.next.iter().map(|next| next.0).collect(),
                 None => Vec::new(),
             };
-            if graph
-                .nodes
-                .get(*node as usize)
-                .is_some_and(|info| info.next.is_empty() || matches!(info.effect, Effect::LoopHead(_)))
-            {
+            if graph.nodes.get(*node as usize).is_some_and(|info| info.next.is_empty()) || endless.contains(node) {
                 successors.push(exit);
             }
             let mut nearest: Option<u32> = None;
@@ -143,6 +162,20 @@ pub(super) struct Tracked {
     pub(super) subjects: Vec<SubjectId>,
     /// Subjects that would have to be tracked, beyond the limit.
     pub(super) dropped: BTreeSet<SubjectId>,
+}
+
+/// Up to how many subjects those are tracked that only tell whether a way completes.
+const MAX_WITH_EXITS: usize = 6;
+
+impl Tracked {
+    /// Tracks more, where there is room.
+    pub(super) fn add(&mut self, more: Self) {
+        let room = MAX_WITH_EXITS.saturating_sub(self.subjects.len());
+        let new: Vec<SubjectId> =
+            more.subjects.into_iter().filter(|id| !self.subjects.contains(id)).take(room).collect();
+        self.subjects.extend(new);
+        self.subjects.sort_unstable();
+    }
 }
 
 /// Finds what matters, beginning with the nodes at which something happens to the instance. `times` says how often a branch is

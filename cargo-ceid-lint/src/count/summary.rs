@@ -5,6 +5,7 @@ use std::rc::Rc;
 
 use super::aliases::Aliases;
 use super::counts::Count;
+use super::debug_only::{self, DebugOnly};
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
 use super::verdict::Gate;
@@ -109,6 +110,8 @@ pub(super) struct Summary {
     pub(super) heads: u8,
     /// What it reads or feeds without updating it.
     pub(super) uses: BTreeSet<Given>,
+    /// What only a debug build updates, with the half of the law.
+    pub(super) debug_only: BTreeMap<(Given, usize), DebugOnly>,
 }
 
 impl Summary {
@@ -122,6 +125,12 @@ impl Summary {
         for half in &mut self.halves {
             half.insert(given.clone(), outcomes.to_vec());
         }
+    }
+
+    /// The ways through it, with the half of the law that they are for.
+    pub(super) fn outcomes_by_half(&self) -> impl Iterator<Item = (usize, &Given, &Vec<Outcome>)> {
+        let halves = self.halves.iter().enumerate();
+        halves.flat_map(|(law, half)| half.iter().map(move |(given, outcomes)| (law, given, outcomes)))
     }
 
     /// The ways through it for all halves.
@@ -229,6 +238,14 @@ impl Summaries {
         summary.uses.retain(|given| holds_filter_at(program, graph, &instance_of(graph, given)));
         bound(&mut summary.uses);
         bound(&mut summary.writes);
+        for update in debug_only::updates(graph, &aliases, self) {
+            if let Some(given) = given(graph, &update.place)
+                && debug_only::is_callers(graph, update.node)
+                && summary.debug_only.len() < MAX_PLACES
+            {
+                summary.debug_only.entry((given, update.law)).or_insert(update.why);
+            }
+        }
         self.judge(program, graph, &aliases, touched, unknown, &mut summary);
         summary
     }

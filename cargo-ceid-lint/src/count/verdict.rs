@@ -128,6 +128,8 @@ pub struct Pair {
     pub filter_type: String,
     /// The method, or the half of the law.
     pub law: String,
+    /// The number of the half.
+    pub half: usize,
     /// What was decided.
     pub verdict: Verdict,
     /// The sorted set of counts on completing paths, 2 for 'many'.

@@ -1,45 +1,20 @@
 //! Control flow: each function as a graph of the effects that matter for filters. Knows no verdicts.
 
+mod cycle;
 mod lower;
 mod place;
+mod steps;
 mod test;
 
 use crate::index::{BodyOwner, FunctionId, Index, Ty};
 use crate::source::Span;
 use crate::types::TypedBody;
 
+pub use cycle::{Caller, CycleKind, Directive, LoopInfo, Rounds};
 pub use lower::lower_function;
 pub use place::{Base, IndexKey, Place, Projection, Relation};
+pub use steps::{StepUnit, step_unit, takes_step};
 pub use test::{About, Head, OTHER_HEADS, Subject, SubjectId, Test};
-
-/// What a cycle is in the source.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum CycleKind {
-    /// `loop`, and `each_cycle!`
-    Loop,
-    /// `while`
-    While,
-    /// `for`
-    For,
-    /// A closure that is called once per cycle or per item.
-    Closure,
-    /// A cycle function.
-    Function,
-}
-
-impl CycleKind {
-    /// The word in the proof report.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Loop => "loop",
-            Self::While => "while",
-            Self::For => "for",
-            Self::Closure => "closure",
-            Self::Function => "function",
-        }
-    }
-}
 
 /// A node of a [`ControlFlowGraph`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -102,6 +77,8 @@ pub struct Node {
     pub next: Vec<NodeId>,
     /// The innermost loop it lies in.
     pub in_loop: Option<LoopId>,
+    /// The branch behind which it lies, if only a debug build or a log level leads there: what is shipped does not have it.
+    pub debug_only: Option<NodeId>,
 }
 
 /// Why something cannot be known.
@@ -304,96 +281,6 @@ pub struct VarInfo {
     pub param: Option<usize>,
 }
 
-/// How often a loop runs.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Rounds {
-    /// Until something in it ends it.
-    Unbounded,
-    /// A number of times that is known.
-    Constant(u64),
-    /// Once for each item of something finite.
-    Bounded,
-}
-
-/// A loop.
-#[derive(Clone, Debug)]
-pub struct LoopInfo {
-    /// What it is in the source.
-    pub kind: CycleKind,
-    /// Its keyword, or the closure's `|`.
-    pub keyword: Span,
-    /// The loop around it.
-    pub parent: Option<LoopId>,
-    /// Its head.
-    pub head: NodeId,
-    /// How often it runs.
-    pub rounds: Rounds,
-    /// Variables that name an element in each round, and the collection's elements.
-    pub items: Vec<(Var, Place)>,
-    /// The variable that counts the rounds or elements, and its first value if that is known.
-    pub counter: Option<(Var, Option<u64>)>,
-    /// Every variable that its head binds.
-    pub bound: Vec<Var>,
-    /// Collections that are indexed with the counter.
-    pub indexes: Vec<Place>,
-    /// Whether an item may be passed over (`filter`), so that its round does not take place.
-    pub passes_over: bool,
-    /// Whether its items are the elements of a collection from the first one on, none left out.
-    pub in_order: bool,
-    /// Whether it is a `while let` or `for` that takes what is there from a queue.
-    pub drains: bool,
-    /// Whether it stands in another function that was inlined here, so that it is that function's own.
-    pub is_foreign: bool,
-    /// The source text of what it runs over, for messages.
-    pub text: String,
-    /// What a comment above it says.
-    pub directive: Option<Directive>,
-}
-
-/// What a comment says of a loop or function.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Directive {
-    /// `// ceid: cycle`
-    Cycle,
-    /// `// ceid: not-a-cycle`
-    NotACycle,
-}
-
-impl Directive {
-    /// The directive on the comment lines right above a place, or at the end of its line. Attributes and other comments may
-    /// stand between.
-    #[must_use]
-    pub fn at(sources: &crate::source::SourceMap, span: Span) -> Option<Self> {
-        let file = sources.file(span.file);
-        let line = sources.line(span);
-        let text = |line: u32| &file.text[file.lines.line_range(&file.text, line)];
-        if let Some((_, comment)) = text(line).split_once("//")
-            && let Some(directive) = Self::parse(comment)
-        {
-            return Some(directive);
-        }
-        for above in (1..line).rev() {
-            let text = text(above).trim();
-            if let Some(comment) = text.strip_prefix("//") {
-                if let Some(directive) = Self::parse(comment) {
-                    return Some(directive);
-                }
-            } else if !text.starts_with("#[") {
-                return None;
-            }
-        }
-        None
-    }
-
-    fn parse(comment: &str) -> Option<Self> {
-        match comment.trim().strip_prefix("ceid:")?.trim() {
-            "cycle" => Some(Self::Cycle),
-            "not-a-cycle" => Some(Self::NotACycle),
-            _ => None,
-        }
-    }
-}
-
 /// How a guard comes about and ends.
 #[derive(Clone, Debug)]
 pub struct GuardInfo {
@@ -411,6 +298,8 @@ pub struct GuardInfo {
     pub forgotten: Option<(Span, String)>,
     /// The name it is bound to, if it has one.
     pub name: Option<String>,
+    /// Set if it is a value of another type, whose own destructor runs where it ends.
+    pub destructor: Option<FunctionId>,
 }
 
 /// What the lowering may ask.

@@ -89,12 +89,18 @@ pub struct About {
     pub is_comparison: bool,
     /// Whether it contains `%` or `is_multiple_of`.
     pub is_remainder: bool,
+    /// The number that it divides by, or the mask plus one.
+    pub ratio: Option<u64>,
+    /// The whole numbers in it.
+    pub numbers: Vec<u64>,
     /// Whether it masks bits.
     pub is_masked: bool,
     /// Whether it is an arm of a choice between events.
     pub is_event: bool,
     /// Whether it is a constant expression, or asks for `#[cfg]`.
     pub is_constant: bool,
+    /// Whether it holds in a debug build, or while a log level is on, and never in what is shipped.
+    pub is_debug: bool,
     /// The heads asked for, if it is a pattern or comparison with a constant.
     pub heads: Vec<Head>,
 }

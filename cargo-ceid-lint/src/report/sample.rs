@@ -110,6 +110,7 @@ fn cycles(head: Span, sources: &SourceMap) -> Vec<Cycle> {
         name: name.to_owned(),
         filter_type: "KalmanF".to_owned(),
         law: "update".to_owned(),
+        half: 0,
         verdict,
         counts: counts.to_vec(),
         gate: None,

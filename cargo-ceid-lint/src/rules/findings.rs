@@ -14,6 +14,7 @@ pub fn findings(analysis: &Analysis) -> Vec<Diagnostic> {
     }
     found.extend(analysis.unregistered.iter().filter_map(unregistered));
     found.extend(analysis.guards.iter().filter_map(guard));
+    found.extend(analysis.remarks.iter().filter_map(super::remarks::finding));
     found
 }
 
@@ -46,10 +47,17 @@ fn of_cycle(cycle: &Cycle, analysis: &Analysis, found: &mut Vec<Diagnostic>) {
     for pair in of_verdict(cycle, Verdict::Gated) {
         found.extend(gated(cycle, pair));
     }
+    for pair in cycle.filters.iter().filter(|pair| pair.rules.contains(&"unguarded_update")) {
+        found.extend(unguarded(cycle, pair));
+    }
 }
 
+/// The pairs of a verdict that no other finding tells: what only a debug build updates has one of its own.
 fn of_verdict(cycle: &Cycle, verdict: Verdict) -> Vec<&Pair> {
-    cycle.filters.iter().filter(|pair| pair.verdict == verdict).collect()
+    let is_told = |pair: &&Pair| {
+        matches!(verdict, Verdict::Missed | Verdict::Skipped) && pair.rules.contains(&"debug_only_update")
+    };
+    cycle.filters.iter().filter(|pair| pair.verdict == verdict).filter(|pair| !is_told(pair)).collect()
 }
 
 /// Pairs that the same statement skips.
@@ -64,7 +72,7 @@ fn by_primary<'p>(pairs: &[&'p Pair]) -> Vec<Vec<&'p Pair>> {
     groups
 }
 
-const GUARD_HELP: &str =
+pub(super) const GUARD_HELP: &str =
     "let a guard update it: `ceid_core::ceid!(cycle => …)` at the head of the cycle, and no update by hand";
 
 fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair]) -> Option<Diagnostic> {
@@ -146,6 +154,15 @@ fn gated(cycle: &Cycle, pair: &Pair) -> Option<Diagnostic> {
     Some(finding)
 }
 
+fn unguarded(cycle: &Cycle, pair: &Pair) -> Option<Diagnostic> {
+    let rule = find("unguarded_update")?;
+    let message = format!("`{}` is updated exactly once in this cycle, by attention and not by a guard", pair.name);
+    let mut finding = start(rule, cycle, &[pair], message, cycle.head, "in this cycle");
+    finding.notes.push("the next `continue`, `?` or pasted line can change that; a guard cannot be skipped".to_owned());
+    finding.helps.push(GUARD_HELP.to_owned());
+    Some(finding)
+}
+
 fn unregistered(filter: &Unregistered) -> Option<Diagnostic> {
     let rule = find("unregistered_filter")?;
     let message = format!("the filter `{}` is built, and nothing ever updates it", filter.name);
@@ -212,7 +229,7 @@ fn guard(defect: &GuardDefect) -> Option<Diagnostic> {
     Some(finding)
 }
 
-fn empty(rule: &'static Rule, package: usize, target: usize) -> Diagnostic {
+pub(super) fn empty(rule: &'static Rule, package: usize, target: usize) -> Diagnostic {
     Diagnostic {
         rule: rule.name,
         level: Level::Allow,
@@ -253,7 +270,7 @@ fn names(pairs: &[&Pair]) -> String {
 }
 
 /// `a`, `b` and `c`
-fn quoted(names: &[String]) -> String {
+pub(super) fn quoted(names: &[String]) -> String {
     let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
     match quoted.as_slice() {
         [] => String::new(),
@@ -262,7 +279,7 @@ fn quoted(names: &[String]) -> String {
     }
 }
 
-fn suppression(rule: &Rule) -> String {
+pub(super) fn suppression(rule: &Rule) -> String {
     format!(
         "if it is meant so, lower the rule's level: `-A {}`, or `{} = \"allow\"` under `[lints]`",
         rule.id(),

@@ -2,6 +2,7 @@
 
 mod findings;
 mod levels;
+mod remarks;
 
 pub use findings::findings;
 pub use levels::{Setting, level_of, unknown_name, validate};
@@ -106,13 +107,16 @@ macro_rules! rule {
 
 /// All rules, sorted by name.
 pub const RULES: &[Rule] = &[
+    rule!("debug_only_update", Correctness, "a filter that stands still in a release build"),
     rule!("forgotten_guard", Correctness, "a guard whose destructor never runs updates nothing"),
     rule!("gated_update", Proof, "a filter that is updated only when a gate opens"),
     rule!("guard_dropped_early", Correctness, "a guard that ends before the cycle does"),
     rule!("guard_outside_cycle", Correctness, "a guard from before the loop updates once, not once per cycle"),
     rule!("missed_update", Correctness, "a filter that the cycle owes an update and never updates"),
+    rule!("multi_event_update", Suspicious, "a filter with a fixed step that two different events advance"),
     rule!("repeated_update", Correctness, "a filter that is updated twice or more in one cycle"),
     rule!("skipped_update", Suspicious, "a filter that some paths through the cycle do not update"),
+    rule!("unguarded_update", Proof, "a filter that is updated once by attention, not by a guard"),
     rule!("unproved_update", Proof, "a filter whose updates cannot be counted"),
     rule!("unregistered_filter", Suspicious, "a filter that is built and takes part in no cycle"),
 ];

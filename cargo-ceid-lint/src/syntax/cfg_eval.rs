@@ -38,16 +38,29 @@ impl Presence {
         }
     }
 
-    /// `None` if it is absent; else the key if it is uncertain.
+    /// `None` if it is absent; else the key if it is uncertain. What only a debug build has is told apart from what a
+    /// release build has, too: that one is judged.
     pub(super) fn key(self) -> Option<Option<CfgKey>> {
-        match self {
-            Self::Absent => None,
+        match self.clone().in_build(false) {
+            Self::Absent if self.in_build(true) == Self::Absent => None,
+            Self::Absent => Some(Some(CfgKey { key: DEBUG_BUILD.to_owned(), negated: false })),
             Self::Present => Some(None),
             Self::Maybe(Predicate::Not(inner)) => Some(Some(CfgKey { key: inner.spelling(), negated: true })),
             Self::Maybe(predicate) => Some(Some(CfgKey { key: predicate.spelling(), negated: false })),
         }
     }
+
+    /// Whether it is there in a build with or without `debug_assertions`.
+    pub(super) fn in_build(self, is_debug: bool) -> Self {
+        match self {
+            Self::Maybe(predicate) => predicate.in_build(is_debug),
+            certain => certain,
+        }
+    }
 }
+
+/// The flag that tells a debug build from a release build.
+pub(super) const DEBUG_BUILD: &str = "debug_assertions";
 
 /// A predicate without the parts that are certain.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -61,6 +74,16 @@ pub(super) enum Predicate {
 }
 
 impl Predicate {
+    fn in_build(self, is_debug: bool) -> Presence {
+        match self {
+            Self::Leaf(name) if name == DEBUG_BUILD && is_debug => Presence::Present,
+            Self::Leaf(name) if name == DEBUG_BUILD => Presence::Absent,
+            Self::Leaf(_) => Presence::Maybe(self),
+            Self::Not(inner) => inner.in_build(is_debug).not(),
+            Self::All(parts) => all(parts.into_iter().map(|part| part.in_build(is_debug)).collect()),
+        }
+    }
+
     fn spelling(&self) -> String {
         match self {
             Self::Leaf(text) => text.clone(),
@@ -124,6 +147,10 @@ fn all(parts: Vec<Presence>) -> Presence {
 }
 
 fn flag(name: &str, cfg: &CfgValues) -> Presence {
+    // Whatever the profile, what is shipped is judged, and what only a debug build does is kept apart.
+    if name == DEBUG_BUILD {
+        return Presence::Maybe(Predicate::Leaf(name.to_owned()));
+    }
     if cfg.flags.contains(name) {
         Presence::Present
     } else if cfg.closed.contains(name) {
@@ -208,6 +235,16 @@ mod tests {
         check("not(not(has_fpu))", "has_fpu");
         check("board = \"v2\"", "board = \"v2\"");
         check("version(\"1.80\")", "version(\"1.80\")");
+    }
+
+    #[test]
+    fn a_release_build_is_judged() {
+        check("debug_assertions", "debug_assertions");
+        check("not(debug_assertions)", "yes");
+        check("all(debug_assertions, has_fpu)", "debug_assertions");
+        check("any(debug_assertions, has_fpu)", "has_fpu");
+        check("all(debug_assertions, test)", "no");
+        check("all(not(debug_assertions), has_fpu)", "has_fpu");
     }
 
     #[test]

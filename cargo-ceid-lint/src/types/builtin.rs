@@ -139,6 +139,10 @@ pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&
             let name = path.rsplit("::").next().unwrap_or("");
             let inner = arg(params, 0);
             match name {
+                // A guard hands out what it holds: `cell.borrow_mut().as_mut()` looks into the option in the cell.
+                "LockResult" if opens_option(method) && is_option(inner.peel()) => {
+                    self::method(inner.peel(), method, args, closure)
+                }
                 "Option" | "Result" | "LockResult" | "Poll" => {
                     optional_method(name, &inner, params, method, args, closure)
                 }
@@ -182,6 +186,26 @@ fn ceid_method(path: &str, params: &[Ty], receiver: &Ty, method: &str, args: &[T
         ("Cyclic", "run") => option(Ty::Unknown),
         _ => return None,
     })
+}
+
+fn is_option(ty: &Ty) -> bool {
+    ty.external_name() == Some("Option")
+}
+
+/// Methods of an option that a lock's result does not have, or that are called on a guard more often than on that result.
+fn opens_option(method: &str) -> bool {
+    matches!(
+        method,
+        "as_mut"
+            | "as_ref"
+            | "as_deref_mut"
+            | "take"
+            | "replace"
+            | "insert"
+            | "get_or_insert_with"
+            | "is_some"
+            | "is_none"
+    )
 }
 
 fn is_cell_type(ty: &Ty) -> bool {

@@ -512,6 +512,7 @@ impl Infer<'_> {
                 }
                 Ty::Never
             }
+            MacroKind::DebugBuild => Ty::Bool,
             MacroKind::DebugOnly(operands) | MacroKind::Logging(operands) => {
                 for operand in operands {
                     self.expr(*operand, None);

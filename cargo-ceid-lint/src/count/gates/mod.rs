@@ -6,7 +6,7 @@ mod time;
 
 use super::search::{End, Exploration, Region, Search};
 use super::verdict::Gate;
-use crate::flow::{Effect, LoopId, NodeId, Place, Test};
+use crate::flow::{About, Directive, Effect, LoopId, NodeId, Place, Test};
 
 /// Why a way does not update, if it does so on purpose; `None` for a way that updates, or that nothing explains.
 pub(super) fn of_end(search: &Search<'_>, region: Region, exploration: &Exploration, end: &End) -> Option<Gate> {
@@ -32,6 +32,12 @@ pub(super) fn of_end(search: &Search<'_>, region: Region, exploration: &Explorat
     Some(gate)
 }
 
+/// Whether a test asks about something that was received in this iteration.
+pub(super) fn is_received(search: &Search<'_>, region: Region, test: &Test) -> bool {
+    let gates = Gates { search, region };
+    test.about.reads.iter().filter_map(Place::base_var).any(|var| gates.is_received(var))
+}
+
 struct Gates<'s, 'a> {
     search: &'s Search<'a>,
     region: Region,
@@ -39,6 +45,25 @@ struct Gates<'s, 'a> {
 
 impl Gates<'_, '_> {
     fn of_test(&self, test: &Test, at: NodeId) -> Option<Gate> {
+        let gate = self.of_condition(test, at);
+        let sources = self.search.program.sources;
+        let at_gate = match Directive::at(sources, test.span) {
+            Some(Directive::Every(ratio)) => Some(ratio),
+            _ => None,
+        };
+        let at_loop = match self.region {
+            Region::Loop(id) => self.search.graph.loop_info(id).directive,
+            Region::Function => None,
+        };
+        match (at_gate, at_loop, gate) {
+            (Some(ratio), _, _) | (None, Some(Directive::Every(ratio)), Some(Gate::Rate)) => {
+                (gate == Some(Gate::Rate) && has_ratio(&test.about, ratio)).then_some(Gate::Rate)
+            }
+            _ => gate,
+        }
+    }
+
+    fn of_condition(&self, test: &Test, at: NodeId) -> Option<Gate> {
         let about = &test.about;
         if about.is_constant {
             return Some(Gate::Config);
@@ -168,6 +193,18 @@ impl Gates<'_, '_> {
             Some(crate::flow::Projection::Field(name)) => name.to_string(),
             Some(crate::flow::Projection::Index(_) | crate::flow::Projection::Channel(_)) => String::new(),
             None => place.base_var().map(|var| self.search.graph.var(var).name.clone()).unwrap_or_default(),
+        }
+    }
+}
+
+/// Whether a rate gate opens in one of so many cycles, as far as its condition tells: a counter is compared with the ratio, or
+/// with its last number.
+fn has_ratio(about: &About, ratio: u64) -> bool {
+    match about.ratio {
+        Some(own) => own == ratio,
+        None => {
+            let known: Vec<u64> = about.numbers.iter().copied().filter(|number| *number > 0).collect();
+            known.is_empty() || known.iter().any(|number| *number == ratio || number + 1 == ratio)
         }
     }
 }

@@ -65,21 +65,27 @@ impl Gates<'_, '_> {
         }
         test.about.reads.iter().any(|place| {
             let Some(var) = place.base_var() else { return false };
-            let received = graph
-                .computed
-                .get(&var)
-                .is_some_and(|computed| computed.calls.iter().any(|name| EVENTS.contains(&name.as_str())));
-            let inside = match self.region {
-                Region::Loop(own) => graph.is_within(graph.var(var).in_loop, own),
-                Region::Function => true,
-            };
             let info = graph.var(var);
             let is_event_parameter = self.region == Region::Function
                 && info.param.is_some()
                 && info.name != "self"
                 && matches!(info.ty.peel(), crate::index::Ty::Adt(..));
-            (received && inside) || is_event_parameter
+            self.is_received(var) || is_event_parameter
         })
+    }
+
+    /// Whether a variable holds what was received in this iteration.
+    pub(super) fn is_received(&self, var: Var) -> bool {
+        let graph = self.search.graph;
+        let received = graph
+            .computed
+            .get(&var)
+            .is_some_and(|computed| computed.calls.iter().any(|name| EVENTS.contains(&name.as_str())));
+        let inside = match self.region {
+            Region::Loop(own) => graph.is_within(graph.var(var).in_loop, own),
+            Region::Function => true,
+        };
+        received && inside
     }
 
     /// Whether what is present or absent is the filter itself.

@@ -15,7 +15,7 @@ use run::Run;
 
 use super::aliases::Aliases;
 use super::counts::Count;
-use super::slice::{ControlDependence, tracked};
+use super::slice::{self, ControlDependence, tracked};
 use super::summary::{Outcome, Summaries, place_of};
 use super::verdict::Gate;
 use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, LoopId, NodeId, Place, Program, Relation, Rounds};
@@ -187,7 +187,14 @@ impl<'a> Search<'a> {
             }),
             _ => false,
         };
-        self.graph.node_ids().filter(is_unknown).collect()
+        self.graph.node_ids().filter(|id| self.graph.node(*id).debug_only.is_none()).filter(is_unknown).collect()
+    }
+
+    /// The nodes at which only a debug build updates it.
+    pub(super) fn debug_only(&self) -> BTreeSet<NodeId> {
+        let updates = super::debug_only::updates(self.graph, self.aliases, self.summaries);
+        let own = updates.iter().filter(|update| update.place == *self.instance && update.law == self.law);
+        own.map(|update| update.node).collect()
     }
 
     /// Why nothing is known of the instance, where something unseen gets it.
@@ -204,6 +211,9 @@ impl<'a> Search<'a> {
     }
 
     fn touches(&self, id: NodeId, any: bool) -> bool {
+        if self.graph.node(id).debug_only.is_some() {
+            return false;
+        }
         match &self.graph.node(id).effect {
             Effect::Update(update) => update.law == self.law && self.may_be(&update.place, true),
             Effect::Call(site) => self.call_touches(site, any),
@@ -241,7 +251,9 @@ impl<'a> Search<'a> {
 
     /// The ways through the whole function, as its callers see them.
     pub(super) fn outcomes(&self, region: Region) -> Vec<Outcome> {
-        let exploration = self.explore(region, &[(NodeId(0), None)]);
+        let around = self.updating().into_iter().flat_map(|node| self.graph.loops_around(node));
+        let own: BTreeSet<LoopId> = around.filter(|id| self.sample_loops.contains(id)).collect();
+        let exploration = self.explore_from(region, &[(NodeId(0), None)], own);
         let mut outcomes: BTreeSet<Outcome> = BTreeSet::new();
         for end in &exploration.ends {
             outcomes.insert(Outcome {
@@ -263,6 +275,11 @@ impl<'a> Search<'a> {
 
     /// Searches a region. Each start is a node with the names that the instance has there, or its own name.
     pub(super) fn explore(&self, region: Region, starts: &[(NodeId, Option<Entry>)]) -> Exploration {
+        self.explore_from(region, starts, BTreeSet::new())
+    }
+
+    /// The same, where some loops count as one run of a cycle of their own, however many rounds they have.
+    fn explore_from(&self, region: Region, starts: &[(NodeId, Option<Entry>)], own: BTreeSet<LoopId>) -> Exploration {
         let touching = self.touching();
         let inside = |node: NodeId| match region {
             Region::Function => true,
@@ -282,8 +299,13 @@ impl<'a> Search<'a> {
             false => 0,
             true => 1 + u32::from(self.graph.node(node).in_loop != own_loop),
         };
-        let tracked = tracked(self.graph, &self.dependence, &touching_inside, &times);
-        let mut run = Run::new(self, region, tracked, self.reach(region));
+        let mut tracked = tracked(self.graph, &self.dependence, &touching_inside, &times);
+        // Whether a way completes depends on the branches that leave the loop.
+        touching_inside.extend(self.graph.node_ids().filter(|id| {
+            inside(*id) && self.graph.node(*id).next.iter().any(|next| region != Region::Function && !inside(*next))
+        }));
+        tracked.add(slice::tracked(self.graph, &self.dependence, &touching_inside, &times));
+        let mut run = Run::new(self, region, tracked, self.reach(region), own);
         for (node, entry) in starts {
             run.start(*node, entry.as_ref());
         }

@@ -1,6 +1,6 @@
 //! One search at work: its states, what each effect does to them, and how ways end.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::{BTreeSet, HashMap, VecDeque};
 
 use super::{End, EndKind, Entry, Exploration, MAX_ROUNDS, MAX_STATES, Region, Search, State};
 use crate::count::counts::Count;
@@ -43,12 +43,20 @@ pub(super) struct Run<'s, 'a> {
     pub(super) exploration: Exploration,
     /// The nodes from which an update can still be reached in the iteration.
     pub(super) reach: Vec<bool>,
+    /// Loops that count as one run of a cycle of their own, however many rounds they have.
+    own: BTreeSet<LoopId>,
     pub(super) seen: HashMap<State, usize>,
     pub(super) queue: VecDeque<usize>,
 }
 
 impl<'s, 'a> Run<'s, 'a> {
-    pub(super) fn new(search: &'s Search<'a>, region: Region, tracked: Tracked, reach: Vec<bool>) -> Self {
+    pub(super) fn new(
+        search: &'s Search<'a>,
+        region: Region,
+        tracked: Tracked,
+        reach: Vec<bool>,
+        own: BTreeSet<LoopId>,
+    ) -> Self {
         Self {
             search,
             region,
@@ -62,9 +70,10 @@ impl<'s, 'a> Run<'s, 'a> {
                 ends: Vec::new(),
                 causes: Vec::new(),
                 limit: false,
-                dropped: std::collections::BTreeSet::new(),
+                dropped: BTreeSet::new(),
             },
             reach,
+            own,
             seen: HashMap::new(),
             queue: VecDeque::new(),
         }
@@ -122,6 +131,9 @@ impl<'s, 'a> Run<'s, 'a> {
     /// Follows an edge: the way may end with it.
     fn follow(&mut self, at: usize, state: State, to: NodeId) {
         let graph = self.search.graph;
+        if graph.node(to).debug_only.is_some() {
+            return;
+        }
         let mut state = state;
         let ends = matches!(self.region, Region::Loop(id) if to == graph.loop_info(id).head);
         if state.count == Count::Zero
@@ -215,7 +227,12 @@ impl<'s, 'a> Run<'s, 'a> {
                 let mut rounds = self.rounds.get(state.rounds).clone();
                 rounds.retain(|(open, _)| open != id);
                 let rounds = self.rounds.intern(rounds);
-                self.everywhere(at, &State { rounds, ..state.clone() });
+                let mut next = State { rounds, ..state.clone() };
+                if self.own.contains(id) && !next.in_sample {
+                    next.in_sample = true;
+                    next.count = next.count.then(Count::PerSample);
+                }
+                self.everywhere(at, &next);
             }
             Effect::LoopHead(id) => self.head(at, state, *id),
             Effect::Fork => {

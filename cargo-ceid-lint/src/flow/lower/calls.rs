@@ -2,7 +2,7 @@
 
 use super::laws::Law;
 use super::{Builder, Value};
-use crate::flow::{Argument, CallSite, Cause, Effect, IndexKey, Place, Var};
+use crate::flow::{Argument, CallSite, Caller, Cause, Effect, IndexKey, Place, Var};
 use crate::index::{Def, FunctionId, Ty};
 use crate::syntax::tree::{ExprId, ExprKind};
 use crate::types::{Callee, Resolved};
@@ -110,7 +110,9 @@ impl Builder<'_> {
             return Value::default();
         }
         if values.iter().any(|value| value.closure.is_some()) {
+            let keeps = |target: &FunctionId| self.takes_callback(id) && !self.calls_parameter(*target);
             if let [target] = resolved.targets.as_slice()
+                && !keeps(target)
                 && let Some(value) = self.inline_function(*target, values, span)
             {
                 return value;
@@ -210,10 +212,15 @@ impl Builder<'_> {
             return Value::default();
         }
         let span = self.span(id);
+        let mut takes_callback = self.takes_callback(id);
         let mut places = Vec::new();
         for (expr, value) in exprs.iter().zip(values) {
             if let Some(closure) = value.closure {
-                self.detach_closure(closure, &text, false, span);
+                if std::mem::take(&mut takes_callback) {
+                    self.callback(closure, Caller::Framework, span);
+                } else {
+                    self.closure_for_unseen(closure, Cause::Closure(path_tail(&text)), span);
+                }
                 continue;
             }
             if let Some(place) = &value.place

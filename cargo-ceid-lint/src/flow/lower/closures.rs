@@ -1,7 +1,7 @@
 //! Closures and functions whose bodies are read where they run, and code that runs elsewhere.
 
 use super::{Builder, ClosureRef, Frame, MAX_INLINE, Value};
-use crate::flow::{Cause, Effect, Place};
+use crate::flow::{About, Caller, Cause, CycleKind, Effect, Place, Rounds};
 use crate::index::FunctionId;
 use crate::source::Span;
 use crate::syntax::tree::ExprKind;
@@ -20,6 +20,7 @@ impl Builder<'_> {
         }
         let body = self.frames[closure.frame].body;
         let ExprKind::Closure(code) = &body.expr(closure.expr).kind else { return Value::default() };
+        let first = self.graph.nodes.len();
         let outer = std::mem::replace(&mut self.frame, closure.frame);
         self.depth += 1;
         let ty = self.ty(code.body).clone();
@@ -32,7 +33,24 @@ impl Builder<'_> {
         });
         self.depth -= 1;
         self.frame = outer;
+        self.note_caller(closure, first);
         value
+    }
+
+    /// Notes that the foreign loops at this point call a closure of the function at hand that may update something.
+    fn note_caller(&mut self, closure: ClosureRef, first: usize) {
+        let is_own = self.frames[closure.frame].function == self.graph.function;
+        let acts = |node: &crate::flow::Node| matches!(node.effect, Effect::Update(_) | Effect::Call(_));
+        if !is_own || !self.graph.nodes[first..].iter().any(acts) {
+            return;
+        }
+        let bar = self.bar(closure);
+        for id in &self.loops {
+            let info = &mut self.graph.loops[id.0 as usize];
+            if info.is_foreign {
+                info.closure.get_or_insert(bar);
+            }
+        }
     }
 
     /// Runs a function here, because it gets a closure; `None` if that cannot be done.
@@ -61,21 +79,71 @@ impl Builder<'_> {
         Some(value)
     }
 
-    /// A closure that runs in a thread of its own (`certain`), or that something unseen may run any number of times.
-    pub(super) fn detach_closure(&mut self, closure: ClosureRef, name: &str, certain: bool, span: Span) {
-        if self.at.is_none() {
-            return;
+    /// The `|` at which a closure begins.
+    pub(super) fn bar(&self, closure: ClosureRef) -> Span {
+        let expr = self.frames[closure.frame].body.expr(closure.expr);
+        match &expr.kind {
+            ExprKind::Closure(code) => code.bar,
+            _ => expr.span,
         }
-        if !certain {
-            let places = self.captured(closure);
-            if !places.is_empty() {
-                let cause = Cause::Closure(super::calls::path_tail(name));
-                self.emit(Effect::Unknown { places, cause }, span);
-            }
-        }
+    }
+
+    /// A closure that runs in a thread of its own.
+    pub(super) fn detach_closure(&mut self, closure: ClosureRef, span: Span) {
         self.detached(span, |this| {
             this.inline_closure(closure, &[], span);
         });
+    }
+
+    /// A closure that something unseen may run any number of times, perhaps once per cycle.
+    pub(super) fn closure_for_unseen(&mut self, closure: ClosureRef, cause: Cause, span: Span) {
+        if self.at.is_none() {
+            return;
+        }
+        let places = self.captured(closure);
+        if !places.is_empty() {
+            self.emit(Effect::Unknown { places, cause }, span);
+        }
+        self.callback(closure, Caller::Unseen, span);
+    }
+
+    /// A closure that is put somewhere, from where it may be called.
+    pub(super) fn keep_closure(&mut self, value: &Value, span: Span) {
+        if let Some(closure) = value.closure {
+            let cause = Cause::Code("a closure that is kept for later".to_owned());
+            self.closure_for_unseen(closure, cause, span);
+        }
+    }
+
+    /// A closure each of whose calls is a round: of a cycle, or of what may be one.
+    pub(super) fn callback(&mut self, closure: ClosureRef, caller: Caller, span: Span) {
+        let bar = self.bar(closure);
+        let rounds = if caller == Caller::Framework { Rounds::Unbounded } else { Rounds::Bounded };
+        let text = self.frames[closure.frame].body.expr(closure.expr).span;
+        let text = super::shorten(self.program.sources.snippet(text));
+        self.detached(span, |this| {
+            // What its parameters lend it lives on between its calls.
+            this.closure_vars(closure);
+            let source = super::iterators::Source { rounds, text, ..super::iterators::Source::bounded() };
+            this.run_loop(CycleKind::Closure, bar, None, source, |this, _, id| {
+                this.graph.loops[id.0 as usize].caller = caller;
+                let value = this.inline_closure(closure, &[], span);
+                this.end_on_failure(&value, span);
+            });
+        });
+    }
+
+    /// What a callback gives back ends its run if it is an error, `None` or `Ready`.
+    fn end_on_failure(&mut self, value: &Value, span: Span) {
+        let Some(var) = value.same_as else { return };
+        let is_optional = matches!(self.graph.var(var).ty.peel().external_name(), Some("Option" | "Result" | "Poll"));
+        if self.at.is_none() || !is_optional {
+            return;
+        }
+        let (goes_on, ends) = self.branch_on_head(value, "+", "-", span, String::new(), About::default());
+        self.resume(ends);
+        self.break_out(span);
+        self.resume(goes_on);
     }
 
     /// Code that runs elsewhere or later: a branch that the code here does not take.

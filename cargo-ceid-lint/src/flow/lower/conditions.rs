@@ -4,7 +4,7 @@ use super::subjects::Pure;
 use super::{Builder, Value};
 use crate::flow::{About, Head, NodeId};
 use crate::index::Ty;
-use crate::syntax::tree::{ExprId, ExprKind, Literal};
+use crate::syntax::tree::{ExprId, ExprKind, Literal, MacroKind};
 
 /// What a comparison asks about, and all heads that it can have.
 type Compared = (Pure, Option<Vec<Head>>);
@@ -72,6 +72,11 @@ impl Builder<'_> {
                 if !value {
                     self.jump(no);
                 }
+            }
+            ExprKind::Macro(call) if matches!(call.kind, MacroKind::DebugBuild) => {
+                let (holds, failed) = self.debug_branch(self.span(id), self.text(id));
+                self.link(failed, no);
+                self.resume(holds);
             }
             ExprKind::Macro(_) | ExprKind::Path(_) | ExprKind::Field { .. } | ExprKind::Deref(_) => self.truth(id, no),
             ExprKind::Binary { op, lhs, rhs } if matches!(*op, "==" | "!=" | "<" | "<=" | ">" | ">=") => {

@@ -3,7 +3,7 @@
 use super::{Builder, Value};
 use crate::flow::{Cause, Effect, Place, Projection};
 use crate::index::Def;
-use crate::syntax::tree::{ExprId, ExprKind};
+use crate::syntax::tree::{ExprId, ExprKind, TypeRef};
 use crate::types::Callee;
 
 impl Builder<'_> {
@@ -92,7 +92,14 @@ impl Builder<'_> {
                 Value { closure: None, ..value }
             }
             ExprKind::Try(inner) => self.try_expr(id, *inner),
-            ExprKind::Await(inner) => self.expr(*inner),
+            ExprKind::Await(inner) => {
+                let value = self.expr(*inner);
+                if self.at.is_some() && self.is_of_never(*inner) {
+                    self.diverge(self.span(id));
+                    return Value::default();
+                }
+                value
+            }
             ExprKind::Macro(macro_expr) => self.macro_expr(id, macro_expr),
             ExprKind::Opaque(call) => {
                 self.unknown_mentions(&call.mentions, Cause::Macro(call.path.clone()), call.span);
@@ -181,10 +188,8 @@ impl Builder<'_> {
 
     /// A part of a new value.
     pub(super) fn place_part(&mut self, part: Place, value: &Value, expr: ExprId) {
-        if self.at.is_none()
-            || (value.place.is_none() && value.closure.is_none())
-            || !self.may_hold_filter(self.ty(expr))
-        {
+        self.keep_closure(value, self.span(expr));
+        if self.at.is_none() || value.place.is_none() || !self.may_hold_filter(self.ty(expr)) {
             return;
         }
         let assignment = crate::flow::Assignment {
@@ -209,10 +214,11 @@ impl Builder<'_> {
     pub(super) fn never_returns(&self, id: ExprId) -> bool {
         let index = self.program.index;
         match self.typed().callees.get(&id) {
-            Some(Callee::Resolved(resolved)) => resolved
-                .targets
-                .iter()
-                .any(|target| index.function(*target).function.output == crate::syntax::tree::TypeRef::Never),
+            // What an `async fn` gives is a future: it never returns where it is awaited.
+            Some(Callee::Resolved(resolved)) => {
+                let is_async = resolved.targets.iter().any(|target| index.function(*target).function.is_async);
+                !is_async && self.is_of_never(id)
+            }
             Some(Callee::External(path)) => matches!(
                 path.as_str(),
                 "std::process::exit"
@@ -223,5 +229,12 @@ impl Builder<'_> {
             ),
             _ => false,
         }
+    }
+
+    /// Whether the function that is called is declared to give `!`.
+    fn is_of_never(&self, id: ExprId) -> bool {
+        let index = self.program.index;
+        let is_never = |target: &crate::index::FunctionId| index.function(*target).function.output == TypeRef::Never;
+        matches!(self.typed().callees.get(&id), Some(Callee::Resolved(resolved)) if resolved.targets.iter().any(is_never))
     }
 }

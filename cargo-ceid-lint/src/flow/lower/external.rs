@@ -152,7 +152,7 @@ impl Builder<'_> {
             }
             let value = self.expr(*arg);
             if let Some(closure) = value.closure {
-                self.detach_closure(closure, name, true, span);
+                self.detach_closure(closure, span);
             } else if let Some(place) = value.place
                 && self.may_hold_filter(self.ty(*arg))
             {

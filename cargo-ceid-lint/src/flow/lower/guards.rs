@@ -1,8 +1,8 @@
 //! Guards: where they are made, what they hold, and how they end.
 
 use super::{Builder, Value};
-use crate::flow::{Effect, GuardId, GuardInfo, Place, Update, Var};
-use crate::index::{Ty, is_guard_type};
+use crate::flow::{Argument, CallSite, Effect, GuardId, GuardInfo, Place, Update, Var};
+use crate::index::{FunctionId, Ty, is_guard_type};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
 
@@ -33,7 +33,16 @@ impl Builder<'_> {
     fn add_guard(&mut self, span: Span, holds: Vec<Var>, names: Vec<String>) -> GuardId {
         let id = GuardId(u32::try_from(self.graph.guards.len()).expect("fewer than 2^32 guards"));
         let in_loop = self.loops.last().copied();
-        self.graph.guards.push(GuardInfo { span, holds, in_loop, names, dropped: None, forgotten: None, name: None });
+        self.graph.guards.push(GuardInfo {
+            span,
+            holds,
+            in_loop,
+            names,
+            dropped: None,
+            forgotten: None,
+            name: None,
+            destructor: None,
+        });
         id
     }
 
@@ -42,6 +51,84 @@ impl Builder<'_> {
         let held = self.temporary(Ty::Unknown, span);
         self.set(held, &Value { place: Some(place), ..Value::default() }, span);
         held
+    }
+
+    /// A guard takes effect; whether it is still alive is known on each way.
+    fn start_guard(&mut self, id: GuardId, span: Span) {
+        let alive = self.temporary(Ty::Bool, span);
+        self.set(alive, &Value { head: Some("true".to_owned()), ..Value::default() }, span);
+        self.alive.insert(id, alive);
+        self.emit(Effect::GuardStart(id), span);
+        if let Some(scope) = self.scopes.last_mut() {
+            scope.guards.push(id);
+        }
+    }
+
+    /// The destructor of a type of the analysed code that may hold filters or references to them.
+    fn destructor(&self, ty: &Ty) -> Option<FunctionId> {
+        let index = self.program.index;
+        if !matches!(ty, Ty::Adt(..)) || !self.may_hold_filter(ty) || index.guard_spec(ty).is_some() {
+            return None;
+        }
+        let owners = index.methods(ty, "drop");
+        let of_drop = owners.iter().find(|owner| owner.of_trait().is_some_and(|name| index.trait_text(name) == "Drop"));
+        of_drop?.function()
+    }
+
+    /// A value whose own destructor runs where its scope ends.
+    fn bind_destructor(&mut self, var: Var, value: &Value, span: Span) {
+        let Some(destructor) = self.destructor(&self.graph.var(var).ty.clone()) else { return };
+        if !value.is_owned {
+            return;
+        }
+        let id = self.add_guard(span, vec![var], Vec::new());
+        self.graph.guards[id.0 as usize].destructor = Some(destructor);
+        self.guards_of.insert(var, id);
+        self.start_guard(id, span);
+    }
+
+    /// Runs a destructor.
+    fn destroy(&mut self, destructor: FunctionId, place: Place, span: Span) {
+        let result = self.temporary(Ty::Tuple(Vec::new()), span);
+        let site = CallSite {
+            targets: vec![destructor],
+            args: vec![Argument { place: Some(place), ..Argument::default() }],
+            result,
+            text: "drop".to_owned(),
+            law_of: None,
+            fed: Vec::new(),
+            into: Vec::new(),
+            from: crate::flow::Computed::default(),
+        };
+        self.emit(Effect::Call(Box::new(site)), span);
+    }
+
+    /// The end of a scope: guards that are still alive end.
+    pub(super) fn end_guards(&mut self, guards: &[GuardId], span: Span) {
+        for guard in guards.iter().rev() {
+            let info = &self.graph.guards[guard.0 as usize];
+            if self.at.is_none() || info.forgotten.is_some() {
+                continue;
+            }
+            match self.alive.get(guard).copied().filter(|_| info.dropped.is_some()) {
+                None if info.dropped.is_some() => {}
+                None => self.end_guard(*guard, span),
+                Some(alive) => {
+                    let subject = self.subject(self.pure_var(alive), Some(vec!["true".to_owned(), "false".to_owned()]));
+                    let heads = ["true".to_owned()];
+                    let about = crate::flow::About::default();
+                    let text = "the guard is alive".to_owned();
+                    let (lives, gone) = self.branch_on_subject(subject, &heads, true, span, text, about);
+                    let after = self.add_node(Effect::Nothing, span);
+                    self.resume(lives);
+                    self.end_guard(*guard, span);
+                    self.jump(after);
+                    self.resume(gone);
+                    self.jump(after);
+                    self.resume(after);
+                }
+            }
+        }
     }
 
     /// A guard over places, alive to the end of the innermost block.
@@ -55,10 +142,7 @@ impl Builder<'_> {
         }
         let names = places.iter().map(|(name, _)| name.clone()).collect();
         let id = self.add_guard(span, holds, names);
-        self.emit(Effect::GuardStart(id), span);
-        if let Some(scope) = self.scopes.last_mut() {
-            scope.guards.push(id);
-        }
+        self.start_guard(id, span);
     }
 
     /// The guard that a value is; one that was not seen before is made here.
@@ -91,8 +175,11 @@ impl Builder<'_> {
 
     /// A variable that a guard is bound to: the guard lives to the end of the block.
     pub(super) fn bind_guard(&mut self, var: Var, value: &Value, span: Span) {
-        if self.at.is_none() || !self.is_guard_ty(&self.graph.var(var).ty.clone()) {
+        if self.at.is_none() {
             return;
+        }
+        if !self.is_guard_ty(&self.graph.var(var).ty.clone()) {
+            return self.bind_destructor(var, value, span);
         }
         let made = value.place.as_ref().and_then(Place::base_var);
         let known = made.and_then(|made| self.guards_of.get(&made)).copied();
@@ -104,10 +191,7 @@ impl Builder<'_> {
         }
         info.name = Some(self.graph.vars[var.0 as usize].name.clone());
         if info.forgotten.is_none() {
-            self.emit(Effect::GuardStart(id), span);
-            if let Some(scope) = self.scopes.last_mut() {
-                scope.guards.push(id);
-            }
+            self.start_guard(id, span);
         }
     }
 
@@ -223,7 +307,14 @@ impl Builder<'_> {
 
     /// The end of a guard: what it holds is updated.
     pub(super) fn end_guard(&mut self, guard: GuardId, span: Span) {
-        let holds = self.graph.guards[guard.0 as usize].holds.clone();
+        let info = &self.graph.guards[guard.0 as usize];
+        let holds = info.holds.clone();
+        if let Some(destructor) = info.destructor {
+            for var in holds {
+                self.destroy(destructor, Place::var(var), span);
+            }
+            return;
+        }
         for var in holds {
             let update = Update {
                 place: Place::var(var),
@@ -243,6 +334,13 @@ impl Builder<'_> {
 
     /// A value that a statement drops at once.
     pub(super) fn discard(&mut self, expr: ExprId, value: &Value, span: Span) {
+        if self.at.is_some()
+            && !self.is_bound(value)
+            && let (Some(destructor), Some(place)) = (self.destructor(self.ty(expr)), value.place.clone())
+            && value.is_owned
+        {
+            return self.destroy(destructor, place, span);
+        }
         if self.at.is_some() && self.is_guard(expr) && !self.is_bound(value) {
             self.mark_dropped(expr, value, span, "it is never bound to a name");
         }
@@ -265,9 +363,10 @@ impl Builder<'_> {
 
     fn mark_dropped(&mut self, expr: ExprId, value: &Value, span: Span, how: &str) {
         let Some(guard) = self.guard_of(expr, value) else { return };
-        if self.graph.guards[guard.0 as usize].dropped.is_none() {
-            self.graph.guards[guard.0 as usize].dropped = Some((span, how.to_owned()));
-            self.end_guard(guard, span);
+        self.graph.guards[guard.0 as usize].dropped.get_or_insert_with(|| (span, how.to_owned()));
+        self.end_guard(guard, span);
+        if let Some(alive) = self.alive.get(&guard).copied() {
+            self.set(alive, &Value { head: Some("false".to_owned()), ..Value::default() }, span);
         }
     }
 

@@ -1,7 +1,7 @@
 //! Iterators: what a chain of adaptors runs over, and what it does when it is consumed.
 
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{CycleKind, Directive, Effect, IndexKey, LoopInfo, Place, Rounds, Var};
+use crate::flow::{Caller, CycleKind, Directive, Effect, IndexKey, LoopInfo, Place, Rounds, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
@@ -34,6 +34,8 @@ pub(super) struct Source {
     /// Closures that run in each round before the item is there: `map`, `filter`, `inspect`.
     pub(super) stages: Vec<(Stage, ClosureRef)>,
     pub(super) text: String,
+    /// The variables that the items are computed from.
+    pub(super) reads: Vec<Var>,
 }
 
 /// What an adaptor does with its closure.
@@ -55,6 +57,7 @@ impl Source {
             in_order: true,
             stages: Vec::new(),
             text: String::new(),
+            reads: Vec::new(),
         }
     }
 }
@@ -85,6 +88,7 @@ impl Builder<'_> {
             _ => self.collection(id),
         };
         source.text = self.text(id);
+        source.reads = self.reads_of(id);
         source
     }
 
@@ -308,7 +312,7 @@ impl Builder<'_> {
         );
         if !consumes
             || !self.is_iterator(receiver, method)
-            || matches!(self.typed().callees.get(&id), Some(Callee::Resolved(_)))
+            || matches!(self.typed().callees.get(&id), Some(Callee::Resolved(resolved)) if !resolved.targets.is_empty())
         {
             return None;
         }
@@ -333,7 +337,8 @@ impl Builder<'_> {
         if matches!(ty.external_name(), Some("Iterator" | "Range")) {
             return true;
         }
-        if matches!(ty, Ty::Unknown) {
+        // A trait without a body of its own: a stream, as far as its method's name tells.
+        if matches!(ty, Ty::Unknown | Ty::Param(_) | Ty::Opaque(_)) {
             return matches!(consumer, "for_each" | "fold" | "try_for_each") || self.has_adaptor(id);
         }
         false
@@ -361,13 +366,8 @@ impl Builder<'_> {
 
     fn consume(&mut self, id: ExprId, source: Source, closure: Option<ClosureRef>, takes_state: bool, stops: bool) {
         let span = self.span(id);
-        let bar = closure.or_else(|| source.stages.last().map(|(_, closure)| *closure)).map_or(span, |closure| {
-            let body = self.frames[closure.frame].body;
-            match &body.expr(closure.expr).kind {
-                ExprKind::Closure(code) => code.bar,
-                _ => span,
-            }
-        });
+        let runs = closure.or_else(|| source.stages.last().map(|(_, closure)| *closure));
+        let bar = runs.map_or(span, |closure| self.bar(closure));
         self.run_loop(CycleKind::Closure, bar, None, source, |this, item, info| {
             let Some(closure) = closure else { return };
             let mut args = vec![item];
@@ -420,6 +420,8 @@ impl Builder<'_> {
             in_order: source.in_order && !source.passes_over,
             drains: false,
             is_foreign: self.is_foreign(),
+            closure: None,
+            caller: Caller::Code,
             text: source.text.clone(),
             directive: Directive::at(self.program.sources, keyword),
         };
@@ -434,7 +436,7 @@ impl Builder<'_> {
         self.link(head, after);
         self.push_loop_scope(label, after, head, keyword);
         self.resume(round);
-        let mut item = self.item_value(id, &source.item, keyword);
+        let mut item = self.item_value(id, &source.item, &source.reads, keyword);
         for (stage, closure) in &source.stages {
             item = self.stage(*stage, *closure, item, head, keyword);
         }
@@ -476,10 +478,11 @@ impl Builder<'_> {
     }
 
     /// The value of a round's item, and what its variables name.
-    fn item_value(&mut self, id: crate::flow::LoopId, item: &Item, span: Span) -> Value {
+    fn item_value(&mut self, id: crate::flow::LoopId, item: &Item, reads: &[Var], span: Span) -> Value {
         match item {
             Item::Opaque | Item::Made => {
                 let var = self.temporary(Ty::Unknown, span);
+                self.graph.derived.extend(reads.iter().map(|read| (var, *read)));
                 self.graph.loops[id.0 as usize].bound.push(var);
                 Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }
             }
@@ -503,7 +506,7 @@ impl Builder<'_> {
             Item::Tuple(items) => {
                 let var = self.temporary(Ty::Unknown, span);
                 for (number, item) in items.iter().enumerate() {
-                    let value = self.item_value(id, item, span);
+                    let value = self.item_value(id, item, reads, span);
                     let part = Place::var(var).field(&number.to_string());
                     let assignment = crate::flow::Assignment {
                         place: part,

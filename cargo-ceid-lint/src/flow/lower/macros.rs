@@ -1,7 +1,7 @@
 //! Macros that are read as code: which operands run, and how often.
 
 use super::{Builder, Value};
-use crate::flow::{About, CycleKind, Effect, Place, Rounds};
+use crate::flow::{About, CycleKind, Effect, NodeId, Place, Rounds};
 use crate::syntax::tree::{ExprId, MacroExpr, MacroKind, PatId, SelectArm};
 
 impl Builder<'_> {
@@ -43,15 +43,12 @@ impl Builder<'_> {
                 self.expr(*right);
                 Value::default()
             }
-            MacroKind::DebugOnly(operands) => {
-                // A release build does not have it; the rule `debug_only_update` looks at it.
-                self.maybe(id, operands, "a debug build runs it");
+            MacroKind::DebugOnly(operands) | MacroKind::Logging(operands) => {
+                self.debug_only(id, operands, &macro_expr.path);
                 Value::default()
             }
-            MacroKind::Logging(operands) => {
-                self.maybe(id, operands, "the log level is on");
-                Value::default()
-            }
+            // What is shipped does not hold it.
+            MacroKind::DebugBuild => Value { head: Some("false".to_owned()), ..Value::default() },
             MacroKind::ReturnsErr(operands) => {
                 for operand in operands {
                     self.expr(*operand);
@@ -95,15 +92,13 @@ impl Builder<'_> {
         }
     }
 
-    /// Operands that run or not.
-    fn maybe(&mut self, id: ExprId, operands: &[ExprId], text: &str) {
+    /// Operands that only a debug build or a log level runs: what is shipped does not have them.
+    fn debug_only(&mut self, id: ExprId, operands: &[ExprId], path: &str) {
         if self.at.is_none() || operands.is_empty() {
             return;
         }
         let span = self.span(id);
-        let before = self.graph.nodes.len();
-        let (runs, skipped) =
-            self.opaque_branch(span, text.to_owned(), About { is_constant: true, ..About::default() });
+        let (runs, skipped) = self.debug_branch(span, format!("{path}!"));
         let after = self.add_node(Effect::Nothing, span);
         self.resume(runs);
         for operand in operands {
@@ -113,7 +108,11 @@ impl Builder<'_> {
         self.resume(skipped);
         self.jump(after);
         self.resume(after);
-        let _ = before;
+    }
+
+    /// A branch whose first side is not there in what is shipped.
+    pub(super) fn debug_branch(&mut self, span: crate::source::Span, text: String) -> (NodeId, NodeId) {
+        self.opaque_branch(span, text, About { is_constant: true, is_debug: true, ..About::default() })
     }
 
     /// `select!`: one arm runs.

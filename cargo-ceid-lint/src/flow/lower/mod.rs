@@ -1,6 +1,7 @@
 //! From a typed body to its control-flow graph. Decides nothing about filters: it only says what happens where.
 
 mod builtins;
+mod callbacks;
 mod calls;
 mod closures;
 mod conditions;
@@ -21,8 +22,8 @@ mod values;
 use std::collections::{HashMap, HashSet};
 
 use super::{
-    Assignment, Cause, Computed, ControlFlowGraph, Effect, GuardId, GuardInfo, Head, LoopId, LoopInfo, Node, NodeId,
-    Place, Program, Var, VarInfo,
+    Assignment, Cause, Computed, ControlFlowGraph, Effect, GuardId, Head, LoopId, LoopInfo, Node, NodeId, Place,
+    Program, Var, VarInfo,
 };
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
@@ -135,6 +136,8 @@ struct Builder<'a> {
     /// Variables that hold a state which a law returned: the half and the method.
     advanced: HashMap<Var, (usize, String)>,
     guards_of: HashMap<Var, GuardId>,
+    /// The variables that say whether a guard is alive.
+    alive: HashMap<GuardId, Var>,
     /// What a guard that is not bound yet was given: the name and the place.
     guarded: HashMap<Var, Vec<(String, Place)>>,
     subjects: HashMap<String, super::SubjectId>,
@@ -173,6 +176,7 @@ impl<'a> Builder<'a> {
             initials: HashMap::new(),
             advanced: HashMap::new(),
             guards_of: HashMap::new(),
+            alive: HashMap::new(),
             guarded: HashMap::new(),
             subjects: HashMap::new(),
             inlining: vec![function],
@@ -260,6 +264,14 @@ impl<'a> Builder<'a> {
             match &body.expr(expr).kind {
                 ExprKind::MethodCall { method, .. } => computed.calls.push(method.clone()),
                 ExprKind::Path(path) if path.segments.len() > 1 => computed.calls.push(path.last().to_owned()),
+                ExprKind::Call { callee, .. } => {
+                    if let ExprKind::Path(path) = &body.expr(*callee).kind
+                        && path.segments.len() == 1
+                        && !self.typed().expr_local.contains_key(callee)
+                    {
+                        computed.calls.push(path.last().to_owned());
+                    }
+                }
                 ExprKind::Field { .. } | ExprKind::Path(_) => computed.places.extend(self.static_place(expr)),
                 _ => {}
             }
@@ -267,8 +279,44 @@ impl<'a> Builder<'a> {
         computed
     }
 
-    /// Gives every variable whose value flows into a subject a subject of its own, with the same heads.
     fn finish(mut self) -> ControlFlowGraph {
+        self.copy_subjects();
+        self.mark_debug_only();
+        self.graph
+    }
+
+    /// Tells the nodes to which only the debug side of a branch leads.
+    fn mark_debug_only(&mut self) {
+        let nodes = &mut self.graph.nodes;
+        let is_debug = |node: &Node| matches!(&node.effect, Effect::Branch(test) if test.about.is_debug);
+        let branches: Vec<NodeId> =
+            (0u32..).map(NodeId).zip(nodes.iter()).filter(|(_, node)| is_debug(node)).map(|(id, _)| id).collect();
+        if branches.is_empty() {
+            return;
+        }
+        let mut shipped = vec![false; nodes.len()];
+        let mut open = vec![NodeId(0)];
+        while let Some(id) = open.pop() {
+            if std::mem::replace(&mut shipped[id.0 as usize], true) {
+                continue;
+            }
+            let node = &nodes[id.0 as usize];
+            open.extend(node.next.iter().skip(usize::from(is_debug(node))).copied());
+        }
+        for branch in branches {
+            let mut open = vec![nodes[branch.0 as usize].next[0]];
+            while let Some(id) = open.pop() {
+                let node = &mut nodes[id.0 as usize];
+                if !shipped[id.0 as usize] && node.debug_only.is_none() {
+                    node.debug_only = Some(branch);
+                    open.extend(node.next.iter().copied());
+                }
+            }
+        }
+    }
+
+    /// Gives every variable whose value flows into a subject a subject of its own, with the same heads.
+    fn copy_subjects(&mut self) {
         let copies: Vec<(Var, Var)> = self
             .graph
             .nodes
@@ -294,7 +342,6 @@ impl<'a> Builder<'a> {
                 break;
             }
         }
-        self.graph
     }
 
     fn body(&self) -> &'a Body {
@@ -321,7 +368,7 @@ impl<'a> Builder<'a> {
     fn add_node(&mut self, effect: Effect, span: Span) -> NodeId {
         let id = NodeId(u32::try_from(self.graph.nodes.len()).expect("fewer than 2^32 nodes"));
         let in_loop = self.loops.last().copied();
-        self.graph.nodes.push(Node { effect, span, next: Vec::new(), in_loop });
+        self.graph.nodes.push(Node { effect, span, next: Vec::new(), in_loop, debug_only: None });
         self.reached.push(false);
         id
     }
@@ -438,18 +485,6 @@ impl<'a> Builder<'a> {
     fn close_block(&mut self, span: Span) {
         if let Some(scope) = self.scopes.pop() {
             self.end_guards(&scope.guards, span);
-        }
-    }
-
-    fn end_guards(&mut self, guards: &[GuardId], span: Span) {
-        if self.at.is_none() {
-            return;
-        }
-        for guard in guards.iter().rev() {
-            let info: &GuardInfo = &self.graph.guards[guard.0 as usize];
-            if info.dropped.is_none() && info.forgotten.is_none() {
-                self.end_guard(*guard, span);
-            }
         }
     }
 

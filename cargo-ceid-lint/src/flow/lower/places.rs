@@ -245,6 +245,7 @@ impl Builder<'_> {
             }
         }
         let place = self.expr(target).place;
+        self.keep_closure(value, span);
         let Some(place) = place else { return };
         if let Some(var) = place.base_var()
             && place.steps.is_empty()

@@ -109,6 +109,9 @@ impl Builder<'_> {
     }
 
     pub(super) fn branch_on_cfg(&mut self, key: &CfgKey, span: Span) -> (NodeId, NodeId) {
+        if key.is_debug_only() {
+            return self.debug_branch(span, format!("#[cfg({})]", key.key));
+        }
         let pure = Pure { key: format!("#[cfg({})]", key.key), ..Pure::default() };
         let id = self.subject(pure, Some(vec!["true".to_owned(), "false".to_owned()]));
         self.head_bit(id, "true");
@@ -354,7 +357,10 @@ impl Builder<'_> {
         match &body.expr(id).kind {
             ExprKind::MethodCall { receiver, method, args, .. } => {
                 about.names.push(method.clone());
-                about.is_remainder |= matches!(method.as_str(), "is_multiple_of" | "rem_euclid");
+                if matches!(method.as_str(), "is_multiple_of" | "rem_euclid") {
+                    about.is_remainder = true;
+                    about.ratio = args.first().and_then(|arg| self.number(*arg));
+                }
                 self.collect_about(*receiver, about, depth + 1);
                 for arg in args {
                     self.collect_about(*arg, about, depth + 1);
@@ -370,8 +376,17 @@ impl Builder<'_> {
             }
             ExprKind::Binary { op, lhs, rhs } => {
                 about.is_comparison |= matches!(*op, "<" | "<=" | ">" | ">=");
-                about.is_remainder |= *op == "%";
-                about.is_masked |= *op == "&";
+                match *op {
+                    "%" => {
+                        about.is_remainder = true;
+                        about.ratio = self.number(*rhs);
+                    }
+                    "&" => {
+                        about.is_masked = true;
+                        about.ratio = self.number(*rhs).and_then(|mask| mask.checked_add(1));
+                    }
+                    _ => about.numbers.extend(self.number(*rhs)),
+                }
                 self.collect_about(*lhs, about, depth + 1);
                 self.collect_about(*rhs, about, depth + 1);
             }

@@ -5,7 +5,7 @@ use super::items::is_pub;
 use super::{Lowerer, name};
 use crate::source::Span;
 use crate::syntax::text::mentions;
-use crate::syntax::tree::{AssocItem, AssocKind, OpaqueMacro, ValueItem};
+use crate::syntax::tree::{AssocItem, AssocKind, CfgKey, OpaqueMacro, ValueItem};
 
 impl Lowerer<'_, '_> {
     pub(in crate::syntax) fn trait_items(&mut self, items: &[syn::TraitItem]) -> Vec<AssocItem> {
@@ -41,6 +41,10 @@ impl Lowerer<'_, '_> {
                 lowered.extend(present);
             }
         }
+        let is_debug_only = |item: &AssocItem| item.cfg.as_ref().is_some_and(CfgKey::is_debug_only);
+        let kept: Vec<String> =
+            lowered.iter().filter(|item| !is_debug_only(item)).map(|item| item.name.clone()).collect();
+        lowered.retain(|item| !is_debug_only(item) || !kept.contains(&item.name));
         lowered
     }
 

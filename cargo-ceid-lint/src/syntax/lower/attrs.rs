@@ -49,6 +49,11 @@ impl Lowerer<'_, '_> {
         attrs
     }
 
+    /// Whether a field, variant or parameter with these attributes may be there in a release build.
+    pub(super) fn is_part(&self, attributes: &[syn::Attribute]) -> bool {
+        self.cfg_key(attributes).is_some_and(|key| key.is_none_or(|key| !key.is_debug_only()))
+    }
+
     /// Whether something with these attributes is there: `None` if not.
     pub(super) fn cfg_key(&self, attributes: &[syn::Attribute]) -> Option<Option<CfgKey>> {
         // Most things have no attributes at all.

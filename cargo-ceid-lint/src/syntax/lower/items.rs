@@ -3,13 +3,16 @@
 use super::attrs::Attrs;
 use super::{Lowerer, name};
 use crate::source::Span;
-use crate::syntax::tree::{Field, Fields, Generics, Item, ItemKind, ValueItem, Variant};
+use crate::syntax::tree::{CfgKey, Field, Fields, Generics, Item, ItemKind, ValueItem, Variant};
 
 impl Lowerer<'_, '_> {
     pub(in crate::syntax) fn items(&mut self, items: &[syn::Item], out: &mut Vec<Item>) {
         for item in items {
             self.item(item, out);
         }
+        // Of two items of one name, the one that a release build has is judged.
+        let kept: Vec<String> = out.iter().filter(|item| !is_debug_only(item)).map(|item| item.name.clone()).collect();
+        out.retain(|item| !is_debug_only(item) || item.name.is_empty() || !kept.contains(&item.name));
     }
 
     pub(in crate::syntax) fn item(&mut self, item: &syn::Item, out: &mut Vec<Item>) {
@@ -93,6 +96,11 @@ impl Lowerer<'_, '_> {
 
     fn push(&self, out: &mut Vec<Item>, head: Head<'_>, kind: ItemKind) {
         let Some(cfg) = head.attrs.presence.and(self.given.clone()).key() else { return };
+        // A filter that only a debug build has is none.
+        if matches!(&kind, ItemKind::Value(value) if value.is_static) && cfg.as_ref().is_some_and(CfgKey::is_debug_only)
+        {
+            return;
+        }
         let (name, name_span) = match head.ident {
             Some(ident) => self.name_and_span(ident),
             None => (String::new(), head.span),
@@ -143,7 +151,7 @@ impl Lowerer<'_, '_> {
         let start = self.span(item.enum_token.span);
         let end = self.span(item.brace_token.span.close());
         let Some(head) = self.head_of(&item.attrs, Some(&item.vis), Some(&item.ident), start, end) else { return };
-        let present = item.variants.iter().filter(|variant| self.cfg_key(&variant.attrs).is_some());
+        let present = item.variants.iter().filter(|variant| self.is_part(&variant.attrs));
         let variants = present
             .map(|variant| Variant { name: name(&variant.ident), fields: self.fields(&variant.fields) })
             .collect();
@@ -159,7 +167,7 @@ impl Lowerer<'_, '_> {
     }
 
     pub(in crate::syntax) fn field_list<'f>(&self, fields: impl IntoIterator<Item = &'f syn::Field>) -> Vec<Field> {
-        let present = fields.into_iter().filter(|field| self.cfg_key(&field.attrs).is_some());
+        let present = fields.into_iter().filter(|field| self.is_part(&field.attrs));
         let lowered = present.enumerate().map(|(index, field)| Field {
             name: field.ident.as_ref().map_or_else(|| index.to_string(), name),
             span: field.ident.as_ref().map_or_else(|| self.type_span(&field.ty), |ident| self.span(ident.span())),
@@ -396,6 +404,10 @@ struct Head<'i> {
     attrs: Attrs,
     is_pub: bool,
     span: Span,
+}
+
+fn is_debug_only(item: &Item) -> bool {
+    item.cfg.as_ref().is_some_and(CfgKey::is_debug_only)
 }
 
 pub(super) fn is_pub(vis: &syn::Visibility) -> bool {

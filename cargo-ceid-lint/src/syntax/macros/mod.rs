@@ -207,11 +207,21 @@ impl BodyLowerer<'_, '_, '_> {
                 let value = self.first(mac)?;
                 return Some(self.add(ExprKind::Reference { mutable, raw: true, value }, span));
             }
-            Shape::CfgFlag => match evaluate(&mac.tokens, self.low.cfg()) {
-                Presence::Present => return Some(self.add(ExprKind::Literal(Literal::Bool(true)), span)),
-                Presence::Absent => return Some(self.add(ExprKind::Literal(Literal::Bool(false)), span)),
-                Presence::Maybe(_) => MacroKind::All(Vec::new()),
-            },
+            Shape::CfgFlag => {
+                let presence = evaluate(&mac.tokens, self.low.cfg());
+                let differs = presence.clone().in_build(true) != presence.clone().in_build(false);
+                match presence.in_build(false) {
+                    Presence::Absent if differs => MacroKind::DebugBuild,
+                    Presence::Present if differs => {
+                        let kind = MacroExpr { path: path_text(&mac.path), kind: MacroKind::DebugBuild };
+                        let debug = self.add(ExprKind::Macro(Box::new(kind)), span);
+                        return Some(self.add(ExprKind::Not(debug), span));
+                    }
+                    Presence::Present => return Some(self.add(ExprKind::Literal(Literal::Bool(true)), span)),
+                    Presence::Absent => return Some(self.add(ExprKind::Literal(Literal::Bool(false)), span)),
+                    Presence::Maybe(_) => MacroKind::All(Vec::new()),
+                }
+            }
             Shape::Assembly => {
                 let kind = ExprKind::Unknown { what: "inline assembly".to_owned(), mentions: mentions(&mac.tokens) };
                 return Some(self.add(kind, span));

@@ -146,6 +146,7 @@ impl Show<'_> {
             MacroKind::Assert(id) => format!("assert({})", self.expr(*id)),
             MacroKind::AssertCompare(a, b) => format!("compare({})", self.exprs(&[*a, *b])),
             MacroKind::DebugOnly(ids) => format!("debug({})", self.exprs(ids)),
+            MacroKind::DebugBuild => "debug_build".to_owned(),
             MacroKind::Logging(ids) => format!("log({})", self.exprs(ids)),
             MacroKind::ReturnsErr(ids) => format!("err({})", self.exprs(ids)),
             MacroKind::Ensure(id) => format!("ensure({})", self.expr(*id)),

@@ -1,6 +1,6 @@
 //! Code: expressions and patterns of one body, in an arena.
 
-use super::{CfgKey, ConstText, Item, OpaqueMacro, Path, TypeRef};
+use super::{CfgKey, Item, OpaqueMacro, Path, TypeRef};
 use crate::source::Span;
 
 /// An expression of a [`Body`].
@@ -402,6 +402,8 @@ pub enum MacroKind {
     DebugOnly(Vec<ExprId>),
     /// Operands that run only if the log level is on: `log::info!`, `tracing::debug!`, `defmt::trace!`.
     Logging(Vec<ExprId>),
+    /// `cfg!(debug_assertions)`: holds in debug builds only.
+    DebugBuild,
     /// `return Err(…)` after the operands: `bail!`, `anyhow::bail!`.
     ReturnsErr(Vec<ExprId>),
     /// `ensure!(condition, …)`: a path on which it does not hold returns an error.
@@ -422,8 +424,7 @@ pub enum MacroKind {
         /// The name it is bound to, and the place of the filter.
         filters: Vec<(String, ExprId)>,
     },
-    /// `ceid_core::each_cycle!(filters in control => { body })`, with `filters, cycle in control` for the cycle's facts:
-    /// a loop whose every iteration is guarded.
+    /// `ceid_core::each_cycle!(filters, cycle in control => { body })`: a loop whose every iteration is guarded.
     EachCycle {
         /// The name of the set inside, then of the cycle's facts if given.
         names: Vec<PatId>,
@@ -495,6 +496,3 @@ pub enum PatKind {
     /// A type ascription or macro: may or may not match.
     Unknown,
 }
-
-/// The length of an array that is written `[value; len]` or `[T; len]`.
-pub type Length = ConstText;

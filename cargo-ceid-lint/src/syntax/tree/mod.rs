@@ -20,6 +20,14 @@ pub struct CfgKey {
     pub negated: bool,
 }
 
+impl CfgKey {
+    /// Whether only a debug build has the thing.
+    #[must_use]
+    pub fn is_debug_only(&self) -> bool {
+        self.key == "debug_assertions" && !self.negated
+    }
+}
+
 /// An outer attribute.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Attribute {

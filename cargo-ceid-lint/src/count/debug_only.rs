@@ -1,0 +1,76 @@
+//! Updates that what is shipped does not have: in `debug_assert!`, in the arguments of a log macro, under
+//! `cfg(debug_assertions)`. They count for nothing, and are remembered for the rule that names them.
+
+use super::aliases::Aliases;
+use super::counts::Count;
+use super::summary::{Summaries, place_of};
+use crate::flow::{ControlFlowGraph, Effect, NodeId, Place, Rounds};
+use crate::source::Span;
+
+/// What keeps an update from what is shipped.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct DebugOnly {
+    /// The update.
+    pub(super) span: Span,
+    /// As the source spells it: `debug_assert!`, `#[cfg(debug_assertions)]`.
+    pub(super) by: String,
+}
+
+/// An update that only a debug build runs, in a function or in what it calls.
+#[derive(Clone, Debug)]
+pub(super) struct DebugUpdate {
+    /// Where it happens in the function; for a callee's update, the call.
+    pub(super) node: NodeId,
+    /// The filter.
+    pub(super) place: Place,
+    /// The half of its law.
+    pub(super) law: usize,
+    /// What keeps it back.
+    pub(super) why: DebugOnly,
+}
+
+/// The updates of a function that only a debug build runs.
+pub(super) fn updates(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summaries) -> Vec<DebugUpdate> {
+    let mut found = Vec::new();
+    for id in graph.node_ids() {
+        let node = graph.node(id);
+        let own = node.debug_only.and_then(|branch| match &graph.node(branch).effect {
+            Effect::Branch(test) => Some(DebugOnly { span: node.span, by: test.text.clone() }),
+            _ => None,
+        });
+        let mut add = |place: &Place, law: usize, why: &DebugOnly| {
+            let roots = aliases.roots(place).into_iter();
+            found.extend(roots.map(|place| DebugUpdate { node: id, place, law, why: why.clone() }));
+        };
+        match (&node.effect, &own) {
+            (Effect::Update(update), Some(why)) => add(&update.place, update.law, why),
+            (Effect::Call(site), _) => {
+                for summary in site.targets.iter().filter_map(|target| summaries.get(*target)) {
+                    for ((given, law), why) in &summary.debug_only {
+                        if let Some(place) = place_of(given, site) {
+                            add(&place, *law, why);
+                        }
+                    }
+                    let Some(why) = &own else { continue };
+                    for (law, given, outcomes) in summary.outcomes_by_half() {
+                        let updates = outcomes.iter().any(|outcome| outcome.count != Count::Zero);
+                        // A law that hands on to another one of the same filter is one update.
+                        if updates
+                            && !site.law_of.is_some_and(|of| given.is_param(of))
+                            && let Some(place) = place_of(given, site)
+                        {
+                            add(&place, law, why);
+                        }
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+/// Whether an update belongs to the callers of its function, not to a loop of the function's own.
+pub(super) fn is_callers(graph: &ControlFlowGraph, id: NodeId) -> bool {
+    graph.loops_around(id).all(|own| matches!(graph.loop_info(own).rounds, Rounds::Constant(_)))
+}

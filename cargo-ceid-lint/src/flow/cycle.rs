@@ -1,0 +1,157 @@
+//! Loops and what a comment says of them: what a cycle can be made of.
+
+use super::{LoopId, NodeId, Place, Var};
+use crate::source::{SourceMap, Span};
+
+/// What a cycle is in the source.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum CycleKind {
+    /// `loop`, and `each_cycle!`
+    Loop,
+    /// `while`
+    While,
+    /// `for`
+    For,
+    /// A closure that is called once per cycle or per item.
+    Closure,
+    /// A cycle function.
+    Function,
+}
+
+impl CycleKind {
+    /// The word in the proof report.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Loop => "loop",
+            Self::While => "while",
+            Self::For => "for",
+            Self::Closure => "closure",
+            Self::Function => "function",
+        }
+    }
+}
+
+/// How often a loop runs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Rounds {
+    /// Until something in it ends it.
+    Unbounded,
+    /// A number of times that is known.
+    Constant(u64),
+    /// Once for each item of something finite.
+    Bounded,
+}
+
+/// Who runs the rounds of a loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Caller {
+    /// The code that it stands in.
+    Code,
+    /// A device or timer, which calls a closure once per cycle.
+    Framework,
+    /// Something unseen that gets a closure, and may call it once per cycle.
+    Unseen,
+}
+
+/// A loop.
+#[derive(Clone, Debug)]
+pub struct LoopInfo {
+    /// What it is in the source.
+    pub kind: CycleKind,
+    /// Its keyword, or the closure's `|`.
+    pub keyword: Span,
+    /// The loop around it.
+    pub parent: Option<LoopId>,
+    /// Its head.
+    pub head: NodeId,
+    /// How often it runs.
+    pub rounds: Rounds,
+    /// Variables that name an element in each round, and the collection's elements.
+    pub items: Vec<(Var, Place)>,
+    /// The variable that counts the rounds or elements, and its first value if that is known.
+    pub counter: Option<(Var, Option<u64>)>,
+    /// Every variable that its head binds.
+    pub bound: Vec<Var>,
+    /// Collections that are indexed with the counter.
+    pub indexes: Vec<Place>,
+    /// Whether an item may be passed over (`filter`), so that its round does not take place.
+    pub passes_over: bool,
+    /// Whether its items are the elements of a collection from the first one on, none left out.
+    pub in_order: bool,
+    /// Whether it is a `while let` or `for` that takes what is there from a queue.
+    pub drains: bool,
+    /// Whether it stands in another function that was inlined here, so that it is that function's own.
+    pub is_foreign: bool,
+    /// The `|` of the closure of this function that a foreign loop calls.
+    pub closure: Option<Span>,
+    /// Who runs its rounds.
+    pub caller: Caller,
+    /// The source text of what it runs over, for messages.
+    pub text: String,
+    /// What a comment above it says.
+    pub directive: Option<Directive>,
+}
+
+impl LoopInfo {
+    /// Where its cycle begins in this function, and what that is; `None` if it is only another function's.
+    #[must_use]
+    pub fn cycle_head(&self) -> Option<(Span, CycleKind)> {
+        if self.is_foreign { Some((self.closure?, CycleKind::Closure)) } else { Some((self.keyword, self.kind)) }
+    }
+
+    /// Whether the function stays in it until something in it ends it.
+    #[must_use]
+    pub fn is_endless(&self) -> bool {
+        self.rounds == Rounds::Unbounded && !self.is_foreign && self.caller == Caller::Code
+    }
+}
+
+/// What a comment says of a loop or function.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Directive {
+    /// `// ceid: cycle`
+    Cycle,
+    /// `// ceid: not-a-cycle`
+    NotACycle,
+    /// `// ceid: every(10)`: what follows updates in one of so many cycles.
+    Every(u64),
+}
+
+impl Directive {
+    /// The directive on the comment lines right above a place, or at the end of its line. Attributes and other comments may
+    /// stand between.
+    #[must_use]
+    pub fn at(sources: &SourceMap, span: Span) -> Option<Self> {
+        let file = sources.file(span.file);
+        let line = sources.line(span);
+        let text = |line: u32| &file.text[file.lines.line_range(&file.text, line)];
+        if let Some((_, comment)) = text(line).split_once("//")
+            && let Some(directive) = Self::parse(comment)
+        {
+            return Some(directive);
+        }
+        for above in (1..line).rev() {
+            let text = text(above).trim();
+            if let Some(comment) = text.strip_prefix("//") {
+                if let Some(directive) = Self::parse(comment) {
+                    return Some(directive);
+                }
+            } else if !text.starts_with("#[") {
+                return None;
+            }
+        }
+        None
+    }
+
+    fn parse(comment: &str) -> Option<Self> {
+        match comment.trim().strip_prefix("ceid:")?.trim() {
+            "cycle" => Some(Self::Cycle),
+            "not-a-cycle" => Some(Self::NotACycle),
+            text => {
+                let ratio = text.strip_prefix("every(")?.strip_suffix(')')?;
+                Some(Self::Every(ratio.trim().replace('_', "").parse().ok()?))
+            }
+        }
+    }
+}
