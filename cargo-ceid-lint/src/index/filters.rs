@@ -194,6 +194,12 @@ impl Index {
         self.specs.iter().find(|spec| spec.time_base.is_none()).expect("ceid-core's trait is always known")
     }
 
+    /// Whether the state of some law is no receiver, so that a value of a type that is no filter may be one.
+    #[must_use]
+    pub fn has_states_apart(&self) -> bool {
+        self.specs.iter().any(|spec| spec.is_sampled && spec.instance != InstancePlace::Receiver)
+    }
+
     /// How many halves the law with the most halves has.
     #[must_use]
     pub fn halves(&self) -> usize {

@@ -243,6 +243,16 @@ impl Builder<'_> {
         Value::default()
     }
 
+    /// Whether a value of the type can be the state of a law that takes it as an argument, and holds no filter.
+    fn is_state_apart(&self, ty: &Ty) -> bool {
+        let index = self.program.index;
+        matches!(ty, Ty::External(path, args)
+            if !path.starts_with("?::")
+                && index.has_states_apart()
+                && index.law_spec(ty).is_none()
+                && args.iter().all(|arg| !index.holds_filter(arg)))
+    }
+
     /// A place that something unseen may write.
     fn written_unseen(&mut self, place: Place, span: crate::source::Span) {
         let assignment =
@@ -279,6 +289,8 @@ impl Builder<'_> {
                 | "type_id"
         );
         let is_own = matches!(ty, Ty::Adt(..)) && self.program.index.opaque_items.is_empty();
+        // What a state hands out when it is asked for nothing is no update of it: its law is known, and takes it as an argument.
+        let reads_only = reads_only || (args.is_empty() && self.is_state_apart(ty));
         let mut exprs = Vec::new();
         let mut all = Vec::new();
         if !reads_only && !is_own {

@@ -2,7 +2,7 @@
 
 use super::{Builder, Value};
 use crate::config::{InstancePlace, OnErr, Receiver};
-use crate::flow::{Computed, Effect, IndexKey, Place, Update};
+use crate::flow::{Computed, Effect, IndexKey, Place, Update, Var};
 use crate::index::{Def, FilterSpec, FunctionId, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, PatId};
 use crate::types::{Callee, Resolved};
@@ -49,6 +49,9 @@ impl<'a> Builder<'a> {
             place.map(|place| keys.into_iter().fold(place, |place, (key, value)| self.channel(place, key, value)));
         // What lies inside a composite filter is updated by its law's body.
         let result = self.emit_call(id, law.targets, exprs, values, at);
+        if law.spec.instance == InstancePlace::Returned {
+            self.advanced.insert(result, (law.group, self.called_name(id).to_owned()));
+        }
         if let Some(place) = place {
             let attempt = (law.spec.on_err == OnErr::Untouched).then_some(result);
             let is_typed = law.spec.instance == InstancePlace::Receiver;
@@ -121,6 +124,14 @@ impl<'a> Builder<'a> {
             && let [local] = self.locals_of(pat).as_slice()
         {
             let var = self.var_of(*local);
+            self.advanced.insert(var, law);
+        }
+    }
+
+    /// A name for what a law returned, or for the payload of it.
+    pub(super) fn bind_advanced(&mut self, var: Var, value: &Value) {
+        let from = value.place.as_ref().filter(|place| place.steps.is_empty()).and_then(Place::base_var);
+        if let Some(law) = from.and_then(|from| self.advanced.get(&from)).cloned() {
             self.advanced.insert(var, law);
         }
     }
