@@ -1,6 +1,7 @@
 //! The configuration: what names nothing is refused at its place, and what stands in several places is put together.
 
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::support::program::{Run, run};
 use crate::support::workspace;
@@ -41,28 +42,30 @@ pid = \"4\"
 lite = { package = \"pid-lite\", version = \"1\" }
 ";
 
-fn package(name: &str, code: &str, configuration: &str) -> PathBuf {
-    let directory = workspace::temporary(name);
+fn package(code: &str, configuration: &str) -> PathBuf {
+    // Tests run at the same time, each in directories of its own.
+    static NEXT: AtomicU32 = AtomicU32::new(0);
+    let directory = workspace::temporary(&format!("configuration_{}", NEXT.fetch_add(1, Ordering::Relaxed)));
     workspace::write(&directory, "Cargo.toml", MANIFEST.as_bytes());
     workspace::write(&directory, "src/lib.rs", code.as_bytes());
     workspace::write(&directory, "ceid-lint.toml", configuration.as_bytes());
     directory
 }
 
-fn checked(name: &str, configuration: &str) -> Run {
-    run(&package(name, CODE, configuration), [""; 0])
+fn checked(configuration: &str) -> Run {
+    run(&package(CODE, configuration), [""; 0])
 }
 
 /// The message, the place in the file, and the help.
 #[track_caller]
 fn check_refused(configuration: &str, message: &str, place: &str, help: &str) {
-    let run = checked("configuration_refused", configuration);
+    let run = checked(configuration);
     run.assert_code(101).assert_stderr(message).assert_stderr(&format!("ceid-lint.toml:{place}")).assert_stderr(help);
 }
 
 #[track_caller]
 fn check_accepted(configuration: &str) {
-    let run = checked("configuration_accepted", configuration);
+    let run = checked(configuration);
     assert!(!run.stderr.contains("error"), "{configuration}\n{}", run.stderr);
     run.assert_code(0);
 }
@@ -162,7 +165,7 @@ fn what_this_build_leaves_out_is_no_mistake() {
 fn what_was_not_read_is_no_mistake() {
     let code = format!("{CODE}\nmod missing;\n");
     let entry = "[[filter]]\ntype = \"crate::missing::Pid\"\nlaw = \"calc\"\n";
-    let run = run(&package("configuration_unread", &code, entry), [""; 0]);
+    let run = run(&package(&code, entry), [""; 0]);
     assert!(!run.stderr.contains("names nothing"), "{}", run.stderr);
 }
 
@@ -178,7 +181,7 @@ pub fn control(mut pid: pid::Pid<f32>, mut read: impl FnMut() -> f32) {
 /// How often `repeated_update` is found in the loop above.
 #[track_caller]
 fn check_repeated(configuration: &str, expected: usize) {
-    let directory = package("configuration_presets", LOOP, configuration);
+    let directory = package(LOOP, configuration);
     let run = run(&directory, ["--message-format", "json"]);
     let findings = run.findings().unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(

@@ -1,6 +1,7 @@
 //! The JSON schema of the configuration file allows what the parser accepts, and refuses what it refuses.
 
 use std::path::Path;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use cargo_ceid_lint::config::{self, CycleEntry, FilterEntry, GuardEntry, PRESETS};
 use cargo_ceid_lint::rules;
@@ -57,7 +58,9 @@ fn is_valid(root: &Value, schema: &Value, value: &Value) -> bool {
 }
 
 fn is_read(text: &str) -> Result<(), String> {
-    let directory = workspace::temporary("schema");
+    // Tests run at the same time, each in directories of its own.
+    static NEXT: AtomicU32 = AtomicU32::new(0);
+    let directory = workspace::temporary(&format!("schema_{}", NEXT.fetch_add(1, Ordering::Relaxed)));
     workspace::write(&directory, "ceid-lint.toml", text.as_bytes());
     let config = config::load([directory.as_path()], [] as [&Path; 0]).map_err(|error| error.to_string())?;
     rules::validate(&config).map_err(|error| error.to_string())

@@ -5,6 +5,7 @@
 
 mod signatures;
 
+use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -211,11 +212,13 @@ fn read_sources(manifest: &Path) -> Vec<(&'static str, String, BTreeSet<String>)
             .map(|dependency| &metadata[&dependency.pkg])
             .find(|package| package.name.as_str() == *name)
             .expect("the package depends on its crate");
-        let dependencies: Vec<Crate> = node(&package.id)
-            .deps
-            .iter()
-            .map(|dependency| Crate::read(metadata[&dependency.pkg].manifest_path.as_std_path()))
-            .collect();
+        // Most crates have all of their methods themselves.
+        let dependencies: OnceCell<Vec<Crate>> = OnceCell::new();
+        let read = || {
+            let all = node(&package.id).deps.iter().map(|dependency| &metadata[&dependency.pkg]);
+            all.map(|package| Crate::read(package.manifest_path.as_std_path())).collect()
+        };
+        let dependencies = || dependencies.get_or_init(read).as_slice();
         let lines = Crate::read(package.manifest_path.as_std_path()).lines(&named(&preset(name)), &dependencies);
         found.push((*name, package.version.to_string(), lines));
     }

@@ -17,7 +17,7 @@ pub(super) struct Crate {
     /// The traits that a type implements.
     implements: BTreeMap<String, BTreeSet<String>>,
     /// What an alias or a renamed import stands for.
-    aliases: BTreeMap<String, String>,
+    aliases: BTreeMap<String, BTreeSet<String>>,
     /// The signatures in the bodies of macros, which may belong to any type.
     in_macros: BTreeMap<String, BTreeSet<String>>,
     owner: Option<String>,
@@ -46,27 +46,28 @@ impl Crate {
     }
 
     /// The signatures of a method of a type or trait, with those that it gets from traits of the crates it depends on.
-    fn signatures(&self, owner: &str, method: &str, dependencies: &[Self]) -> BTreeSet<String> {
+    fn signatures<'d>(&self, owner: &str, method: &str, dependencies: &dyn Fn() -> &'d [Self]) -> BTreeSet<String> {
         let own = |name: &str| self.methods.get(name).and_then(|methods| methods.get(method)).cloned();
         let mut found = own(owner).unwrap_or_default();
-        if let Some(target) = self.aliases.get(owner).filter(|target| *target != owner) {
+        for target in self.aliases.get(owner).into_iter().flatten().filter(|target| *target != owner) {
             found.extend(self.signatures(target, method, dependencies));
         }
         if found.is_empty() {
             let of_traits = self.implements.get(owner).into_iter().flatten();
             for name in of_traits.map(String::as_str).chain([owner]) {
-                let everywhere = dependencies.iter().chain([self]);
+                let everywhere = dependencies().iter().chain([self]);
                 found.extend(everywhere.filter_map(|of| of.methods.get(name)?.get(method)).flatten().cloned());
             }
         }
-        if found.is_empty() {
+        let is_made_by_macro = !self.methods.contains_key(owner) && !self.implements.contains_key(owner);
+        if found.is_empty() && is_made_by_macro {
             found.extend(self.in_macros.get(method).into_iter().flatten().cloned());
         }
         found
     }
 
     /// One line for each signature of what a preset names, sorted.
-    pub(super) fn lines(&self, named: &[Named], dependencies: &[Self]) -> BTreeSet<String> {
+    pub(super) fn lines<'d>(&self, named: &[Named], dependencies: &dyn Fn() -> &'d [Self]) -> BTreeSet<String> {
         let mut lines = BTreeSet::new();
         for entry in named {
             let owner = entry.path.rsplit("::").next().unwrap_or(&entry.path);
@@ -153,6 +154,11 @@ impl<'ast> Visit<'ast> for Crate {
     }
 
     fn visit_item_trait(&mut self, item: &'ast syn::ItemTrait) {
+        let supertraits = item.supertraits.iter().filter_map(|bound| match bound {
+            syn::TypeParamBound::Trait(bound) => Some(bound.path.segments.last()?.ident.to_string()),
+            _ => None,
+        });
+        self.implements.entry(item.ident.to_string()).or_default().extend(supertraits);
         self.within(Some(item.ident.to_string()), |this| visit::visit_item_trait(this, item));
     }
 
@@ -176,12 +182,12 @@ impl<'ast> Visit<'ast> for Crate {
 
     fn visit_item_type(&mut self, item: &'ast syn::ItemType) {
         if let Some(target) = last_name(&item.ty) {
-            self.aliases.insert(item.ident.to_string(), target);
+            self.aliases.entry(item.ident.to_string()).or_default().insert(target);
         }
     }
 
     fn visit_use_rename(&mut self, item: &'ast syn::UseRename) {
-        self.aliases.insert(item.rename.to_string(), item.ident.to_string());
+        self.aliases.entry(item.rename.to_string()).or_default().insert(item.ident.to_string());
     }
 
     fn visit_item_macro(&mut self, item: &'ast syn::ItemMacro) {
