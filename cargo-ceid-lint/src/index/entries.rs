@@ -326,7 +326,8 @@ impl Index {
         }
         found = in_each(&|info| self.resolve(info.root, &names, namespace));
         // The package's own name also names a dependency that is renamed, or that comes by way of another one.
-        if found.is_empty() && names.len() > 1 && is_in_graph(scope, first) {
+        let is_read = self.crates.iter().any(|info| info.name == *first || info.package_name == *first);
+        if found.is_empty() && names.len() > 1 && !is_read && is_in_graph(scope, first) {
             found.push(Def::External(path.to_owned()));
         }
         found

@@ -24,7 +24,7 @@ impl Lowerer<'_, '_> {
     }
 
     /// Keeps the names of an item that is not there under this `cfg`.
-    fn note_removed(&mut self, item: &syn::Item) {
+    pub(in crate::syntax) fn note_removed(&mut self, item: &syn::Item) {
         let ident = match item {
             syn::Item::Fn(item) => &item.sig.ident,
             syn::Item::Struct(item) => &item.ident,
