@@ -15,4 +15,5 @@ mod presets;
 mod robustness;
 mod schema;
 mod tidy;
+mod time_domain;
 mod workspaces;

@@ -85,6 +85,11 @@ fn entries_for_members_of_a_workspace() {
 }
 
 #[test]
+fn handlers_and_tasks_of_firmware() {
+    check("interrupts");
+}
+
+#[test]
 fn every_workspace_that_expects_something_is_tested() {
     let tests = include_str!("workspaces.rs");
     for entry in std::fs::read_dir(root().join("fixtures/workspaces")).expect("the workspaces are committed") {

@@ -1,6 +1,8 @@
 //! Which places a place may be another name of, whatever the path. Knows no counts.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::rc::Rc;
 
 use super::summary::Summaries;
 use crate::flow::{Base, ControlFlowGraph, Effect, IndexKey, LoopId, Place, Projection, Var};
@@ -15,6 +17,8 @@ pub(super) struct Aliases {
     owning: BTreeSet<Var>,
     /// Which variables were computed from which.
     derived: BTreeMap<Var, BTreeSet<Var>>,
+    /// The roots of the places that were asked for.
+    known: RefCell<HashMap<Place, Rc<[Place]>>>,
 }
 
 /// Whether steps may lead to the same part: an element that stands for each may be any.
@@ -120,10 +124,20 @@ impl Aliases {
 
     /// The places that a place may be a name of, itself if it is a name of nothing else.
     pub(super) fn roots(&self, place: &Place) -> Vec<Place> {
+        self.shared_roots(place).to_vec()
+    }
+
+    /// The same for those who only look.
+    pub(super) fn shared_roots(&self, place: &Place) -> Rc<[Place]> {
+        if let Some(known) = self.known.borrow().get(place) {
+            return Rc::clone(known);
+        }
         let mut found = BTreeSet::new();
         let mut seen = BTreeSet::new();
         self.follow(place, 0, &mut seen, &mut found);
-        found.into_iter().collect()
+        let roots: Rc<[Place]> = found.into_iter().collect();
+        self.known.borrow_mut().insert(place.clone(), Rc::clone(&roots));
+        roots
     }
 
     /// The parts of a place that are names of other places, with those places; the whole if it is one.

@@ -20,9 +20,9 @@ pub(super) struct Given {
 }
 
 impl Given {
-    /// Whether it is the whole of the first parameter.
-    pub(super) fn is_param(&self, number: usize) -> bool {
-        self.base == GivenBase::Param(number) && self.steps.is_empty()
+    /// Whether it is a parameter or a part of it.
+    fn is_inside(&self, number: usize) -> bool {
+        self.base == GivenBase::Param(number)
     }
 }
 
@@ -143,6 +143,10 @@ impl Summary {
 #[derive(Debug, Default)]
 pub(super) struct Summaries {
     of: HashMap<FunctionId, Summary>,
+    /// The function that calls itself and is summarised at the moment.
+    open: Option<FunctionId>,
+    /// How many states the searches of the functions at hand have had.
+    states: std::cell::Cell<usize>,
 }
 
 /// How many steps a place of a summary may have; a longer one comes from recursion.
@@ -151,9 +155,19 @@ const MAX_STEPS: usize = 8;
 /// How often a cycle of calls is gone round.
 const MAX_ROUNDS: u32 = 8;
 
+const TOO_RECURSIVE: &str = "the recursion is too deep to be followed";
+
+/// How many states the searches of all functions that call each other may have together.
+const MAX_STATES: usize = 400_000;
+
 impl Summaries {
     pub(super) fn get(&self, id: FunctionId) -> Option<&Summary> {
         self.of.get(&id)
+    }
+
+    /// Whether nothing comes back from a call yet: a recursion begins with the ways that do not recur.
+    pub(super) fn is_open(&self, id: FunctionId) -> bool {
+        self.open == Some(id) && !self.of.contains_key(&id)
     }
 
     pub(super) fn returns(&self, id: FunctionId) -> impl Iterator<Item = &Borrow> {
@@ -164,6 +178,11 @@ impl Summaries {
     pub(super) fn compute(program: &Program<'_>, graphs: &[Option<ControlFlowGraph>]) -> Self {
         let mut summaries = Self::default();
         for component in super::callgraph::components(graphs) {
+            summaries.open = match component.as_slice() {
+                [only] => Some(*only),
+                _ => None,
+            };
+            summaries.states.set(0);
             for round in 0..MAX_ROUNDS {
                 let mut changed = false;
                 for id in &component {
@@ -178,8 +197,9 @@ impl Summaries {
                 if !changed || !recursive {
                     break;
                 }
-                if round + 1 == MAX_ROUNDS {
+                if round + 1 == MAX_ROUNDS || summaries.states.get() > MAX_STATES {
                     summaries.give_up(&component);
+                    break;
                 }
             }
         }
@@ -191,7 +211,7 @@ impl Summaries {
         for id in component {
             let Some(summary) = self.of.get_mut(id) else { continue };
             for outcomes in summary.halves.iter_mut().flat_map(BTreeMap::values_mut) {
-                *outcomes = vec![Outcome::unknown(Cause::Limit("the recursion is too deep to be followed".to_owned()))];
+                *outcomes = vec![Outcome::unknown(Cause::Limit(TOO_RECURSIVE.to_owned()))];
             }
         }
     }
@@ -284,7 +304,7 @@ impl Summaries {
         program: &Program<'_>,
         graph: &ControlFlowGraph,
         aliases: &Aliases,
-        touched: BTreeSet<Given>,
+        mut touched: BTreeSet<Given>,
         unknown: BTreeMap<Given, Cause>,
         summary: &mut Summary,
     ) {
@@ -299,6 +319,14 @@ impl Summaries {
             return;
         }
         let dependence = Rc::new(ControlDependence::of(graph));
+        if touched.len() > 4 * MAX_PLACES {
+            let cause = Cause::Limit("a helper has too many places to do with".to_owned());
+            bound(&mut touched);
+            for given in touched {
+                summary.insert(&given, &[Outcome::unknown(cause.clone())]);
+            }
+            return;
+        }
         for given in touched {
             let instance = instance_of(graph, &given);
             let may_matter = ty_of(&given).is_none_or(|ty| super::instances::may_hold_filter(program.index, &ty));
@@ -327,7 +355,14 @@ impl Summaries {
                         continue;
                     }
                 }
-                summary.halves[law].insert(given.clone(), search.outcomes(Region::Function));
+                let outcomes = if self.states.get() > MAX_STATES {
+                    vec![Outcome::unknown(Cause::Limit(TOO_RECURSIVE.to_owned()))]
+                } else {
+                    let (outcomes, states) = search.outcomes(Region::Function);
+                    self.states.set(self.states.get() + states);
+                    outcomes
+                };
+                summary.halves[law].insert(given.clone(), outcomes);
             }
         }
     }
@@ -429,6 +464,11 @@ pub(super) fn instance_of(graph: &ControlFlowGraph, given: &Given) -> Place {
 
 /// The place at a call that a callee knows as given.
 pub(super) fn place_of(given: &Given, site: &CallSite) -> Option<Place> {
+    // A law that hands on to another one of the same filter is one update, and what lies inside a filter whose type is not known
+    // has no name here.
+    if site.law_of.is_some_and(|of| given.is_inside(of) && (given.steps.is_empty() || site.is_dispatched)) {
+        return None;
+    }
     let steps: Vec<Projection> = given
         .steps
         .iter()

@@ -25,7 +25,15 @@ impl Index {
     /// What the path means in the module; `None` if nothing is found.
     #[must_use]
     pub fn resolve(&self, module: ModuleId, path: &[String], namespace: Namespace) -> Option<Def> {
-        self.resolve_path(module, path, namespace, &mut Trail::default())
+        let key = (module, namespace, path.to_vec());
+        if let Some(known) = self.resolved.read().ok().and_then(|known| known.get(&key).cloned()) {
+            return known;
+        }
+        let found = self.resolve_path(module, path, namespace, &mut Trail::default());
+        if let Ok(mut known) = self.resolved.write() {
+            known.insert(key, found.clone());
+        }
+        found
     }
 
     fn resolve_path(&self, module: ModuleId, path: &[String], namespace: Namespace, trail: &mut Trail) -> Option<Def> {

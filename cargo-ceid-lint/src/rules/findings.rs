@@ -29,9 +29,11 @@ fn of_cycle(cycle: &Cycle, analysis: &Analysis, found: &mut Vec<Diagnostic>) {
     if let Some(guard) = broken {
         missed.retain(|pair| !guard.names.is_empty() && !guard.names.contains(&pair.name));
     }
-    for pair in of_verdict(cycle, Verdict::Repeated) {
-        let (siblings, others): (Vec<&Pair>, Vec<&Pair>) =
-            missed.into_iter().partition(|other| other.filter_type == pair.filter_type);
+    let repeats = of_verdict(cycle, Verdict::Repeated);
+    for pair in &repeats {
+        let (siblings, others): (Vec<&Pair>, Vec<&Pair>) = missed
+            .into_iter()
+            .partition(|other| pasted_from(other, &repeats).is_some_and(|from| from.name == pair.name));
         missed = others;
         found.extend(repeated(cycle, pair, &siblings));
     }
@@ -50,6 +52,12 @@ fn of_cycle(cycle: &Cycle, analysis: &Analysis, found: &mut Vec<Diagnostic>) {
     for pair in cycle.filters.iter().filter(|pair| pair.rules.contains(&"unguarded_update")) {
         found.extend(unguarded(cycle, pair));
     }
+}
+
+/// The repeated filter of the same type that was written in place of a missed one: that with the most similar name.
+fn pasted_from<'p>(missed: &Pair, repeats: &[&'p Pair]) -> Option<&'p Pair> {
+    let of_type = repeats.iter().filter(|pair| pair.filter_type == missed.filter_type);
+    of_type.copied().min_by_key(|pair| strsim::osa_distance(&pair.name, &missed.name))
 }
 
 /// The pairs of a verdict that no other finding tells: what only a debug build updates has one of its own.
@@ -77,31 +85,27 @@ pub(super) const GUARD_HELP: &str =
 
 fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair]) -> Option<Diagnostic> {
     let rule = find("repeated_update")?;
-    let skips = pair.counts.contains(&0);
-    let mut message = match siblings {
-        [] => format!("`{}` is updated more than once in one cycle", pair.name),
-        siblings => format!(
-            "`{}` is updated more than once in one cycle, and {} of the same type never: was `{}` meant here?",
-            pair.name,
-            names(siblings),
-            siblings[0].name
-        ),
-    };
-    if skips {
-        message.push_str(", and not at all on another path");
+    let siblings: Vec<String> =
+        siblings.iter().map(|sibling| sibling.name.clone()).chain(pair.left_out.iter().cloned()).collect();
+    let mut message = format!("`{}` is updated more than once in one cycle", pair.name);
+    if pair.counts.contains(&0) {
+        message.push_str(" and not at all on another path");
+    }
+    if let Some(first) = siblings.first() {
+        message.push_str(&format!(", and {} of the same type never: was `{first}` meant here?", quoted(&siblings)));
     }
     let mut finding = start(rule, cycle, &[pair], message, pair.primary?, "updated again here");
     finding.notes.push(format!(
         "the update law of a sampled-time filter advances it by one sample; run twice, `{}` is ahead of its measurements",
         pair.name
     ));
-    match siblings {
-        [] => finding.helps.push("keep one of the updates".to_owned()),
-        siblings => finding.helps.push(format!("update {} here instead", names(siblings))),
-    }
+    finding.helps.push(match siblings.as_slice() {
+        [] => "keep one of the updates".to_owned(),
+        siblings => format!("update {} here instead", quoted(siblings)),
+    });
     finding.helps.push(GUARD_HELP.to_owned());
     finding.helps.push(suppression(rule));
-    finding.facts.filters.extend(siblings.iter().map(|sibling| sibling.name.clone()));
+    finding.facts.filters.extend(siblings);
     Some(finding)
 }
 

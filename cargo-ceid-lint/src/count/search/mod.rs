@@ -233,8 +233,7 @@ impl<'a> Search<'a> {
         site.targets.iter().any(|target| {
             self.summaries.get(*target).is_some_and(|summary| {
                 summary.outcomes(self.law).any(|(given, outcomes)| {
-                    !site.law_of.is_some_and(|of| given.is_param(of))
-                        && (any || outcomes.iter().any(|outcome| outcome.count != Count::Zero))
+                    (any || outcomes.iter().any(|outcome| outcome.count != Count::Zero))
                         && place_of(given, site).is_some_and(|place| self.may_be(&place, true))
                 })
             })
@@ -243,14 +242,14 @@ impl<'a> Search<'a> {
 
     /// Whether a place may be the instance, or hold it unless it must be exact.
     fn may_be(&self, place: &Place, exact: bool) -> bool {
-        self.aliases.roots(place).iter().any(|root| match root.relate(self.instance, &|_| None) {
+        self.aliases.shared_roots(place).iter().any(|root| match root.relate(self.instance, &|_| None) {
             Relation::Holds(rest) | Relation::MayHold(_, rest) => !exact || rest.is_empty(),
             Relation::Part | Relation::Apart => false,
         })
     }
 
-    /// The ways through the whole function, as its callers see them.
-    pub(super) fn outcomes(&self, region: Region) -> Vec<Outcome> {
+    /// The ways through the whole function, as its callers see them, and how many states it took to find them.
+    pub(super) fn outcomes(&self, region: Region) -> (Vec<Outcome>, usize) {
         let around = self.updating().into_iter().flat_map(|node| self.graph.loops_around(node));
         let own: BTreeSet<LoopId> = around.filter(|id| self.sample_loops.contains(id)).collect();
         let exploration = self.explore_from(region, &[(NodeId(0), None)], own);
@@ -270,7 +269,7 @@ impl<'a> Search<'a> {
         if exploration.limit {
             outcomes.insert(Outcome::unknown(Cause::Limit("the function has too many paths".to_owned())));
         }
-        merge(outcomes)
+        (merge(outcomes), exploration.states.len())
     }
 
     /// Searches a region. Each start is a node with the names that the instance has there, or its own name.
@@ -347,6 +346,8 @@ impl<'a> Search<'a> {
 #[derive(Clone, Debug)]
 pub(super) struct Entry {
     pub(super) names: Vec<Place>,
+    /// Why it may have other names, too.
+    pub(super) doubt: Option<Cause>,
 }
 
 /// Ways that differ only in what they give back are one.
