@@ -100,7 +100,7 @@ impl Crate {
 
 /// `name(&mut self, input: T) -> T`, in one spelling.
 fn spelled(signature: &syn::Signature) -> String {
-    let inputs: Vec<String> = signature.inputs.iter().map(|input| tokens(input)).collect();
+    let inputs: Vec<String> = signature.inputs.iter().map(tokens).collect();
     let output = match &signature.output {
         syn::ReturnType::Default => String::new(),
         syn::ReturnType::Type(_, ty) => format!(" -> {}", tokens(ty)),

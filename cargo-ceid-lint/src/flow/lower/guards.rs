@@ -283,7 +283,7 @@ impl Builder<'_> {
         for arg in args {
             match &body.expr(*arg).kind {
                 ExprKind::Tuple(parts) | ExprKind::Array { elements: parts, .. } => {
-                    places.extend(self.registered(parts))
+                    places.extend(self.registered(parts));
                 }
                 ExprKind::Cast { value, .. } => places.extend(self.registered(&[*value])),
                 ExprKind::Reference { value, .. }
