@@ -8,16 +8,17 @@ use crate::diagnostic::{Diagnostic, Level, Problem};
 use crate::flow::{Program, lower_function};
 use crate::index::{CrateInput, Index, ModuleId};
 use crate::project::{Project, TargetKind};
-use crate::rules;
+use crate::rules::{self, Known, RULES};
 use crate::source::{DiskSource, FileSet, ReadSource, SourceMap, Span};
-use crate::syntax::{parse_crate, with_large_stack};
+use crate::suppress::{Crate, Suppressions};
+use crate::syntax::{Directives, parse_crate, with_large_stack};
 
 /// What a run found out.
 #[derive(Debug, Default)]
 pub struct Report {
     /// Every text that was read.
     pub sources: SourceMap,
-    /// The findings at `warn` or above, sorted by file, place and rule.
+    /// The findings at `warn` or above, suppressed ones included, sorted by file, place and rule.
     pub diagnostics: Vec<Diagnostic>,
     /// Every cycle with its filters and their verdicts, sorted by file and place.
     pub cycles: Vec<Cycle>,
@@ -25,6 +26,13 @@ pub struct Report {
     pub problems: Vec<Problem>,
     /// How many filter types were found.
     pub filter_types: usize,
+}
+
+impl Report {
+    /// The findings that nothing suppresses: those that people see and that decide how a run ends.
+    pub fn shown(&self) -> impl Iterator<Item = &Diagnostic> {
+        self.diagnostics.iter().filter(|finding| finding.suppressed.is_none())
+    }
 }
 
 /// Checks a project whose files lie on the disk.
@@ -92,13 +100,20 @@ fn parse_all(project: &Project, files: &mut FileSet, problems: &mut Vec<Problem>
 }
 
 fn analyse_all(project: &Project, config: &Config, inputs: Vec<CrateInput>, sources: SourceMap) -> Report {
+    let directives = Directives::read(&sources);
     // Without the trait there is no filter, and without a filter there is nothing to count.
     let is_configured = config.sections.iter().any(|section| !section.filters.is_empty());
-    if !is_configured && !sources.files().any(|(_, file)| file.text.contains("SampledFilter")) {
+    if !is_configured && directives.is_empty() && !sources.files().any(|(_, file)| file.text.contains("SampledFilter"))
+    {
         return Report { sources, ..Report::default() };
     }
     let entries = config.sections.iter().flat_map(|section| &section.filters);
     let named_outside = entries.map(|entry| entry.target.path()).filter(|path| !path.starts_with("crate::"));
+    let crates: Vec<Crate<'_>> = inputs
+        .iter()
+        .map(|input| Crate { package: input.package, target: input.target, items: &input.items })
+        .collect();
+    let mut suppressions = Suppressions::place(&directives, &sources, &crates);
     let mut index = Index::build(inputs, named_outside.map(str::to_owned).collect());
     for section in &config.sections {
         for entry in &section.filters {
@@ -109,7 +124,7 @@ fn analyse_all(project: &Project, config: &Config, inputs: Vec<CrateInput>, sour
         index.find_holders();
     }
     let bodies = Program::infer_all(&index);
-    let program = Program { index: &index, bodies: &bodies, sources: &sources };
+    let program = Program { index: &index, bodies: &bodies, sources: &sources, directives: &directives };
     let graphs: Vec<_> = index.function_ids().map(|id| lower_function(&program, id)).collect();
     let mut analysis = analyse(&program, &graphs);
     let is_shown = |package: usize, target: usize, span: Span| {
@@ -126,7 +141,13 @@ fn analyse_all(project: &Project, config: &Config, inputs: Vec<CrateInput>, sour
     // A file that belongs to several targets is judged once.
     let mut seen = BTreeSet::new();
     analysis.cycles.retain(|cycle| seen.insert((cycle.head, cycle.function.clone())));
-    let diagnostics = with_levels(project, config, rules::findings(&analysis));
+    suppressions.near_misses.retain(|placed| is_shown(placed.package, placed.target, placed.span));
+    suppressions.list.retain(|placed| is_shown(placed.package, placed.target, placed.span));
+    let known = Known::new(&suppressions, forbidden(project, config));
+    let mut findings = rules::findings(&analysis, &known);
+    findings.extend(rules::hygiene(&known));
+    mark_suppressed(&mut analysis.cycles, &findings);
+    let diagnostics = with_levels(project, config, findings);
     let filter_types = index.filter_type_count();
     Report { diagnostics, cycles: analysis.cycles, filter_types, problems: Vec::new(), sources }
 }
@@ -147,6 +168,28 @@ fn add_entry(project: &Project, index: &mut Index, section: &Section, entry: &Fi
         .collect();
     for root in crates {
         index.add_filter(root, entry);
+    }
+}
+
+/// The rules that are at `forbid`, by package.
+fn forbidden(project: &Project, config: &Config) -> BTreeSet<(usize, &'static str)> {
+    let pairs = project.packages.iter().enumerate().flat_map(|package| RULES.iter().map(move |rule| (package, rule)));
+    let is_forbidden = |package, rule| rules::level_of(rule, config, package).level == Level::Forbid;
+    pairs.filter(|((_, package), rule)| is_forbidden(package, rule)).map(|((at, _), rule)| (at, rule.name)).collect()
+}
+
+/// Marks the pairs on which something was found that is suppressed, and nothing that is not.
+fn mark_suppressed(cycles: &mut [Cycle], findings: &[Diagnostic]) {
+    for cycle in cycles {
+        let own: Vec<&Diagnostic> = findings.iter().filter(|finding| finding.facts.cycle == Some(cycle.head)).collect();
+        for pair in &mut cycle.filters {
+            let about = own.iter().filter(|finding| {
+                finding.facts.filters.contains(&pair.name)
+                    && (pair.rules.contains(&finding.rule) || finding.facts.verdict == pair.verdict.name())
+            });
+            let reasons: Option<Vec<&String>> = about.map(|finding| finding.suppressed.as_ref()).collect();
+            pair.suppressed = reasons.and_then(|reasons| reasons.first().map(|reason| (*reason).clone()));
+        }
     }
 }
 

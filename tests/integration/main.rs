@@ -11,5 +11,6 @@ mod explain;
 mod fixtures_compile;
 mod messages;
 mod robustness;
+mod suppressions;
 mod tidy;
 mod workspaces;

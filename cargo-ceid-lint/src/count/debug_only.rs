@@ -55,9 +55,7 @@ pub(super) fn updates(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &S
                     for (law, given, outcomes) in summary.outcomes_by_half() {
                         let updates = outcomes.iter().any(|outcome| outcome.count != Count::Zero);
                         // A law that hands on to another one of the same filter is one update.
-                        if updates
-                            && let Some(place) = place_of(given, site)
-                        {
+                        if updates && let Some(place) = place_of(given, site) {
                             add(&place, law, why);
                         }
                     }

@@ -1,5 +1,6 @@
 //! From verdicts to findings: what is said, where, and what is left out because another finding says it. Decides no verdict.
 
+use super::known::{Hidden, Known};
 use super::{Rule, find};
 use crate::count::{Analysis, Cycle, Gate, GuardDefect, Pair, Unregistered, Verdict};
 use crate::diagnostic::{Diagnostic, Facts, Label, Level, Witness, WitnessStep};
@@ -7,19 +8,31 @@ use crate::source::Span;
 
 /// The findings of an analysis, at the level `allow`; the caller sets the levels.
 #[must_use]
-pub fn findings(analysis: &Analysis) -> Vec<Diagnostic> {
+pub fn findings(analysis: &Analysis, known: &Known<'_>) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     for cycle in &analysis.cycles {
-        of_cycle(cycle, analysis, &mut found);
+        of_cycle(cycle, analysis, known, &mut found);
     }
-    found.extend(analysis.unregistered.iter().filter_map(unregistered));
-    found.extend(analysis.guards.iter().filter_map(guard));
-    found.extend(analysis.remarks.iter().filter_map(super::remarks::finding));
+    let mut others: Vec<Diagnostic> = analysis.unregistered.iter().filter_map(unregistered).collect();
+    others.extend(analysis.guards.iter().filter_map(guard));
+    others.extend(analysis.remarks.iter().filter_map(super::remarks::finding));
+    for finding in &mut others {
+        let cycle = finding.facts.cycle.filter(|_| finding.rule != "unregistered_filter");
+        let places: Vec<Span> = [finding.primary.span].into_iter().chain(cycle).collect();
+        finding.suppressed = known.hides(finding.rule, finding.package, &places).map(|hidden| hidden.reason);
+    }
+    found.extend(others);
     found
 }
 
+/// What hides the finding of a rule about a pair: what is said of the place, of the cycle, or of an update.
+fn hidden(cycle: &Cycle, pair: &Pair, rule: &'static str, known: &Known<'_>) -> Option<Hidden> {
+    let places: Vec<Span> = pair.primary.into_iter().chain([cycle.head]).chain(pair.updates.iter().copied()).collect();
+    known.hides(rule, cycle.package, &places)
+}
+
 /// One finding for each pair that a rule fires on; siblings that go wrong together share one.
-fn of_cycle(cycle: &Cycle, analysis: &Analysis, found: &mut Vec<Diagnostic>) {
+fn of_cycle(cycle: &Cycle, analysis: &Analysis, known: &Known<'_>, found: &mut Vec<Diagnostic>) {
     let mut missed: Vec<&Pair> = of_verdict(cycle, Verdict::Missed);
     // A guard that is not there for the cycle is the cause of what the cycle misses.
     let broken = analysis.guards.iter().find(|guard| {
@@ -29,26 +42,43 @@ fn of_cycle(cycle: &Cycle, analysis: &Analysis, found: &mut Vec<Diagnostic>) {
     if let Some(guard) = broken {
         missed.retain(|pair| !guard.names.is_empty() && !guard.names.contains(&pair.name));
     }
+    let mut add = |finding: Option<Diagnostic>, hidden: Option<Hidden>| {
+        let suppressed = hidden.map(|hidden| hidden.reason);
+        found.extend(finding.map(|finding| Diagnostic { suppressed, ..finding }));
+    };
+    let (mut open, closed): (Vec<_>, Vec<_>) = missed
+        .into_iter()
+        .map(|pair| (pair, hidden(cycle, pair, "missed_update", known)))
+        .partition(|(_, hidden)| hidden.is_none());
     for pair in of_verdict(cycle, Verdict::Repeated) {
-        let (siblings, others): (Vec<&Pair>, Vec<&Pair>) =
-            missed.into_iter().partition(|other| other.filter_type == pair.filter_type);
-        missed = others;
-        found.extend(repeated(cycle, pair, &siblings));
+        let hidden = hidden(cycle, pair, "repeated_update", known);
+        // What is missed is told by itself where the repetition is not told.
+        let is_sibling = |(other, _): &(&Pair, _)| hidden.is_none() && other.filter_type == pair.filter_type;
+        let (siblings, others): (Vec<_>, Vec<_>) = open.into_iter().partition(is_sibling);
+        open = others;
+        let siblings: Vec<&Pair> = siblings.into_iter().map(|(pair, _)| pair).collect();
+        add(repeated(cycle, pair, &siblings), hidden);
     }
-    if !missed.is_empty() {
-        found.extend(missing(cycle, &missed));
+    open.extend(closed);
+    for (group, hidden) in grouped(open, |_, _| true) {
+        add(missing(cycle, &group), hidden);
     }
-    for group in by_primary(&of_verdict(cycle, Verdict::Skipped)) {
-        found.extend(skipped(cycle, &group));
+    let of_rule = |verdict: Verdict, rule: &'static str| -> Vec<(&Pair, Option<Hidden>)> {
+        let pairs = of_verdict(cycle, verdict);
+        pairs.into_iter().map(|pair| (pair, hidden(cycle, pair, rule, known))).collect()
+    };
+    let by_statement = |one: &Pair, other: &Pair| one.primary == other.primary && one.primary.is_some();
+    for (group, hidden) in grouped(of_rule(Verdict::Skipped, "skipped_update"), by_statement) {
+        add(skipped(cycle, &group), hidden);
     }
-    for pair in of_verdict(cycle, Verdict::Unproved) {
-        found.extend(unproved(cycle, pair));
+    for (pair, hidden) in of_rule(Verdict::Unproved, "unproved_update") {
+        add(unproved(cycle, pair), hidden);
     }
-    for pair in of_verdict(cycle, Verdict::Gated) {
-        found.extend(gated(cycle, pair));
+    for (pair, hidden) in of_rule(Verdict::Gated, "gated_update") {
+        add(gated(cycle, pair), hidden);
     }
     for pair in cycle.filters.iter().filter(|pair| pair.rules.contains(&"unguarded_update")) {
-        found.extend(unguarded(cycle, pair));
+        add(unguarded(cycle, pair), hidden(cycle, pair, "unguarded_update", known));
     }
 }
 
@@ -60,13 +90,16 @@ fn of_verdict(cycle: &Cycle, verdict: Verdict) -> Vec<&Pair> {
     cycle.filters.iter().filter(|pair| pair.verdict == verdict).filter(|pair| !is_told(pair)).collect()
 }
 
-/// Pairs that the same statement skips.
-fn by_primary<'p>(pairs: &[&'p Pair]) -> Vec<Vec<&'p Pair>> {
-    let mut groups: Vec<Vec<&Pair>> = Vec::new();
-    for pair in pairs {
-        match groups.iter_mut().find(|group| group[0].primary == pair.primary && pair.primary.is_some()) {
-            Some(group) => group.push(pair),
-            None => groups.push(vec![pair]),
+/// Pairs that go into one finding: those that belong together and that the same suppression hides, or none.
+fn grouped<'p>(
+    pairs: Vec<(&'p Pair, Option<Hidden>)>,
+    belong: impl Fn(&Pair, &Pair) -> bool,
+) -> Vec<(Vec<&'p Pair>, Option<Hidden>)> {
+    let mut groups: Vec<(Vec<&Pair>, Option<Hidden>)> = Vec::new();
+    for (pair, hidden) in pairs {
+        match groups.iter_mut().find(|(group, other)| belong(group[0], pair) && *other == hidden) {
+            Some((group, _)) => group.push(pair),
+            None => groups.push((vec![pair], hidden)),
         }
     }
     groups
@@ -241,6 +274,7 @@ pub(super) fn empty(rule: &'static Rule, package: usize, target: usize) -> Diagn
         helps: Vec::new(),
         suggestions: Vec::new(),
         facts: Facts::default(),
+        suppressed: None,
         package,
         target,
     }
@@ -279,10 +313,7 @@ pub(super) fn quoted(names: &[String]) -> String {
     }
 }
 
+/// The other way out: to say that it is meant so, and why.
 pub(super) fn suppression(rule: &Rule) -> String {
-    format!(
-        "if it is meant so, lower the rule's level: `-A {}`, or `{} = \"allow\"` under `[lints]`",
-        rule.id(),
-        rule.name
-    )
+    format!("if it is meant so, say why on the line above: `// ceid: allow({}, reason = \"…\")`", rule.name)
 }

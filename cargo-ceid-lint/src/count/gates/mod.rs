@@ -6,7 +6,8 @@ mod time;
 
 use super::search::{End, Exploration, Region, Search};
 use super::verdict::Gate;
-use crate::flow::{About, Directive, Effect, LoopId, NodeId, Place, Test};
+use crate::flow::{About, Effect, LoopId, NodeId, Place, Test};
+use crate::syntax::CycleDirective;
 
 /// Why a way does not update, if it does so on purpose; `None` for a way that updates, or that nothing explains.
 pub(super) fn of_end(search: &Search<'_>, region: Region, exploration: &Exploration, end: &End) -> Option<Gate> {
@@ -46,9 +47,8 @@ struct Gates<'s, 'a> {
 impl Gates<'_, '_> {
     fn of_test(&self, test: &Test, at: NodeId) -> Option<Gate> {
         let gate = self.of_condition(test, at);
-        let sources = self.search.program.sources;
-        let at_gate = match Directive::at(sources, test.span) {
-            Some(Directive::Every(ratio)) => Some(ratio),
+        let at_gate = match self.search.program.directive(test.span) {
+            Some(CycleDirective::Every(ratio)) => Some(ratio),
             _ => None,
         };
         let at_loop = match self.region {
@@ -56,7 +56,7 @@ impl Gates<'_, '_> {
             Region::Function => None,
         };
         match (at_gate, at_loop, gate) {
-            (Some(ratio), _, _) | (None, Some(Directive::Every(ratio)), Some(Gate::Rate)) => {
+            (Some(ratio), _, _) | (None, Some(CycleDirective::Every(ratio)), Some(Gate::Rate)) => {
                 (gate == Some(Gate::Rate) && has_ratio(&test.about, ratio)).then_some(Gate::Rate)
             }
             _ => gate,

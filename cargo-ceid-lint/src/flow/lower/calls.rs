@@ -176,8 +176,9 @@ impl Builder<'_> {
             fed.extend(self.reads_of(*first));
         }
         let into = self.targets.clone();
-        let is_dispatched =
-            law_of.and_then(|of| exprs.get(of)).is_some_and(|of| matches!(self.ty(*of).peel(), Ty::Param(_) | Ty::Opaque(_)));
+        let is_dispatched = law_of
+            .and_then(|of| exprs.get(of))
+            .is_some_and(|of| matches!(self.ty(*of).peel(), Ty::Param(_) | Ty::Opaque(_)));
         let site = CallSite { targets: targets.to_vec(), args, result, text, law_of, is_dispatched, fed, into, from };
         self.emit(Effect::Call(Box::new(site)), span);
         result

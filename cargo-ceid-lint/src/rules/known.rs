@@ -1,0 +1,51 @@
+//! Findings that somebody has said are known: which of them are hidden, and which suppressions hide nothing.
+
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+
+use crate::source::Span;
+use crate::suppress::Suppressions;
+
+/// What is known of findings.
+#[derive(Debug)]
+pub struct Known<'a> {
+    /// What comments and attributes say.
+    pub(super) suppressions: &'a Suppressions,
+    /// The rules that are at `forbid` in a package, where nothing hides what they find.
+    forbidden: BTreeSet<(usize, &'static str)>,
+    /// The names in suppressions that a finding was found for, whatever its level.
+    used: RefCell<BTreeSet<(usize, usize)>>,
+}
+
+/// What hides a finding.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Hidden {
+    /// The number of the suppression.
+    number: usize,
+    /// Why; empty if it does not say.
+    pub(super) reason: String,
+}
+
+impl<'a> Known<'a> {
+    /// What these suppressions hide, but for the rules that are forbidden in a package.
+    #[must_use]
+    pub fn new(suppressions: &'a Suppressions, forbidden: BTreeSet<(usize, &'static str)>) -> Self {
+        Self { suppressions, forbidden, used: RefCell::default() }
+    }
+
+    /// What hides a finding of a rule that has to do with these places.
+    pub(super) fn hides(&self, rule: &'static str, package: usize, places: &[Span]) -> Option<Hidden> {
+        let (number, name) = self.suppressions.of(rule, places)?;
+        self.used.borrow_mut().insert((number, name));
+        if self.forbidden.contains(&(package, rule)) {
+            return None;
+        }
+        let reason = self.suppressions.list[number].said.reason.clone().unwrap_or_default();
+        Some(Hidden { number, reason })
+    }
+
+    /// Whether a finding was found for a name in a suppression.
+    pub(super) fn is_used(&self, number: usize, name: usize) -> bool {
+        self.used.borrow().contains(&(number, name))
+    }
+}
