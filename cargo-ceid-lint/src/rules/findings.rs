@@ -91,10 +91,10 @@ fn of_verdict(cycle: &Cycle, verdict: Verdict) -> Vec<&Pair> {
 }
 
 /// Pairs that go into one finding: those that belong together and that the same suppression hides, or none.
-fn grouped<'p>(
-    pairs: Vec<(&'p Pair, Option<Hidden>)>,
+fn grouped(
+    pairs: Vec<(&Pair, Option<Hidden>)>,
     belong: impl Fn(&Pair, &Pair) -> bool,
-) -> Vec<(Vec<&'p Pair>, Option<Hidden>)> {
+) -> Vec<(Vec<&Pair>, Option<Hidden>)> {
     let mut groups: Vec<(Vec<&Pair>, Option<Hidden>)> = Vec::new();
     for (pair, hidden) in pairs {
         match groups.iter_mut().find(|(group, other)| belong(group[0], pair) && *other == hidden) {

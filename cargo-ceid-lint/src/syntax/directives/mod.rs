@@ -125,11 +125,11 @@ impl Directives {
             Site::Behind { .. } => line_of(directive.span.start) == line,
             Site::Above(None) | Site::Inside(_) => false,
         };
-        let here = own.iter().filter(is_here).filter_map(|directive| match &directive.kind {
+        let mut here = own.iter().rev().filter(is_here).filter_map(|directive| match &directive.kind {
             DirectiveKind::Cycle(said) => Some(*said),
             _ => None,
         });
-        here.last()
+        here.next()
     }
 }
 
