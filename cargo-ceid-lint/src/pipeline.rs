@@ -113,7 +113,7 @@ fn analyse_all(project: &Project, config: &Config, inputs: Vec<CrateInput>, sour
         .iter()
         .map(|input| Crate { package: input.package, target: input.target, items: &input.items })
         .collect();
-    let mut suppressions = Suppressions::place(&directives, &sources, &crates);
+    let suppressions = Suppressions::place(&directives, &sources, &crates);
     let mut index = Index::build(inputs, named_outside.map(str::to_owned).collect());
     for section in &config.sections {
         for entry in &section.filters {
@@ -135,17 +135,20 @@ fn analyse_all(project: &Project, config: &Config, inputs: Vec<CrateInput>, sour
             && project.is_wanted(path)
             && !config.is_excluded(path)
     };
+    let known = Known::new(&suppressions, forbidden(project, config));
+    // A suppression in a file that is reported may hide what is found in one that is not.
+    known.note(&analysis);
+    let mut hygiene = rules::hygiene(&known);
+    hygiene.retain(|finding| is_shown(finding.package, finding.target, finding.primary.span));
     analysis.cycles.retain(|cycle| is_shown(cycle.package, cycle.target, cycle.head));
     analysis.unregistered.retain(|filter| is_shown(filter.package, filter.target, filter.span));
     analysis.guards.retain(|guard| is_shown(guard.package, guard.target, guard.span));
+    analysis.remarks.retain(|remark| is_shown(remark.package, remark.target, remark.span));
     // A file that belongs to several targets is judged once.
     let mut seen = BTreeSet::new();
     analysis.cycles.retain(|cycle| seen.insert((cycle.head, cycle.function.clone())));
-    suppressions.near_misses.retain(|placed| is_shown(placed.package, placed.target, placed.span));
-    suppressions.list.retain(|placed| is_shown(placed.package, placed.target, placed.span));
-    let known = Known::new(&suppressions, forbidden(project, config));
     let mut findings = rules::findings(&analysis, &known);
-    findings.extend(rules::hygiene(&known));
+    findings.extend(hygiene);
     mark_suppressed(&mut analysis.cycles, &findings);
     let diagnostics = with_levels(project, config, findings);
     let filter_types = index.filter_type_count();
@@ -180,14 +183,20 @@ fn forbidden(project: &Project, config: &Config) -> BTreeSet<(usize, &'static st
 
 /// Marks the pairs on which something was found that is suppressed, and nothing that is not.
 fn mark_suppressed(cycles: &mut [Cycle], findings: &[Diagnostic]) {
+    let mut by_cycle: BTreeMap<Span, Vec<&Diagnostic>> = BTreeMap::new();
+    for finding in findings {
+        if let Some(head) = finding.facts.cycle {
+            by_cycle.entry(head).or_default().push(finding);
+        }
+    }
     for cycle in cycles {
-        let own: Vec<&Diagnostic> = findings.iter().filter(|finding| finding.facts.cycle == Some(cycle.head)).collect();
+        let found = by_cycle.get(&cycle.head).map_or(&[][..], Vec::as_slice);
         for pair in &mut cycle.filters {
-            let about = own.iter().filter(|finding| {
-                finding.facts.filters.contains(&pair.name)
-                    && (pair.rules.contains(&finding.rule) || finding.facts.verdict == pair.verdict.name())
-            });
-            let reasons: Option<Vec<&String>> = about.map(|finding| finding.suppressed.as_ref()).collect();
+            let is_about = |finding: &&&Diagnostic| {
+                finding.facts.filters.contains(&pair.name) && pair.rules.contains(&finding.rule)
+            };
+            let reasons: Option<Vec<&String>> =
+                found.iter().filter(is_about).map(|finding| finding.suppressed.as_ref()).collect();
             pair.suppressed = reasons.and_then(|reasons| reasons.first().map(|reason| (*reason).clone()));
         }
     }

@@ -1,23 +1,43 @@
-#![doc = include_str!("../README.md")]
+#![cfg_attr(feature = "std", doc = include_str!("../README.md"))]
+#![cfg_attr(
+    not(feature = "std"),
+    doc = "Sampled-time filters whose update law runs exactly once per control cycle: see the README."
+)]
 #![no_std]
-#![forbid(unsafe_code)]
+// The three files that need `unsafe` say so where they are declared; all others forbid it.
+#![deny(unsafe_code)]
 #![deny(missing_docs)]
 #![warn(clippy::std_instead_of_core, clippy::alloc_instead_of_core)]
 
 #[cfg(feature = "alloc")]
 extern crate alloc;
+#[cfg(feature = "std")]
+extern crate std;
 
 pub mod cycle;
+pub mod exchange;
 pub mod filter;
 pub mod rate;
+pub mod thread;
+#[forbid(unsafe_code)]
+pub mod transaction;
 
-pub use cycle::{Clock, Cycle, CycleGuard, CycleInfo, Cyclic, Free, Take};
-pub use filter::{Divider, SampledFilter, Tick};
+#[cfg(feature = "std")]
+pub use cycle::StdTime;
+pub use cycle::{Clock, Cycle, CycleGuard, CycleInfo, Cyclic, Free, Overrun, Periodic, Releases, Take, Time};
+pub use filter::{Divider, OnlyInCeid, Sample, SampledFilter, Shared, Tick, Unregistered};
 pub use rate::{Hz, Rate};
+pub use thread::{Flow, RealtimeFunctionality, RealtimeThread};
+pub use transaction::TransactionIo;
 
 /// Everything a control loop needs, for `use ceid_core::prelude::*;`.
 pub mod prelude {
-    pub use crate::{Clock, CycleInfo, Cyclic, Free, Hz, Rate, SampledFilter, Tick};
+    #[cfg(feature = "std")]
+    pub use crate::StdTime;
+    pub use crate::{
+        Clock, CycleInfo, Cyclic, Free, Hz, Overrun, Periodic, Rate, Sample, SampledFilter, Tick, Unregistered,
+    };
+    pub use crate::{Flow, RealtimeFunctionality, RealtimeThread};
     pub use crate::{assert_updated_once, ceid, each_cycle, filters};
 }
 

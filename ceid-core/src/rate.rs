@@ -1,6 +1,10 @@
 //! Rates as types: how often a control cycle is released. Nothing here reads a clock.
 
+#![forbid(unsafe_code)]
+
 use core::fmt::Debug;
+
+const NS_PER_S: u64 = 1_000_000_000;
 
 /// The nominal rate of a control cycle, known at compile time.
 ///
@@ -31,10 +35,22 @@ pub trait Rate: Copy + Debug + Send + Sync + 'static {
     #[must_use]
     #[inline]
     fn release_ns(n: u64) -> u64 {
-        const NS_PER_S: u64 = 1_000_000_000;
         let hz = u64::from(Self::HZ);
         // Whole seconds and the rest apart: both products fit in 64 bits, where `n * 10^9` would not.
         (n / hz).saturating_mul(NS_PER_S).saturating_add((n % hz) * NS_PER_S / hz)
+    }
+
+    /// How many releases are due by `ns` nanoseconds after release 0: release 0 and one due at `ns` are among them.
+    ///
+    /// The exact inverse of [`release_ns`](Rate::release_ns): release `n` is due by `ns` if and only if
+    /// `n < released_by(ns)`. Saturates. Does not allocate, does not block.
+    #[must_use]
+    #[inline]
+    fn released_by(ns: u64) -> u64 {
+        let hz = u64::from(Self::HZ);
+        // Rounded up, because release times are rounded down.
+        let in_last_second = ((ns % NS_PER_S + 1) * hz).div_ceil(NS_PER_S);
+        (ns / NS_PER_S).saturating_mul(hz).saturating_add(in_last_second)
     }
 }
 

@@ -143,7 +143,7 @@ fn a_divided_filter_gets_the_longer_step() {
 
 #[test]
 fn a_set_can_be_a_static() {
-    static TIMES: std::sync::Mutex<Times> = std::sync::Mutex::new(Times::register(Time(0.0), Time(0.0), None));
+    static TIMES: std::sync::Mutex<Times> = std::sync::Mutex::new(Times::register_const(Time(0.0), Time(0.0), None));
     let mut times = TIMES.lock().unwrap();
     each_cycle!(_f in Cyclic::new(&mut *times, Free::<Hz<1000>>::new().take(2)) => {});
     assert_eq!(times.slow, Time(0.1));

@@ -13,4 +13,5 @@ mod messages;
 mod robustness;
 mod suppressions;
 mod tidy;
+mod time_domain;
 mod workspaces;

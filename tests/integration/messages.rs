@@ -1,12 +1,18 @@
 //! The look of the human form, for one case of each kind of message.
 
+use cargo_ceid_lint::diagnostic::Level;
+use cargo_ceid_lint::rules;
+
 use crate::support::program::run;
 use crate::support::root;
 
 #[track_caller]
 fn check(rule: &str, case: &str) {
     let directory = root().join("fixtures/rules").join(rule);
-    let run = run(&directory, [format!("{case}.rs")]);
+    let file = format!("{case}.rs");
+    let is_allowed = rules::find(rule).is_some_and(|rule| rule.default_level == Level::Allow);
+    let switched_on: &[&str] = if is_allowed { &["-W", rule] } else { &[] };
+    let run = run(&directory, switched_on.iter().copied().chain([file.as_str()]));
     let mut settings = insta::Settings::clone_current();
     settings.set_snapshot_path("../snapshots");
     settings.set_prepend_module_to_snapshot(false);
@@ -44,4 +50,39 @@ fn two_skipped_by_one_statement() {
 #[test]
 fn guard_dropped() {
     check("guard_dropped_early", "bound_to_an_underscore");
+}
+
+#[test]
+fn debug_only() {
+    check("debug_only_update", "in_a_helper_of_the_loop");
+}
+
+#[test]
+fn debug_only_beside_another_update() {
+    check("debug_only_update", "once_more_in_an_assertion");
+}
+
+#[test]
+fn two_events() {
+    check("multi_event_update", "two_messages_of_one_queue");
+}
+
+#[test]
+fn unguarded() {
+    check("unguarded_update", "once_in_a_loop");
+}
+
+#[test]
+fn time_in_a_cycle() {
+    check("time_in_cycle", "reads_a_file_in_a_helper");
+}
+
+#[test]
+fn another_rate() {
+    check("rate_mismatch", "made_in_the_constructor_of_its_owner");
+}
+
+#[test]
+fn repeated_with_a_sibling_that_nobody_owes() {
+    check("repeated_update", "pasted_in_a_presumed_cycle");
 }

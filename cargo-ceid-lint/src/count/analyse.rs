@@ -9,7 +9,7 @@ use super::debug_only;
 use super::decide::{self, Decision};
 use super::functions::{FunctionKind, called_functions, function_kind, reached_from_cycles};
 use super::instances::{leaves, place_ty, settle_elements};
-use super::remarks::Remark;
+use super::remarks::{Remark, Steps, Waiting};
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
 use super::summary::{Summaries, place_of};
@@ -100,12 +100,21 @@ pub fn analyse(program: &Program<'_>, graphs: &[Option<ControlFlowGraph>]) -> An
     }
     let fields = updated_fields(program.index, &facts, &in_cycle);
     let anywhere = touched_fields(program.index, &facts);
+    let waiting = super::remarks::waiting(program, graphs);
+    let steps = Steps::of(program, graphs);
     let mut analysis = Analysis::default();
     for function in &facts {
         if function.kind == FunctionKind::Outside {
             continue;
         }
-        let context = Context { program, summaries: &summaries, fields: &fields, anywhere: &anywhere };
+        let context = Context {
+            program,
+            summaries: &summaries,
+            fields: &fields,
+            anywhere: &anywhere,
+            waiting: &waiting,
+            steps: &steps,
+        };
         context.function(function, &mut analysis);
     }
     analysis.cycles.sort_by_key(|cycle| (cycle.head, cycle.package, cycle.target));
@@ -179,13 +188,15 @@ fn is_instance(index: &Index, graph: &ControlFlowGraph, place: &Place, is_state:
     if !is_state && place_ty(index, graph, place).is_none_or(|ty| index.filter_spec(&ty).is_none()) {
         return false;
     }
-    // What a map holds is never judged.
+    // What a map holds is never judged, nor what only some of the types behind a trait have.
     let mut at = Place { base: place.base, steps: Vec::new() };
     for step in &place.steps {
-        if matches!(step, Projection::Index(_))
-            && place_ty(index, graph, &at)
-                .is_some_and(|ty| ty.external_name().is_some_and(|name| name.ends_with("Map")))
-        {
+        let is_in_some = match (step, place_ty(index, graph, &at)) {
+            (Projection::Index(_), Some(ty)) => ty.external_name().is_some_and(|name| name.ends_with("Map")),
+            (Projection::Field(_), Some(ty)) => matches!(ty, Ty::Opaque(_) | Ty::Param(_)),
+            _ => false,
+        };
+        if is_in_some {
             return false;
         }
         at = at.join(std::slice::from_ref(step));
@@ -256,7 +267,7 @@ pub(super) fn field_key(index: &Index, graph: &ControlFlowGraph, place: &Place) 
     let Projection::Field(name) = &place.steps[at] else { return None };
     let owner = Place { base: place.base, steps: place.steps[..at].to_vec() };
     match place_ty(index, graph, &owner)? {
-        Ty::Adt(id, _) => Some((id, name.to_string())),
+        Ty::Adt(id, _) => Some((index.declares_fields(id), name.to_string())),
         _ => None,
     }
 }
@@ -268,6 +279,10 @@ pub(super) struct Context<'a> {
     pub(super) fields: &'a BTreeMap<FieldKey, BTreeSet<usize>>,
     /// Fields that are handed to something unseen.
     pub(super) anywhere: &'a BTreeSet<FieldKey>,
+    /// Functions that make their callers wait.
+    pub(super) waiting: &'a Waiting,
+    /// The constant steps with which filters are made.
+    pub(super) steps: &'a Steps,
 }
 
 /// A cycle of a function.
@@ -410,6 +425,7 @@ impl Context<'_> {
             counts: decision.counts,
             gate: decision.gate,
             rules: decision.verdict.rule().into_iter().collect(),
+            left_out: Vec::new(),
             cause: decision.cause.map(|cause| cause.to_string()),
             witness: decision.witness,
             primary: decision.primary,

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::flow::{Base, ControlFlowGraph, IndexKey, Place, Projection};
-use crate::index::{Index, Shape, Ty};
+use crate::index::{Index, SHARED_RESOURCE, Shape, Ty};
 use crate::types::is_transparent;
 
 /// The type of a place; `None` if some step of it cannot be followed.
@@ -60,6 +60,21 @@ pub(super) fn inner(ty: &Ty) -> Ty {
             _ => return ty.clone(),
         }
     }
+}
+
+/// Whether a place lies behind a reference or handle in a field, so that moving its owner does not move it.
+pub(super) fn is_lent(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
+    place.steps.iter().enumerate().any(|(at, step)| {
+        let owner = Place { base: place.base, steps: place.steps[..at].to_vec() };
+        match (step, place_ty(index, graph, &owner)) {
+            (Projection::Field(name), Some(owner @ Ty::Adt(..))) => match index.field_ty(&owner, None, name) {
+                Some(Ty::Ref(..)) => true,
+                Some(Ty::External(path, _)) => path == SHARED_RESOURCE,
+                _ => false,
+            },
+            _ => false,
+        }
+    })
 }
 
 /// A filter that lies in a value of some type.
@@ -131,6 +146,8 @@ fn collect(
         return;
     }
     match ty {
+        // Nothing is updated through a shared reference.
+        Ty::Ref(false, _) if !steps.is_empty() => {}
         Ty::Ref(_, inner) => collect(index, inner, steps, uncertain, length, depth, found),
         Ty::Adt(id, _) => {
             let def = index.type_def(*id);
@@ -173,7 +190,10 @@ fn collect(
                 // A vector may be empty.
                 collect(index, first, steps, true, None, depth + 1, found);
                 steps.pop();
-            } else if matches!(name, "Box" | "Pin" | "MutexGuard" | "RefMut") {
+            } else if matches!(
+                name,
+                "Box" | "Pin" | "MutexGuard" | "RefMut" | "SharedResource" | "Mutex" | "RwLock" | "RefCell" | "Cell"
+            ) {
                 collect(index, first, steps, uncertain, None, depth + 1, found);
             } else if is_transparent(name) {
                 collect(index, first, steps, true, None, depth + 1, found);
@@ -207,62 +227,57 @@ fn counted_part(
 
 /// Elements of collections: where some are named by a constant, each of them is an instance; otherwise they are one.
 pub(super) fn settle_elements(index: &Index, graph: &ControlFlowGraph, places: &BTreeSet<Place>) -> BTreeSet<Place> {
-    let mut settled = BTreeSet::new();
-    for place in places {
-        let Some(at) = place.steps.iter().position(|step| step.key().is_some()) else {
-            settled.insert(place.clone());
-            continue;
-        };
-        let collection = Place { base: place.base, steps: place.steps[..at].to_vec() };
-        let rest = &place.steps[at + 1..];
-        let constants: BTreeSet<IndexKey> = places
-            .iter()
-            .filter(|other| {
-                other.base == place.base && other.steps.len() > at && other.steps[..at] == place.steps[..at]
-            })
-            .flat_map(|other| match other.steps[at].key() {
-                Some(key @ (IndexKey::Number(_) | IndexKey::Named(_))) => vec![key.clone()],
-                Some(IndexKey::Var(var)) => counted_part(index, graph, &collection, *var),
-                _ => Vec::new(),
-            })
-            .collect();
-        let step = &place.steps[at];
-        let Some(own) = step.key() else { continue };
-        let with_key = |key: IndexKey| collection.join(&[step.with_key(key)]).join(rest);
-        match own {
-            IndexKey::Number(_) | IndexKey::Named(_) => {
-                settled.insert(place.clone());
-            }
-            IndexKey::Var(var) if graph.var(*var).param.is_some() => {
-                settled.insert(place.clone());
-            }
-            // What data decides names no instance, where others are named for certain.
-            IndexKey::Data(_) | IndexKey::Param(_) | IndexKey::Var(_) | IndexKey::Each => {
-                if constants.is_empty() {
-                    settled.insert(with_key(IndexKey::Each));
-                } else {
-                    settled.extend(constants.into_iter().map(with_key));
-                }
-            }
-        }
+    let mut settled = places.clone();
+    // A collection of collections is settled from the outside in.
+    for at in 0..places.iter().map(|place| place.steps.len()).max().unwrap_or(0) {
+        settled = settled.iter().flat_map(|place| settle_step(index, graph, &settled, place, at)).collect();
     }
-    // An element that is never named while others are is an instance, too, where the array's length is known.
-    let mut more = BTreeSet::new();
-    for place in &settled {
-        let Some(at) = place.steps.iter().position(|step| matches!(step, Projection::Index(IndexKey::Number(_))))
-        else {
-            continue;
-        };
-        let collection = Place { base: place.base, steps: place.steps[..at].to_vec() };
-        if let Some(Ty::Array(_, length)) = place_ty(index, graph, &collection)
-            && let Some(length) = length.value
-            && length <= 64
-        {
-            for number in 0..length {
-                more.insert(collection.element(IndexKey::Number(number)).join(&place.steps[at + 1..]));
-            }
-        }
-    }
-    settled.extend(more);
     settled
+}
+
+/// The instances that a place stands for, as far as one of its steps goes.
+fn settle_step(
+    index: &Index,
+    graph: &ControlFlowGraph,
+    places: &BTreeSet<Place>,
+    place: &Place,
+    at: usize,
+) -> Vec<Place> {
+    let Some((step, own)) = place.steps.get(at).and_then(|step| Some((step, step.key()?))) else {
+        return vec![place.clone()];
+    };
+    let collection = Place { base: place.base, steps: place.steps[..at].to_vec() };
+    let length = match place_ty(index, graph, &collection) {
+        Some(Ty::Array(_, length)) => length.value.filter(|length| *length <= 64),
+        _ => None,
+    };
+    let others = places
+        .iter()
+        .filter(|other| other.base == place.base && other.steps.len() > at && other.steps[..at] == place.steps[..at]);
+    let mut constants: BTreeSet<IndexKey> = others
+        .flat_map(|other| match other.steps[at].key() {
+            Some(key @ (IndexKey::Number(_) | IndexKey::Named(_))) => vec![key.clone()],
+            Some(IndexKey::Var(var)) => counted_part(index, graph, &collection, *var),
+            Some(IndexKey::EachIn(section)) if section.is_exact => {
+                let numbers = length.map(|length| section.from..section.to.unwrap_or(length).min(length));
+                numbers.into_iter().flatten().map(IndexKey::Number).collect()
+            }
+            _ => Vec::new(),
+        })
+        .collect();
+    // An element that is never named while others are is an instance, too, where the array's length is known.
+    if let Some(length) = length
+        && constants.iter().any(|key| matches!(key, IndexKey::Number(_)))
+    {
+        constants.extend((0..length).map(IndexKey::Number));
+    }
+    let with_key = |key: IndexKey| collection.join(&[step.with_key(key)]).join(&place.steps[at + 1..]);
+    match own {
+        IndexKey::Named(_) => vec![place.clone()],
+        IndexKey::Var(var) if graph.var(*var).param.is_some() => vec![place.clone()],
+        IndexKey::Number(_) if constants.is_empty() => vec![place.clone()],
+        // What data decides names no instance, where others are named for certain.
+        _ if constants.is_empty() => vec![with_key(IndexKey::Each)],
+        _ => constants.into_iter().map(with_key).collect(),
+    }
 }

@@ -39,6 +39,11 @@ impl ControlDependence {
         }
         Self { branches }
     }
+
+    /// The branches that decide whether a node is reached.
+    pub(super) fn of_node(&self, node: NodeId) -> &[u32] {
+        &self.branches[node.0 as usize]
+    }
 }
 
 /// The heads of loops from which no exit can be reached.

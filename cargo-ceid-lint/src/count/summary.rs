@@ -143,6 +143,8 @@ impl Summary {
 #[derive(Debug, Default)]
 pub(super) struct Summaries {
     of: HashMap<FunctionId, Summary>,
+    /// The function that calls itself and is summarised at the moment.
+    open: Option<FunctionId>,
     /// How many states the searches of the functions at hand have had.
     states: std::cell::Cell<usize>,
 }
@@ -163,6 +165,11 @@ impl Summaries {
         self.of.get(&id)
     }
 
+    /// Whether nothing comes back from a call yet: a recursion begins with the ways that do not recur.
+    pub(super) fn is_open(&self, id: FunctionId) -> bool {
+        self.open == Some(id) && !self.of.contains_key(&id)
+    }
+
     pub(super) fn returns(&self, id: FunctionId) -> impl Iterator<Item = &Borrow> {
         self.of.get(&id).into_iter().flat_map(|summary| &summary.returns)
     }
@@ -171,6 +178,10 @@ impl Summaries {
     pub(super) fn compute(program: &Program<'_>, graphs: &[Option<ControlFlowGraph>]) -> Self {
         let mut summaries = Self::default();
         for component in super::callgraph::components(graphs) {
+            summaries.open = match component.as_slice() {
+                [only] => Some(*only),
+                _ => None,
+            };
             summaries.states.set(0);
             for round in 0..MAX_ROUNDS {
                 let mut changed = false;

@@ -138,6 +138,8 @@ pub struct Pair {
     pub gate: Option<Gate>,
     /// The names of the rules that fire on it, whatever their level, without prefix, sorted.
     pub rules: Vec<&'static str>,
+    /// Siblings of its type that nothing updates and that have no pair here, because the cycle is only presumed.
+    pub left_out: Vec<String>,
     /// Why it cannot be proved.
     pub cause: Option<String>,
     /// The shortest path that shows the verdict; empty if there is nothing to show.

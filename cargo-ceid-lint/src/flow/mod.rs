@@ -5,6 +5,7 @@ mod lower;
 mod place;
 mod steps;
 mod test;
+mod waits;
 
 use crate::index::{BodyOwner, FunctionId, Index, Ty};
 use crate::source::Span;
@@ -13,9 +14,11 @@ use crate::types::TypedBody;
 
 pub use cycle::{Caller, CycleKind, LoopInfo, Rounds};
 pub use lower::lower_function;
-pub use place::{Base, IndexKey, Place, Projection, Relation};
-pub use steps::{StepUnit, step_unit, takes_step};
+pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
+use steps::parameter_names;
+pub use steps::{Step, StepUnit, step_unit, takes_step};
 pub use test::{About, Head, OTHER_HEADS, Subject, SubjectId, Test};
+pub use waits::{Wait, WaitKind};
 
 /// A node of a [`ControlFlowGraph`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -54,6 +57,12 @@ pub struct ControlFlowGraph {
     pub derived: Vec<(Var, Var)>,
     /// What variables were computed from: the places read, and the functions and methods called.
     pub computed: std::collections::BTreeMap<Var, Computed>,
+    /// Calls that wait, read a clock or block.
+    pub waits: Vec<Wait>,
+    /// The constant steps with which filters are made: the variable that holds the new filter, and its step.
+    pub steps: std::collections::BTreeMap<Var, Step>,
+    /// Handles whose clones share one value (`Rc`, `Arc`), given to something unseen that may keep them.
+    pub kept: Vec<(Place, Cause)>,
     /// Set if the function was too large or too deep to be followed to its end.
     pub truncated: Option<Cause>,
 }
@@ -291,6 +300,8 @@ pub struct GuardInfo {
     pub span: Span,
     /// What it updates when it is dropped, captured when it is made.
     pub holds: Vec<Var>,
+    /// The filters that are or lie in what it holds.
+    pub updates: Vec<Place>,
     /// The innermost loop in which it is made.
     pub in_loop: Option<LoopId>,
     /// The names of what it holds, for messages.

@@ -70,6 +70,66 @@ pub enum IndexKey {
     Each,
     /// One that depends on data, by its spelling.
     Data(Arc<str>),
+    /// Not one element but a slice of the collection.
+    Slice(Section),
+    /// Each element of a slice of the collection.
+    EachIn(Section),
+}
+
+/// Which elements a slice has.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Section {
+    /// The number of the first one.
+    pub from: u64,
+    /// The number behind the last one; `None` if it reaches to the end of the collection.
+    pub to: Option<u64>,
+    /// Whether these numbers are known; otherwise it is some slice.
+    pub is_exact: bool,
+    /// Its spelling.
+    pub text: Arc<str>,
+}
+
+const CHUNK: &str = "a chunk";
+
+impl Section {
+    /// A slice of which nothing is known but how it is written.
+    #[must_use]
+    pub fn unknown(text: &str) -> Self {
+        Self { from: 0, to: None, is_exact: false, text: Arc::from(text) }
+    }
+
+    /// One of the slices that a collection is handed out in, each element in exactly one of them.
+    #[must_use]
+    pub fn chunk() -> Self {
+        Self::unknown(CHUNK)
+    }
+
+    /// Whether it is one of the slices that a collection is handed out in.
+    #[must_use]
+    pub fn is_chunk(&self) -> bool {
+        &*self.text == CHUNK
+    }
+
+    /// Whether it has the element with that number; `None` if that cannot be known.
+    #[must_use]
+    pub fn has(&self, number: u64) -> Option<bool> {
+        self.is_exact.then(|| number >= self.from && self.to.is_none_or(|to| number < to))
+    }
+
+    /// The element of the whole collection that is this one of the slice.
+    fn element(&self, key: &IndexKey) -> IndexKey {
+        match key {
+            IndexKey::Each => IndexKey::EachIn(self.clone()),
+            IndexKey::Number(number) if self.is_exact => IndexKey::Number(self.from + number),
+            IndexKey::Slice(inner) if self.is_exact && inner.is_exact => IndexKey::Slice(Self {
+                from: self.from + inner.from,
+                to: inner.to.map(|to| self.from + to).or(self.to),
+                ..inner.clone()
+            }),
+            IndexKey::Slice(inner) => IndexKey::Slice(Self::unknown(&inner.text)),
+            _ => IndexKey::Data(self.text.clone()),
+        }
+    }
 }
 
 /// How an access relates to an instance.
@@ -116,17 +176,30 @@ impl Place {
         self.step(Projection::Channel(key))
     }
 
-    fn step(&self, step: Projection) -> Self {
-        let mut steps = self.steps.clone();
-        steps.push(step);
-        Self { base: self.base, steps }
+    /// A slice of this place.
+    #[must_use]
+    pub fn slice(&self, section: Section) -> Self {
+        self.step(Projection::Index(IndexKey::Slice(section)))
     }
 
-    /// This place with more steps behind it.
+    fn step(&self, step: Projection) -> Self {
+        self.join(&[step])
+    }
+
+    /// This place with more steps behind it. An element of a slice is an element of the whole.
     #[must_use]
     pub fn join(&self, more: &[Projection]) -> Self {
         let mut steps = self.steps.clone();
-        steps.extend_from_slice(more);
+        for step in more {
+            match (steps.last(), step) {
+                (Some(Projection::Index(IndexKey::Slice(section))), Projection::Index(key)) => {
+                    let key = section.element(key);
+                    steps.pop();
+                    steps.push(Projection::Index(key));
+                }
+                _ => steps.push(step.clone()),
+            }
+        }
         Self { base: self.base, steps }
     }
 
@@ -146,8 +219,19 @@ impl Place {
             return Relation::Apart;
         }
         let mut doubt: Option<Arc<str>> = None;
-        for (step, own) in self.steps.iter().zip(&instance.steps) {
+        for (at, (step, own)) in self.steps.iter().zip(&instance.steps).enumerate() {
             match (step, own) {
+                // A slice holds the elements that it has, under other numbers.
+                (Projection::Index(IndexKey::Slice(section)), Projection::Index(IndexKey::Number(number)))
+                    if section.is_exact && at + 1 == self.steps.len() && doubt.is_none() =>
+                {
+                    if section.has(*number) == Some(false) {
+                        return Relation::Apart;
+                    }
+                    let mut rest = instance.steps[at..].to_vec();
+                    rest[0] = Projection::Index(IndexKey::Number(number - section.from));
+                    return Relation::Holds(rest);
+                }
                 (Projection::Field(left), Projection::Field(right)) if left == right => {}
                 (Projection::Index(left), Projection::Index(right))
                 | (Projection::Channel(left), Projection::Channel(right)) => match left.relate(right, value) {
@@ -231,11 +315,11 @@ impl IndexKey {
         let number = |key: &Self| match key {
             Self::Number(number) => Some(*number),
             Self::Var(var) => value(*var),
-            Self::Named(_) | Self::Each | Self::Data(_) | Self::Param(_) => None,
+            Self::Named(_) | Self::Each | Self::Data(_) | Self::Param(_) | Self::Slice(_) | Self::EachIn(_) => None,
         };
         if self == other {
             return match self {
-                Self::Data(_) => None,
+                Self::Data(_) | Self::Slice(_) | Self::EachIn(_) => None,
                 _ => Some(true),
             };
         }
@@ -244,6 +328,10 @@ impl IndexKey {
         }
         match (self, other) {
             (Self::Named(_), Self::Named(_)) => Some(false),
+            (Self::Slice(section) | Self::EachIn(section), other)
+            | (other, Self::Slice(section) | Self::EachIn(section)) => {
+                number(other).and_then(|number| section.has(number)).filter(|has| !has)
+            }
             _ => None,
         }
     }
@@ -255,6 +343,7 @@ impl IndexKey {
             Self::Var(id) => var(*id),
             Self::Param(number) => format!("#{number}"),
             Self::Each => "*".to_owned(),
+            Self::Slice(section) | Self::EachIn(section) => section.text.to_string(),
         }
     }
 }

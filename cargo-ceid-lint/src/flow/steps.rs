@@ -1,7 +1,19 @@
 //! Which names stand for the step of a filter or the rate of its samples, and in which unit.
 
 use crate::index::{FunctionId, Index};
+use crate::source::Span;
 use crate::syntax::tree::{Body, PatKind, TypeRef};
+
+/// A constant step with which a filter is made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// The time between two samples.
+    pub seconds: f64,
+    /// Whether its unit is certain: by its type or its name.
+    pub has_unit: bool,
+    /// Where it is given.
+    pub span: Span,
+}
 
 /// What a number under such a name says.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -118,6 +118,7 @@ fn cycles(head: Span, sources: &SourceMap) -> Vec<Cycle> {
         counts: counts.to_vec(),
         gate: None,
         rules: Vec::new(),
+        left_out: Vec::new(),
         cause: None,
         witness: Vec::new(),
         primary: None,

@@ -19,7 +19,7 @@ pub fn findings(analysis: &Analysis, known: &Known<'_>) -> Vec<Diagnostic> {
     for finding in &mut others {
         let cycle = finding.facts.cycle.filter(|_| finding.rule != "unregistered_filter");
         let places: Vec<Span> = [finding.primary.span].into_iter().chain(cycle).collect();
-        finding.suppressed = known.hides(finding.rule, finding.package, &places).map(|hidden| hidden.reason);
+        finding.suppressed = known.hides(finding.rule, finding.package, &places, &[]).map(|hidden| hidden.reason);
     }
     found.extend(others);
     found
@@ -27,8 +27,17 @@ pub fn findings(analysis: &Analysis, known: &Known<'_>) -> Vec<Diagnostic> {
 
 /// What hides the finding of a rule about a pair: what is said of the place, of the cycle, or of an update.
 fn hidden(cycle: &Cycle, pair: &Pair, rule: &'static str, known: &Known<'_>) -> Option<Hidden> {
-    let places: Vec<Span> = pair.primary.into_iter().chain([cycle.head]).chain(pair.updates.iter().copied()).collect();
-    known.hides(rule, cycle.package, &places)
+    let places: Vec<Span> = pair.primary.into_iter().chain([cycle.head]).collect();
+    known.hides(rule, cycle.package, &places, &pair.updates)
+}
+
+fn with_hidden<'p>(
+    cycle: &Cycle,
+    pairs: Vec<&'p Pair>,
+    rule: &'static str,
+    known: &Known<'_>,
+) -> Vec<(&'p Pair, Option<Hidden>)> {
+    pairs.into_iter().map(|pair| (pair, hidden(cycle, pair, rule, known))).collect()
 }
 
 /// One finding for each pair that a rule fires on; siblings that go wrong together share one.
@@ -46,40 +55,43 @@ fn of_cycle(cycle: &Cycle, analysis: &Analysis, known: &Known<'_>, found: &mut V
         let suppressed = hidden.map(|hidden| hidden.reason);
         found.extend(finding.map(|finding| Diagnostic { suppressed, ..finding }));
     };
-    let (mut open, closed): (Vec<_>, Vec<_>) = missed
-        .into_iter()
-        .map(|pair| (pair, hidden(cycle, pair, "missed_update", known)))
-        .partition(|(_, hidden)| hidden.is_none());
-    for pair in of_verdict(cycle, Verdict::Repeated) {
-        let hidden = hidden(cycle, pair, "repeated_update", known);
-        // What is missed is told by itself where the repetition is not told.
-        let is_sibling = |(other, _): &(&Pair, _)| hidden.is_none() && other.filter_type == pair.filter_type;
-        let (siblings, others): (Vec<_>, Vec<_>) = open.into_iter().partition(is_sibling);
-        open = others;
+    let repeats = with_hidden(cycle, of_verdict(cycle, Verdict::Repeated), "repeated_update", known);
+    // What is missed is told by itself where the repetition that it was pasted from is not told.
+    let told: Vec<&Pair> = repeats.iter().filter(|(_, hidden)| hidden.is_none()).map(|(pair, _)| *pair).collect();
+    let mut missed = with_hidden(cycle, missed, "missed_update", known);
+    for (pair, hidden) in repeats {
+        let is_sibling = |(other, other_hidden): &(&Pair, Option<Hidden>)| {
+            other_hidden.is_none() && pasted_from(other, &told).is_some_and(|from| from.name == pair.name)
+        };
+        let (siblings, others): (Vec<_>, Vec<_>) = missed.into_iter().partition(is_sibling);
+        missed = others;
         let siblings: Vec<&Pair> = siblings.into_iter().map(|(pair, _)| pair).collect();
         add(repeated(cycle, pair, &siblings), hidden);
     }
-    open.extend(closed);
-    for (group, hidden) in grouped(open, |_, _| true) {
+    for (group, hidden) in grouped(missed, |_, _| true) {
         add(missing(cycle, &group), hidden);
     }
-    let of_rule = |verdict: Verdict, rule: &'static str| -> Vec<(&Pair, Option<Hidden>)> {
-        let pairs = of_verdict(cycle, verdict);
-        pairs.into_iter().map(|pair| (pair, hidden(cycle, pair, rule, known))).collect()
-    };
     let by_statement = |one: &Pair, other: &Pair| one.primary == other.primary && one.primary.is_some();
-    for (group, hidden) in grouped(of_rule(Verdict::Skipped, "skipped_update"), by_statement) {
+    for (group, hidden) in
+        grouped(with_hidden(cycle, of_verdict(cycle, Verdict::Skipped), "skipped_update", known), by_statement)
+    {
         add(skipped(cycle, &group), hidden);
     }
-    for (pair, hidden) in of_rule(Verdict::Unproved, "unproved_update") {
+    for (pair, hidden) in with_hidden(cycle, of_verdict(cycle, Verdict::Unproved), "unproved_update", known) {
         add(unproved(cycle, pair), hidden);
     }
-    for (pair, hidden) in of_rule(Verdict::Gated, "gated_update") {
+    for (pair, hidden) in with_hidden(cycle, of_verdict(cycle, Verdict::Gated), "gated_update", known) {
         add(gated(cycle, pair), hidden);
     }
     for pair in cycle.filters.iter().filter(|pair| pair.rules.contains(&"unguarded_update")) {
         add(unguarded(cycle, pair), hidden(cycle, pair, "unguarded_update", known));
     }
+}
+
+/// The repeated filter of the same type that was written in place of a missed one: that with the most similar name.
+fn pasted_from<'p>(missed: &Pair, repeats: &[&'p Pair]) -> Option<&'p Pair> {
+    let of_type = repeats.iter().filter(|pair| pair.filter_type == missed.filter_type);
+    of_type.copied().min_by_key(|pair| strsim::osa_distance(&pair.name, &missed.name))
 }
 
 /// The pairs of a verdict that no other finding tells: what only a debug build updates has one of its own.
@@ -110,31 +122,27 @@ pub(super) const GUARD_HELP: &str =
 
 fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair]) -> Option<Diagnostic> {
     let rule = find("repeated_update")?;
-    let skips = pair.counts.contains(&0);
-    let mut message = match siblings {
-        [] => format!("`{}` is updated more than once in one cycle", pair.name),
-        siblings => format!(
-            "`{}` is updated more than once in one cycle, and {} of the same type never: was `{}` meant here?",
-            pair.name,
-            names(siblings),
-            siblings[0].name
-        ),
-    };
-    if skips {
-        message.push_str(", and not at all on another path");
+    let siblings: Vec<String> =
+        siblings.iter().map(|sibling| sibling.name.clone()).chain(pair.left_out.iter().cloned()).collect();
+    let mut message = format!("`{}` is updated more than once in one cycle", pair.name);
+    if pair.counts.contains(&0) {
+        message.push_str(" and not at all on another path");
+    }
+    if let Some(first) = siblings.first() {
+        message.push_str(&format!(", and {} of the same type never: was `{first}` meant here?", quoted(&siblings)));
     }
     let mut finding = start(rule, cycle, &[pair], message, pair.primary?, "updated again here");
     finding.notes.push(format!(
         "the update law of a sampled-time filter advances it by one sample; run twice, `{}` is ahead of its measurements",
         pair.name
     ));
-    match siblings {
-        [] => finding.helps.push("keep one of the updates".to_owned()),
-        siblings => finding.helps.push(format!("update {} here instead", names(siblings))),
-    }
+    finding.helps.push(match siblings.as_slice() {
+        [] => "keep one of the updates".to_owned(),
+        siblings => format!("update {} here instead", quoted(siblings)),
+    });
     finding.helps.push(GUARD_HELP.to_owned());
     finding.helps.push(suppression(rule));
-    finding.facts.filters.extend(siblings.iter().map(|sibling| sibling.name.clone()));
+    finding.facts.filters.extend(siblings);
     Some(finding)
 }
 

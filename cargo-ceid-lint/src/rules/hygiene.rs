@@ -39,7 +39,7 @@ pub fn hygiene(known: &Known<'_>) -> Vec<Diagnostic> {
 }
 
 fn hide(known: &Known<'_>, finding: &mut Diagnostic) {
-    let hidden = known.hides(finding.rule, finding.package, &[finding.primary.span]);
+    let hidden = known.hides(finding.rule, finding.package, &[finding.primary.span], &[]);
     finding.suppressed = hidden.map(|hidden| hidden.reason);
 }
 

@@ -3,6 +3,8 @@
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 
+use super::findings::findings;
+use crate::count::Analysis;
 use crate::source::Span;
 use crate::suppress::Suppressions;
 
@@ -33,9 +35,14 @@ impl<'a> Known<'a> {
         Self { suppressions, forbidden, used: RefCell::default() }
     }
 
-    /// What hides a finding of a rule that has to do with these places.
-    pub(super) fn hides(&self, rule: &'static str, package: usize, places: &[Span]) -> Option<Hidden> {
-        let (number, name) = self.suppressions.of(rule, places)?;
+    /// Notes for which suppressions something is found.
+    pub fn note(&self, analysis: &Analysis) {
+        drop(findings(analysis, self));
+    }
+
+    /// What hides a finding of a rule that is shown at one of these places, or is about these calls.
+    pub(super) fn hides(&self, rule: &'static str, package: usize, places: &[Span], calls: &[Span]) -> Option<Hidden> {
+        let (number, name) = self.suppressions.of(rule, places, calls)?;
         self.used.borrow_mut().insert((number, name));
         if self.forbidden.contains(&(package, rule)) {
             return None;

@@ -40,9 +40,18 @@ pub struct Placed<T> {
     /// Index into the package's targets.
     pub target: usize,
     /// The code; empty if there is none.
-    pub reach: Vec<Span>,
+    pub reach: Vec<Reach>,
     /// Whether it is certain which code it stands for: code that `cfg` removes is not known.
     pub is_placed: bool,
+}
+
+/// A piece of code that a directive stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reach {
+    /// The piece.
+    pub span: Span,
+    /// Whether it has no block in it: what is said of it is said of the call that it is.
+    pub is_plain: bool,
 }
 
 impl Suppressions {
@@ -56,7 +65,9 @@ impl Suppressions {
         let code = reach::Code::of(crates);
         for directive in directives.iter() {
             let Some((package, target)) = code.owner(directive.span.file) else { continue };
-            let (reach, is_placed) = code.reach(sources, directive);
+            let (spans, is_placed) = code.reach(sources, directive);
+            let reach: Vec<Reach> =
+                spans.into_iter().map(|span| Reach { span, is_plain: !sources.snippet(span).contains('{') }).collect();
             let Directive { span, removal, .. } = *directive;
             match &directive.kind {
                 DirectiveKind::Cycle(_) => {}
@@ -73,25 +84,27 @@ impl Suppressions {
         found
     }
 
-    /// The innermost suppression that names a rule and stands for one of these places: its number, and that of the name.
+    /// The innermost suppression that names a rule and stands for one of these places, or for one of these calls alone: its
+    /// number, and that of the name.
     #[must_use]
-    pub fn of(&self, rule: &str, places: &[Span]) -> Option<(usize, usize)> {
+    pub fn of(&self, rule: &str, places: &[Span], calls: &[Span]) -> Option<(usize, usize)> {
         let named = self.list.iter().enumerate().filter_map(|(number, placed)| {
             let is_rule = |(name, _): &(String, Span)| name.strip_prefix("ceid::").unwrap_or(name) == rule;
             let name = placed.said.rules.iter().position(is_rule)?;
-            let size = placed.size_around(places)?;
+            let here = placed.reach.iter().filter(|reach| {
+                places.iter().any(|place| reach.begins(*place))
+                    || (reach.is_plain && calls.iter().any(|call| reach.begins(*call)))
+            });
+            let size = here.map(|reach| reach.span.end - reach.span.start).min()?;
             Some((size, std::cmp::Reverse(number), number, name))
         });
         named.min().map(|(_, _, number, name)| (number, name))
     }
 }
 
-impl<T> Placed<T> {
-    /// The size of the smallest part of its code that one of the places begins in.
-    fn size_around(&self, places: &[Span]) -> Option<u32> {
-        let is_inside = |reach: &Span| {
-            places.iter().any(|place| reach.contains(Span { end: place.start, ..*place }) && place.start < reach.end)
-        };
-        self.reach.iter().filter(|reach| is_inside(reach)).map(|reach| reach.end - reach.start).min()
+impl Reach {
+    /// Whether a place begins in it.
+    fn begins(&self, place: Span) -> bool {
+        self.span.file == place.file && (self.span.start..self.span.end).contains(&place.start)
     }
 }

@@ -345,7 +345,11 @@ impl Infer<'_> {
             "std::mem::replace" | "std::mem::take" => first.peel().clone(),
             "std::array::from_fn" => {
                 let item = self.closure_output(args.first().copied());
-                Ty::Array(Box::new(item), crate::index::Length::default())
+                let length = match expected.map(|ty| self.variables.shallow(ty)) {
+                    Some(Ty::Array(_, length)) => length,
+                    _ => crate::index::Length::default(),
+                };
+                Ty::Array(Box::new(item), length)
             }
             "std::iter::repeat_with" | "std::iter::from_fn" | "std::iter::repeat" => {
                 builtin::iterator(self.closure_output(args.first().copied()))
@@ -353,6 +357,7 @@ impl Infer<'_> {
             "critical_section::with" | "cortex_m::interrupt::free" | "std::thread::scope" => {
                 self.closure_output(args.first().copied())
             }
+            "std::io::stdin" => Ty::std("std::io::Stdin", Vec::new()),
             _ => Ty::Unknown,
         }
     }
@@ -380,10 +385,18 @@ impl Infer<'_> {
         };
         self.typed.callees.insert(id, Callee::External(format!("{path}::{name}")));
         let last = path.rsplit("::").next().unwrap_or("");
-        let makes_itself = matches!(name, "new" | "default" | "pin" | "const_new" | "init" | "create" | "builder")
-            || name.starts_with("new_")
-            || name.starts_with("with_")
-            || name.starts_with("from");
+        if name == "clone" {
+            return given.first().map_or(Ty::Unknown, |first| first.peel().clone());
+        }
+        let makes_itself =
+            matches!(name, "new" | "default" | "pin" | "const_new" | "init" | "create" | "builder" | "now")
+                || name.starts_with("new_")
+                || name.starts_with("with_")
+                || name.starts_with("from");
+        // `File::open(…)?` and its kin: the function is known although its crate is not read.
+        if builtin::may_fail(&path, name) {
+            return Ty::std("std::result::Result", vec![ty, Ty::Unknown]);
+        }
         let is_filter = self.index.law_spec(&ty).is_some();
         if is_filter && name.starts_with("try_") {
             return Ty::std("std::result::Result", vec![ty, Ty::Unknown]);

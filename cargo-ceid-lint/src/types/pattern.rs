@@ -81,7 +81,12 @@ impl Infer<'_> {
                     _ => Ty::Unknown,
                 };
                 for pat in pats {
-                    self.pat(*pat, &item, mode);
+                    let rest = match &self.body.pat(*pat).kind {
+                        PatKind::Bind { sub: Some(sub), .. } => matches!(self.body.pat(*sub).kind, PatKind::Rest),
+                        _ => false,
+                    };
+                    let slice = || Ty::Slice(Box::new(item.clone()));
+                    self.pat(*pat, &if rest { slice() } else { item.clone() }, mode);
                 }
             }
             PatKind::Wild | PatKind::Rest | PatKind::Literal(_) | PatKind::Range(_) | PatKind::Unknown => {}

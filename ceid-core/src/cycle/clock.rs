@@ -15,34 +15,39 @@ use crate::rate::Rate;
 /// - Lateness and missed releases are reported in [`CycleInfo`], never hidden by changing `n`.
 /// - After the first `None` it returns `None` for ever.
 ///
+/// [`Periodic`](crate::Periodic) keeps them over whatever tells the time and sleeps. A clock that waits in its own way
+/// leaves the counting to [`Releases`](crate::Releases):
+///
 /// ```
 /// use ceid_core::prelude::*;
-/// use std::time::{Duration, Instant};
+/// use ceid_core::Releases;
+/// use std::sync::atomic::{AtomicU64, Ordering};
 ///
-/// /// Sleeps until the next release, and keeps the phase when it is late.
-/// struct Sleep { start: Instant, next: u64 }
+/// /// Counted up by a timer interrupt, ten thousand times a second.
+/// static TICKS: AtomicU64 = AtomicU64::new(0);
 ///
-/// impl Clock for Sleep {
+/// struct Interrupts { releases: Releases<Hz<100>> }
+///
+/// impl Clock for Interrupts {
 ///     type Rate = Hz<100>;
 ///
 ///     fn wait(&mut self) -> Option<CycleInfo> {
-///         let elapsed = self.start.elapsed().as_nanos() as u64;
-///         let mut info = CycleInfo { n: self.next, ..CycleInfo::default() };
-///         while Hz::<100>::release_ns(info.n + 1) <= elapsed {
-///             info.n += 1;
-///             info.missed += 1;
+///         loop {
+///             let now_ns = TICKS.load(Ordering::Relaxed) * 100_000;
+///             if now_ns >= self.releases.next_ns() {
+///                 return self.releases.begin(now_ns);
+///             }
+///             // Here a microcontroller sleeps until the next interrupt.
+///             # TICKS.fetch_add(1, Ordering::Relaxed);
 ///         }
-///         info.release_ns = Hz::<100>::release_ns(info.n);
-///         std::thread::sleep(Duration::from_nanos(info.release_ns.saturating_sub(elapsed)));
-///         info.late_ns = (self.start.elapsed().as_nanos() as u64).saturating_sub(info.release_ns);
-///         self.next = info.n + 1;
-///         Some(info)
 ///     }
 /// }
 ///
-/// let mut clock = Sleep { start: Instant::now(), next: 0 }.take(3);
+/// let mut clock = Interrupts { releases: Releases::new(Overrun::Skip) }.take(3);
+/// let mut releases = 0;
 /// while let Some(cycle) = clock.next_cycle() {
-///     assert!(cycle.info().release_ns >= cycle.info().n * 10_000_000);
+///     assert_eq!(cycle.info().release_ns, releases * 10_000_000);
+///     releases += 1;
 /// }
 /// ```
 pub trait Clock {
@@ -52,7 +57,8 @@ pub trait Clock {
     /// Waits for the next release, and describes it; `None` ends the loop.
     ///
     /// This is for implementing a clock. To run one, use [`Cyclic`](crate::Cyclic) or
-    /// [`next_cycle`](Clock::next_cycle).
+    /// [`next_cycle`](Clock::next_cycle). Blocks as long as the clock chooses: at most until its next release, for a clock
+    /// of this crate. Those do not allocate or panic.
     fn wait(&mut self) -> Option<CycleInfo>;
 
     /// Waits for the next release, and returns the token that [`ceid!`](crate::ceid) takes; `None` ends the loop.
@@ -64,7 +70,7 @@ pub trait Clock {
         self.wait().map(Cycle::new)
     }
 
-    /// Ends after `cycles` more cycles: for tests, simulations, and loops with an end.
+    /// Ends after `cycles` more cycles: for tests, simulations, and loops with an end. Does not allocate or block.
     #[inline]
     fn take(self, cycles: u64) -> Take<Self>
     where
@@ -98,11 +104,28 @@ pub struct Free<R> {
 }
 
 impl<R: Rate> Free<R> {
-    /// A clock before its first cycle, which will have the number 0.
+    /// A clock before its first cycle, which will have the number 0. Does not allocate or block.
     #[must_use]
     #[inline]
     pub const fn new() -> Self {
         Self { next: 0, rate: PhantomData }
+    }
+
+    /// Begins the next cycle: [`next_cycle`](Clock::next_cycle) of a clock that never ends. For functions that are
+    /// called once per cycle, such as [`RealtimeFunctionality::cycle`](crate::RealtimeFunctionality::cycle).
+    ///
+    /// Does not allocate or block.
+    #[must_use = "a cycle that is not passed to `ceid!` updates no filter"]
+    #[inline]
+    pub fn begin_cycle(&mut self) -> Cycle<'_, R> {
+        Cycle::new(self.release())
+    }
+
+    #[inline]
+    fn release(&mut self) -> CycleInfo {
+        let n = self.next;
+        self.next += 1;
+        CycleInfo { n, release_ns: R::release_ns(n), ..CycleInfo::default() }
     }
 }
 
@@ -117,13 +140,11 @@ impl<R: Rate> Clock for Free<R> {
 
     #[inline]
     fn wait(&mut self) -> Option<CycleInfo> {
-        let n = self.next;
-        self.next += 1;
-        Some(CycleInfo { n, release_ns: R::release_ns(n), ..CycleInfo::default() })
+        Some(self.release())
     }
 }
 
-/// A clock that ends after some cycles, made by [`Clock::take`].
+/// A clock that ends after some cycles, made by [`Clock::take`]. Blocks as its inner clock does.
 #[derive(Debug, Clone)]
 pub struct Take<C> {
     clock: C,

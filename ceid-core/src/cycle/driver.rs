@@ -24,6 +24,7 @@ pub struct Cyclic<S, C> {
 
 impl<C: Clock, S: SampledFilter<C::Rate>> Cyclic<S, C> {
     /// Joins filters and clock. Their rates must be the same type. No cycle begins yet.
+    /// Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub const fn new(filters: S, clock: C) -> Self {
@@ -80,21 +81,21 @@ impl<C: Clock, S: SampledFilter<C::Rate>> Cyclic<S, C> {
         None
     }
 
-    /// The filters between two cycles, for reading.
+    /// The filters between two cycles, for reading. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub const fn filters(&self) -> &S {
         &self.filters
     }
 
-    /// The clock, for reading.
+    /// The clock, for reading. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub const fn clock(&self) -> &C {
         &self.clock
     }
 
-    /// Gives filters and clock back, after the last cycle.
+    /// Gives filters and clock back, after the last cycle. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub fn into_parts(self) -> (S, C) {
@@ -102,6 +103,7 @@ impl<C: Clock, S: SampledFilter<C::Rate>> Cyclic<S, C> {
     }
 
     /// Borrows the driver, whether it is owned or itself a `&mut` reference; for [`each_cycle!`](crate::each_cycle).
+    /// Neither allocates nor blocks nor panics.
     #[inline]
     pub const fn by_ref(&mut self) -> &mut Self {
         self

@@ -24,7 +24,7 @@ impl<'c, R: Rate> Cycle<'c, R> {
         Self { info, clock: PhantomData }
     }
 
-    /// What the clock says about this cycle.
+    /// What the clock says about this cycle. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub fn info(&self) -> CycleInfo {
@@ -40,8 +40,9 @@ impl<'c, R: Rate> Cycle<'c, R> {
     /// Makes the guard of this cycle: the filters are updated when it is dropped.
     ///
     /// Prefer [`ceid!`](crate::ceid), whose guard has no name and so can be neither dropped early nor forgotten.
+    /// Neither allocates nor blocks nor panics.
     #[inline]
-    pub fn guard<S: SampledFilter<R>>(self, filters: &'c mut S) -> CycleGuard<'c, S, R> {
+    pub fn guard<S: SampledFilter<R> + ?Sized>(self, filters: &'c mut S) -> CycleGuard<'c, S, R> {
         CycleGuard { filters, info: self.info, rate: PhantomData }
     }
 }
@@ -78,20 +79,21 @@ impl<R: Rate> fmt::Debug for Cycle<'_, R> {
 #[doc(alias = "CEID")]
 #[must_use = "the filters are updated when the guard is dropped: bind it with `let mut guard = ...`, and keep it to the end of the cycle"]
 #[clippy::has_significant_drop]
-pub struct CycleGuard<'c, S: SampledFilter<R>, R: Rate> {
+pub struct CycleGuard<'c, S: SampledFilter<R> + ?Sized, R: Rate> {
     filters: &'c mut S,
     info: CycleInfo,
     rate: PhantomData<R>,
 }
 
-impl<S: SampledFilter<R>, R: Rate> CycleGuard<'_, S, R> {
+impl<S: SampledFilter<R> + ?Sized, R: Rate> CycleGuard<'_, S, R> {
     /// The filters, as one plain reference, so that their fields can be borrowed side by side.
+    /// Neither allocates nor blocks nor panics.
     #[inline]
     pub fn filters(&mut self) -> &mut S {
         self.filters
     }
 
-    /// What the clock says about this cycle.
+    /// What the clock says about this cycle. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub fn info(&self) -> CycleInfo {
@@ -99,14 +101,14 @@ impl<S: SampledFilter<R>, R: Rate> CycleGuard<'_, S, R> {
     }
 }
 
-impl<S: SampledFilter<R>, R: Rate> Drop for CycleGuard<'_, S, R> {
+impl<S: SampledFilter<R> + ?Sized, R: Rate> Drop for CycleGuard<'_, S, R> {
     #[inline]
     fn drop(&mut self) {
         self.filters.update(Tick::new());
     }
 }
 
-impl<S: SampledFilter<R>, R: Rate> fmt::Debug for CycleGuard<'_, S, R> {
+impl<S: SampledFilter<R> + ?Sized, R: Rate> fmt::Debug for CycleGuard<'_, S, R> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("CycleGuard").field("info", &self.info).finish_non_exhaustive()
     }

@@ -41,6 +41,9 @@ macro_rules! each_cycle {
                     let $info = guard.info();
                     let $filters = guard.filters();
                     $body
+                    // The end of the body leaves it as `continue` does, so that both share one copy of the laws.
+                    #[allow(unreachable_code)]
+                    continue;
                 }
             }
         }
@@ -69,7 +72,8 @@ macro_rules! each_cycle {
 /// From this line to the end of the enclosing block, each name is a plain `&mut` to its filter, so the statements that
 /// follow need no change. At the end of the block the laws run once each, in the order of the list, on every way out.
 ///
-/// - `name = place` guards a field under a name: `kf = self.kf`. Of an array, guard the whole, or take it apart first:
+/// - `name = place` guards a field under a name: `kf = self.kf`. A whole set is entered in the same way: after
+///   `ceid!(cycle => f = self.filters)`, `f` is a plain `&mut Filters`. Of an array, guard the whole, or take it apart first:
 ///   `let [left, right] = &mut wheels;`.
 /// - A variable may own the filter, or hold a `&mut`, `Box`, `RefMut` or `MutexGuard` of it (`Box<dyn ...>` with the
 ///   feature `alloc`). To replace a filter as a whole, write `*kf = KalmanF::new()`.
@@ -79,6 +83,7 @@ macro_rules! each_cycle {
 ///   rule `skipped_update`). [`each_cycle!`](crate::each_cycle) has no such gap.
 #[doc(alias = "CEID")]
 #[doc(alias = "CEIDAll")]
+#[doc(alias = "enter")]
 #[doc(alias = "UniqueCheck")]
 #[doc(alias = "cyclicExecution")]
 #[macro_export]
@@ -88,10 +93,22 @@ macro_rules! ceid {
     };
 }
 
-// Writes `kf` as `kf = kf`, and then makes the guard.
+// Writes `kf` as `kf = kf`, and then makes the guard. One filter (or set) is guarded without a list around it, because
+// a list of references costs an indirection where the compiler does not inline the laws.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __ceid {
+    ($cycle:expr; [$name:ident = $place:expr,]) => {
+        let cycle: $crate::Cycle<'_, _> = $cycle;
+        let rate = cycle.rate();
+        let mut guard = cycle.guard({
+            use $crate::__private::Guarded as _;
+            $place.guarded_at(rate)
+        });
+        let $name = guard.filters();
+        // Registering a filter is a use of it, also when the body does not touch it.
+        let _ = &$name;
+    };
     ($cycle:expr; [$($name:ident = $place:expr,)+]) => {
         let cycle: $crate::Cycle<'_, _> = $cycle;
         let rate = cycle.rate();

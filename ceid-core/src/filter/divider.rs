@@ -19,7 +19,7 @@ pub struct Divider<S> {
 }
 
 impl<S: Rate> Divider<S> {
-    /// A divider that is due in the first cycle.
+    /// A divider that is due in the first cycle. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub const fn new() -> Self {

@@ -1,6 +1,6 @@
 //! Filters that hold filters, in `core`: each part is updated once, in order. Shared handles are left out on purpose.
 
-use super::{SampledFilter, Tick};
+use super::{Field, Registers, SampledFilter, Tick};
 use crate::rate::Rate;
 
 /// An exclusive borrow, so that the same filter cannot be registered twice.
@@ -40,7 +40,7 @@ impl<R: Rate, F: SampledFilter<R>, const N: usize> SampledFilter<R> for [F; N] {
 }
 
 macro_rules! tuple {
-    ($($part:ident)+) => {
+    ($($part:ident $index:literal)+) => {
         /// Every part, from left to right.
         #[diagnostic::do_not_recommend]
         impl<Rt: Rate, $($part: SampledFilter<Rt>),+> SampledFilter<Rt> for ($($part,)+) {
@@ -51,22 +51,33 @@ macro_rules! tuple {
                 tick $(.then($part))+ .done();
             }
         }
+
+        tuple!(@registers ($($part,)+) $($part $index)+);
+    };
+    (@registers $tuple:tt $first:ident $index:literal $($rest:tt)*) => {
+        tuple!(@register $tuple $first $index);
+        tuple!(@registers $tuple $($rest)*);
+    };
+    (@registers $tuple:tt) => {};
+    (@register ($($part:ident,)+) $one:ident $index:literal) => {
+        #[diagnostic::do_not_recommend]
+        impl<$($part),+> Registers<$one, Field<$index>> for ($($part,)+) {}
     };
 }
 
-tuple!(A);
-tuple!(A B);
-tuple!(A B C);
-tuple!(A B C D);
-tuple!(A B C D E);
-tuple!(A B C D E F);
-tuple!(A B C D E F G);
-tuple!(A B C D E F G H);
-tuple!(A B C D E F G H I);
-tuple!(A B C D E F G H I J);
-tuple!(A B C D E F G H I J K);
-tuple!(A B C D E F G H I J K L);
-tuple!(A B C D E F G H I J K L M);
-tuple!(A B C D E F G H I J K L M N);
-tuple!(A B C D E F G H I J K L M N O);
-tuple!(A B C D E F G H I J K L M N O P);
+tuple!(A 0);
+tuple!(A 0 B 1);
+tuple!(A 0 B 1 C 2);
+tuple!(A 0 B 1 C 2 D 3);
+tuple!(A 0 B 1 C 2 D 3 E 4);
+tuple!(A 0 B 1 C 2 D 3 E 4 F 5);
+tuple!(A 0 B 1 C 2 D 3 E 4 F 5 G 6);
+tuple!(A 0 B 1 C 2 D 3 E 4 F 5 G 6 H 7);
+tuple!(A 0 B 1 C 2 D 3 E 4 F 5 G 6 H 7 I 8);
+tuple!(A 0 B 1 C 2 D 3 E 4 F 5 G 6 H 7 I 8 J 9);
+tuple!(A 0 B 1 C 2 D 3 E 4 F 5 G 6 H 7 I 8 J 9 K 10);
+tuple!(A 0 B 1 C 2 D 3 E 4 F 5 G 6 H 7 I 8 J 9 K 10 L 11);
+tuple!(A 0 B 1 C 2 D 3 E 4 F 5 G 6 H 7 I 8 J 9 K 10 L 11 M 12);
+tuple!(A 0 B 1 C 2 D 3 E 4 F 5 G 6 H 7 I 8 J 9 K 10 L 11 M 12 N 13);
+tuple!(A 0 B 1 C 2 D 3 E 4 F 5 G 6 H 7 I 8 J 9 K 10 L 11 M 12 N 13 O 14);
+tuple!(A 0 B 1 C 2 D 3 E 4 F 5 G 6 H 7 I 8 J 9 K 10 L 11 M 12 N 13 O 14 P 15);

@@ -1,16 +1,26 @@
 //! Sampled-time filters: the update law, the permit to run it, and what may hold filters. Nothing here decides when a
 //! cycle begins or ends.
 
+#![forbid(unsafe_code)]
+
 mod divider;
 #[cfg(feature = "alloc")]
 mod heap;
 mod holders;
+mod register;
+mod sample;
 mod set;
+mod shared;
 mod tick;
+mod unregistered;
 
 pub use divider::Divider;
+pub use register::{OnlyInCeid, Register};
+pub use sample::Sample;
 pub use set::{Field, Registers, divided_rate, field_name_hash, is_registered_once};
+pub use shared::{AlreadyRegistered, Registration, Shared};
 pub use tick::Tick;
+pub use unregistered::Unregistered;
 
 use crate::rate::Rate;
 
@@ -56,14 +66,14 @@ use crate::rate::Rate;
 /// `Vec` and `Box`, are filters too. A composite of your own passes the tick on with [`Tick::then`] and [`Tick::each`].
 ///
 /// Shared handles (`Rc`, `Arc`, `&RefCell`, `&Mutex`) are not: two handles of one filter could be registered, and its
-/// law would run twice per cycle.
+/// law would run twice per cycle. A filter that really is shared is registered with [`Shared::try_register`].
 #[doc(alias = "sampled-time filter")]
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a sampled-time filter at the rate `{R}`",
     label = "has no update law for this rate",
     note = "a law that works at every rate: `impl<R: Rate> SampledFilter<R> for ...`",
     note = "a law designed for another rate: register it in a set of that rate, or with `every N` in a faster set",
-    note = "a shared handle (`Rc`, `Arc`, `&RefCell`, `&Mutex`) is never a filter, because two handles could run one law twice in a cycle: let the set own the filter"
+    note = "a shared handle (`Rc`, `Arc`, `&RefCell`, `&Mutex`) is never a filter, because two handles could run one law twice in a cycle: let the set own the filter, or register it with `Shared::try_register`"
 )]
 pub trait SampledFilter<R: Rate> {
     /// Advances the state by one sample.

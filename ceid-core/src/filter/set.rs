@@ -23,8 +23,9 @@
 /// let control = Cyclic::new(filters, Free::<Hz<1000>>::new());
 /// ```
 ///
-/// - `Filters::register` takes every filter, in the order of declaration: one left out is a compile error. It is as
-///   visible as the struct, `const`, and does not allocate.
+/// - `Filters::register` takes every filter, in the order of declaration: one left out is a compile error. A filter is
+///   passed as itself, or as the [`Unregistered`](crate::Unregistered) that its constructor returns. It is as visible as
+///   the struct, and neither allocates nor blocks. In a `const` or `static`, `Filters::register_const` does the same.
 /// - `every 10` runs the law in the first cycle and in every tenth after it. The filter is then updated at 100 Hz, and
 ///   its `dt` is 10 ms. A divider that does not divide the rate is a compile error, which `cargo check` shows.
 /// - Attributes and visibilities are yours, as in any struct; `#[derive]` works. `#[cfg]` works on the whole set, not on
@@ -70,8 +71,17 @@ macro_rules! filters {
         impl $set {
             /// Registers the filters; they are updated in this order.
             #[must_use]
+            #[inline]
             #[allow(clippy::too_many_arguments, clippy::new_without_default)]
-            $vis const fn register($($field: $filter),*) -> Self {
+            $vis fn register($($field: impl $crate::filter::Register<$filter>),*) -> Self {
+                Self::register_const($($crate::filter::Register::registered($field)),*)
+            }
+
+            /// The same for a `const` or `static`, of filters that are not `Unregistered`.
+            #[must_use]
+            #[inline]
+            #[allow(dead_code, clippy::too_many_arguments, clippy::new_without_default)]
+            $vis const fn register_const($($field: $filter),*) -> Self {
                 Self {
                     $($field,)*
                     __dividers: ( $($( $crate::Divider::<$crate::__rate!($hz, every $every)>::new(), )?)* ),
@@ -124,7 +134,8 @@ macro_rules! __update_field {
     };
 }
 
-/// Asserts at compile time that a set made by [`filters!`](crate::filters) updates exactly one filter of a type.
+/// Asserts at compile time that a set made by [`filters!`](crate::filters), or a tuple (the paper's list of types),
+/// updates exactly one filter of a type.
 ///
 /// ```
 /// use ceid_core::prelude::*;
@@ -149,12 +160,12 @@ macro_rules! assert_updated_once {
 }
 
 /// Says that a set updates a filter of type `F`, in the field that `Field` stands for. Implemented by
-/// [`filters!`](crate::filters), asked by [`assert_updated_once!`](crate::assert_updated_once).
+/// [`filters!`](crate::filters) and for tuples, asked by [`assert_updated_once!`](crate::assert_updated_once).
 #[doc(alias = "CEIDEqualComparable")]
 #[diagnostic::on_unimplemented(
     message = "`{F}` is not updated by `{Self}`",
     label = "no filter of this set has the type `{F}`",
-    note = "declare it in `filters! {{ struct {Self} ... }}` and pass it to `{Self}::register`"
+    note = "declare it in the `filters!` of this set, where `register` then asks for it; in a list of types, add it"
 )]
 pub trait Registers<F: ?Sized, Field> {}
 

@@ -44,7 +44,7 @@ impl<'p, R: Rate> Tick<'p, R> {
         Self { parts: PhantomData }
     }
 
-    /// The nominal time since the previous run of this law, in seconds.
+    /// The nominal time since the previous run of this law, in seconds. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub const fn dt(&self) -> f64 {
@@ -52,13 +52,14 @@ impl<'p, R: Rate> Tick<'p, R> {
     }
 
     /// The nominal time since the previous run of this law, in seconds, for targets without fast `f64`.
+    /// Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub const fn dt_f32(&self) -> f32 {
         R::DT_F32
     }
 
-    /// The nominal rate of this law, in runs per second.
+    /// The nominal rate of this law, in runs per second. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
     pub const fn hz(&self) -> u32 {
@@ -66,6 +67,7 @@ impl<'p, R: Rate> Tick<'p, R> {
     }
 
     /// Updates one part of a composite, now, and keeps the chain going.
+    /// Allocates, blocks and panics as the law does: not at all by itself.
     #[inline]
     pub fn then<F: SampledFilter<R> + ?Sized>(self, part: &'p mut F) -> Self {
         part.update(Tick::new());
@@ -73,6 +75,7 @@ impl<'p, R: Rate> Tick<'p, R> {
     }
 
     /// Updates every part of a collection, now and in its order: `tick.each(&mut self.axes)`.
+    /// Allocates, blocks and panics as the laws do: not at all by itself.
     #[inline]
     pub fn each<F, I>(self, parts: I) -> Self
     where
@@ -89,6 +92,7 @@ impl<'p, R: Rate> Tick<'p, R> {
     ///
     /// The slower rate must divide the rate of this tick; anything else is a compile error, shown by `cargo build`
     /// (in [`filters!`](crate::filters), by `cargo check` as well).
+    /// Allocates, blocks and panics as the law does: not at all by itself.
     #[inline]
     pub fn every<S, F>(self, divider: &mut Divider<S>, part: &'p mut F) -> Self
     where
@@ -101,7 +105,7 @@ impl<'p, R: Rate> Tick<'p, R> {
         self
     }
 
-    /// Ends a chain of parts.
+    /// Ends a chain of parts. Neither allocates nor blocks nor panics.
     #[inline]
     pub fn done(self) {}
 }

@@ -6,6 +6,8 @@ use ceid_core::prelude::*;
 use std::cell::RefCell;
 use std::rc::Rc;
 
+pub(crate) mod random;
+
 #[derive(Clone, Default)]
 pub(crate) struct Log(Rc<RefCell<Vec<&'static str>>>);
 

@@ -74,7 +74,9 @@ impl Gates<'_, '_> {
         if about.is_remainder {
             return Some(Gate::Rate);
         }
-        if about.is_presence && self.is_presence_of_filter(test) {
+        // A lock that is not waited for fails while another holds it: that is no setting.
+        let is_tried = about.names.iter().any(|name| name.starts_with("try_"));
+        if about.is_presence && !is_tried && self.is_presence_of_filter(test) {
             return Some(Gate::Config);
         }
         if about.is_presence && self.feeds_sample(test) {
@@ -110,7 +112,8 @@ impl Gates<'_, '_> {
     fn of_loop(&self, id: LoopId) -> Option<Gate> {
         let info = self.search.graph.loop_info(id);
         let feeds = self.fed().any(|var| self.search.aliases.is_derived(var, &info.bound));
-        (info.drains || feeds).then_some(Gate::Sample)
+        // A helper's own loop over samples has no round where there is no sample.
+        (info.drains || feeds || self.search.sample_loops.contains(&id)).then_some(Gate::Sample)
     }
 
     /// The nodes of the region.

@@ -8,6 +8,7 @@ use crate::count::debug_only::{self, DebugUpdate};
 use crate::count::functions::FunctionKind;
 use crate::count::instances::place_ty;
 use crate::count::verdict::{Pair, Verdict};
+use crate::diagnostic::WitnessStep;
 use crate::index::Ty;
 
 /// One remark for each filter and cycle, at the first update that is not shipped.
@@ -59,7 +60,10 @@ pub(super) fn add(
             verdict,
             counts,
             span: why.span,
-            witness: Vec::new(),
+            witness: cycle
+                .map(|id| WitnessStep { span: head(context, facts, id), message: "the cycle".to_owned() })
+                .into_iter()
+                .collect(),
             cycle: cycle.map(|id| head(context, facts, id)),
             function: index.function_name(graph.function),
         });

@@ -2,6 +2,9 @@
 
 mod debug_only;
 mod events;
+mod rate;
+mod siblings;
+mod time;
 
 use std::collections::BTreeMap;
 
@@ -9,7 +12,11 @@ use super::analyse::{Analysis, Context, CycleId, FunctionFacts};
 use super::functions::FunctionKind;
 use super::verdict::{Pair, Verdict};
 use crate::diagnostic::WitnessStep;
+use crate::flow::WaitKind;
 use crate::source::Span;
+
+pub(super) use rate::Steps;
+pub(super) use time::{Waiting, waiting};
 
 /// A fact about a filter or a cycle that a rule of its own tells.
 #[derive(Clone, Debug)]
@@ -39,7 +46,7 @@ pub struct Remark {
 }
 
 /// What a further rule found.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Fact {
     /// What is shipped does not have this update; `by` is what keeps it back, as the source spells it.
     DebugOnly {
@@ -48,6 +55,20 @@ pub enum Fact {
     },
     /// Two events of one loop advance a filter whose step is fixed.
     MultiEvent,
+    /// The cycle waits, reads a clock or blocks.
+    TimeInCycle {
+        /// What the call does.
+        kind: WaitKind,
+        /// What is called.
+        what: String,
+    },
+    /// The step that a filter is made with is not the period of its cycle, both in seconds.
+    RateMismatch {
+        /// The filter's.
+        step: f64,
+        /// The cycle's.
+        period: f64,
+    },
 }
 
 impl Fact {
@@ -57,6 +78,8 @@ impl Fact {
         match self {
             Self::DebugOnly { .. } => "debug_only_update",
             Self::MultiEvent => "multi_event_update",
+            Self::TimeInCycle { .. } => "time_in_cycle",
+            Self::RateMismatch { .. } => "rate_mismatch",
         }
     }
 }
@@ -73,8 +96,15 @@ pub(super) fn add(
             note(pair, "unguarded_update");
         }
     }
+    if facts.kind == FunctionKind::Presumed
+        && let Some(own) = pairs.get_mut(&CycleId::Function)
+    {
+        siblings::add(context, facts, own);
+    }
     debug_only::add(context, facts, pairs, analysis);
     events::add(context, facts, pairs, analysis);
+    rate::add(context, facts, pairs, analysis);
+    time::add(context, facts, pairs, analysis);
 }
 
 /// Whether a guard could stand in a cycle: the law of a filter that is made of filters is what a guard runs.

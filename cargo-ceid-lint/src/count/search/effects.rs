@@ -23,7 +23,9 @@ impl Run<'_, '_> {
         let mut after: Vec<State> = Vec::new();
         for target in &site.targets {
             let Some(summary) = search.summaries.get(*target) else {
-                after.push(state.clone());
+                if !search.summaries.is_open(*target) {
+                    after.push(state.clone());
+                }
                 continue;
             };
             let mut states = vec![(state.clone(), returned::ANY)];
@@ -35,20 +37,14 @@ impl Run<'_, '_> {
                     relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if rest.is_empty()));
                 let owner =
                     relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if !rest.is_empty()));
-                let doubt = relations.iter().find_map(|relation| match relation {
-                    Relation::MayHold(text, rest) if rest.is_empty() => Some(text.clone()),
-                    _ => None,
-                });
                 if exact {
                     applied = true;
                     states = self.apply(&states, outcomes);
                 } else if owner {
                     states = self.apply_to_owner(&states, outcomes);
-                } else if let Some(text) = doubt
-                    && outcomes.iter().any(|outcome| outcome.count != Count::Zero)
-                    && !self.is_other_round(&state, &place)
+                } else if outcomes.iter().any(|outcome| outcome.count != Count::Zero)
+                    && let Some(cause) = self.doubt(&state, &place, &relations)
                 {
-                    let cause = Cause::Index(self.spell(&place, &text));
                     let cause = self.cause(&cause);
                     for (state, _) in &mut states {
                         state.unknown = Some(cause);
@@ -70,10 +66,10 @@ impl Run<'_, '_> {
         }
         for next in after {
             let names = self.names.get(next.names).clone();
-            for names in search.borrowed(&names, site) {
-                let names = self.names.intern(names);
-                self.everywhere(at, &State { names, ..next.clone() });
-            }
+            let (names, is_doubtful) = search.borrowed(&names, site);
+            let names = self.names.intern(names);
+            let unknown = if is_doubtful { Some(self.cause(&Cause::Index(site.text.clone()))) } else { next.unknown };
+            self.everywhere(at, &State { names, unknown, ..next });
         }
     }
 

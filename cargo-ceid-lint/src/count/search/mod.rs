@@ -346,6 +346,8 @@ impl<'a> Search<'a> {
 #[derive(Clone, Debug)]
 pub(super) struct Entry {
     pub(super) names: Vec<Place>,
+    /// Why it may have other names, too.
+    pub(super) doubt: Option<Cause>,
 }
 
 /// Ways that differ only in what they give back are one.

@@ -48,12 +48,12 @@ impl Search<'_> {
         (kept, replaced)
     }
 
-    /// The names after a call that may give back a borrow; one for each part that it may be.
-    pub(super) fn borrowed(&self, names: &[Place], site: &CallSite) -> Vec<Vec<Place>> {
+    /// The names after a call that may give back a borrow, and whether it depends on the callee if the instance is among
+    /// what is borrowed.
+    pub(super) fn borrowed(&self, names: &[Place], site: &CallSite) -> (Vec<Place>, bool) {
         let result = Place::var(site.result);
         let base: Vec<Place> = names.iter().filter(|name| name.base != result.base).cloned().collect();
         // Borrows of one part of the result exclude each other; those of several parts are there together.
-        let mut all = vec![base.clone()];
         let mut parts: Vec<(&[Projection], Vec<Vec<Place>>)> = Vec::new();
         for target in &site.targets {
             for borrow in self.summaries.returns(*target) {
@@ -74,21 +74,17 @@ impl Search<'_> {
                 }
             }
         }
+        let mut all = base;
+        let mut is_doubtful = false;
         for (_, ways) in parts {
-            let before = std::mem::take(&mut all);
-            for names in before {
-                for gained in &ways {
-                    let mut names = names.clone();
-                    names.extend(gained.iter().cloned());
-                    names.sort();
-                    names.dedup();
-                    if !all.contains(&names) && all.len() < 16 {
-                        all.push(names);
-                    }
-                }
+            match ways.as_slice() {
+                [gained] => all.extend(gained.iter().cloned()),
+                _ => is_doubtful = true,
             }
         }
-        all
+        all.sort();
+        all.dedup();
+        (all, is_doubtful)
     }
 
     /// The names without those that last for one round of a loop.
@@ -115,6 +111,9 @@ impl Search<'_> {
             let at = source.steps.len().checked_sub(1)?;
             match (&source.steps[at], &name.steps[at]) {
                 (Projection::Index(IndexKey::Each), Projection::Index(IndexKey::Number(number))) => Some(*number),
+                (Projection::Index(IndexKey::EachIn(section)), Projection::Index(IndexKey::Number(number))) => {
+                    number.checked_sub(section.from)
+                }
                 _ => None,
             }
         };
@@ -156,18 +155,31 @@ fn element_rest(source: &Place, name: &Place) -> Option<Vec<Projection>> {
         return None;
     }
     let matches = source.steps.iter().zip(&name.steps).all(|(left, right)| match (left, right) {
-        (Projection::Index(IndexKey::Each), Projection::Index(_)) => true,
+        (Projection::Index(IndexKey::Each | IndexKey::Slice(_)), Projection::Index(_)) => true,
+        (Projection::Index(IndexKey::EachIn(section)), Projection::Index(IndexKey::Number(number))) => {
+            section.is_chunk() || section.has(*number) == Some(true)
+        }
+        (Projection::Index(IndexKey::EachIn(section)), Projection::Index(_)) if section.is_chunk() => true,
         (left, right) => left == right,
     });
-    matches.then(|| name.steps[source.steps.len()..].to_vec())
+    let mut rest = name.steps[source.steps.len()..].to_vec();
+    // Which element of a chunk it is, is not known.
+    if matches!(source.steps.last(), Some(Projection::Index(IndexKey::Slice(_)))) {
+        rest.insert(0, Projection::Index(IndexKey::Each));
+    }
+    matches.then_some(rest)
 }
 
 /// Whether a loop's counter is the index of the instance.
 pub(super) fn indexes_instance(aliases: &Aliases, info: &crate::flow::LoopInfo, instance: &Place) -> bool {
     info.indexes.iter().flat_map(|collection| aliases.roots(collection)).any(|root| {
+        // An index of an outer loop is one of the instance's own.
+        let is_same = |(left, right): (&Projection, &Projection)| {
+            left == right || matches!((left.key(), right.key()), (Some(IndexKey::Var(_)), Some(_)))
+        };
         root.base == instance.base
             && root.steps.len() < instance.steps.len()
-            && root.steps[..] == instance.steps[..root.steps.len()]
+            && root.steps.iter().zip(&instance.steps).all(is_same)
             && instance.steps[root.steps.len()].key().is_some()
     })
 }

@@ -2,6 +2,7 @@
 
 use super::{Builder, Value};
 use crate::flow::{Assignment, Effect, IndexKey, Place};
+use crate::index::Ty;
 use crate::syntax::tree::ExprId;
 
 impl Builder<'_> {
@@ -71,6 +72,15 @@ impl Builder<'_> {
                 }
                 Value { closure: None, ..value.clone() }
             }
+            // What a `Cell` gives is a copy that is put back with `set`.
+            "get" if args.is_empty() && self.is_cell(receiver) => {
+                Value { is_owned: false, head: None, same_as: None, ..value.clone() }
+            }
+            "set" if args.len() == 1 && self.is_cell(receiver) => {
+                let given = self.expr(args[0]);
+                self.write_whole(value, &given, span);
+                Value::default()
+            }
             "take" if args.is_empty() => Value { is_owned: true, head: None, ..value.clone() },
             "replace" | "insert" if args.len() == 1 && value.place.is_some() => {
                 let given = self.expr(args[0]);
@@ -100,7 +110,7 @@ impl Builder<'_> {
             {
                 self.map_payload(id, receiver, args, value)
             }
-            "then" if *self.ty(receiver) == crate::index::Ty::Bool => {
+            "then" if *self.ty(receiver) == Ty::Bool => {
                 let given = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
                 if let Some(closure) = given.closure {
                     self.on_true(value, receiver, span, |this| {
@@ -114,7 +124,14 @@ impl Builder<'_> {
                 match given.closure {
                     Some(closure) => {
                         let payload = Value { is_owned: false, ..value.clone() };
-                        self.inline_closure(closure, &[payload], span)
+                        // A tuple of resources is locked as a whole, and its parts are lent one by one.
+                        let payloads = match (self.ty(receiver).peel(), &value.place) {
+                            (Ty::Tuple(parts), Some(place)) => (0..parts.len())
+                                .map(|at| Value { place: Some(place.field(&at.to_string())), ..payload.clone() })
+                                .collect(),
+                            _ => vec![payload],
+                        };
+                        self.inline_closure(closure, &payloads, span)
                     }
                     // `MUTEX.borrow(cs)` and its kin take a token.
                     None => Value { is_owned: false, ..value.clone() },
@@ -135,7 +152,8 @@ impl Builder<'_> {
                 });
                 Value { place, ..Value::default() }
             }
-            "split_at_mut" | "split_first_mut" | "split_last_mut" | "split_at_mut_unchecked" | "get_disjoint_mut" => {
+            "split_at_mut" | "split_first_mut" | "split_last_mut" => self.split(id, receiver, method, args, value),
+            "split_at_mut_unchecked" | "get_disjoint_mut" => {
                 for arg in args {
                     self.expr(*arg);
                 }
@@ -163,7 +181,13 @@ impl Builder<'_> {
                 let place = value.place.as_ref().map(|place| place.element(IndexKey::Data(key.into())));
                 Value { place, ..Value::default() }
             }
-            "clone" if self.is_shared_handle(receiver) => value.clone(),
+            // A clone of a handle is another name of what it shares.
+            // A condition variable gives back the guard that it is handed.
+            "wait" | "wait_while" if self.ty(receiver).peel().external_name() == Some("Condvar") => {
+                let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
+                values.into_iter().next().unwrap_or_default()
+            }
+            "clone" if self.is_shared_handle(receiver) => Value { is_owned: false, ..value.clone() },
             name if super::calls::is_spawn(name) => self.spawn(id, name, args),
             _ => return None,
         })
@@ -188,8 +212,14 @@ impl Builder<'_> {
         matches!(self.ty(id).peel().external_name(), Some("Option" | "Result" | "LockResult" | "Poll"))
     }
 
+    fn is_cell(&self, id: ExprId) -> bool {
+        matches!(self.ty(id).peel().external_name(), Some("Cell"))
+            || matches!(self.ty(id).peel(), Ty::External(path, args)
+                if path.ends_with("::LockResult") && args.first().and_then(|inner| inner.peel().external_name()) == Some("Cell"))
+    }
+
     /// Whether a value is a handle whose clones share one instance.
-    fn is_shared_handle(&self, id: ExprId) -> bool {
+    pub(super) fn is_shared_handle(&self, id: ExprId) -> bool {
         matches!(self.ty(id).peel().external_name(), Some("Rc" | "Arc"))
     }
 

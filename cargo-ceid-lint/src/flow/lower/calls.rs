@@ -65,6 +65,7 @@ impl Builder<'_> {
     }
 
     pub(super) fn method_expr(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
+        self.note_method_wait(id, receiver, method, args);
         if let Some(value) = self.guard_call(id, receiver, method, args) {
             return value;
         }
@@ -176,6 +177,10 @@ impl Builder<'_> {
             fed.extend(self.reads_of(*first));
         }
         let into = self.targets.clone();
+        if let [target] = targets {
+            let ty = self.ty(id).clone();
+            self.note_given_step(*target, result, &ty, exprs);
+        }
         let is_dispatched = law_of
             .and_then(|of| exprs.get(of))
             .is_some_and(|of| matches!(self.ty(*of).peel(), Ty::Param(_) | Ty::Opaque(_)));
@@ -196,7 +201,7 @@ impl Builder<'_> {
     }
 
     /// Whether an argument is a shared reference or a plain value, through which nothing is updated.
-    fn is_shared(&self, expr: ExprId) -> bool {
+    pub(super) fn is_shared(&self, expr: ExprId) -> bool {
         if self.updates_shared(self.ty(expr)) {
             return false;
         }
@@ -224,9 +229,12 @@ impl Builder<'_> {
                 continue;
             }
             if let Some(place) = &value.place
-                && !self.is_shared(*expr)
+                && (!self.is_shared(*expr) || crate::types::is_lock(self.ty(*expr)))
             {
                 if self.may_hold_filter(self.ty(*expr)) {
+                    if self.is_shared_handle(*expr) {
+                        self.graph.kept.push((place.clone(), Cause::Call(text.clone())));
+                    }
                     places.push(place.clone());
                 } else if !is_plain(self.ty(*expr)) {
                     self.written_unseen(place.clone(), span);

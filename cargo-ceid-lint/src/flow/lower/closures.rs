@@ -156,6 +156,7 @@ impl Builder<'_> {
         self.link(fork, here);
         let loops = std::mem::take(&mut self.loops);
         let scopes = std::mem::take(&mut self.scopes);
+        let was_detached = std::mem::replace(&mut self.is_detached, true);
         let there = self.add_node(Effect::Nothing, span);
         self.link(fork, there);
         self.resume(there);
@@ -168,6 +169,7 @@ impl Builder<'_> {
         }
         self.loops = loops;
         self.scopes = scopes;
+        self.is_detached = was_detached;
         self.resume(here);
     }
 

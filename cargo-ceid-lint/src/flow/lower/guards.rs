@@ -1,10 +1,13 @@
 //! Guards: where they are made, what they hold, and how they end.
 
 use super::{Builder, Value};
-use crate::flow::{Argument, CallSite, Effect, GuardId, GuardInfo, Place, Update, Var};
+use crate::flow::{Argument, CallSite, Effect, GuardId, GuardInfo, IndexKey, Place, Update, Var};
 use crate::index::{FunctionId, Ty, is_guard_type};
 use crate::source::Span;
 use crate::syntax::tree::ExprId;
+
+/// Sets lie in sets; deeper ones are guarded as a whole.
+const MAX_DEPTH: u32 = 6;
 
 impl Builder<'_> {
     /// Whether an expression gives a guard that is bound to a name: ceid-core's `CycleGuard`.
@@ -27,12 +30,13 @@ impl Builder<'_> {
         }
     }
 
-    fn add_guard(&mut self, span: Span, holds: Vec<Var>, names: Vec<String>) -> GuardId {
+    fn add_guard(&mut self, span: Span, holds: Vec<Var>, updates: Vec<Place>, names: Vec<String>) -> GuardId {
         let id = GuardId(u32::try_from(self.graph.guards.len()).expect("fewer than 2^32 guards"));
         let in_loop = self.loops.last().copied();
         self.graph.guards.push(GuardInfo {
             span,
             holds,
+            updates,
             in_loop,
             names,
             dropped: None,
@@ -71,7 +75,7 @@ impl Builder<'_> {
         if !value.is_owned {
             return;
         }
-        let id = self.add_guard(span, vec![var], Vec::new());
+        let id = self.add_guard(span, vec![var], Vec::new(), Vec::new());
         self.graph.guards[id.0 as usize].destructor = Some(destructor);
         self.guards_of.insert(var, id);
         self.start_guard(id, span);
@@ -123,17 +127,52 @@ impl Builder<'_> {
     }
 
     /// A guard over places, alive to the end of the innermost block.
-    pub(super) fn guard_scope(&mut self, span: Span, places: &[(String, Place)]) {
+    pub(super) fn guard_scope(&mut self, span: Span, places: &[(String, Place, Ty)]) {
         let mut holds = Vec::new();
-        for (name, place) in places {
+        let mut updates = Vec::new();
+        for (name, place, ty) in places {
             let var = self.temporary(Ty::Unknown, span);
             self.graph.vars[var.0 as usize].name.clone_from(name);
             self.set(var, &Value { place: Some(place.clone()), ..Value::default() }, span);
             holds.push(var);
+            self.filters_in(Place::var(var), ty, 0, &mut updates);
         }
-        let names = places.iter().map(|(name, _)| name.clone()).collect();
-        let id = self.add_guard(span, holds, names);
+        let names = places.iter().map(|(name, ..)| name.clone()).collect();
+        let id = self.add_guard(span, holds, updates, names);
         self.start_guard(id, span);
+    }
+
+    /// What the guard of a place updates: the filter there, or each filter that the set, array or tuple there has.
+    fn filters_in(&self, place: Place, ty: &Ty, depth: u32, found: &mut Vec<Place>) {
+        let index = self.program.index;
+        let ty = ty.peel();
+        if depth > MAX_DEPTH || index.filter_spec(ty).is_some() || !index.holds_filter(ty) {
+            found.push(place);
+            return;
+        }
+        match ty {
+            Ty::Array(inner, _) | Ty::Slice(inner) => {
+                self.filters_in(place.element(IndexKey::Each), inner, depth + 1, found);
+            }
+            Ty::Tuple(parts) => {
+                for (number, part) in parts.iter().enumerate().filter(|(_, part)| index.holds_filter(part)) {
+                    self.filters_in(place.field(&number.to_string()), part, depth + 1, found);
+                }
+            }
+            Ty::External(path, args) => match (path.rsplit("::").next(), args.first()) {
+                (Some("Vec" | "ArrayVec" | "SmallVec"), Some(inner)) => {
+                    self.filters_in(place.element(IndexKey::Each), inner, depth + 1, found);
+                }
+                (Some("Box" | "Option"), Some(inner)) => self.filters_in(place, inner, depth + 1, found),
+                _ => found.push(place),
+            },
+            Ty::Adt(..) => {
+                for (field, ty) in self.filter_fields(ty) {
+                    self.filters_in(place.field(&field), &ty, depth + 1, found);
+                }
+            }
+            _ => found.push(place),
+        }
     }
 
     /// The guard that a value is; one that was not seen before is made here.
@@ -152,14 +191,16 @@ impl Builder<'_> {
     /// A guard over what the call that made it was given.
     fn make_guard(&mut self, var: Option<Var>, span: Span) -> GuardId {
         let mut holds = Vec::new();
+        let mut updates = Vec::new();
         let mut names = Vec::new();
-        if let Some((name, place)) = var.and_then(|var| self.guarded.get(&var).cloned()) {
+        if let Some((name, place, ty)) = var.and_then(|var| self.guarded.get(&var).cloned()) {
             let held = self.temporary(Ty::Unknown, span);
             self.set(held, &Value { place: Some(place), ..Value::default() }, span);
             holds.push(held);
             names.push(name);
+            self.filters_in(Place::var(held), &ty, 0, &mut updates);
         }
-        let id = self.add_guard(span, holds, names);
+        let id = self.add_guard(span, holds, updates, names);
         if let Some(var) = var {
             self.guards_of.insert(var, id);
         }
@@ -206,7 +247,7 @@ impl Builder<'_> {
                 let value = self.expr(*arg);
                 let var = self.temporary(self.ty(id).clone(), self.span(id));
                 if let Some(place) = value.place {
-                    self.guarded.insert(var, (name, place));
+                    self.guarded.insert(var, (name, place, self.ty(*arg).clone()));
                 }
                 Some(Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() })
             }
@@ -234,16 +275,15 @@ impl Builder<'_> {
     /// The end of a guard: what it holds is updated.
     pub(super) fn end_guard(&mut self, guard: GuardId, span: Span) {
         let info = &self.graph.guards[guard.0 as usize];
-        let holds = info.holds.clone();
         if let Some(destructor) = info.destructor {
-            for var in holds {
+            for var in info.holds.clone() {
                 self.destroy(destructor, Place::var(var), span);
             }
             return;
         }
-        for var in holds {
+        for place in info.updates.clone() {
             let update = Update {
-                place: Place::var(var),
+                place,
                 law: 0,
                 method: "update".to_owned(),
                 by_guard: true,

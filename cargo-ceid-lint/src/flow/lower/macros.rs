@@ -1,7 +1,7 @@
 //! Macros that are read as code: which operands run, and how often.
 
 use super::{Builder, Value};
-use crate::flow::{About, CycleKind, Effect, NodeId, Place, Rounds};
+use crate::flow::{CycleKind, Effect, Place, Rounds};
 use crate::syntax::tree::{ExprId, MacroExpr, MacroKind, PatId, SelectArm};
 
 impl Builder<'_> {
@@ -77,10 +77,10 @@ impl Builder<'_> {
                     self.expr(*token);
                 }
                 let mut places = Vec::new();
-                for (name, place) in filters {
-                    let value = self.expr(*place);
+                for (name, expr) in filters {
+                    let value = self.expr(*expr);
                     if let Some(place) = value.place {
-                        places.push((name.clone(), place));
+                        places.push((name.clone(), place, self.ty(*expr).clone()));
                     }
                 }
                 if self.at.is_some() {
@@ -90,29 +90,6 @@ impl Builder<'_> {
             }
             MacroKind::EachCycle { names, control, body } => self.each_cycle(id, names, *control, *body),
         }
-    }
-
-    /// Operands that only a debug build or a log level runs: what is shipped does not have them.
-    fn debug_only(&mut self, id: ExprId, operands: &[ExprId], path: &str) {
-        if self.at.is_none() || operands.is_empty() {
-            return;
-        }
-        let span = self.span(id);
-        let (runs, skipped) = self.debug_branch(span, format!("{path}!"));
-        let after = self.add_node(Effect::Nothing, span);
-        self.resume(runs);
-        for operand in operands {
-            self.expr(*operand);
-        }
-        self.jump(after);
-        self.resume(skipped);
-        self.jump(after);
-        self.resume(after);
-    }
-
-    /// A branch whose first side is not there in what is shipped.
-    pub(super) fn debug_branch(&mut self, span: crate::source::Span, text: String) -> (NodeId, NodeId) {
-        self.opaque_branch(span, text, About { is_constant: true, is_debug: true, ..About::default() })
     }
 
     /// `select!`: one arm runs.
@@ -176,10 +153,10 @@ impl Builder<'_> {
         let outer = self.loops.last().and_then(|id| self.graph.loop_info(*id).parent);
         self.graph.vars[var.0 as usize].in_loop = outer;
         let name = self.graph.var(var).name.clone();
-        let places: Vec<(String, Place)> = self
+        let places: Vec<_> = self
             .filter_fields(ty)
             .into_iter()
-            .map(|field| (format!("{name}.{field}"), Place::var(var).field(&field)))
+            .map(|(field, ty)| (format!("{name}.{field}"), Place::var(var).field(&field), ty))
             .collect();
         self.guard_scope(span, &places);
     }
@@ -208,16 +185,16 @@ impl Builder<'_> {
         });
     }
 
-    /// The fields of a type that are filters.
-    fn filter_fields(&self, ty: &crate::index::Ty) -> Vec<String> {
+    /// The fields of a type that are or hold filters.
+    pub(super) fn filter_fields(&self, ty: &crate::index::Ty) -> Vec<(String, crate::index::Ty)> {
         let crate::index::Ty::Adt(id, _) = ty else { return Vec::new() };
         let index = self.program.index;
         match &index.type_def(*id).shape {
             crate::index::Shape::Struct(fields) => fields
                 .fields
                 .iter()
-                .filter(|field| index.field_ty(ty, None, &field.name).is_some_and(|ty| index.holds_filter(&ty)))
-                .map(|field| field.name.clone())
+                .filter_map(|field| Some((field.name.clone(), index.field_ty(ty, None, &field.name)?)))
+                .filter(|(_, ty)| index.holds_filter(ty))
                 .collect(),
             crate::index::Shape::Enum(_) => Vec::new(),
         }

@@ -5,25 +5,30 @@ mod callbacks;
 mod calls;
 mod closures;
 mod conditions;
+mod constants;
+mod debug_only;
 mod exits;
 mod expr;
 mod external;
 mod guards;
+mod halves;
 mod iterators;
 mod laws;
 mod loops;
 mod macros;
 mod patterns;
 mod places;
+mod reads;
 mod resets;
 mod subjects;
 mod values;
+mod waits;
 
 use std::collections::{HashMap, HashSet};
 
 use super::{
-    Assignment, Cause, Computed, ControlFlowGraph, Effect, GuardId, Head, LoopId, LoopInfo, Node, NodeId, Place,
-    Program, Var, VarInfo,
+    Assignment, Cause, ControlFlowGraph, Effect, GuardId, Head, LoopId, LoopInfo, Node, NodeId, Place, Program, Var,
+    VarInfo,
 };
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
@@ -139,13 +144,15 @@ struct Builder<'a> {
     /// The variables that say whether a guard is alive.
     alive: HashMap<GuardId, Var>,
     /// What a guard that is not bound yet was given: the name and the place.
-    guarded: HashMap<Var, (String, Place)>,
+    guarded: HashMap<Var, (String, Place, Ty)>,
     subjects: HashMap<String, super::SubjectId>,
     inlining: Vec<FunctionId>,
     /// The variables that the value of the expression at hand goes into.
     targets: Vec<Var>,
     /// Whether something leads to each node.
     reached: Vec<bool>,
+    /// Whether the code at hand runs elsewhere or later.
+    is_detached: bool,
 }
 
 impl<'a> Builder<'a> {
@@ -160,6 +167,9 @@ impl<'a> Builder<'a> {
             guards: Vec::new(),
             derived: Vec::new(),
             computed: std::collections::BTreeMap::new(),
+            waits: Vec::new(),
+            steps: std::collections::BTreeMap::new(),
+            kept: Vec::new(),
             truncated: None,
         };
         Self {
@@ -182,6 +192,7 @@ impl<'a> Builder<'a> {
             inlining: vec![function],
             targets: Vec::new(),
             reached: Vec::new(),
+            is_detached: false,
         }
     }
 
@@ -221,98 +232,10 @@ impl<'a> Builder<'a> {
         self.typed().pat_local.get(&pat).map_or_else(String::new, |local| self.typed().local(*local).name.clone())
     }
 
-    /// The variables that an expression reads anywhere in it. Children stand before their parents.
-    fn reads_of(&mut self, id: ExprId) -> Vec<Var> {
-        let body = self.body();
-        let span = body.expr(id).span;
-        let mut vars = Vec::new();
-        for number in (0..=id.0).rev() {
-            let expr = ExprId(number);
-            if !span.contains(body.expr(expr).span) {
-                break;
-            }
-            if let Some(local) = self.typed().expr_local.get(&expr).copied() {
-                vars.push(self.var_of(local));
-            }
-        }
-        vars
-    }
-
-    /// Notes that variables are computed from what an expression reads.
-    fn derive(&mut self, vars: &[Var], from: ExprId) {
-        for read in self.reads_of(from) {
-            self.graph.derived.extend(vars.iter().map(|var| (*var, read)));
-        }
-        let computed = self.computed_from(from);
-        for var in vars {
-            let all = self.graph.computed.entry(*var).or_default();
-            all.places.extend(computed.places.iter().cloned());
-            all.calls.extend(computed.calls.iter().cloned());
-        }
-    }
-
-    /// The places that an expression reads and the functions it calls, anywhere in it.
-    fn computed_from(&mut self, id: ExprId) -> Computed {
-        let body = self.body();
-        let span = body.expr(id).span;
-        let mut computed = Computed::default();
-        for number in (0..=id.0).rev() {
-            let expr = ExprId(number);
-            if !span.contains(body.expr(expr).span) {
-                break;
-            }
-            match &body.expr(expr).kind {
-                ExprKind::MethodCall { method, .. } => computed.calls.push(method.clone()),
-                ExprKind::Path(path) if path.segments.len() > 1 => computed.calls.push(path.last().to_owned()),
-                ExprKind::Call { callee, .. } => {
-                    if let ExprKind::Path(path) = &body.expr(*callee).kind
-                        && path.segments.len() == 1
-                        && !self.typed().expr_local.contains_key(callee)
-                    {
-                        computed.calls.push(path.last().to_owned());
-                    }
-                }
-                ExprKind::Field { .. } | ExprKind::Path(_) => computed.places.extend(self.static_place(expr)),
-                _ => {}
-            }
-        }
-        computed
-    }
-
     fn finish(mut self) -> ControlFlowGraph {
         self.copy_subjects();
         self.mark_debug_only();
         self.graph
-    }
-
-    /// Tells the nodes to which only the debug side of a branch leads.
-    fn mark_debug_only(&mut self) {
-        let nodes = &mut self.graph.nodes;
-        let is_debug = |node: &Node| matches!(&node.effect, Effect::Branch(test) if test.about.is_debug);
-        let branches: Vec<NodeId> =
-            (0u32..).map(NodeId).zip(nodes.iter()).filter(|(_, node)| is_debug(node)).map(|(id, _)| id).collect();
-        if branches.is_empty() {
-            return;
-        }
-        let mut shipped = vec![false; nodes.len()];
-        let mut open = vec![NodeId(0)];
-        while let Some(id) = open.pop() {
-            if std::mem::replace(&mut shipped[id.0 as usize], true) {
-                continue;
-            }
-            let node = &nodes[id.0 as usize];
-            open.extend(node.next.iter().skip(usize::from(is_debug(node))).copied());
-        }
-        for branch in branches {
-            let mut open = vec![nodes[branch.0 as usize].next[0]];
-            while let Some(id) = open.pop() {
-                let node = &mut nodes[id.0 as usize];
-                if !shipped[id.0 as usize] && node.debug_only.is_none() {
-                    node.debug_only = Some(branch);
-                    open.extend(node.next.iter().copied());
-                }
-            }
-        }
     }
 
     /// Gives every variable whose value flows into a subject a subject of its own, with the same heads.

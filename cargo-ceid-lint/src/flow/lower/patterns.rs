@@ -1,11 +1,13 @@
 //! Patterns: what they ask, and what their names then mean.
 
+use std::sync::Arc;
+
 use super::subjects::Pure;
 use super::{Builder, Value};
-use crate::flow::{About, Effect, Head, Mark, NodeId, Test, Var};
+use crate::flow::{About, Effect, Head, IndexKey, Mark, NodeId, Section, Test, Var};
 use crate::index::{Def, Shape};
 use crate::source::Span;
-use crate::syntax::tree::{Arm, ExprId, ExprKind, PatId, PatKind};
+use crate::syntax::tree::{Arm, Body, ExprId, ExprKind, PatId, PatKind};
 use crate::types::LocalId;
 
 /// What is matched: its value, and what tells it from other values.
@@ -435,19 +437,7 @@ impl Builder<'_> {
                     self.bind_pattern(*inner, &part);
                 }
             }
-            PatKind::Slice(pats) => {
-                for (number, inner) in pats.iter().enumerate() {
-                    let place =
-                        value.place.as_ref().map(|place| place.element(crate::flow::IndexKey::Number(number as u64)));
-                    let rest = pats[..number].iter().any(|pat| matches!(body.pat(*pat).kind, PatKind::Rest));
-                    let place = if rest {
-                        value.place.as_ref().map(|place| place.element(crate::flow::IndexKey::Data("the end".into())))
-                    } else {
-                        place
-                    };
-                    self.bind_pattern(*inner, &Value { place, is_owned: value.is_owned, ..Value::default() });
-                }
-            }
+            PatKind::Slice(pats) => self.bind_slice(pats, value),
             PatKind::Or(pats) => {
                 if let Some(first) = pats.first() {
                     self.bind_pattern(*first, value);
@@ -459,6 +449,26 @@ impl Builder<'_> {
             | PatKind::Literal(_)
             | PatKind::Range(_)
             | PatKind::Unknown => {}
+        }
+    }
+
+    /// Binds the elements of a slice pattern; which ones stand behind `..` depends on the length.
+    fn bind_slice(&mut self, pats: &[PatId], value: &Value) {
+        let body = self.body();
+        let rest = pats.iter().position(|pat| is_rest(body, *pat));
+        for (number, inner) in pats.iter().enumerate() {
+            let from = number as u64;
+            let text = || Arc::from("..");
+            let key = match rest {
+                Some(rest) if number == rest => {
+                    let is_exact = number + 1 == pats.len();
+                    IndexKey::Slice(Section { from, to: None, is_exact, text: text() })
+                }
+                Some(rest) if number > rest => IndexKey::Data(text()),
+                _ => IndexKey::Number(from),
+            };
+            let place = value.place.as_ref().map(|place| place.element(key));
+            self.bind_pattern(*inner, &Value { place, is_owned: value.is_owned, ..Value::default() });
         }
     }
 
@@ -508,4 +518,13 @@ fn is_event_source(about: &About) -> bool {
                 | "next_message"
         )
     })
+}
+
+/// Whether a pattern is `..`, or a name for what that leaves out.
+fn is_rest(body: &Body, pat: PatId) -> bool {
+    match &body.pat(pat).kind {
+        PatKind::Rest => true,
+        PatKind::Bind { sub: Some(sub), .. } => matches!(body.pat(*sub).kind, PatKind::Rest),
+        _ => false,
+    }
 }

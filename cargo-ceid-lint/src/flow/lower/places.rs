@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Builder, Value};
-use crate::flow::{Cause, Effect, IndexKey, Place, Projection, Var};
+use crate::flow::{Cause, Effect, IndexKey, Place, Projection, Section, Var};
 use crate::index::{Def, FunctionId, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, Literal, Path};
 
@@ -141,7 +141,11 @@ impl Builder<'_> {
         let index_value = self.expr(index);
         let Some(place) = value.place else { return Value::default() };
         let is_map = self.ty(base).peel().external_name().is_some_and(|name| name.ends_with("Map"));
-        let key = if is_map { Some(IndexKey::Data(self.text(index).into())) } else { self.index_key(index) };
+        let key = match &self.body().expr(index).kind {
+            _ if is_map => Some(IndexKey::Data(self.text(index).into())),
+            ExprKind::Range { start, end, inclusive } => self.section(index, *start, *end, *inclusive),
+            _ => self.index_key(index),
+        };
         let place = match key {
             None => place,
             Some(key) => {
@@ -152,6 +156,20 @@ impl Builder<'_> {
         };
         let _ = id;
         Value { place: Some(place), is_owned: true, ..Value::default() }
+    }
+
+    /// The slice that a range selects; `None` if it is the whole, or begins with its first element and is cut somewhere.
+    fn section(&mut self, id: ExprId, start: Option<ExprId>, end: Option<ExprId>, inclusive: bool) -> Option<IndexKey> {
+        let from = start.map_or(Some(0), |start| self.number(start));
+        let to = end.map(|end| self.number(end));
+        match (from, to) {
+            (Some(0), None | Some(None)) => None,
+            (Some(from), None | Some(Some(_))) => {
+                let to = to.flatten().map(|to| to + u64::from(inclusive));
+                Some(IndexKey::Slice(Section { from, to, is_exact: true, text: self.text(id).into() }))
+            }
+            _ => Some(IndexKey::Slice(Section::unknown(&self.text(id)))),
+        }
     }
 
     /// A variable names an element for certain if it counts a loop or is a parameter; otherwise it depends on data.

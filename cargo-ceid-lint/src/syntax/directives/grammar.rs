@@ -71,9 +71,16 @@ pub(super) fn attribute(text: &str) -> Option<Said> {
     verb(&mut Cursor { text, at: 0 })
 }
 
+/// Whether a word can be what a directive begins with, or nearly.
+pub(super) fn is_prefix(word: &[u8]) -> bool {
+    word.eq_ignore_ascii_case(b"ceid") || word.eq_ignore_ascii_case(b"cied")
+}
+
 /// The words that other tools have for `allow`.
-const SYNONYMS: &[&str] =
-    &["ignore", "disable", "suppress", "skip", "silence", "warn", "deny", "forbid", "noqa", "nolint"];
+const SYNONYMS: &[&str] = &["ignore", "disable", "suppress", "skip", "silence", "noqa", "nolint"];
+
+/// The words for other levels, which comments cannot set.
+const LEVELS: &[&str] = &["warn", "deny", "forbid"];
 
 struct Cursor<'a> {
     text: &'a str,
@@ -141,8 +148,8 @@ fn comment(cursor: &mut Cursor<'_>) -> Option<Said> {
         cursor.at += 1;
         return verb(cursor);
     }
-    let is_meant = head.eq_ignore_ascii_case("ceid")
-        || nearest(head, ["ceid", "ceid-lint", "ceid_lint", "cargo-ceid-lint"]).is_some();
+    let names = ["ceid", "cied", "ceid-lint", "ceid_lint", "cargo-ceid-lint"];
+    let is_meant = names.iter().any(|name| head.eq_ignore_ascii_case(name));
     let between = cursor.skip(|letter| letter.is_whitespace() || letter == ':');
     if !is_meant || between.is_empty() {
         return None;
@@ -310,17 +317,30 @@ fn every(cursor: &mut Cursor<'_>, start: usize) -> Option<Said> {
 /// `alow(…)`
 fn unknown_call(cursor: &mut Cursor<'_>, start: usize, word: &str) -> Option<Said> {
     let range = start..cursor.at;
+    let near = nearest(word, ["allow", "expect"]);
+    let message = format!("unknown directive `{word}`");
     let is_number = cursor.tail().trim_matches(['(', ')', ' ']).parse::<u64>().is_ok();
-    let arguments = arguments(cursor).ok().filter(|arguments| !arguments.rules.is_empty() && cursor.is_at_end())?;
-    let (right, is_certain) = match (nearest(word, ["allow", "expect"]), nearest(word, ["every"])) {
-        (_, Some(right)) if is_number => (right, true),
-        (Some(right), _) => (right, true),
-        (None, _) if SYNONYMS.contains(&word) && arguments.rules.iter().all(|(name, _)| name.contains('_')) => {
-            ("allow", false)
-        }
+    let arguments = match arguments(cursor) {
+        Ok(arguments) if cursor.is_at_end() => arguments,
+        Err(_) if near.is_some() => return cursor.near_miss(message, None, false),
         _ => return None,
     };
-    cursor.near_miss(format!("unknown directive `{word}`"), Some((range, right.to_owned())), is_certain)
+    if is_number {
+        let right = nearest(word, ["every"])?;
+        return cursor.near_miss(message, Some((range, right.to_owned())), true);
+    }
+    if let Some(right) = near {
+        return cursor.near_miss(message, Some((range, right.to_owned())), true);
+    }
+    if arguments.rules.is_empty() || !arguments.rules.iter().all(|(name, _)| name.contains('_')) {
+        return None;
+    }
+    if LEVELS.contains(&word) {
+        let message = format!("{message}: a level is set by a flag or under `[lints]` of `ceid-lint.toml`");
+        return cursor.near_miss(message, None, false);
+    }
+    let right = SYNONYMS.contains(&word).then(|| (range, "allow".to_owned()))?;
+    cursor.near_miss(message, Some(right), false)
 }
 
 /// `not a cycle`, `cylce`

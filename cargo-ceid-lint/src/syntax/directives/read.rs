@@ -9,7 +9,7 @@ use crate::syntax::modules::code_start;
 /// The directives of a file, in their order.
 pub(super) fn directives(id: FileId, file: &SourceFile) -> Vec<Directive> {
     // Most files have none.
-    if !file.text.as_bytes().windows(4).any(|word| word.eq_ignore_ascii_case(b"ceid") || word == b"cied") {
+    if !file.text.as_bytes().windows(4).any(|word| word[0] | 0x20 == b'c' && grammar::is_prefix(word)) {
         return Vec::new();
     }
     let text = &*file.text;

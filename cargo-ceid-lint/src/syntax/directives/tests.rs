@@ -105,6 +105,8 @@ fn prose_says_nothing() {
         "// ceid",
         "// ceid cycle",
         "// see `ceid: allow(a_b)`",
+        "// ceid: note(a_b)",
+        "// acid: allow(a_b)",
         "// // ceid: allow(a_b)",
         "//// ceid: allow(a_b)",
         "/* prose about ceid: allow(a_b) */",
@@ -156,6 +158,8 @@ fn near_misses_that_cannot_be_corrected_are_told() {
         "// ceid: allow(a_b, \"x\")",
         "// ceid: allow(a_b, reason = GPS)",
         "// ceid: alow",
+        "// ceid: alow(a_b",
+        "// ceid: deny(a_b)",
         "// ceid: every(ten)",
         "/* ceid: allow(a_b) */",
     ] {

@@ -1,0 +1,134 @@
+//! Numbers and times that the source fixes. What depends on anything that may change has no value.
+
+use crate::flow::Program;
+use crate::index::{BodyOwner, Def};
+use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, StmtKind};
+use crate::types::{Callee, TypedBody};
+
+/// A number, or a time in seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Constant {
+    Number(f64),
+    Seconds(f64),
+}
+
+/// How deep names and operators are followed.
+const MAX_DEPTH: u32 = 32;
+
+/// A body in which constants are looked for.
+#[derive(Clone, Copy)]
+pub(super) struct Constants<'a> {
+    pub(super) program: &'a Program<'a>,
+    pub(super) body: &'a Body,
+    pub(super) typed: &'a TypedBody,
+}
+
+impl Constants<'_> {
+    pub(super) fn value(self, id: ExprId) -> Option<Constant> {
+        self.value_at(id, 0)
+    }
+
+    fn value_at(self, id: ExprId, depth: u32) -> Option<Constant> {
+        if depth > MAX_DEPTH {
+            return None;
+        }
+        let next = |id: ExprId| self.value_at(id, depth + 1);
+        match &self.body.expr(id).kind {
+            ExprKind::Literal(Literal::Int(Some(value), _)) => {
+                Some(Constant::Number(f64::from(u32::try_from(*value).ok()?)))
+            }
+            ExprKind::Literal(Literal::Float(text)) => float(text).map(Constant::Number),
+            ExprKind::Cast { value, .. } => next(*value),
+            ExprKind::Block(block) if block.stmts.is_empty() => next(block.tail?),
+            ExprKind::Binary { op, lhs, rhs } => operate(op, next(*lhs)?, next(*rhs)?),
+            ExprKind::Path(_) => self.named(id, depth),
+            ExprKind::Call { args, .. } => match self.typed.callees.get(&id) {
+                Some(Callee::External(path)) => {
+                    let args: Option<Vec<Constant>> = args.iter().map(|arg| next(*arg)).collect();
+                    duration(path, &args?)
+                }
+                _ => None,
+            },
+            ExprKind::MethodCall { receiver, method, .. } => match (next(*receiver)?, method.as_str()) {
+                (Constant::Seconds(seconds), "as_secs_f32" | "as_secs_f64") => Some(Constant::Number(seconds)),
+                (Constant::Seconds(seconds), "as_millis") => Some(Constant::Number(seconds * 1e3)),
+                (Constant::Seconds(seconds), "as_micros") => Some(Constant::Number(seconds * 1e6)),
+                (Constant::Number(number), "recip") => Some(Constant::Number(1.0 / number)),
+                (value, "into" | "clone") => Some(value),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// The value of a constant, or of a variable that keeps what it is declared with.
+    fn named(self, id: ExprId, depth: u32) -> Option<Constant> {
+        if self.typed.expr_local.contains_key(&id) {
+            return self.value_at(self.initial(id)?, depth + 1);
+        }
+        let Some(Def::Value(value)) = self.typed.expr_def.get(&id) else { return None };
+        let item = &self.program.index.value(*value).item;
+        let body = item.value.as_ref().filter(|_| !item.is_static)?;
+        let typed = crate::types::infer(self.program.index, BodyOwner::Value(*value))?;
+        Constants { program: self.program, body, typed: &typed }.value_at(body.root, depth + 1)
+    }
+
+    /// What the variable that an expression names was declared with, if nothing else is assigned to it.
+    pub(super) fn initial(self, id: ExprId) -> Option<ExprId> {
+        let local = self.typed.expr_local.get(&id)?;
+        let is_own = |expr: &ExprId| self.typed.expr_local.get(expr) == Some(local);
+        let is_assigned = self.body.exprs.iter().any(|expr| {
+            matches!(&expr.kind, ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } if is_own(place))
+        });
+        if is_assigned {
+            return None;
+        }
+        let blocks = self.body.exprs.iter().filter_map(|expr| match &expr.kind {
+            ExprKind::Block(block) => Some(block),
+            _ => None,
+        });
+        blocks.flat_map(|block| &block.stmts).find_map(|stmt| match &stmt.kind {
+            StmtKind::Let { pat, init, .. } if self.typed.pat_local.get(pat) == Some(local) => *init,
+            _ => None,
+        })
+    }
+}
+
+/// The value of a float as it is written.
+fn float(text: &str) -> Option<f64> {
+    let text = text.replace('_', "");
+    text.trim_end_matches("f32").trim_end_matches("f64").parse().ok()
+}
+
+fn operate(op: &str, left: Constant, right: Constant) -> Option<Constant> {
+    use Constant::{Number, Seconds};
+    Some(match (op, left, right) {
+        ("+", Number(a), Number(b)) => Number(a + b),
+        ("-", Number(a), Number(b)) => Number(a - b),
+        ("*", Number(a), Number(b)) => Number(a * b),
+        ("/", Number(a), Number(b)) if b != 0.0 => Number(a / b),
+        ("+", Seconds(a), Seconds(b)) => Seconds(a + b),
+        ("-", Seconds(a), Seconds(b)) => Seconds(a - b),
+        ("*", Seconds(a), Number(b)) | ("*", Number(b), Seconds(a)) => Seconds(a * b),
+        ("/", Seconds(a), Number(b)) if b != 0.0 => Seconds(a / b),
+        _ => return None,
+    })
+}
+
+/// What a function of a `Duration` gives.
+fn duration(path: &str, args: &[Constant]) -> Option<Constant> {
+    let (owner, name) = path.rsplit_once("::")?;
+    if owner.rsplit("::").next() != Some("Duration") {
+        return None;
+    }
+    let seconds = match (name, args) {
+        ("from_secs" | "from_secs_f32" | "from_secs_f64", [Constant::Number(value)]) => *value,
+        ("from_millis", [Constant::Number(value)]) => value * 1e-3,
+        ("from_micros", [Constant::Number(value)]) => value * 1e-6,
+        ("from_nanos", [Constant::Number(value)]) => value * 1e-9,
+        ("from_hz", [Constant::Number(value)]) if *value > 0.0 => 1.0 / value,
+        ("new", [Constant::Number(seconds), Constant::Number(nanos)]) => seconds + nanos * 1e-9,
+        _ => return None,
+    };
+    Some(Constant::Seconds(seconds))
+}

@@ -1,0 +1,30 @@
+//! E4: a filter that is not registered can be neither fed nor read.
+
+use ceid_core::prelude::*;
+
+struct KalmanF(f64);
+
+impl KalmanF {
+    fn new() -> Unregistered<Self> {
+        Unregistered::new(Self(0.0))
+    }
+
+    fn measure(&mut self, position: f64) {
+        self.0 = position;
+    }
+}
+
+impl<R: Rate> SampledFilter<R> for KalmanF {
+    fn update(&mut self, tick: Tick<'_, R>) {
+        self.0 += tick.dt();
+    }
+}
+
+fn main() {
+    let mut kf = KalmanF::new();
+    let mut clock = Free::<Hz<1000>>::new().take(3);
+    while let Some(_cycle) = clock.next_cycle() {
+        kf.measure(1.0);
+        println!("{}", kf.0);
+    }
+}
