@@ -137,7 +137,7 @@ fn analyse_all(project: &Project, config: &Config, inputs: Vec<CrateInput>, sour
     };
     let known = Known::new(&suppressions, forbidden(project, config));
     // A suppression in a file that is reported may hide what is found in one that is not.
-    known.note(&analysis);
+    known.prepare(&mut analysis);
     let mut hygiene = rules::hygiene(&known);
     hygiene.retain(|finding| is_shown(finding.package, finding.target, finding.primary.span));
     analysis.cycles.retain(|cycle| is_shown(cycle.package, cycle.target, cycle.head));

@@ -429,6 +429,7 @@ impl Context<'_> {
             cause: decision.cause.map(|cause| cause.to_string()),
             witness: decision.witness,
             primary: decision.primary,
+            others: decision.others,
             updates: Vec::new(),
             suppressed: None,
         }

@@ -122,6 +122,7 @@ fn cycles(head: Span, sources: &SourceMap) -> Vec<Cycle> {
         cause: None,
         witness: Vec::new(),
         primary: None,
+        others: Vec::new(),
         updates: Vec::new(),
         suppressed: None,
     };

@@ -1,6 +1,6 @@
 //! From verdicts to findings: what is said, where, and what is left out because another finding says it. Decides no verdict.
 
-use super::known::{Hidden, Known};
+use super::known::{Hidden, Known, calls_of};
 use super::{Rule, find};
 use crate::count::{Analysis, Cycle, Gate, GuardDefect, Pair, Unregistered, Verdict};
 use crate::diagnostic::{Diagnostic, Facts, Label, Level, Witness, WitnessStep};
@@ -28,7 +28,7 @@ pub fn findings(analysis: &Analysis, known: &Known<'_>) -> Vec<Diagnostic> {
 /// What hides the finding of a rule about a pair: what is said of the place, of the cycle, or of an update.
 fn hidden(cycle: &Cycle, pair: &Pair, rule: &'static str, known: &Known<'_>) -> Option<Hidden> {
     let places: Vec<Span> = pair.primary.into_iter().chain([cycle.head]).collect();
-    known.hides(rule, cycle.package, &places, &pair.updates)
+    known.hides(rule, cycle.package, &places, calls_of(pair, rule))
 }
 
 fn with_hidden<'p>(

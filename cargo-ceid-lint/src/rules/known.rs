@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::collections::BTreeSet;
 
 use super::findings::findings;
-use crate::count::Analysis;
+use crate::count::{Analysis, Pair};
 use crate::source::Span;
 use crate::suppress::Suppressions;
 
@@ -35,8 +35,21 @@ impl<'a> Known<'a> {
         Self { suppressions, forbidden, used: RefCell::default() }
     }
 
-    /// Notes for which suppressions something is found.
-    pub fn note(&self, analysis: &Analysis) {
+    /// Notes for which suppressions something is found, and shows each pair where nothing hides it, if there is such a place.
+    pub fn prepare(&self, analysis: &mut Analysis) {
+        for cycle in &mut analysis.cycles {
+            for pair in &mut cycle.filters {
+                let (Some(rule), Some(first)) = (pair.verdict.rule(), pair.primary) else { continue };
+                let is_open =
+                    |place: Span| self.hides(rule, cycle.package, &[place, cycle.head], calls_of(pair, rule)).is_none();
+                let is_first_open = is_open(first);
+                let open: Vec<bool> = pair.others.iter().map(|other| is_open(other.primary)).collect();
+                if let Some(at) = open.iter().position(|is_open| *is_open).filter(|_| !is_first_open) {
+                    let other = pair.others.swap_remove(at);
+                    (pair.primary, pair.witness) = (Some(other.primary), other.witness);
+                }
+            }
+        }
         drop(findings(analysis, self));
     }
 
@@ -55,4 +68,9 @@ impl<'a> Known<'a> {
     pub(super) fn is_used(&self, number: usize, name: usize) -> bool {
         self.used.borrow().contains(&(number, name))
     }
+}
+
+/// The calls that a finding on a pair is about wherever it is shown. A repetition is shown at the call that is too much.
+pub(super) fn calls_of<'p>(pair: &'p Pair, rule: &str) -> &'p [Span] {
+    if rule == "repeated_update" { &[] } else { &pair.updates }
 }
