@@ -109,8 +109,11 @@ fn analyse_all(project: &Project, config: &Config, inputs: Vec<CrateInput>, sour
     }
     let entries = config.sections.iter().flat_map(|section| &section.filters);
     let named_outside = entries.map(|entry| entry.target.path()).filter(|path| !path.starts_with("crate::"));
-    let crates: Vec<Crate<'_>> = inputs
-        .iter()
+    // A file of several crates belongs to one that is reported, if there is such a one.
+    let (reported, others): (Vec<_>, Vec<_>) = inputs.iter().partition(|input| input.is_reported);
+    let crates: Vec<Crate<'_>> = [reported, others]
+        .into_iter()
+        .flatten()
         .map(|input| Crate { package: input.package, target: input.target, items: &input.items })
         .collect();
     let suppressions = Suppressions::place(&directives, &sources, &crates);

@@ -52,7 +52,7 @@ fn near_miss(placed: &Placed<NearMiss>) -> Option<Diagnostic> {
     let rule = find("unknown_rule")?;
     let said = &placed.said;
     let mut finding = start(rule, placed, said.message.clone(), placed.span, "this has no effect");
-    finding.notes.push("until it is written as a directive, it is a comment like any other".to_owned());
+    finding.notes.push("until it is written as a directive, nobody reads it".to_owned());
     finding.suggestions.extend(said.correction.clone().map(|(span, text)| Suggestion {
         message: "write".to_owned(),
         edits: vec![(span, text)],

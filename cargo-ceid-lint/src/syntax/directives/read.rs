@@ -110,7 +110,10 @@ impl Reader<'_> {
         let rest = &self.text[end..token.end];
         let removal = match (rest.trim().is_empty(), behind) {
             (true, None) => self.line_of(token.start, token.end),
-            (true, Some((_, last))) => (last.end, token.end - (rest.len() - rest.trim_end_matches('\r').len())),
+            (true, Some(_)) => {
+                let line_break = rest.len() - rest.trim_end_matches('\r').len();
+                (self.text[..token.start].trim_end().len(), token.end - line_break)
+            }
             // What another comment says behind it stays.
             (false, _) => (token.start, token.end - rest.trim_start().len()),
         };

@@ -205,6 +205,7 @@ fn what_is_removed_leaves_no_trace() {
     assert_eq!(removed("a;\n    // ceid: allow(a_b)\n    b;\n"), "a;\n    b;\n");
     assert_eq!(removed("a;\r\n    // ceid: allow(a_b)\r\n    b;\r\n"), "a;\r\n    b;\r\n");
     assert_eq!(removed("a; // ceid: allow(a_b)\n"), "a;\n");
+    assert_eq!(removed("a; /* b */ // ceid: allow(a_b)\n"), "a; /* b */\n");
     assert_eq!(removed("a; // ceid: allow(a_b) \r\n"), "a;\r\n");
     assert_eq!(removed("// ceid: allow(a_b) // more\nb;"), "// more\nb;");
     assert_eq!(removed("a;\n  #[cfg_attr(any(), ceid::allow(a_b))]\n  b;"), "a;\n  b;");
