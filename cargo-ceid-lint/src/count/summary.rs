@@ -170,8 +170,16 @@ impl Summaries {
         self.open == Some(id) && !self.of.contains_key(&id)
     }
 
-    pub(super) fn returns(&self, id: FunctionId) -> impl Iterator<Item = &Borrow> {
-        self.of.get(&id).into_iter().flat_map(|summary| &summary.returns)
+    /// What the result of a call may borrow: the steps into the result, and the place.
+    pub(super) fn borrows<'a>(&'a self, site: &'a CallSite) -> impl Iterator<Item = (&'a [Projection], Place)> + 'a {
+        let returns = site.targets.iter().filter_map(|target| self.of.get(target)).flat_map(|summary| &summary.returns);
+        // What lies inside a receiver whose type is not known has no name here.
+        returns.filter(|borrow| !site.is_dispatched || borrow.param > 0 || borrow.steps.is_empty()).filter_map(
+            |borrow| {
+                let place = site.args.get(borrow.param)?.place.as_ref()?;
+                Some((borrow.part.as_slice(), place.join(&borrow.steps)))
+            },
+        )
     }
 
     /// Computes the summaries of all functions, callees first.
@@ -256,6 +264,10 @@ impl Summaries {
             }
         }
         summary.uses.retain(|given| holds_filter_at(program, graph, &instance_of(graph, given)));
+        if summary.returns.len() > MAX_PLACES {
+            let whole = |borrow: &Borrow| Borrow { part: Vec::new(), param: borrow.param, steps: Vec::new() };
+            summary.returns = summary.returns.iter().map(whole).collect();
+        }
         bound(&mut summary.uses);
         bound(&mut summary.writes);
         for update in debug_only::updates(graph, &aliases, self) {
@@ -466,7 +478,8 @@ pub(super) fn instance_of(graph: &ControlFlowGraph, given: &Given) -> Place {
 pub(super) fn place_of(given: &Given, site: &CallSite) -> Option<Place> {
     // A law that hands on to another one of the same filter is one update, and what lies inside a filter whose type is not known
     // has no name here.
-    if site.law_of.is_some_and(|of| given.is_inside(of) && (given.steps.is_empty() || site.is_dispatched)) {
+    let is_first = given.is_inside(site.law_of.unwrap_or(0));
+    if is_first && (site.is_dispatched && !given.steps.is_empty() || site.law_of.is_some() && given.steps.is_empty()) {
         return None;
     }
     let steps: Vec<Projection> = given

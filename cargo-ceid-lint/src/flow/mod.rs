@@ -255,7 +255,7 @@ pub struct CallSite {
     /// Set if it is a filter's own law: the number of the argument that is the filter. Only what lies inside the filter is
     /// looked at.
     pub law_of: Option<usize>,
-    /// Whether which body runs is decided by a type parameter or a trait object.
+    /// Whether a type parameter or a trait object decides which of many bodies runs.
     pub is_dispatched: bool,
     /// The variables that its arguments read, `self` left out.
     pub fed: Vec<Var>,

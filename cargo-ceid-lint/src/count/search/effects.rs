@@ -3,36 +3,25 @@
 use super::State;
 use super::run::Run;
 use crate::count::counts::Count;
-use crate::count::summary::{Outcome, place_of, returned};
+use crate::count::summary::{Outcome, returned};
 use crate::flow::{Assignment, CallSite, Cause, OTHER_HEADS, Place, Relation, Var};
 
 impl Run<'_, '_> {
     pub(super) fn call(&mut self, at: usize, state: &State, site: &CallSite) {
         let search = self.search;
+        let called = search.called(site);
         let mut masks = state.masks;
-        for target in &site.targets {
-            let Some(summary) = search.summaries.get(*target) else { continue };
-            for given in &summary.writes {
-                if let Some(place) = place_of(given, site) {
-                    masks = self.killed(masks, &place);
-                }
-            }
+        for place in &called.writes {
+            masks = self.killed(masks, place);
         }
         masks = self.killed(masks, &Place::var(site.result));
         let state = State { masks, ..state.clone() };
         let mut after: Vec<State> = Vec::new();
-        for target in &site.targets {
-            let Some(summary) = search.summaries.get(*target) else {
-                if !search.summaries.is_open(*target) {
-                    after.push(state.clone());
-                }
-                continue;
-            };
+        for effect in &called.effects {
             let mut states = vec![(state.clone(), returned::ANY)];
             let mut applied = false;
-            for (given, outcomes) in summary.outcomes(search.law) {
-                let Some(place) = place_of(given, site) else { continue };
-                let relations = self.relations_to_each(&state, &place);
+            for (place, outcomes) in &effect.outcomes {
+                let relations = self.relations_to_each(&state, place);
                 let exact =
                     relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if rest.is_empty()));
                 let owner =
@@ -43,7 +32,7 @@ impl Run<'_, '_> {
                 } else if owner {
                     states = self.apply_to_owner(&states, outcomes);
                 } else if outcomes.iter().any(|outcome| outcome.count != Count::Zero)
-                    && let Some(cause) = self.doubt(&state, &place, &relations)
+                    && let Some(cause) = self.doubt(&state, place, &relations)
                 {
                     let cause = self.cause(&cause);
                     for (state, _) in &mut states {
@@ -51,9 +40,9 @@ impl Run<'_, '_> {
                     }
                 }
             }
-            if !applied && summary.heads != 0 {
+            if !applied && effect.heads != 0 {
                 for (_, heads) in &mut states {
-                    *heads &= summary.heads;
+                    *heads &= effect.heads;
                 }
             }
             for (next, heads) in states {

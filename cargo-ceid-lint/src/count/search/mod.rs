@@ -3,12 +3,14 @@
 //! The ways are those of the control-flow graph, told apart by the count so far, the names that the instance has, and what is
 //! known of the conditions that matter. A breadth-first search makes the first way that is found the shortest witness.
 
+mod called;
 mod effects;
 mod entry;
 mod names;
 mod run;
 
-use std::collections::BTreeSet;
+use std::cell::RefCell;
+use std::collections::{BTreeSet, HashMap};
 
 use names::{covering_loops, indexes_instance};
 use run::Run;
@@ -18,7 +20,7 @@ use super::counts::Count;
 use super::slice::{self, ControlDependence, tracked};
 use super::summary::{Outcome, Summaries, place_of};
 use super::verdict::Gate;
-use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, LoopId, NodeId, Place, Program, Relation, Rounds};
+use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, LoopId, NodeId, Place, Program, Relation, Rounds, Var};
 
 /// What is searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -121,6 +123,8 @@ pub(super) struct Search<'a> {
     /// Loops that visit each element of the collection that the instance is an element of.
     covering: BTreeSet<LoopId>,
     dependence: std::rc::Rc<ControlDependence>,
+    /// What the calls do that were asked for, by their results.
+    called: RefCell<HashMap<Var, std::rc::Rc<called::Called>>>,
 }
 
 impl<'a> Search<'a> {
@@ -144,6 +148,7 @@ impl<'a> Search<'a> {
             sample_loops: BTreeSet::new(),
             covering,
             dependence,
+            called: RefCell::default(),
         };
         search.sample_loops = search.own_cycles();
         search

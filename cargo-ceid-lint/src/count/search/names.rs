@@ -55,23 +55,20 @@ impl Search<'_> {
         let base: Vec<Place> = names.iter().filter(|name| name.base != result.base).cloned().collect();
         // Borrows of one part of the result exclude each other; those of several parts are there together.
         let mut parts: Vec<(&[Projection], Vec<Vec<Place>>)> = Vec::new();
-        for target in &site.targets {
-            for borrow in self.summaries.returns(*target) {
-                let Some(place) = site.args.get(borrow.param).and_then(|arg| arg.place.as_ref()) else { continue };
-                let from = place.join(&borrow.steps);
-                let part = result.join(&borrow.part);
-                let gained: Vec<Place> = base
-                    .iter()
-                    .filter_map(|name| match from.relate(name, &|_| None) {
-                        Relation::Holds(rest) => Some(part.join(&rest)),
-                        _ => None,
-                    })
-                    .collect();
-                match parts.iter_mut().find(|(own, _)| *own == borrow.part.as_slice()) {
-                    Some((_, ways)) if ways.contains(&gained) => {}
-                    Some((_, ways)) => ways.push(gained),
-                    None => parts.push((&borrow.part, vec![gained])),
-                }
+        let called = self.called(site);
+        for (part, from) in &called.borrows {
+            let place = result.join(part);
+            let gained: Vec<Place> = base
+                .iter()
+                .filter_map(|name| match from.relate(name, &|_| None) {
+                    Relation::Holds(rest) => Some(place.join(&rest)),
+                    _ => None,
+                })
+                .collect();
+            match parts.iter_mut().find(|(own, _)| own == part) {
+                Some((_, ways)) if ways.contains(&gained) => {}
+                Some((_, ways)) => ways.push(gained),
+                None => parts.push((part, vec![gained])),
             }
         }
         let mut all = base;

@@ -181,9 +181,11 @@ impl Builder<'_> {
             let ty = self.ty(id).clone();
             self.note_given_step(*target, result, &ty, exprs);
         }
-        let is_dispatched = law_of
-            .and_then(|of| exprs.get(of))
-            .is_some_and(|of| matches!(self.ty(*of).peel(), Ty::Param(_) | Ty::Opaque(_)));
+        // Many bodies tell nothing of what lies inside the one receiver that is meant.
+        let is_dispatched = targets.len() > super::laws::MAX_DISPATCHED
+            && exprs
+                .get(law_of.unwrap_or(0))
+                .is_some_and(|first| matches!(self.ty(*first).peel(), Ty::Param(_) | Ty::Opaque(_)));
         let site = CallSite { targets: targets.to_vec(), args, result, text, law_of, is_dispatched, fed, into, from };
         self.emit(Effect::Call(Box::new(site)), span);
         result

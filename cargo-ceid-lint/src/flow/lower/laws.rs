@@ -8,7 +8,7 @@ use crate::syntax::tree::{ExprId, ExprKind, PatId};
 use crate::types::{Callee, Resolved};
 
 /// Up to how many bodies of a law are followed, where types decide which one runs.
-const MAX_DISPATCHED: usize = 8;
+pub(super) const MAX_DISPATCHED: usize = 8;
 
 /// A law that is called.
 #[derive(Clone, Copy)]
