@@ -8,16 +8,17 @@ use crate::diagnostic::{Diagnostic, Level, Problem};
 use crate::flow::{Program, lower_function};
 use crate::index::{CrateId, CrateInput, EntryScope, Index};
 use crate::project::{Project, TargetKind};
-use crate::rules;
+use crate::rules::{self, Known, RULES};
 use crate::source::{DiskSource, FileSet, ReadSource, SourceMap, Span};
-use crate::syntax::{parse_root, with_large_stack};
+use crate::suppress::{Crate, Suppressions};
+use crate::syntax::{Directives, parse_root, with_large_stack};
 
 /// What a run found out.
 #[derive(Debug, Default)]
 pub struct Report {
     /// Every text that was read.
     pub sources: SourceMap,
-    /// The findings at `warn` or above, sorted by file, place and rule.
+    /// The findings at `warn` or above, suppressed ones included, sorted by file, place and rule.
     pub diagnostics: Vec<Diagnostic>,
     /// Every cycle with its filters and their verdicts, sorted by file and place.
     pub cycles: Vec<Cycle>,
@@ -25,6 +26,13 @@ pub struct Report {
     pub problems: Vec<Problem>,
     /// How many filter types were found.
     pub filter_types: usize,
+}
+
+impl Report {
+    /// The findings that nothing suppresses: those that people see and that decide how a run ends.
+    pub fn shown(&self) -> impl Iterator<Item = &Diagnostic> {
+        self.diagnostics.iter().filter(|finding| finding.suppressed.is_none())
+    }
 }
 
 /// Checks a project whose files lie on the disk.
@@ -106,6 +114,7 @@ fn analyse_all(
     sources: SourceMap,
     is_partial: bool,
 ) -> Result<Report, ConfigError> {
+    let directives = Directives::read(&sources);
     let reported = project.packages.iter().filter(|package| package.is_reported);
     let sections =
         reported.map(|package| config.sections_of(&package.workspace_root, &package.manifest_path).collect());
@@ -113,13 +122,22 @@ fn analyse_all(
     // Without the trait there is no filter, and without a filter there is nothing to count.
     let is_configured = !presets.is_empty()
         || config.sections.iter().any(|section| !section.filters.is_empty() || !section.cycles.is_empty());
-    if !is_configured && !sources.files().any(|(_, file)| file.text.contains("SampledFilter")) {
+    if !is_configured && directives.is_empty() && !sources.files().any(|(_, file)| file.text.contains("SampledFilter"))
+    {
         return Ok(Report { sources, ..Report::default() });
     }
+    // A file of several crates belongs to one that is reported, if there is such a one.
+    let (reported, others): (Vec<_>, Vec<_>) = inputs.iter().partition(|input| input.is_reported);
+    let crates: Vec<Crate<'_>> = [reported, others]
+        .into_iter()
+        .flatten()
+        .map(|input| Crate { package: input.package, target: input.target, items: &input.items })
+        .collect();
+    let suppressions = Suppressions::place(&directives, &sources, &crates);
     let mut index = Index::build(inputs, paths_outside(config, &presets));
     add_entries(project, config, &presets, &mut index, is_partial)?;
     let bodies = Program::infer_all(&index);
-    let program = Program { index: &index, bodies: &bodies, sources: &sources };
+    let program = Program { index: &index, bodies: &bodies, sources: &sources, directives: &directives };
     let graphs: Vec<_> = index.function_ids().map(|id| lower_function(&program, id)).collect();
     let mut analysis = analyse(&program, &graphs);
     let is_shown = |package: usize, target: usize, span: Span| {
@@ -130,13 +148,22 @@ fn analyse_all(
             && project.is_wanted(path)
             && !config.is_excluded(path)
     };
+    let known = Known::new(&suppressions, forbidden(project, config));
+    // A suppression in a file that is reported may hide what is found in one that is not.
+    known.prepare(&mut analysis);
+    let mut hygiene = rules::hygiene(&known);
+    hygiene.retain(|finding| is_shown(finding.package, finding.target, finding.primary.span));
     analysis.cycles.retain(|cycle| is_shown(cycle.package, cycle.target, cycle.head));
     analysis.unregistered.retain(|filter| is_shown(filter.package, filter.target, filter.span));
     analysis.guards.retain(|guard| is_shown(guard.package, guard.target, guard.span));
+    analysis.remarks.retain(|remark| is_shown(remark.package, remark.target, remark.span));
     // A file that belongs to several targets is judged once.
     let mut seen = BTreeSet::new();
     analysis.cycles.retain(|cycle| seen.insert((cycle.head, cycle.function.clone())));
-    let diagnostics = with_levels(project, config, rules::findings(&analysis));
+    let mut findings = rules::findings(&analysis, &known);
+    findings.extend(hygiene);
+    mark_suppressed(&mut analysis.cycles, &findings);
+    let diagnostics = with_levels(project, config, findings);
     let filter_types = index.filter_type_count();
     Ok(Report { diagnostics, cycles: analysis.cycles, filter_types, problems: Vec::new(), sources })
 }
@@ -215,6 +242,34 @@ fn add_section(index: &mut Index, scope: &EntryScope<'_>, section: &Section) -> 
         index.add_guard(scope, entry)?;
     }
     Ok(())
+}
+
+/// The rules that are at `forbid`, by package.
+fn forbidden(project: &Project, config: &Config) -> BTreeSet<(usize, &'static str)> {
+    let pairs = project.packages.iter().enumerate().flat_map(|package| RULES.iter().map(move |rule| (package, rule)));
+    let is_forbidden = |package, rule| rules::level_of(rule, config, package).level == Level::Forbid;
+    pairs.filter(|((_, package), rule)| is_forbidden(package, rule)).map(|((at, _), rule)| (at, rule.name)).collect()
+}
+
+/// Marks the pairs on which something was found that is suppressed, and nothing that is not.
+fn mark_suppressed(cycles: &mut [Cycle], findings: &[Diagnostic]) {
+    let mut by_cycle: BTreeMap<Span, Vec<&Diagnostic>> = BTreeMap::new();
+    for finding in findings {
+        if let Some(head) = finding.facts.cycle {
+            by_cycle.entry(head).or_default().push(finding);
+        }
+    }
+    for cycle in cycles {
+        let found = by_cycle.get(&cycle.head).map_or(&[][..], Vec::as_slice);
+        for pair in &mut cycle.filters {
+            let is_about = |finding: &&&Diagnostic| {
+                finding.facts.filters.contains(&pair.name) && pair.rules.contains(&finding.rule)
+            };
+            let reasons: Option<Vec<&String>> =
+                found.iter().filter(is_about).map(|finding| finding.suppressed.as_ref()).collect();
+            pair.suppressed = reasons.and_then(|reasons| reasons.first().map(|reason| (*reason).clone()));
+        }
+    }
 }
 
 /// The findings at `warn` or above, sorted.

@@ -14,6 +14,7 @@ mod messages;
 mod presets;
 mod robustness;
 mod schema;
+mod suppressions;
 mod tidy;
 mod time_domain;
 mod workspaces;

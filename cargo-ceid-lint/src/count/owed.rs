@@ -11,9 +11,10 @@ use super::search::{Region, Search};
 use super::summary::place_of;
 use super::verdict::{Pair, Verdict};
 use crate::config::Multiplicity;
-use crate::flow::{Caller, ControlFlowGraph, Directive, Effect, LoopId, NodeId, Place, Rounds, Var};
+use crate::flow::{Caller, ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Var};
 use crate::index::Ty;
 use crate::source::Span;
+use crate::syntax::CycleDirective;
 use crate::syntax::tree::Receiver;
 
 impl Context<'_> {
@@ -176,7 +177,7 @@ impl Context<'_> {
         }
         // Its scope holds a loop that never ends.
         let endless = (0u32..).map(LoopId).zip(&graph.loops).find(|(id, own)| {
-            own.is_endless() && own.directive != Some(Directive::NotACycle) && scope(CycleId::Loop(*id))
+            own.is_endless() && own.directive != Some(CycleDirective::NotACycle) && scope(CycleId::Loop(*id))
         });
         let is_local_filter = leaf.steps.is_empty();
         match endless {
@@ -271,7 +272,9 @@ impl Context<'_> {
             }
             let around = graph.loops_around(id).find(|id| {
                 let info = graph.loop_info(*id);
-                info.rounds == Rounds::Unbounded && !info.is_foreign && info.directive != Some(Directive::NotACycle)
+                info.rounds == Rounds::Unbounded
+                    && !info.is_foreign
+                    && info.directive != Some(CycleDirective::NotACycle)
             });
             if around.is_some() {
                 return around;

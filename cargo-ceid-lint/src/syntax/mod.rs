@@ -1,10 +1,12 @@
 //! Parsed files: the module tree of a crate as our own [`tree`], `cfg` in three values, macros read as code. Never fails:
-//! what cannot be read or parsed becomes a [`Problem`], and the rest goes on.
+//! what cannot be read or parsed becomes a [`Problem`], and the rest goes on. Comments that are [`Directives`] are read beside.
 
 pub mod tree;
 
 mod cfg_eval;
 mod depth;
+mod directives;
+mod lex;
 mod lower;
 mod macros;
 mod modules;
@@ -22,6 +24,7 @@ use crate::diagnostic::Problem;
 use crate::project::CfgValues;
 use crate::source::{FileSet, MemorySource, SourceMap};
 pub use depth::{Excess, MAX_LINKS, MAX_NESTING, TooDeep, check_depth};
+pub use directives::{CycleDirective, Directive, DirectiveKind, Directives, NearMiss, Site, Suppression};
 use modules::Loader;
 pub use stack::with_large_stack;
 use tree::{Attribute, Item};

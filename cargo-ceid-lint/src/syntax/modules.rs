@@ -257,7 +257,7 @@ impl<'a> Loader<'a> {
 }
 
 /// Where the code begins: behind the byte order mark and the `#!` line, as rustc strips them.
-fn code_start(text: &str) -> usize {
+pub(super) fn code_start(text: &str) -> usize {
     let start = if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
     let code = &text[start..];
     let Some(rest) = code.strip_prefix("#!") else { return start };
