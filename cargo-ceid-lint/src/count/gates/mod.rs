@@ -37,6 +37,10 @@ pub(super) struct Gates<'s, 'a> {
     step: OnceCell<Sources>,
     time_base: OnceCell<TimeBase>,
     modes: RefCell<BTreeMap<SubjectId, bool>>,
+    inside: OnceCell<Vec<NodeId>>,
+    reach: OnceCell<Vec<bool>>,
+    /// The time gates of the region: the nodes that ask, and what they ask is computed from.
+    time_gates: OnceCell<Vec<(NodeId, Sources)>>,
     /// Whether the region is a function that a cycle calls, not one that is a cycle.
     is_helper: bool,
 }
@@ -61,8 +65,19 @@ const MAX_ORIGINS: u32 = 4;
 impl<'s, 'a> Gates<'s, 'a> {
     pub(super) fn new(search: &'s Search<'a>, region: Region) -> Self {
         let assignments = Assignments::new(search.graph);
-        let (fed, step, time_base) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
-        Self { search, region, assignments, fed, step, time_base, modes: RefCell::default(), is_helper: false }
+        Self {
+            search,
+            region,
+            assignments,
+            fed: OnceCell::new(),
+            step: OnceCell::new(),
+            time_base: OnceCell::new(),
+            modes: RefCell::default(),
+            inside: OnceCell::new(),
+            reach: OnceCell::new(),
+            time_gates: OnceCell::new(),
+            is_helper: false,
+        }
     }
 
     /// The same for a function that a cycle calls.
@@ -198,8 +213,18 @@ impl<'s, 'a> Gates<'s, 'a> {
 
     /// The nodes of the region.
     fn nodes(&self) -> impl Iterator<Item = NodeId> + '_ {
-        let graph = self.search.graph;
-        graph.node_ids().filter(move |id| self.is_inside(*id))
+        let inside = || self.search.graph.node_ids().filter(|id| self.is_inside(*id)).collect();
+        self.inside.get_or_init(inside).iter().copied()
+    }
+
+    /// The nodes of the region that assign to a place.
+    fn assigning<'b>(&'b self, place: &'b Place) -> impl Iterator<Item = NodeId> + 'b {
+        self.assignments.of(place).iter().copied().filter(|id| self.is_inside(*id) && self.assigns(*id, place))
+    }
+
+    /// From which nodes an update can still be reached in the iteration.
+    fn reach(&self) -> &[bool] {
+        self.reach.get_or_init(|| self.search.reach(self.region))
     }
 
     fn is_inside(&self, id: NodeId) -> bool {
