@@ -55,6 +55,11 @@ fn modules_by_path_and_by_feature() {
 }
 
 #[test]
+fn handlers_and_tasks_of_firmware() {
+    check("interrupts");
+}
+
+#[test]
 fn every_workspace_that_expects_something_is_tested() {
     let tests = include_str!("workspaces.rs");
     for entry in std::fs::read_dir(root().join("fixtures/workspaces")).expect("the workspaces are committed") {

@@ -57,13 +57,8 @@ impl Aliases {
                     }
                 }
                 Effect::Call(site) => {
-                    for target in &site.targets {
-                        for borrow in summaries.returns(*target) {
-                            if let Some(place) = site.args.get(borrow.param).and_then(|arg| arg.place.as_ref()) {
-                                let from = place.join(&borrow.steps);
-                                aliases.add(graph, site.result, &borrow.part, &from, false, node.in_loop);
-                            }
-                        }
+                    for (part, from) in summaries.borrows(site) {
+                        aliases.add(graph, site.result, part, &from, false, node.in_loop);
                     }
                 }
                 _ => {}

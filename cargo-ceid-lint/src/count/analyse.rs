@@ -188,13 +188,15 @@ fn is_instance(index: &Index, graph: &ControlFlowGraph, place: &Place, is_state:
     if !is_state && place_ty(index, graph, place).is_none_or(|ty| index.filter_spec(&ty).is_none()) {
         return false;
     }
-    // What a map holds is never judged.
+    // What a map holds is never judged, nor what only some of the types behind a trait have.
     let mut at = Place { base: place.base, steps: Vec::new() };
     for step in &place.steps {
-        if matches!(step, Projection::Index(_))
-            && place_ty(index, graph, &at)
-                .is_some_and(|ty| ty.external_name().is_some_and(|name| name.ends_with("Map")))
-        {
+        let is_in_some = match (step, place_ty(index, graph, &at)) {
+            (Projection::Index(_), Some(ty)) => ty.external_name().is_some_and(|name| name.ends_with("Map")),
+            (Projection::Field(_), Some(ty)) => matches!(ty, Ty::Opaque(_) | Ty::Param(_)),
+            _ => false,
+        };
+        if is_in_some {
             return false;
         }
         at = at.join(std::slice::from_ref(step));
@@ -265,7 +267,7 @@ pub(super) fn field_key(index: &Index, graph: &ControlFlowGraph, place: &Place) 
     let Projection::Field(name) = &place.steps[at] else { return None };
     let owner = Place { base: place.base, steps: place.steps[..at].to_vec() };
     match place_ty(index, graph, &owner)? {
-        Ty::Adt(id, _) => Some((id, name.to_string())),
+        Ty::Adt(id, _) => Some((index.declares_fields(id), name.to_string())),
         _ => None,
     }
 }

@@ -6,7 +6,7 @@ use super::search::{End, EndKind, Exploration, Region, Search};
 use super::summary::returned;
 use super::verdict::{Gate, Verdict};
 use crate::diagnostic::WitnessStep;
-use crate::flow::{Cause, Effect, IndexKey, Mark, NodeId};
+use crate::flow::{Cause, Effect, IndexKey, Mark, NodeId, Place};
 use crate::source::Span;
 
 /// What was decided for a pair.
@@ -66,6 +66,11 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
     if let Some(end) = ends.iter().find(|end| end.state.unknown.is_some()) {
         let cause = end.state.unknown.map(|cause| exploration.causes[cause as usize].clone());
         return Decision { verdict: Verdict::Unproved, cause, ..base };
+    }
+    // A clone of the handle is somewhere else, and may be used from there at any time.
+    let is_kept = |place: &Place| search.aliases.roots(place).iter().any(|root| root.overlaps(search.instance));
+    if let Some((_, cause)) = search.graph.kept.iter().find(|(place, _)| is_kept(place)) {
+        return Decision { verdict: Verdict::Unproved, cause: Some(cause.clone()), ..base };
     }
     // The updates that are there are another element's, or dead.
     let is_untouched = ends.iter().all(|end| end.state.count == Count::Zero && !end.state.reset);

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::flow::{Base, ControlFlowGraph, IndexKey, Place, Projection};
-use crate::index::{Index, Shape, Ty};
+use crate::index::{Index, SHARED_RESOURCE, Shape, Ty};
 use crate::types::is_transparent;
 
 /// The type of a place; `None` if some step of it cannot be followed.
@@ -60,6 +60,21 @@ pub(super) fn inner(ty: &Ty) -> Ty {
             _ => return ty.clone(),
         }
     }
+}
+
+/// Whether a place lies behind a reference or handle in a field, so that moving its owner does not move it.
+pub(super) fn is_lent(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
+    place.steps.iter().enumerate().any(|(at, step)| {
+        let owner = Place { base: place.base, steps: place.steps[..at].to_vec() };
+        match (step, place_ty(index, graph, &owner)) {
+            (Projection::Field(name), Some(owner @ Ty::Adt(..))) => match index.field_ty(&owner, None, name) {
+                Some(Ty::Ref(..)) => true,
+                Some(Ty::External(path, _)) => path == SHARED_RESOURCE,
+                _ => false,
+            },
+            _ => false,
+        }
+    })
 }
 
 /// A filter that lies in a value of some type.
@@ -131,6 +146,8 @@ fn collect(
         return;
     }
     match ty {
+        // Nothing is updated through a shared reference.
+        Ty::Ref(false, _) if !steps.is_empty() => {}
         Ty::Ref(_, inner) => collect(index, inner, steps, uncertain, length, depth, found),
         Ty::Adt(id, _) => {
             let def = index.type_def(*id);
@@ -173,7 +190,10 @@ fn collect(
                 // A vector may be empty.
                 collect(index, first, steps, true, None, depth + 1, found);
                 steps.pop();
-            } else if matches!(name, "Box" | "Pin" | "MutexGuard" | "RefMut") {
+            } else if matches!(
+                name,
+                "Box" | "Pin" | "MutexGuard" | "RefMut" | "SharedResource" | "Mutex" | "RwLock" | "RefCell" | "Cell"
+            ) {
                 collect(index, first, steps, uncertain, None, depth + 1, found);
             } else if is_transparent(name) {
                 collect(index, first, steps, true, None, depth + 1, found);

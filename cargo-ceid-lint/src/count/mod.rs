@@ -13,6 +13,7 @@ mod guards;
 mod instances;
 mod owed;
 mod remarks;
+mod returned;
 mod search;
 mod slice;
 mod summary;

@@ -225,11 +225,10 @@ impl Context<'_> {
         let head = match id {
             CycleId::Loop(id) => {
                 let info = graph.loop_info(id);
-                if info.caller == Caller::Unseen {
-                    return;
+                match info.cycle_head() {
+                    Some((head, _)) if info.caller != Caller::Unseen => head,
+                    _ => return,
                 }
-                let Some((head, _)) = info.cycle_head() else { return };
-                head
             }
             CycleId::Function => self.program.index.function(graph.function).function.keyword,
         };
@@ -307,6 +306,7 @@ impl Context<'_> {
     /// What the function does with an instance that it never updates.
     fn uses(&self, facts: &FunctionFacts<'_>, place: &Place) -> Uses {
         let mut uses = Uses::default();
+        let is_lent = instances::is_lent(self.program.index, facts.graph, place);
         let holds = |other: &Place| facts.aliases.roots(other).iter().any(|root| root.overlaps(place));
         for node in &facts.graph.nodes {
             match &node.effect {
@@ -318,6 +318,7 @@ impl Context<'_> {
                 }
                 Effect::Set(set) => {
                     uses.leaves |= set.by_move
+                        && !is_lent
                         && set.from.as_ref().is_some_and(|from| {
                             facts.aliases.roots(from).iter().any(|root| {
                                 root.base == place.base && root.steps.len() <= place.steps.len() && root.overlaps(place)
@@ -334,7 +335,7 @@ impl Context<'_> {
                         if !holds(own) {
                             continue;
                         }
-                        if self.takes_by_value(site, number) {
+                        if !is_lent && self.takes_by_value(site, number) {
                             uses.leaves = true;
                         } else if arg.is_shared || self.reads_only(site, number) {
                             uses.read = true;

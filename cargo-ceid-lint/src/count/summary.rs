@@ -6,6 +6,7 @@ use std::rc::Rc;
 use super::aliases::Aliases;
 use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
+pub(super) use super::returned;
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
 use super::verdict::Gate;
@@ -48,18 +49,7 @@ pub(super) struct Outcome {
     /// Whether an update failed and left the filter as it was.
     pub(super) attempted: bool,
     /// What the way does not update for, if that is something of the caller's.
-    pub(super) asks: Option<Asks>,
-}
-
-/// A state of the caller's that a function asks for before it updates.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Asks {
-    /// What the condition reads.
-    pub(super) reads: Vec<Given>,
-    /// The place whose value it is, if it is one.
-    pub(super) whole: Option<Given>,
-    /// The heads with which the function may update.
-    pub(super) updating: Vec<crate::flow::Head>,
+    pub(super) asks: Option<super::gates::Asks>,
 }
 
 impl Outcome {
@@ -75,27 +65,6 @@ impl Outcome {
             gate: None,
             attempted: false,
             asks: None,
-        }
-    }
-}
-
-/// Bits of [`Outcome::returned`].
-pub(super) mod returned {
-    pub(in crate::count) const PRESENT: u8 = 1;
-    pub(in crate::count) const ABSENT: u8 = 2;
-    pub(in crate::count) const TRUE: u8 = 4;
-    pub(in crate::count) const FALSE: u8 = 8;
-    pub(in crate::count) const OTHER: u8 = 16;
-    pub(in crate::count) const ANY: u8 = 31;
-
-    /// The bit of a head.
-    pub(in crate::count) fn bit(head: &str) -> u8 {
-        match head {
-            "+" => PRESENT,
-            "-" => ABSENT,
-            "true" => TRUE,
-            "false" => FALSE,
-            _ => OTHER,
         }
     }
 }
@@ -159,6 +128,8 @@ impl Summary {
 #[derive(Debug, Default)]
 pub(super) struct Summaries {
     of: HashMap<FunctionId, Summary>,
+    /// The function that calls itself and is summarised at the moment.
+    open: Option<FunctionId>,
     /// How many states the searches of the functions at hand have had.
     states: std::cell::Cell<usize>,
 }
@@ -179,14 +150,31 @@ impl Summaries {
         self.of.get(&id)
     }
 
-    pub(super) fn returns(&self, id: FunctionId) -> impl Iterator<Item = &Borrow> {
-        self.of.get(&id).into_iter().flat_map(|summary| &summary.returns)
+    /// Whether nothing comes back from a call yet: a recursion begins with the ways that do not recur.
+    pub(super) fn is_open(&self, id: FunctionId) -> bool {
+        self.open == Some(id) && !self.of.contains_key(&id)
+    }
+
+    /// What the result of a call may borrow: the steps into the result, and the place.
+    pub(super) fn borrows<'a>(&'a self, site: &'a CallSite) -> impl Iterator<Item = (&'a [Projection], Place)> + 'a {
+        let returns = site.targets.iter().filter_map(|target| self.of.get(target)).flat_map(|summary| &summary.returns);
+        // What lies inside a receiver whose type is not known has no name here.
+        returns.filter(|borrow| !site.is_dispatched || borrow.param > 0 || borrow.steps.is_empty()).filter_map(
+            |borrow| {
+                let place = site.args.get(borrow.param)?.place.as_ref()?;
+                Some((borrow.part.as_slice(), place.join(&borrow.steps)))
+            },
+        )
     }
 
     /// Computes the summaries of all functions, callees first.
     pub(super) fn compute(program: &Program<'_>, graphs: &[Option<ControlFlowGraph>]) -> Self {
         let mut summaries = Self::default();
         for component in super::callgraph::components(graphs) {
+            summaries.open = match component.as_slice() {
+                [only] => Some(*only),
+                _ => None,
+            };
             summaries.states.set(0);
             for round in 0..MAX_ROUNDS {
                 let mut changed = false;
@@ -261,6 +249,10 @@ impl Summaries {
             }
         }
         summary.uses.retain(|given| holds_filter_at(program, graph, &instance_of(graph, given)));
+        if summary.returns.len() > MAX_PLACES {
+            let whole = |borrow: &Borrow| Borrow { part: Vec::new(), param: borrow.param, steps: Vec::new() };
+            summary.returns = summary.returns.iter().map(whole).collect();
+        }
         bound(&mut summary.uses);
         bound(&mut summary.writes);
         for update in debug_only::updates(graph, &aliases, self) {
@@ -472,7 +464,8 @@ pub(super) fn instance_of(graph: &ControlFlowGraph, given: &Given) -> Place {
 pub(super) fn place_of(given: &Given, site: &CallSite) -> Option<Place> {
     // A law that hands on to another one of the same filter is one update, and what lies inside a filter whose type is not known
     // has no name here.
-    if site.law_of.is_some_and(|of| given.is_inside(of) && (given.steps.is_empty() || site.is_dispatched)) {
+    let is_first = given.is_inside(site.law_of.unwrap_or(0));
+    if is_first && (site.is_dispatched && !given.steps.is_empty() || site.law_of.is_some() && given.steps.is_empty()) {
         return None;
     }
     let steps: Vec<Projection> = given

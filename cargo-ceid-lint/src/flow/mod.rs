@@ -66,6 +66,8 @@ pub struct ControlFlowGraph {
     pub waits: Vec<Wait>,
     /// The constant steps with which filters are made: the variable that holds the new filter, and its step.
     pub steps: std::collections::BTreeMap<Var, Step>,
+    /// Handles whose clones share one value (`Rc`, `Arc`), given to something unseen that may keep them.
+    pub kept: Vec<(Place, Cause)>,
     /// Set if the function was too large or too deep to be followed to its end.
     pub truncated: Option<Cause>,
 }
@@ -258,7 +260,7 @@ pub struct CallSite {
     /// Set if it is a filter's own law: the number of the argument that is the filter. Only what lies inside the filter is
     /// looked at.
     pub law_of: Option<usize>,
-    /// Whether which body runs is decided by a type parameter or a trait object.
+    /// Whether a type parameter or a trait object decides which of many bodies runs.
     pub is_dispatched: bool,
     /// The variables that its arguments read, `self` left out.
     pub fed: Vec<Var>,

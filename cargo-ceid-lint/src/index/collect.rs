@@ -1,5 +1,6 @@
 //! From the trees of all crates to flat tables. Resolves nothing.
 
+use std::collections::hash_map::Entry::{Occupied, Vacant};
 use std::collections::{BTreeMap, HashMap};
 
 use super::{
@@ -75,7 +76,17 @@ impl Collector {
 
     fn define(&mut self, module: ModuleId, namespace: Namespace, name: &str, entry: Entry) {
         // The first definition wins: a second one is there under another `cfg` only.
-        self.index.modules[module.0 as usize].names.entry((namespace, name.to_owned())).or_insert(entry);
+        let names = &mut self.index.modules[module.0 as usize].names;
+        match names.entry((namespace, name.to_owned())) {
+            Occupied(known) if matches!((known.get(), &entry), (Entry::Import(_), Entry::Def(_))) => {
+                // An import of the same name is one of another namespace: `use rtic::app;` beside `mod app`.
+                *known.into_mut() = entry;
+            }
+            Occupied(_) => {}
+            Vacant(free) => {
+                free.insert(entry);
+            }
+        }
     }
 
     fn collect_items(&mut self, module: ModuleId, items: Vec<Item>) {
@@ -92,6 +103,11 @@ impl Collector {
                 let is_test = parent.is_test || is_test_only(&attributes);
                 let id = self.add_module(parent.krate, Some(module), name.clone(), false, is_test);
                 self.define(module, Namespace::Type, &name, Entry::Def(Def::Module(id)));
+                if super::rtic::is_app(&attributes) {
+                    for task in super::rtic::contexts(&items) {
+                        self.collect_context(id, task);
+                    }
+                }
                 self.collect_items(id, items);
             }
             ItemKind::Use(names) => self.collect_use(module, names),
@@ -173,6 +189,16 @@ impl Collector {
             }
             ItemKind::MacroRules { .. } => {}
             ItemKind::MacroCall(call) => self.index.opaque_items.push((module, call)),
+        }
+    }
+
+    /// The module of a task: its names are those of the application, too.
+    fn collect_context(&mut self, app: ModuleId, task: Item) {
+        let parent = self.index.module(app);
+        let id = self.add_module(parent.krate, Some(app), task.name.clone(), true, parent.is_test);
+        self.define(app, Namespace::Type, &task.name, Entry::Def(Def::Module(id)));
+        if let ItemKind::Mod(items) = task.kind {
+            self.collect_items(id, items);
         }
     }
 

@@ -5,6 +5,7 @@ mod filters;
 mod known;
 mod lookup;
 mod names;
+mod rtic;
 mod ty;
 
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -18,6 +19,7 @@ pub use filters::{FilterSpec, LawGroup};
 pub use known::{is_guard_type, is_sampled_filter_path};
 pub use lookup::MethodOwner;
 pub use names::Namespace;
+pub use rtic::SHARED_RESOURCE;
 pub use ty::{Length, ParamTy, TraitName, TraitRef, Ty, TyScope};
 
 macro_rules! ids {
@@ -77,11 +79,14 @@ pub struct Index {
     impls_of_any: Vec<ImplId>,
     impls_of_trait: HashMap<TraitId, Vec<ImplId>>,
     /// What paths mean, as far as it was asked.
-    resolved: std::sync::RwLock<HashMap<(ModuleId, Namespace, Vec<String>), Option<Def>>>,
+    resolved: std::sync::RwLock<Resolved>,
     specs: Vec<FilterSpec>,
     /// The types that are filters or have one among their fields, at any depth.
     holding: HashSet<TypeId>,
 }
+
+/// What paths mean in modules.
+type Resolved = HashMap<(ModuleId, Namespace, Vec<String>), Option<Def>>;
 
 /// Whose body it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -352,6 +357,18 @@ impl Index {
     /// All functions with their ids.
     pub fn function_ids(&self) -> impl Iterator<Item = FunctionId> + use<> {
         (0..u32::try_from(self.functions.len()).unwrap_or(u32::MAX)).map(FunctionId)
+    }
+
+    /// The type that declares the fields of a type: itself, or the struct of resources that an RTIC task has some of.
+    #[must_use]
+    pub fn declares_fields(&self, id: TypeId) -> TypeId {
+        let def = self.type_def(id);
+        let declared = rtic::declared_in(&def.attributes)
+            .and_then(|name| self.resolve(def.module, &[name.to_owned()], Namespace::Type));
+        match declared {
+            Some(Def::Type(declared)) => declared,
+            _ => id,
+        }
     }
 
     /// The function as a reader names it: `main`, `Robot::run`.

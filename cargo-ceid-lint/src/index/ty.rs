@@ -336,7 +336,9 @@ impl Index {
         }
         if let Some(self_ty) = &path.self_ty {
             let base = self.lower_at(self_ty, scope, depth + 1);
-            return self.project(&base, path.last());
+            let of = Path { segments: path.segments[..path.trait_segments].to_vec(), ..Path::default() };
+            let of = if of.segments.is_empty() { None } else { self.trait_name(scope.module, &of) };
+            return self.project_at(&base, of.as_ref(), path.last(), depth + 1);
         }
         let [first, rest @ ..] = path.segments.as_slice() else { return Ty::Unknown };
         if !path.global {
@@ -416,7 +418,7 @@ impl Index {
     }
 
     fn project_in(&self, base: &Ty, name: &str, scope: &TyScope<'_>, depth: u32) -> Ty {
-        let found = self.project(base, name);
+        let found = self.project_at(base, None, name, depth + 1);
         if found != Ty::Unknown {
             return found;
         }
@@ -432,15 +434,26 @@ impl Index {
     /// An associated type of a type: what an impl says, or the bounds that the trait asks for.
     #[must_use]
     pub fn project(&self, base: &Ty, name: &str) -> Ty {
+        self.project_at(base, None, name, 0)
+    }
+
+    /// The same, of one trait if the path names it. An impl may name the type that is asked for.
+    fn project_at(&self, base: &Ty, of: Option<&TraitName>, name: &str, depth: u32) -> Ty {
+        if depth > MAX_DEPTH {
+            return Ty::Unknown;
+        }
         let bounds = match base {
             Ty::Param(param) => &param.bounds,
             Ty::Opaque(bounds) => &**bounds,
             _ => {
                 for id in self.impls_of(base) {
                     let def = self.impl_def(id);
+                    if of.is_some() && def.implements.as_ref() != of {
+                        continue;
+                    }
                     if let Some(ty) = def.types.get(name) {
                         let scope = self.scope(def.module, Owner::Impl(id), None);
-                        return self.lower(ty, &scope).substitute(&self.impl_args(id, base));
+                        return self.lower_at(ty, &scope, depth + 1).substitute(&self.impl_args(id, base));
                     }
                 }
                 return Ty::Unknown;

@@ -30,6 +30,7 @@ pub fn is_pointer(name: &str) -> bool {
             | "Lazy"
             | "LazyCell"
             | "CachePadded"
+            | "SharedResource"
     )
 }
 
@@ -39,6 +40,18 @@ pub fn is_transparent(name: &str) -> bool {
     is_pointer(name)
         || is_cell(name)
         || matches!(name, "Option" | "Result" | "MaybeUninit" | "Poll" | "OnceCell" | "OnceLock" | "StaticCell")
+}
+
+/// Whether a type is a cell or lock, behind references and handles: a shared reference to it is enough to write what it holds.
+#[must_use]
+pub fn is_lock(ty: &Ty) -> bool {
+    match ty.peel() {
+        Ty::External(path, args) => {
+            let name = path.rsplit("::").next().unwrap_or("");
+            is_cell(name) || (is_pointer(name) && args.first().is_some_and(is_lock))
+        }
+        _ => false,
+    }
 }
 
 /// Cells and locks.
@@ -60,6 +73,7 @@ pub(super) fn is_cell(name: &str) -> bool {
             | "AtomicRefCell"
             | "Locked"
             | "SyncUnsafeCell"
+            | "SharedResource"
     )
 }
 
@@ -142,6 +156,8 @@ pub(super) fn item_of(ty: &Ty, by_ref: bool) -> Option<Ty> {
 pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&Ty>) -> Option<Ty> {
     match receiver {
         Ty::Array(inner, _) | Ty::Slice(inner) => sequence_method(inner, method, closure),
+        // Several resources are locked at once.
+        Ty::Tuple(_) if method == "lock" => closure.cloned(),
         Ty::External(path, params) if path.starts_with("ceid_core::") => {
             ceid_method(path, params, receiver, method, args)
         }
@@ -227,6 +243,13 @@ fn cell_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty> {
         return matches!(method, "lock" | "with" | "lock_mut" | "with_mut" | "borrow" | "write" | "read")
             .then(|| result.clone());
     }
+    // `borrow_ref_mut(cs)` of a mutex opens the cell in it as well.
+    if (method.starts_with("borrow_ref") || matches!(method, "replace" | "take"))
+        && let Ty::External(path, params) = inner
+        && is_cell(path.rsplit("::").next().unwrap_or(""))
+    {
+        return cell_method(&arg(params, 0), method, closure);
+    }
     if opens_cell(method) {
         return Some(Ty::std("std::sync::LockResult", vec![reference(inner.clone())]));
     }
@@ -289,7 +312,7 @@ fn sequence_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty>
         "remove" | "swap_remove" => inner.clone(),
         "chunks_mut" | "chunks" | "chunks_exact_mut" | "chunks_exact" | "windows" => iterator(slice()),
         "split_at_mut" => Ty::Tuple(vec![slice(), slice()]),
-        "split_first_mut" => option(Ty::Tuple(vec![reference(inner.clone()), slice()])),
+        "split_first_mut" | "split_last_mut" => option(Ty::Tuple(vec![reference(inner.clone()), slice()])),
         "as_mut_slice" | "as_slice" | "as_mut" | "as_ref" => slice(),
         "map" | "each_mut" => closure.cloned().unwrap_or(Ty::Unknown),
         "len" | "capacity" => Ty::Int,
@@ -344,6 +367,9 @@ pub(super) fn closure_params(receiver: &Ty, method: &str, args: &[Ty]) -> Vec<Ty
     let Ty::External(path, params) = receiver else {
         return match receiver {
             Ty::Array(inner, _) | Ty::Slice(inner) => vec![(**inner).clone()],
+            Ty::Tuple(parts) if method == "lock" => {
+                parts.iter().flat_map(|part| closure_params(part.peel(), method, args)).collect()
+            }
             _ => Vec::new(),
         };
     };

@@ -345,7 +345,11 @@ impl Infer<'_> {
             "std::mem::replace" | "std::mem::take" => first.peel().clone(),
             "std::array::from_fn" => {
                 let item = self.closure_output(args.first().copied());
-                Ty::Array(Box::new(item), crate::index::Length::default())
+                let length = match expected.map(|ty| self.variables.shallow(ty)) {
+                    Some(Ty::Array(_, length)) => length,
+                    _ => crate::index::Length::default(),
+                };
+                Ty::Array(Box::new(item), length)
             }
             "std::iter::repeat_with" | "std::iter::from_fn" | "std::iter::repeat" => {
                 builtin::iterator(self.closure_output(args.first().copied()))
@@ -381,6 +385,9 @@ impl Infer<'_> {
         };
         self.typed.callees.insert(id, Callee::External(format!("{path}::{name}")));
         let last = path.rsplit("::").next().unwrap_or("");
+        if name == "clone" {
+            return given.first().map_or(Ty::Unknown, |first| first.peel().clone());
+        }
         let makes_itself =
             matches!(name, "new" | "default" | "pin" | "const_new" | "init" | "create" | "builder" | "now")
                 || name.starts_with("new_")

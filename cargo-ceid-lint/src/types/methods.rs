@@ -64,6 +64,10 @@ impl Infer<'_> {
                         None => break,
                     }
                 }
+                Ty::Tuple(_) if method == "lock" => match self.builtin_call(id, &ty, method, args) {
+                    Some(output) => return output,
+                    None => break,
+                },
                 _ => break,
             }
         }

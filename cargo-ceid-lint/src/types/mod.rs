@@ -18,7 +18,7 @@ use crate::index::{BodyOwner, Def, FunctionId, Index, MethodOwner, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, PatId};
 
-pub use builtin::{is_pointer, is_transparent};
+pub use builtin::{is_lock, is_pointer, is_transparent};
 
 /// A variable of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -13,6 +13,7 @@ mod time;
 use std::cell::{OnceCell, RefCell};
 use std::collections::BTreeMap;
 
+pub(super) use helper::Asks;
 pub(super) use sample::fed_params;
 use sources::{Assignments, Sources};
 
@@ -149,7 +150,10 @@ impl<'s, 'a> Gates<'s, 'a> {
         if about.is_remainder && self.remainder_counts(test) {
             return Some(Gate::Rate);
         }
-        if about.is_presence && self.is_presence_of_filter(test) || self.asks_only_filter(test) {
+        // A lock that is not waited for fails while another holds it: that is no setting.
+        let is_tried = about.names.iter().any(|name| name.starts_with("try_"));
+        let is_there = about.is_presence && !is_tried && self.is_presence_of_filter(test);
+        if is_there || self.asks_only_filter(test) {
             return Some(Gate::Config);
         }
         if self.is_latch(test, at) || self.is_first(test) {
@@ -208,7 +212,9 @@ impl<'s, 'a> Gates<'s, 'a> {
     /// An inner loop that may have no round: over samples that are there or not.
     fn of_loop(&self, id: LoopId) -> Option<Gate> {
         let info = self.search.graph.loop_info(id);
-        (info.drains || self.feeds_any(&info.bound)).then_some(Gate::Sample)
+        // A helper's own loop over samples has no round where there is no sample.
+        let is_own = self.search.sample_loops.contains(&id);
+        (info.drains || is_own || self.feeds_any(&info.bound)).then_some(Gate::Sample)
     }
 
     /// The nodes of the region.

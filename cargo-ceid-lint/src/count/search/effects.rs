@@ -3,61 +3,46 @@
 use super::State;
 use super::run::Run;
 use crate::count::counts::Count;
-use crate::count::summary::{Outcome, place_of, returned};
+use crate::count::summary::{Outcome, returned};
 use crate::flow::{Assignment, CallSite, Cause, OTHER_HEADS, Place, Relation, Var};
 
 impl Run<'_, '_> {
     pub(super) fn call(&mut self, at: usize, state: &State, site: &CallSite) {
         let search = self.search;
+        let called = search.called(site);
         let mut masks = state.masks;
-        for target in &site.targets {
-            let Some(summary) = search.summaries.get(*target) else { continue };
-            for given in &summary.writes {
-                if let Some(place) = place_of(given, site) {
-                    masks = self.killed(masks, &place);
-                }
-            }
+        for place in &called.writes {
+            masks = self.killed(masks, place);
         }
         masks = self.killed(masks, &Place::var(site.result));
         let state = State { masks, ..state.clone() };
         let mut after: Vec<State> = Vec::new();
-        for target in &site.targets {
-            let Some(summary) = search.summaries.get(*target) else {
-                after.push(state.clone());
-                continue;
-            };
+        for effect in &called.effects {
             let mut states = vec![(state.clone(), returned::ANY)];
             let mut applied = false;
-            for (given, outcomes) in summary.outcomes(search.law) {
-                let Some(place) = place_of(given, site) else { continue };
-                let relations = self.relations_to_each(&state, &place);
+            for (place, outcomes) in &effect.outcomes {
+                let relations = self.relations_to_each(&state, place);
                 let exact =
                     relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if rest.is_empty()));
                 let owner =
                     relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if !rest.is_empty()));
-                let doubt = relations.iter().find_map(|relation| match relation {
-                    Relation::MayHold(text, rest) if rest.is_empty() => Some(text.clone()),
-                    _ => None,
-                });
                 if exact {
                     applied = true;
                     states = self.apply(&states, outcomes);
                 } else if owner {
                     states = self.apply_to_owner(&states, outcomes);
-                } else if let Some(text) = doubt
-                    && outcomes.iter().any(|outcome| outcome.count != Count::Zero)
-                    && !self.is_other_round(&state, &place)
+                } else if outcomes.iter().any(|outcome| outcome.count != Count::Zero)
+                    && let Some(cause) = self.doubt(&state, place, &relations)
                 {
-                    let cause = Cause::Index(self.spell(&place, &text));
                     let cause = self.cause(&cause);
                     for (state, _) in &mut states {
                         state.unknown = Some(cause);
                     }
                 }
             }
-            if !applied && summary.heads != 0 {
+            if !applied && effect.heads != 0 {
                 for (_, heads) in &mut states {
-                    *heads &= summary.heads;
+                    *heads &= effect.heads;
                 }
             }
             for (next, heads) in states {
@@ -70,10 +55,10 @@ impl Run<'_, '_> {
         }
         for next in after {
             let names = self.names.get(next.names).clone();
-            for names in search.borrowed(&names, site) {
-                let names = self.names.intern(names);
-                self.everywhere(at, &State { names, ..next.clone() });
-            }
+            let (names, is_doubtful) = search.borrowed(&names, site);
+            let names = self.names.intern(names);
+            let unknown = if is_doubtful { Some(self.cause(&Cause::Index(site.text.clone()))) } else { next.unknown };
+            self.everywhere(at, &State { names, unknown, ..next });
         }
     }
 

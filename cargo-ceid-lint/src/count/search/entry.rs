@@ -3,7 +3,7 @@
 use super::run::Run;
 use super::{Entry, MAX_STATES, Region, Search, State};
 use crate::count::counts::Count;
-use crate::flow::{Base, Effect, LoopId, NodeId, Place};
+use crate::flow::{Base, Cause, Effect, LoopId, NodeId, Place};
 use std::collections::BTreeSet;
 
 impl Search<'_> {
@@ -49,15 +49,14 @@ impl Search<'_> {
         let head = self.graph.loop_info(id).head;
         let starts = self.declarations();
         let mut found = Vec::new();
-        let mut seen_names: BTreeSet<Vec<Place>> = BTreeSet::new();
-        let reaching = self.explore_to(head, &starts);
-        for names in reaching {
-            if seen_names.insert(names.clone()) {
-                found.push(Entry { names });
+        let mut seen: BTreeSet<Reached> = BTreeSet::new();
+        for reached in self.explore_to(head, &starts) {
+            if seen.insert(reached.clone()) {
+                found.push(Entry { names: reached.0, doubt: reached.1 });
             }
         }
         if found.is_empty() {
-            found.push(Entry { names: vec![self.instance.clone()] });
+            found.push(Entry { names: vec![self.instance.clone()], doubt: None });
         }
         found
     }
@@ -80,32 +79,39 @@ impl Search<'_> {
     }
 
     /// The names of the instance at a node, over all ways that lead there; conditions are not told apart.
-    fn explore_to(&self, target: NodeId, starts: &[NodeId]) -> Vec<Vec<Place>> {
-        let mut seen: BTreeSet<(NodeId, Vec<Place>)> = BTreeSet::new();
-        let mut open: Vec<(NodeId, Vec<Place>)> = Vec::new();
+    fn explore_to(&self, target: NodeId, starts: &[NodeId]) -> Vec<Reached> {
+        let mut seen: BTreeSet<(NodeId, Reached)> = BTreeSet::new();
+        let mut open: Vec<(NodeId, Reached)> = Vec::new();
         for start in starts {
-            let names = vec![self.instance.clone()];
+            let reached = (vec![self.instance.clone()], None);
             for next in &self.graph.node(*start).next {
-                open.push((*next, names.clone()));
+                open.push((*next, reached.clone()));
             }
             if *start == target {
-                return vec![names];
+                return vec![reached];
             }
         }
         let mut found = Vec::new();
-        while let Some((node, names)) = open.pop() {
+        while let Some((node, (names, doubt))) = open.pop() {
             if node == target {
-                found.push(names);
+                found.push((names, doubt));
                 continue;
             }
-            if seen.len() > MAX_STATES / 4 || !seen.insert((node, names.clone())) {
+            if seen.len() > MAX_STATES / 4 || !seen.insert((node, (names.clone(), doubt.clone()))) {
                 continue;
             }
             let info = self.graph.node(node);
+            let mut doubt = doubt;
             let all = match &info.effect {
                 Effect::Set(set) => vec![self.renamed(&names, set, &|_| None).0],
                 Effect::Write(write) => vec![self.renamed(&names, write, &|_| None).0],
-                Effect::Call(site) => self.borrowed(&names, site),
+                Effect::Call(site) => {
+                    let (names, is_doubtful) = self.borrowed(&names, site);
+                    if is_doubtful {
+                        doubt = Some(Cause::Index(site.text.clone()));
+                    }
+                    vec![names]
+                }
                 Effect::LoopHead(id) => {
                     let mut all = vec![self.without_items(&names, *id)];
                     if self.covers(*id) {
@@ -117,13 +123,16 @@ impl Search<'_> {
             };
             for names in all {
                 for next in &info.next {
-                    open.push((*next, names.clone()));
+                    open.push((*next, (names.clone(), doubt.clone())));
                 }
             }
         }
         found
     }
 }
+
+/// Names of the instance, and why it may have others.
+type Reached = (Vec<Place>, Option<Cause>);
 
 impl Run<'_, '_> {
     pub(super) fn start(&mut self, node: NodeId, entry: Option<&Entry>) {
@@ -136,6 +145,9 @@ impl Run<'_, '_> {
         let names = entry.map_or_else(|| vec![self.search.instance.clone()], |entry| entry.names.clone());
         let names = self.names.intern(names);
         let rounds = self.rounds.intern(Vec::new());
+        if let Some(cause) = entry.and_then(|entry| entry.doubt.as_ref()) {
+            self.doubt = Some(self.cause(cause));
+        }
         let state = State {
             node,
             count: Count::Zero,
@@ -144,7 +156,7 @@ impl Run<'_, '_> {
             partly_reset: false,
             direct: false,
             attempted: false,
-            unknown: None,
+            unknown: self.doubt,
             skipped_at: None,
             helper_gate: None,
             age,

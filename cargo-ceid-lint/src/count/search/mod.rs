@@ -3,13 +3,15 @@
 //! The ways are those of the control-flow graph, told apart by the count so far, the names that the instance has, and what is
 //! known of the conditions that matter. A breadth-first search makes the first way that is found the shortest witness.
 
+mod called;
 mod effects;
 mod entry;
 mod modes;
 mod names;
 mod run;
 
-use std::collections::BTreeSet;
+use std::cell::RefCell;
+use std::collections::{BTreeSet, HashMap};
 
 use modes::Age;
 pub(super) use modes::Mode;
@@ -21,7 +23,7 @@ use super::counts::Count;
 use super::slice::{self, ControlDependence, tracked};
 use super::summary::{Outcome, Summaries, place_of};
 use super::verdict::Gate;
-use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, LoopId, NodeId, Place, Program, Relation, Rounds};
+use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, LoopId, NodeId, Place, Program, Relation, Rounds, Var};
 
 /// What is searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -120,6 +122,8 @@ pub(super) struct Search<'a> {
     /// Loops that visit each element of the collection that the instance is an element of.
     covering: BTreeSet<LoopId>,
     dependence: std::rc::Rc<ControlDependence>,
+    /// What the calls do that were asked for, by their results.
+    called: RefCell<HashMap<Var, std::rc::Rc<called::Called>>>,
 }
 
 impl<'a> Search<'a> {
@@ -143,6 +147,7 @@ impl<'a> Search<'a> {
             sample_loops: BTreeSet::new(),
             covering,
             dependence,
+            called: RefCell::default(),
         };
         search.sample_loops = search.own_cycles();
         search
@@ -368,6 +373,8 @@ impl<'a> Search<'a> {
 #[derive(Clone, Debug)]
 pub(super) struct Entry {
     pub(super) names: Vec<Place>,
+    /// Why it may have other names, too.
+    pub(super) doubt: Option<Cause>,
 }
 
 /// Ways that differ only in what they give back are one.

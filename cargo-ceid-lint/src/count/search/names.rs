@@ -49,47 +49,40 @@ impl Search<'_> {
         (kept, replaced)
     }
 
-    /// The names after a call that may give back a borrow; one for each part that it may be.
-    pub(super) fn borrowed(&self, names: &[Place], site: &CallSite) -> Vec<Vec<Place>> {
+    /// The names after a call that may give back a borrow, and whether it depends on the callee if the instance is among
+    /// what is borrowed.
+    pub(super) fn borrowed(&self, names: &[Place], site: &CallSite) -> (Vec<Place>, bool) {
         let result = Place::var(site.result);
         let base: Vec<Place> = names.iter().filter(|name| name.base != result.base).cloned().collect();
         // Borrows of one part of the result exclude each other; those of several parts are there together.
-        let mut all = vec![base.clone()];
         let mut parts: Vec<(&[Projection], Vec<Vec<Place>>)> = Vec::new();
-        for target in &site.targets {
-            for borrow in self.summaries.returns(*target) {
-                let Some(place) = site.args.get(borrow.param).and_then(|arg| arg.place.as_ref()) else { continue };
-                let from = place.join(&borrow.steps);
-                let part = result.join(&borrow.part);
-                let gained: Vec<Place> = base
-                    .iter()
-                    .filter_map(|name| match from.relate(name, &|_| None) {
-                        Relation::Holds(rest) => Some(part.join(&rest)),
-                        _ => None,
-                    })
-                    .collect();
-                match parts.iter_mut().find(|(own, _)| *own == borrow.part.as_slice()) {
-                    Some((_, ways)) if ways.contains(&gained) => {}
-                    Some((_, ways)) => ways.push(gained),
-                    None => parts.push((&borrow.part, vec![gained])),
-                }
+        let called = self.called(site);
+        for (part, from) in &called.borrows {
+            let place = result.join(part);
+            let gained: Vec<Place> = base
+                .iter()
+                .filter_map(|name| match from.relate(name, &|_| None) {
+                    Relation::Holds(rest) => Some(place.join(&rest)),
+                    _ => None,
+                })
+                .collect();
+            match parts.iter_mut().find(|(own, _)| own == part) {
+                Some((_, ways)) if ways.contains(&gained) => {}
+                Some((_, ways)) => ways.push(gained),
+                None => parts.push((part, vec![gained])),
             }
         }
+        let mut all = base;
+        let mut is_doubtful = false;
         for (_, ways) in parts {
-            let before = std::mem::take(&mut all);
-            for names in before {
-                for gained in &ways {
-                    let mut names = names.clone();
-                    names.extend(gained.iter().cloned());
-                    names.sort();
-                    names.dedup();
-                    if !all.contains(&names) && all.len() < 16 {
-                        all.push(names);
-                    }
-                }
+            match ways.as_slice() {
+                [gained] => all.extend(gained.iter().cloned()),
+                _ => is_doubtful = true,
             }
         }
-        all
+        all.sort();
+        all.dedup();
+        (all, is_doubtful)
     }
 
     /// The names without those that last for one round of a loop.

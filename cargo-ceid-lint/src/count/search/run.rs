@@ -43,6 +43,8 @@ pub(super) struct Run<'s, 'a> {
     pub(super) exploration: Exploration,
     /// The nodes from which an update can still be reached in the iteration.
     pub(super) reach: Vec<bool>,
+    /// Why the instance may have names that are not known, from before the region on.
+    pub(super) doubt: Option<u16>,
     /// Loops that count as one run of a cycle of their own, however many rounds they have.
     own: BTreeSet<LoopId>,
     pub(super) seen: HashMap<State, usize>,
@@ -75,6 +77,7 @@ impl<'s, 'a> Run<'s, 'a> {
                 dropped: BTreeSet::new(),
             },
             reach,
+            doubt: None,
             own,
             seen: HashMap::new(),
             queue: VecDeque::new(),
@@ -138,7 +141,7 @@ impl<'s, 'a> Run<'s, 'a> {
                     partly_reset: false,
                     direct: false,
                     attempted: false,
-                    unknown: None,
+                    unknown: self.doubt,
                     skipped_at: None,
                     helper_gate: None,
                     ..state
@@ -327,21 +330,26 @@ impl<'s, 'a> Run<'s, 'a> {
             next.direct |= !by_guard;
             return next;
         }
-        let doubt = relations.into_iter().find_map(|relation| match relation {
-            Relation::MayHold(text, rest) if rest.is_empty() => Some(text),
-            _ => None,
-        });
-        if let Some(text) = doubt
-            && !self.is_other_round(state, place)
-        {
-            let cause = Cause::Index(self.spell(place, &text).to_string());
+        if let Some(cause) = self.doubt(state, place, &relations) {
             next.unknown = Some(self.cause(&cause));
         }
         next
     }
 
-    pub(super) fn spell(&self, place: &Place, _text: &str) -> String {
-        self.search.graph.place_name(self.search.program.index, place)
+    /// Why a place may be the instance or not, if that is so.
+    pub(super) fn doubt(&self, state: &State, place: &Place, relations: &[Relation]) -> Option<Cause> {
+        let is_doubt = |relation: &Relation| matches!(relation, Relation::MayHold(_, rest) if rest.is_empty());
+        if relations.iter().any(is_doubt) {
+            let cause = || Cause::Index(self.search.graph.place_name(self.search.program.index, place));
+            return (!self.is_other_round(state, place)).then(cause);
+        }
+        // A name for an element that data decides is no name of the instance, and may be one.
+        let roots = self.search.aliases.shared_roots(place);
+        let root = roots.iter().find(|root| {
+            root.steps.iter().any(|step| matches!(step.key(), Some(IndexKey::Data(_))))
+                && is_doubt(&root.relate(self.search.instance, &|var| self.number(state, var)))
+        })?;
+        Some(Cause::Index(self.search.graph.place_name(self.search.program.index, root)))
     }
 
     /// Whether a place is indexed with the counter of a loop that visits each element: in a round that is not the instance's own

@@ -1,9 +1,7 @@
 //! Methods of the standard library that hand out, test, replace or visit what a wrapper holds.
 
-use std::sync::Arc;
-
 use super::{Builder, Value};
-use crate::flow::{Assignment, Effect, IndexKey, Place, Section};
+use crate::flow::{Assignment, Effect, IndexKey, Place};
 use crate::index::Ty;
 use crate::syntax::tree::ExprId;
 
@@ -77,6 +75,15 @@ impl Builder<'_> {
                 }
                 Value { closure: None, ..value.clone() }
             }
+            // What a `Cell` gives is a copy that is put back with `set`.
+            "get" if args.is_empty() && self.is_cell(receiver) => {
+                Value { is_owned: false, head: None, same_as: None, ..value.clone() }
+            }
+            "set" if args.len() == 1 && self.is_cell(receiver) => {
+                let given = self.expr(args[0]);
+                self.write_whole(value, &given, span);
+                Value::default()
+            }
             "take" if args.is_empty() => Value { is_owned: true, head: None, ..value.clone() },
             "replace" | "insert" if args.len() == 1 && value.place.is_some() => {
                 let given = self.expr(args[0]);
@@ -120,7 +127,14 @@ impl Builder<'_> {
                 match given.closure {
                     Some(closure) => {
                         let payload = Value { is_owned: false, ..value.clone() };
-                        self.inline_closure(closure, &[payload], span)
+                        // A tuple of resources is locked as a whole, and its parts are lent one by one.
+                        let payloads = match (self.ty(receiver).peel(), &value.place) {
+                            (Ty::Tuple(parts), Some(place)) => (0..parts.len())
+                                .map(|at| Value { place: Some(place.field(&at.to_string())), ..payload.clone() })
+                                .collect(),
+                            _ => vec![payload],
+                        };
+                        self.inline_closure(closure, &payloads, span)
                     }
                     // `MUTEX.borrow(cs)` and its kin take a token.
                     None => Value { is_owned: false, ..value.clone() },
@@ -141,9 +155,7 @@ impl Builder<'_> {
                 });
                 Value { place, ..Value::default() }
             }
-            "split_at_mut" | "split_first_mut" | "split_last_mut" if value.place.is_some() => {
-                self.split(id, receiver, method, args, &value)
-            }
+            "split_at_mut" | "split_first_mut" | "split_last_mut" => self.split(id, receiver, method, args, value),
             "split_at_mut_unchecked" | "get_disjoint_mut" => {
                 for arg in args {
                     self.expr(*arg);
@@ -172,43 +184,16 @@ impl Builder<'_> {
                 let place = value.place.as_ref().map(|place| place.element(IndexKey::Data(key.into())));
                 Value { place, ..Value::default() }
             }
-            "clone" if self.is_shared_handle(receiver) => value.clone(),
+            // A clone of a handle is another name of what it shares.
+            // A condition variable gives back the guard that it is handed.
+            "wait" | "wait_while" if self.ty(receiver).peel().external_name() == Some("Condvar") => {
+                let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
+                values.into_iter().next().unwrap_or_default()
+            }
+            "clone" if self.is_shared_handle(receiver) => Value { is_owned: false, ..value.clone() },
             name if super::calls::is_spawn(name) => self.spawn(id, name, args),
             _ => return None,
         })
-    }
-
-    /// A collection in two: the element or slice in front, and what is left.
-    fn split(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId], value: &Value) -> Value {
-        let text: Arc<str> = self.text(id).into();
-        let at = args.first().and_then(|arg| {
-            self.expr(*arg);
-            self.number(*arg)
-        });
-        let length = match self.ty(receiver).peel() {
-            Ty::Array(_, length) => length.value,
-            _ => None,
-        };
-        let section = |from: Option<u64>, to: Option<Option<u64>>| match (from, to) {
-            (Some(from), Some(to)) => IndexKey::Slice(Section { from, to, is_exact: true, text: text.clone() }),
-            _ => IndexKey::Slice(Section::unknown(&text)),
-        };
-        let last = length.and_then(|length| length.checked_sub(1));
-        let parts = match method {
-            "split_first_mut" => [IndexKey::Number(0), section(Some(1), Some(None))],
-            "split_last_mut" => {
-                [last.map_or_else(|| IndexKey::Data(text.clone()), IndexKey::Number), section(Some(0), last.map(Some))]
-            }
-            _ => [section(Some(0), at.map(Some)), section(at, Some(None))],
-        };
-        let span = self.span(id);
-        let var = self.temporary(self.ty(id).clone(), span);
-        for (number, key) in parts.into_iter().enumerate() {
-            let place = value.place.as_ref().map(|place| place.element(key));
-            let part = Value { place, ..Value::default() };
-            self.place_part(Place::var(var).field(&number.to_string()), &part, id);
-        }
-        Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }
     }
 
     fn certain_key(&self, key: &IndexKey) -> IndexKey {
@@ -230,8 +215,14 @@ impl Builder<'_> {
         matches!(self.ty(id).peel().external_name(), Some("Option" | "Result" | "LockResult" | "Poll"))
     }
 
+    fn is_cell(&self, id: ExprId) -> bool {
+        matches!(self.ty(id).peel().external_name(), Some("Cell"))
+            || matches!(self.ty(id).peel(), Ty::External(path, args)
+                if path.ends_with("::LockResult") && args.first().and_then(|inner| inner.peel().external_name()) == Some("Cell"))
+    }
+
     /// Whether a value is a handle whose clones share one instance.
-    fn is_shared_handle(&self, id: ExprId) -> bool {
+    pub(super) fn is_shared_handle(&self, id: ExprId) -> bool {
         matches!(self.ty(id).peel().external_name(), Some("Rc" | "Arc"))
     }
 

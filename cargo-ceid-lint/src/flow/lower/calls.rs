@@ -189,9 +189,11 @@ impl Builder<'_> {
             let ty = self.ty(id).clone();
             self.note_given_step(*target, result, &ty, exprs);
         }
-        let is_dispatched = law_of
-            .and_then(|of| exprs.get(of))
-            .is_some_and(|of| matches!(self.ty(*of).peel(), Ty::Param(_) | Ty::Opaque(_)));
+        // Many bodies tell nothing of what lies inside the one receiver that is meant.
+        let is_dispatched = targets.len() > super::laws::MAX_DISPATCHED
+            && exprs
+                .get(law_of.unwrap_or(0))
+                .is_some_and(|first| matches!(self.ty(*first).peel(), Ty::Param(_) | Ty::Opaque(_)));
         let site = CallSite { targets: targets.to_vec(), args, result, text, law_of, is_dispatched, fed, into, from };
         self.emit(Effect::Call(Box::new(site)), span);
         result
@@ -209,7 +211,7 @@ impl Builder<'_> {
     }
 
     /// Whether an argument is a shared reference or a plain value, through which nothing is updated.
-    fn is_shared(&self, expr: ExprId) -> bool {
+    pub(super) fn is_shared(&self, expr: ExprId) -> bool {
         if self.updates_shared(self.ty(expr)) {
             return false;
         }
@@ -237,9 +239,12 @@ impl Builder<'_> {
                 continue;
             }
             if let Some(place) = &value.place
-                && !self.is_shared(*expr)
+                && (!self.is_shared(*expr) || crate::types::is_lock(self.ty(*expr)))
             {
                 if self.may_hold_filter(self.ty(*expr)) {
+                    if self.is_shared_handle(*expr) {
+                        self.graph.kept.push((place.clone(), Cause::Call(text.clone())));
+                    }
                     places.push(place.clone());
                 } else if !is_plain(self.ty(*expr)) {
                     self.written_unseen(place.clone(), span);

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::Builder;
-use crate::flow::{Change, ChangeKind, Computed, Effect, Place, Var};
+use crate::flow::{Change, ChangeKind, Effect, Place};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
@@ -12,67 +12,6 @@ use crate::syntax::tree::{ExprId, ExprKind};
 pub(super) type WrittenFields = Vec<(Place, BTreeSet<String>)>;
 
 impl Builder<'_> {
-    /// The variables that an expression reads anywhere in it. Children stand before their parents.
-    pub(super) fn reads_of(&mut self, id: ExprId) -> Vec<Var> {
-        let body = self.body();
-        let span = body.expr(id).span;
-        let mut vars = Vec::new();
-        for number in (0..=id.0).rev() {
-            let expr = ExprId(number);
-            if !span.contains(body.expr(expr).span) {
-                break;
-            }
-            if let Some(place) = self.stand_in(expr) {
-                vars.extend(place.base_var());
-            } else if let Some(local) = self.typed().expr_local.get(&expr).copied() {
-                vars.push(self.var_of(local));
-            }
-        }
-        vars
-    }
-
-    /// Notes that variables are computed from what an expression reads.
-    pub(super) fn derive(&mut self, vars: &[Var], from: ExprId) {
-        for read in self.reads_of(from) {
-            self.graph.derived.extend(vars.iter().map(|var| (*var, read)));
-        }
-        let computed = self.computed_from(from);
-        for var in vars {
-            let all = self.graph.computed.entry(*var).or_default();
-            all.places.extend(computed.places.iter().cloned());
-            all.calls.extend(computed.calls.iter().cloned());
-        }
-    }
-
-    /// The places that an expression reads and the functions it calls, anywhere in it.
-    pub(super) fn computed_from(&mut self, id: ExprId) -> Computed {
-        let body = self.body();
-        let span = body.expr(id).span;
-        let mut computed = Computed::default();
-        for number in (0..=id.0).rev() {
-            let expr = ExprId(number);
-            if !span.contains(body.expr(expr).span) {
-                break;
-            }
-            match &body.expr(expr).kind {
-                ExprKind::MethodCall { method, .. } => computed.calls.push(method.clone()),
-                ExprKind::Await(_) => computed.calls.push("await".to_owned()),
-                ExprKind::Path(path) if path.segments.len() > 1 => computed.calls.push(path.last().to_owned()),
-                ExprKind::Call { callee, .. } => {
-                    if let ExprKind::Path(path) = &body.expr(*callee).kind
-                        && path.segments.len() == 1
-                        && !self.typed().expr_local.contains_key(callee)
-                    {
-                        computed.calls.push(path.last().to_owned());
-                    }
-                }
-                ExprKind::Field { .. } | ExprKind::Path(_) => computed.places.extend(self.static_place(expr)),
-                _ => {}
-            }
-        }
-        computed
-    }
-
     /// Notes what the assignment at the last node does.
     pub(super) fn note_change(&mut self, target: ExprId, value: ExprId, op: Option<&str>) {
         let Some(at) = self.at else { return };

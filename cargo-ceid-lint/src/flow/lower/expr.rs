@@ -2,7 +2,7 @@
 
 use super::{Builder, Value};
 use crate::flow::{Cause, Effect, Place, Projection};
-use crate::index::Def;
+use crate::index::{Def, SHARED_RESOURCE, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, TypeRef};
 use crate::types::Callee;
 
@@ -40,7 +40,9 @@ impl Builder<'_> {
                 {
                     self.note_use(place, id);
                 }
-                Value { place, is_owned: true, ..Value::default() }
+                // What stands for an RTIC resource can be moved; the resource stays where it is.
+                let is_handle = matches!(self.ty(id), Ty::External(path, _) if path == SHARED_RESOURCE);
+                Value { place, is_owned: !is_handle, ..Value::default() }
             }
             ExprKind::Index { base, index } => self.index_expr(id, *base, *index),
             ExprKind::Reference { raw, value, .. } => {
@@ -121,7 +123,7 @@ impl Builder<'_> {
         if let Some(local) = self.typed().expr_local.get(&id).copied() {
             let var = self.var_of(local);
             let closure = self.closures.get(&var).copied();
-            let is_owned = !matches!(self.ty(id), crate::index::Ty::Ref(..));
+            let is_owned = !matches!(self.ty(id), Ty::Ref(..));
             let head = self.numbers.get(&var).map(u64::to_string);
             return Value { place: Some(Place::var(var)), is_owned, same_as: Some(var), closure, head };
         }
@@ -134,7 +136,7 @@ impl Builder<'_> {
     /// What `*expr` names: the same place, through the `Deref` impl of a newtype.
     fn deref_place(&self, inner: ExprId, place: Place) -> Place {
         let ty = self.ty(inner);
-        if matches!(ty, crate::index::Ty::Adt(..))
+        if matches!(ty, Ty::Adt(..))
             && let Some(through) = self.deref_function(ty)
         {
             return self.through_deref(&place, through);
@@ -142,7 +144,7 @@ impl Builder<'_> {
         place
     }
 
-    fn deref_function(&self, ty: &crate::index::Ty) -> Option<crate::index::FunctionId> {
+    fn deref_function(&self, ty: &Ty) -> Option<crate::index::FunctionId> {
         let index = self.program.index;
         index.methods(ty, "deref_mut").into_iter().chain(index.methods(ty, "deref")).next()?.function()
     }

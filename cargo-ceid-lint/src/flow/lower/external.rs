@@ -3,7 +3,7 @@
 use super::calls::{is_spawn, path_tail};
 use super::laws::Law;
 use super::{Builder, Value};
-use crate::flow::{Cause, Effect, Place};
+use crate::flow::{Cause, Effect, Place, Rounds};
 use crate::index::{Def, Ty};
 use crate::syntax::tree::{BlockKind, ExprId, ExprKind};
 
@@ -56,7 +56,13 @@ impl Builder<'_> {
         if path == "std::array::from_fn" {
             let values = self.values(args);
             if let Some(closure) = values.first().and_then(|value| value.closure) {
-                self.closure_loop(closure, super::iterators::Source::bounded(), span);
+                let rounds = match self.ty(id) {
+                    Ty::Array(_, length) => length.value.map_or(Rounds::Bounded, Rounds::Constant),
+                    _ => Rounds::Bounded,
+                };
+                let item = super::iterators::Item::Counter(Some(0));
+                let source = super::iterators::Source { item, rounds, ..super::iterators::Source::bounded() };
+                self.closure_loop(closure, source, span);
             }
             return Value::default();
         }

@@ -308,6 +308,8 @@ impl Builder<'_> {
                 | "reduce"
                 | "min_by"
                 | "max_by"
+                | "min_by_key"
+                | "max_by_key"
                 | "nth"
         );
         if !consumes
@@ -320,15 +322,21 @@ impl Builder<'_> {
         if self.at.is_none() {
             return Some(Value::default());
         }
+        // One of the elements, data says which.
+        let picked = match &source.item {
+            Item::Element(place) if picks_one(method) => Some(place.element(IndexKey::Data(self.text(id).into()))),
+            _ => None,
+        };
+        let picked = Value { place: picked, ..Value::default() };
         let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
         let closure = values.iter().rev().find_map(|value| value.closure);
         let stops = matches!(method, "all" | "any" | "find" | "position" | "try_for_each" | "try_fold");
         if closure.is_none() && source.stages.is_empty() {
-            return Some(Value::default());
+            return Some(picked);
         }
         let takes_state = matches!(method, "fold" | "try_fold" | "reduce");
         self.consume(id, source, closure, takes_state, stops);
-        Some(Value::default())
+        Some(picked)
     }
 
     /// Whether an expression is an iterator, as far as its type or its shape tells.
@@ -368,13 +376,14 @@ impl Builder<'_> {
         let span = self.span(id);
         let runs = closure.or_else(|| source.stages.last().map(|(_, closure)| *closure));
         let bar = runs.map_or(span, |closure| self.bar(closure));
-        self.run_loop(CycleKind::Closure, bar, None, source, |this, item, info| {
+        let kind = if source.stages.is_empty() { source.item.clone() } else { Item::Opaque };
+        self.run_loop(CycleKind::Closure, bar, None, source, |this, item, id| {
             let Some(closure) = closure else { return };
             let mut args = vec![item];
             if takes_state {
                 args.insert(0, Value::default());
             }
-            let _ = info;
+            this.note_counter(id, closure, usize::from(takes_state), &kind);
             let value = this.inline_closure(closure, &args, span);
             if stops && this.at.is_some() {
                 let about = crate::flow::About::default();
@@ -389,9 +398,27 @@ impl Builder<'_> {
 
     /// A closure that runs once for each of a number of rounds.
     pub(super) fn closure_loop(&mut self, closure: ClosureRef, source: Source, span: Span) {
-        self.run_loop(CycleKind::Closure, span, None, source, |this, item, _| {
+        let (bar, kind) = (self.bar(closure), source.item.clone());
+        self.run_loop(CycleKind::Closure, bar, None, source, |this, item, id| {
+            this.note_counter(id, closure, 0, &kind);
             this.inline_closure(closure, &[item], span);
         });
+    }
+
+    /// A counter that is handed to a closure keeps being one under its parameter's name.
+    fn note_counter(&mut self, id: crate::flow::LoopId, closure: ClosureRef, param: usize, item: &Item) {
+        let body = self.frames[closure.frame].body;
+        let ExprKind::Closure(code) = &body.expr(closure.expr).kind else { return };
+        let Some((pat, _)) = code.params.get(param) else { return };
+        let outer = std::mem::replace(&mut self.frame, closure.frame);
+        let mut counters = Vec::new();
+        self.counter_names(*pat, item, &mut counters);
+        self.frame = outer;
+        let info = &mut self.graph.loops[id.0 as usize];
+        if let (Some((_, first)), Some(var)) = (info.counter, counters.first()) {
+            info.counter = Some((*var, first));
+            info.bound.push(*var);
+        }
     }
 
     /// The loop over a source: the rounds, their items, and the closures of the chain.
@@ -437,7 +464,10 @@ impl Builder<'_> {
         self.push_loop_scope(label, after, head, keyword);
         self.resume(round);
         let mut item = self.item_value(id, &source.item, &source.reads, keyword);
-        for (stage, closure) in &source.stages {
+        for (number, (stage, closure)) in source.stages.iter().enumerate() {
+            if number == 0 {
+                self.note_counter(id, *closure, 0, &source.item);
+            }
             item = self.stage(*stage, *closure, item, head, keyword);
         }
         inside(self, item, id);
@@ -558,6 +588,11 @@ impl Builder<'_> {
             _ => {}
         }
     }
+}
+
+/// Whether a consumer gives back one of the elements.
+fn picks_one(method: &str) -> bool {
+    ["min", "max"].iter().any(|name| method.starts_with(name)) || matches!(method, "find" | "last" | "nth" | "reduce")
 }
 
 /// Whether iterating over a value of the type only ends when the other side does.

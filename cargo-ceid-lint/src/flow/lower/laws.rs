@@ -2,10 +2,13 @@
 
 use super::{Builder, Value};
 use crate::config::{InstancePlace, OnErr, Receiver};
-use crate::flow::{Computed, Effect, IndexKey, Place, Update};
+use crate::flow::{Cause, Computed, Effect, IndexKey, Place, Update};
 use crate::index::{Def, FilterSpec, FunctionId, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, PatId};
 use crate::types::{Callee, Resolved};
+
+/// Up to how many bodies of a law are followed, where types decide which one runs.
+pub(super) const MAX_DISPATCHED: usize = 8;
 
 /// A law that is called.
 #[derive(Clone, Copy)]
@@ -48,7 +51,8 @@ impl<'a> Builder<'a> {
         let place =
             place.map(|place| keys.into_iter().fold(place, |place, (key, value)| self.channel(place, key, value)));
         // What lies inside a composite filter is updated by its law's body.
-        let result = self.emit_call(id, law.targets, exprs, values, at);
+        let targets = self.followed(law.targets, at, exprs, values, id);
+        let result = self.emit_call(id, targets, exprs, values, at);
         if let Some(place) = place {
             let attempt = (law.spec.on_err == OnErr::Untouched).then_some(result);
             let is_typed = law.spec.instance == InstancePlace::Receiver;
@@ -58,6 +62,31 @@ impl<'a> Builder<'a> {
         }
         let is_owned = !matches!(self.ty(id), Ty::Ref(..));
         Value { place: Some(Place::var(result)), is_owned, same_as: Some(result), ..Value::default() }
+    }
+
+    /// The bodies of a law that are followed. Where a type parameter or a trait object decides which of many it is, what lies
+    /// inside the filter has no name here, and what else the law gets is said to be unknown.
+    fn followed<'t>(
+        &mut self,
+        targets: &'t [FunctionId],
+        of: Option<usize>,
+        exprs: &[ExprId],
+        values: &[Value],
+        id: ExprId,
+    ) -> &'t [FunctionId] {
+        if targets.len() <= MAX_DISPATCHED {
+            return targets;
+        }
+        let others = exprs.iter().zip(values).enumerate().filter(|(at, _)| Some(*at) != of);
+        let places: Vec<Place> = others
+            .filter(|(_, (expr, _))| !self.is_shared(**expr) && self.may_hold_filter(self.ty(**expr)))
+            .filter_map(|(_, (_, value))| value.place.clone())
+            .collect();
+        if !places.is_empty() {
+            let cause = Cause::Call(self.text(id));
+            self.emit(Effect::Unknown { places, cause }, self.span(id));
+        }
+        &[]
     }
 
     /// The channel of a filter that a key argument selects.

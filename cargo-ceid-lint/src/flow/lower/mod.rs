@@ -13,12 +13,14 @@ mod expr;
 mod external;
 mod flags;
 mod guards;
+mod halves;
 mod iterators;
 mod laws;
 mod loops;
 mod macros;
 mod patterns;
 mod places;
+mod reads;
 mod resets;
 mod subjects;
 mod switches;
@@ -184,6 +186,7 @@ impl<'a> Builder<'a> {
             copies: std::collections::BTreeMap::new(),
             waits: Vec::new(),
             steps: std::collections::BTreeMap::new(),
+            kept: Vec::new(),
             truncated: None,
         };
         Self {

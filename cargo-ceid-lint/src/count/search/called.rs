@@ -1,0 +1,65 @@
+//! What a call means to one instance: many targets come down to few different effects.
+
+use std::collections::BTreeSet;
+use std::rc::Rc;
+
+use super::Search;
+use crate::count::summary::{Outcome, place_of};
+use crate::flow::{CallSite, Place, Projection};
+
+/// What a call does, whatever the way that leads to it.
+#[derive(Debug, Default)]
+pub(super) struct Called {
+    /// What it writes, for conditions that read it.
+    pub(super) writes: BTreeSet<Place>,
+    /// What one of its targets does, each different effect once.
+    pub(super) effects: Vec<Effect>,
+    /// What its result may borrow: the place, and the steps into the result.
+    pub(super) borrows: BTreeSet<(Vec<Projection>, Place)>,
+}
+
+/// What a target of a call does.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Effect {
+    /// The ways through it, by the places that may be the instance or hold it.
+    pub(super) outcomes: Vec<(Place, Vec<Outcome>)>,
+    /// The heads that its result may have; none if that is not known.
+    pub(super) heads: u8,
+}
+
+impl Search<'_> {
+    /// What a call does, as far as the instance is concerned.
+    pub(super) fn called(&self, site: &CallSite) -> Rc<Called> {
+        if let Some(known) = self.called.borrow().get(&site.result) {
+            return Rc::clone(known);
+        }
+        let mut called = Called::default();
+        for target in &site.targets {
+            let Some(summary) = self.summaries.get(*target) else {
+                // A recursion that was not gone through yet adds nothing.
+                if !self.summaries.is_open(*target) {
+                    called.add(Effect { outcomes: Vec::new(), heads: 0 });
+                }
+                continue;
+            };
+            called.writes.extend(summary.writes.iter().filter_map(|given| place_of(given, site)));
+            let outcomes = summary.outcomes(self.law).filter_map(|(given, outcomes)| {
+                let place = place_of(given, site).filter(|place| self.may_be(place, false))?;
+                Some((place, outcomes.clone()))
+            });
+            called.add(Effect { outcomes: outcomes.collect(), heads: summary.heads });
+        }
+        called.borrows.extend(self.summaries.borrows(site).map(|(part, place)| (part.to_vec(), place)));
+        let called = Rc::new(called);
+        self.called.borrow_mut().insert(site.result, Rc::clone(&called));
+        called
+    }
+}
+
+impl Called {
+    fn add(&mut self, effect: Effect) {
+        if !self.effects.contains(&effect) {
+            self.effects.push(effect);
+        }
+    }
+}
