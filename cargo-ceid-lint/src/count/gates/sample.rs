@@ -132,10 +132,13 @@ impl Gates<'_, '_> {
         if !into.is_empty() {
             return self.feeds_any(&into);
         }
-        about.reads.iter().any(|place| {
-            let is_value = !place.steps.is_empty() || place.base_var().is_some_and(|var| graph.var(var).name != "self");
-            is_value && self.fed().places.contains(place)
-        })
+        // What another method of the same object gives is not what is fed.
+        !about.names.iter().any(is_asked)
+            && about.reads.iter().any(|place| {
+                let is_value =
+                    !place.steps.is_empty() || place.base_var().is_some_and(|var| graph.var(var).name != "self");
+                is_value && self.fed().places.contains(place)
+            })
     }
 
     /// A readiness test of the very object that the fed sample is read from.
