@@ -3,7 +3,8 @@
 
 use super::aliases::Aliases;
 use super::counts::Count;
-use super::summary::{Summaries, place_of};
+use super::given::place_of;
+use super::summary::Summaries;
 use crate::flow::{ControlFlowGraph, Effect, NodeId, Place, Rounds};
 use crate::source::Span;
 

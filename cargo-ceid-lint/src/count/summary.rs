@@ -6,31 +6,13 @@ use std::rc::Rc;
 use super::aliases::Aliases;
 use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
+use super::given::{Given, GivenBase, given, instance_of, place_of};
+pub(super) use super::returned;
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
 use super::verdict::Gate;
-use crate::flow::{Base, CallSite, Cause, ControlFlowGraph, Effect, IndexKey, Place, Program, Projection};
-use crate::index::{FunctionId, ValueId};
-
-/// A place that a function is given: the parameter or static, and the steps into it.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(super) struct Given {
-    pub(super) base: GivenBase,
-    pub(super) steps: Vec<Projection>,
-}
-
-impl Given {
-    /// Whether it is a parameter or a part of it.
-    fn is_inside(&self, number: usize) -> bool {
-        self.base == GivenBase::Param(number)
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(super) enum GivenBase {
-    Param(usize),
-    Static(ValueId),
-}
+use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, Place, Program, Projection};
+use crate::index::FunctionId;
 
 /// One way through a function, as far as one place goes.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -48,18 +30,7 @@ pub(super) struct Outcome {
     /// Whether an update failed and left the filter as it was.
     pub(super) attempted: bool,
     /// What the way does not update for, if that is something of the caller's.
-    pub(super) asks: Option<Asks>,
-}
-
-/// A state of the caller's that a function asks for before it updates.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Asks {
-    /// What the condition reads.
-    pub(super) reads: Vec<Given>,
-    /// The place whose value it is, if it is one.
-    pub(super) whole: Option<Given>,
-    /// The heads with which the function may update.
-    pub(super) updating: Vec<crate::flow::Head>,
+    pub(super) asks: Option<super::gates::Asks>,
 }
 
 impl Outcome {
@@ -75,27 +46,6 @@ impl Outcome {
             gate: None,
             attempted: false,
             asks: None,
-        }
-    }
-}
-
-/// Bits of [`Outcome::returned`].
-pub(super) mod returned {
-    pub(in crate::count) const PRESENT: u8 = 1;
-    pub(in crate::count) const ABSENT: u8 = 2;
-    pub(in crate::count) const TRUE: u8 = 4;
-    pub(in crate::count) const FALSE: u8 = 8;
-    pub(in crate::count) const OTHER: u8 = 16;
-    pub(in crate::count) const ANY: u8 = 31;
-
-    /// The bit of a head.
-    pub(in crate::count) fn bit(head: &str) -> u8 {
-        match head {
-            "+" => PRESENT,
-            "-" => ABSENT,
-            "true" => TRUE,
-            "false" => FALSE,
-            _ => OTHER,
         }
     }
 }
@@ -164,9 +114,6 @@ pub(super) struct Summaries {
     /// How many states the searches of the functions at hand have had.
     states: std::cell::Cell<usize>,
 }
-
-/// How many steps a place of a summary may have; a longer one comes from recursion.
-const MAX_STEPS: usize = 8;
 
 /// How often a cycle of calls is gone round.
 const MAX_ROUNDS: u32 = 8;
@@ -449,69 +396,4 @@ fn calls_itself(graphs: &[Option<ControlFlowGraph>], id: FunctionId) -> bool {
     graphs[id.0 as usize].as_ref().is_some_and(|graph| {
         graph.nodes.iter().any(|node| matches!(&node.effect, Effect::Call(site) if site.targets.contains(&id)))
     })
-}
-
-/// A place of a function as its callers know it; `None` if it is the function's own.
-pub(super) fn given(graph: &ControlFlowGraph, place: &Place) -> Option<Given> {
-    if place.steps.len() > MAX_STEPS {
-        return None;
-    }
-    let base = match place.base {
-        Base::Var(var) => GivenBase::Param(graph.var(var).param?),
-        Base::Static(id) => GivenBase::Static(id),
-    };
-    // An index that is a parameter is known to the caller by the parameter's number.
-    let steps = place
-        .steps
-        .iter()
-        .map(|step| match step.key() {
-            Some(IndexKey::Var(var)) => step.with_key(graph.var(*var).param.map_or(IndexKey::Each, IndexKey::Param)),
-            _ => step.clone(),
-        })
-        .collect();
-    Some(Given { base, steps })
-}
-
-/// The place inside the function that callers know as given.
-pub(super) fn instance_of(graph: &ControlFlowGraph, given: &Given) -> Place {
-    let steps: Vec<Projection> = given
-        .steps
-        .iter()
-        .map(|step| match step.key() {
-            Some(IndexKey::Param(param)) => match graph.params.get(*param) {
-                Some(var) => step.with_key(IndexKey::Var(*var)),
-                None => step.clone(),
-            },
-            _ => step.clone(),
-        })
-        .collect();
-    match given.base {
-        GivenBase::Param(param) => Place { base: Base::Var(graph.params[param]), steps },
-        GivenBase::Static(id) => Place { base: Base::Static(id), steps },
-    }
-}
-
-/// The place at a call that a callee knows as given.
-pub(super) fn place_of(given: &Given, site: &CallSite) -> Option<Place> {
-    // A law that hands on to another one of the same filter is one update, and what lies inside a filter whose type is not known
-    // has no name here.
-    let is_first = given.is_inside(site.law_of.unwrap_or(0));
-    if is_first && (site.is_dispatched && !given.steps.is_empty() || site.law_of.is_some() && given.steps.is_empty()) {
-        return None;
-    }
-    let steps: Vec<Projection> = given
-        .steps
-        .iter()
-        .map(|step| match step.key() {
-            Some(IndexKey::Param(param)) => {
-                let key = site.args.get(*param).and_then(|arg| arg.index.clone());
-                step.with_key(key.unwrap_or_else(|| IndexKey::Data("the argument".into())))
-            }
-            _ => step.clone(),
-        })
-        .collect();
-    match given.base {
-        GivenBase::Param(param) => Some(site.args.get(param)?.place.as_ref()?.join(&steps)),
-        GivenBase::Static(id) => Some(Place { base: Base::Static(id), steps }),
-    }
 }

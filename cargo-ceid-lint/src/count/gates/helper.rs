@@ -2,11 +2,23 @@
 
 use super::Gates;
 use crate::count::counts::Count;
+use crate::count::given::{Given, given, place_of};
 use crate::count::search::{End, Mode};
 use crate::count::slice::subject_of;
-use crate::count::summary::{Asks, Outcome, given, place_of};
+use crate::count::summary::Outcome;
 use crate::count::verdict::Gate;
-use crate::flow::{CallSite, Effect, NodeId, Place};
+use crate::flow::{CallSite, Effect, Head, NodeId, Place};
+
+/// A state of the caller's that a function asks for before it updates.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(in crate::count) struct Asks {
+    /// What the condition reads.
+    pub(in crate::count) reads: Vec<Given>,
+    /// The place whose value it is, if it is one.
+    pub(in crate::count) whole: Option<Given>,
+    /// The heads with which the function may update.
+    pub(in crate::count) updating: Vec<Head>,
+}
 
 impl Gates<'_, '_> {
     /// What a way through a helper does not update for, if its caller has to judge that.

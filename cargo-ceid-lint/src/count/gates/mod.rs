@@ -13,11 +13,12 @@ mod time;
 use std::cell::{OnceCell, RefCell};
 use std::collections::BTreeMap;
 
+pub(super) use helper::Asks;
 pub(super) use sample::fed_params;
 use sources::{Assignments, Sources};
 
+use super::given::place_of;
 use super::search::{End, Exploration, Region, Search};
-use super::summary::place_of;
 use super::verdict::Gate;
 use crate::config::TimeBase;
 use crate::flow::{About, CallSite, Computed, Effect, LoopId, NodeId, Place, Projection, SubjectId, Test};
@@ -38,6 +39,10 @@ pub(super) struct Gates<'s, 'a> {
     step: OnceCell<Sources>,
     time_base: OnceCell<TimeBase>,
     modes: RefCell<BTreeMap<SubjectId, bool>>,
+    inside: OnceCell<Vec<NodeId>>,
+    reach: OnceCell<Vec<bool>>,
+    /// The time gates of the region: the nodes that ask, and what they ask is computed from.
+    time_gates: OnceCell<Vec<(NodeId, Sources)>>,
     /// Whether the region is a function that a cycle calls, not one that is a cycle.
     is_helper: bool,
 }
@@ -62,8 +67,19 @@ const MAX_ORIGINS: u32 = 4;
 impl<'s, 'a> Gates<'s, 'a> {
     pub(super) fn new(search: &'s Search<'a>, region: Region) -> Self {
         let assignments = Assignments::new(search.graph);
-        let (fed, step, time_base) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
-        Self { search, region, assignments, fed, step, time_base, modes: RefCell::default(), is_helper: false }
+        Self {
+            search,
+            region,
+            assignments,
+            fed: OnceCell::new(),
+            step: OnceCell::new(),
+            time_base: OnceCell::new(),
+            modes: RefCell::default(),
+            inside: OnceCell::new(),
+            reach: OnceCell::new(),
+            time_gates: OnceCell::new(),
+            is_helper: false,
+        }
     }
 
     /// The same for a function that a cycle calls.
@@ -137,7 +153,8 @@ impl<'s, 'a> Gates<'s, 'a> {
         }
         // A lock that is not waited for fails while another holds it: that is no setting.
         let is_tried = about.names.iter().any(|name| name.starts_with("try_"));
-        if about.is_presence && !is_tried && self.is_presence_of_filter(test) || self.asks_only_filter(test) {
+        let is_there = about.is_presence && !is_tried && self.is_presence_of_filter(test);
+        if is_there || self.asks_only_filter(test) {
             return Some(Gate::Config);
         }
         if self.is_latch(test, at) || self.is_first(test) {
@@ -197,14 +214,24 @@ impl<'s, 'a> Gates<'s, 'a> {
     fn of_loop(&self, id: LoopId) -> Option<Gate> {
         let info = self.search.graph.loop_info(id);
         // A helper's own loop over samples has no round where there is no sample.
-        let feeds = self.feeds_any(&info.bound) || self.search.sample_loops.contains(&id);
-        (info.drains || feeds).then_some(Gate::Sample)
+        let is_own = self.search.sample_loops.contains(&id);
+        (info.drains || is_own || self.feeds_any(&info.bound)).then_some(Gate::Sample)
     }
 
     /// The nodes of the region.
     fn nodes(&self) -> impl Iterator<Item = NodeId> + '_ {
-        let graph = self.search.graph;
-        graph.node_ids().filter(move |id| self.is_inside(*id))
+        let inside = || self.search.graph.node_ids().filter(|id| self.is_inside(*id)).collect();
+        self.inside.get_or_init(inside).iter().copied()
+    }
+
+    /// The nodes of the region that assign to a place.
+    fn assigning<'b>(&'b self, place: &'b Place) -> impl Iterator<Item = NodeId> + 'b {
+        self.assignments.of(place).iter().copied().filter(|id| self.is_inside(*id) && self.assigns(*id, place))
+    }
+
+    /// From which nodes an update can still be reached in the iteration.
+    fn reach(&self) -> &[bool] {
+        self.reach.get_or_init(|| self.search.reach(self.region))
     }
 
     fn is_inside(&self, id: NodeId) -> bool {

@@ -98,8 +98,8 @@ impl Gates<'_, '_> {
             self.search.graph.changes.get(&id).is_some_and(|change| change.kind == ChangeKind::Toggles)
                 && self.assigns(id, place)
         };
-        self.nodes().any(turns)
-            && self.nodes().all(|id| !self.assigns(id, place) || turns(id))
+        self.assigning(place).next().is_some()
+            && self.assigning(place).all(turns)
             && !self.calls_write(place)
             && !self.completes(self.start(), |node, _| !turns(node))
     }
@@ -118,7 +118,7 @@ impl Gates<'_, '_> {
         let before = self.reached(|node, _| {
             !matches!(&self.search.graph.node(node).effect, Effect::Branch(test) if test.about.reads.contains(place))
         });
-        self.nodes().any(|id| self.is_set_back(id, place) && !before[id.0 as usize])
+        self.assigning(place).any(|id| self.is_set_back(id, place) && !before[id.0 as usize])
     }
 
     fn is_number(&self, place: &Place) -> bool {

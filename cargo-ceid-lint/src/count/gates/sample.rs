@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::{Gates, Sources};
+use crate::count::given::place_of;
 use crate::count::search::{Region, Search};
-use crate::count::summary::place_of;
 use crate::flow::{CallSite, Computed, Effect, Place, Test, Var};
 
 /// Parts of the names of methods that ask whether a sample is there.
@@ -137,7 +137,7 @@ impl Gates<'_, '_> {
         if !into.is_empty() {
             return self.feeds_any(&into);
         }
-        // What another method of the same object answers is not what is fed.
+        // What another method of the same object gives is not what is fed.
         !about.names.iter().any(is_asked)
             && about.reads.iter().any(|place| {
                 let is_value =

@@ -47,7 +47,7 @@ impl Gates<'_, '_> {
     /// The heads of the subject with which an update can still be reached behind a branch.
     fn opening_heads(&self, test: &Test, at: NodeId) -> Vec<String> {
         let graph = self.search.graph;
-        let reach = self.search.reach(self.region);
+        let reach = self.reach();
         let Some(subject) = test.subject.map(|id| &graph.subjects[id.0 as usize]) else { return Vec::new() };
         let holds = graph.node(at).next.first().is_some_and(|next| reach[next.0 as usize]);
         let mask = if holds { test.holds } else { test.fails };

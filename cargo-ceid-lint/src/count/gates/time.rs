@@ -99,7 +99,7 @@ impl Gates<'_, '_> {
     /// `since += dt`, `left -= dt`: a place to which a span of time is added.
     fn is_accumulated_time(&self, place: &Place) -> bool {
         self.outlives(place)
-            && self.nodes().filter(|id| self.assigns(*id, place)).any(|id| {
+            && self.assigning(place).any(|id| {
                 self.search.graph.changes.get(&id).is_some_and(|change| {
                     change.kind == ChangeKind::Accumulates
                         && (change.computed.places.iter().any(|step| is_time_name(&self.last_name(step)))
@@ -123,7 +123,7 @@ impl Gates<'_, '_> {
     /// Whether the cycle keeps a time in a place.
     fn is_kept_time(&self, place: &Place) -> bool {
         let is_named = is_clock_name(&self.last_name(place)) || self.is_time(place);
-        self.nodes().filter(|id| self.assigns(*id, place)).any(|id| {
+        self.assigning(place).any(|id| {
             let change = self.search.graph.changes.get(&id);
             change.is_some_and(|change| {
                 change.kind != ChangeKind::Constant
@@ -183,17 +183,22 @@ impl Gates<'_, '_> {
 
     /// A way that leaves before a time gate is asked, or before its clock is set: the gate stays as it is.
     pub(super) fn is_before_closed_gate(&self, way: &Way) -> bool {
-        let graph = self.search.graph;
-        let reach = self.search.reach(self.region);
-        self.nodes().any(|id| {
-            let Effect::Branch(test) = &graph.node(id).effect else { return false };
-            let decides = graph.node(id).next.iter().filter(|next| reach[next.0 as usize]).count() == 1;
-            if !decides || way.nodes.contains(&id) || !self.tells_time(test) {
-                return false;
-            }
-            let sources = self.behind(test);
-            let mut clocks = self.clocks(&sources).peekable();
-            clocks.peek().is_some() && !self.sets_clock(&sources, way)
+        self.time_gates().iter().any(|(id, sources)| !way.nodes.contains(id) && !self.sets_clock(sources, way))
+    }
+
+    /// The time gates of the region that keep a clock.
+    fn time_gates(&self) -> &[(NodeId, Sources)] {
+        self.time_gates.get_or_init(|| {
+            let graph = self.search.graph;
+            let reach = self.reach();
+            let gate = |id: NodeId| {
+                let Effect::Branch(test) = &graph.node(id).effect else { return None };
+                let decides = graph.node(id).next.iter().filter(|next| reach[next.0 as usize]).count() == 1;
+                let sources = (decides && self.tells_time(test)).then(|| self.behind(test))?;
+                let keeps_clock = self.clocks(&sources).next().is_some();
+                keeps_clock.then_some((id, sources))
+            };
+            self.nodes().filter_map(gate).collect()
         })
     }
 }

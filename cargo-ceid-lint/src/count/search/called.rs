@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::rc::Rc;
 
 use super::Search;
-use crate::count::summary::{Outcome, place_of};
+use crate::count::given::place_of;
+use crate::count::summary::Outcome;
 use crate::flow::{CallSite, Place, Projection};
 
 /// What a call does, whatever the way that leads to it.

@@ -20,8 +20,9 @@ use run::Run;
 
 use super::aliases::Aliases;
 use super::counts::Count;
+use super::given::place_of;
 use super::slice::{self, ControlDependence, tracked};
-use super::summary::{Outcome, Summaries, place_of};
+use super::summary::{Outcome, Summaries};
 use super::verdict::Gate;
 use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, LoopId, NodeId, Place, Program, Relation, Rounds, Var};
 

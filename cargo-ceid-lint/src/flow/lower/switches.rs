@@ -158,12 +158,27 @@ impl Builder<'_> {
                 _ => {}
             }
             if let Some(Callee::Resolved(inner)) = typed.callees.get(&id)
-                && (inner.law.is_some() || inner.targets.len() > 1 || inner.targets.contains(target))
+                && (inner.targets.len() > 1 || inner.targets.contains(target) || self.may_run_law(inner, 0))
             {
                 return false;
             }
         }
         switches
+    }
+
+    /// Whether a call may run a law, as far as it is followed.
+    fn may_run_law(&self, call: &Resolved, depth: u32) -> bool {
+        if call.law.is_some() || depth > 4 {
+            return true;
+        }
+        call.targets.iter().any(|target| {
+            let def = self.program.index.function(*target);
+            let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(*target)) else { return false };
+            body.exprs.len() > MAX_EXPRESSIONS
+                || (0u32..).map(ExprId).take(body.exprs.len()).any(|id| {
+                    matches!(typed.callees.get(&id), Some(Callee::Resolved(inner)) if self.may_run_law(inner, depth + 1))
+                })
+        })
     }
 
     /// Whether a value of the type is one of a few states: a truth value, or a variant.

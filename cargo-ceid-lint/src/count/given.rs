@@ -1,0 +1,92 @@
+//! Places across calls: what a function is given, and what that is where it is called.
+
+use crate::flow::{Base, CallSite, ControlFlowGraph, IndexKey, Place, Projection};
+use crate::index::ValueId;
+
+/// A place that a function is given: the parameter or static, and the steps into it.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) struct Given {
+    pub(super) base: GivenBase,
+    pub(super) steps: Vec<Projection>,
+}
+
+impl Given {
+    /// Whether it is a parameter or a part of it.
+    fn is_inside(&self, number: usize) -> bool {
+        self.base == GivenBase::Param(number)
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) enum GivenBase {
+    Param(usize),
+    Static(ValueId),
+}
+
+/// How many steps a place of a summary may have; a longer one comes from recursion.
+const MAX_STEPS: usize = 8;
+
+/// A place of a function as its callers know it; `None` if it is the function's own.
+pub(super) fn given(graph: &ControlFlowGraph, place: &Place) -> Option<Given> {
+    if place.steps.len() > MAX_STEPS {
+        return None;
+    }
+    let base = match place.base {
+        Base::Var(var) => GivenBase::Param(graph.var(var).param?),
+        Base::Static(id) => GivenBase::Static(id),
+    };
+    // An index that is a parameter is known to the caller by the parameter's number.
+    let steps = place
+        .steps
+        .iter()
+        .map(|step| match step.key() {
+            Some(IndexKey::Var(var)) => step.with_key(graph.var(*var).param.map_or(IndexKey::Each, IndexKey::Param)),
+            _ => step.clone(),
+        })
+        .collect();
+    Some(Given { base, steps })
+}
+
+/// The place inside the function that callers know as given.
+pub(super) fn instance_of(graph: &ControlFlowGraph, given: &Given) -> Place {
+    let steps: Vec<Projection> = given
+        .steps
+        .iter()
+        .map(|step| match step.key() {
+            Some(IndexKey::Param(param)) => match graph.params.get(*param) {
+                Some(var) => step.with_key(IndexKey::Var(*var)),
+                None => step.clone(),
+            },
+            _ => step.clone(),
+        })
+        .collect();
+    match given.base {
+        GivenBase::Param(param) => Place { base: Base::Var(graph.params[param]), steps },
+        GivenBase::Static(id) => Place { base: Base::Static(id), steps },
+    }
+}
+
+/// The place at a call that a callee knows as given.
+pub(super) fn place_of(given: &Given, site: &CallSite) -> Option<Place> {
+    // A law that hands on to another one of the same filter is one update, and what lies inside a filter whose type is not known
+    // has no name here.
+    let is_first = given.is_inside(site.law_of.unwrap_or(0));
+    if is_first && (site.is_dispatched && !given.steps.is_empty() || site.law_of.is_some() && given.steps.is_empty()) {
+        return None;
+    }
+    let steps: Vec<Projection> = given
+        .steps
+        .iter()
+        .map(|step| match step.key() {
+            Some(IndexKey::Param(param)) => {
+                let key = site.args.get(*param).and_then(|arg| arg.index.clone());
+                step.with_key(key.unwrap_or_else(|| IndexKey::Data("the argument".into())))
+            }
+            _ => step.clone(),
+        })
+        .collect();
+    match given.base {
+        GivenBase::Param(param) => Some(site.args.get(param)?.place.as_ref()?.join(&steps)),
+        GivenBase::Static(id) => Some(Place { base: Base::Static(id), steps }),
+    }
+}
