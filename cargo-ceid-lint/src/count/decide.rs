@@ -1,7 +1,7 @@
 //! From all ways through a cycle to a verdict, with the shortest way that shows it.
 
 use super::counts::Count;
-use super::gates;
+use super::gates::Gates;
 use super::search::{End, EndKind, Exploration, Region, Search};
 use super::summary::returned;
 use super::verdict::{Evidence, Gate, Verdict};
@@ -99,6 +99,12 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
         };
         return Decision { verdict, ..base };
     }
+    // An update that no way reaches is one of an element of a collection in a collection: which one is not known.
+    let is_nested = search.instance.steps.iter().filter(|step| step.key().is_some()).count() > 1;
+    if is_untouched && is_nested {
+        let name = search.graph.place_name(search.program.index, search.instance);
+        return Decision { verdict: Verdict::Unproved, cause: Some(Cause::Index(name)), ..base };
+    }
     let decision = skipped(search, region, &exploration, &skipping, base);
     if is_untouched && decision.verdict == Verdict::Skipped {
         return missed(head_of(search, region), decision);
@@ -118,10 +124,11 @@ fn skipped(
     skipping: &[&End],
     base: Decision,
 ) -> Decision {
+    let gates = Gates::new(search, region);
     let mut kinds: Vec<(Span, Gate)> = Vec::new();
     let mut unexplained: Vec<&End> = Vec::new();
     for end in skipping {
-        match gates::of_end(search, region, exploration, end) {
+        match gates.of_end(exploration, end) {
             Some(gate) => {
                 let span = end.state.skipped_at.map(|at| search.graph.node(at).span);
                 kinds.extend(span.map(|span| (span, gate)));
@@ -233,14 +240,7 @@ pub(super) fn decide_missed(search: &Search<'_>, region: Region, head: Span) -> 
 }
 
 fn explore(search: &Search<'_>, region: Region) -> Exploration {
-    match region {
-        Region::Function => search.explore(region, &[(NodeId(0), None)]),
-        Region::Loop(id) => {
-            let head = search.graph.loop_info(id).head;
-            let starts: Vec<_> = search.entries(id).into_iter().map(|entry| (head, Some(entry))).collect();
-            search.explore(region, &starts)
-        }
-    }
+    search.explore(region, &search.starts(region))
 }
 
 /// The name of the law that runs, as the source calls it.

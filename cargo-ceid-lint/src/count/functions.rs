@@ -90,6 +90,15 @@ pub(super) fn function_kind(
     }
     // A function with a loop that never ends is not called once per cycle.
     let is_endless = graph.loops.iter().any(LoopInfo::is_endless);
+    if let Owner::Impl(owner) = index.function(id).owner
+        && index.guard_spec(&index.impl_def(owner).self_ty).is_some()
+    {
+        // What a guard does when it ends is counted where it ends.
+        return FunctionKind::Helper;
+    }
+    if !is_endless && index.is_declared_cycle(id) {
+        return FunctionKind::Cycle;
+    }
     if called.contains(&id) || is_constructor(index, id) || index.function(id).name == "main" || is_endless {
         return FunctionKind::Helper;
     }

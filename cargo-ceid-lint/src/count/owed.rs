@@ -71,9 +71,12 @@ impl Context<'_> {
         for instance in facts.updated.iter().filter(|instance| instance.loops.is_empty() && !instance.function) {
             let sibling = facts.updated.iter().find(|other| {
                 (!other.loops.is_empty() || (other.function && facts.kind == FunctionKind::Cycle))
+                    && other.law == instance.law
+                    && other.place != instance.place
                     && in_collection(&instance.place, &other.place)
             });
-            let Some(sibling) = sibling else { continue };
+            let is_owed = self.multiplicity(facts, &instance.place, instance.law) == Multiplicity::Once;
+            let Some(sibling) = sibling.filter(|_| is_owed) else { continue };
             match sibling.loops.first() {
                 Some(id) => self.push_missed(facts, &instance.place, instance.law, CycleId::Loop(*id), pairs),
                 None => self.push_missed(facts, &instance.place, instance.law, CycleId::Function, pairs),

@@ -220,15 +220,16 @@ pub(super) fn tracked(
             }
         }
         // A value that is copied from another subject matters as that subject does.
-        if let Effect::Set(set) = &graph.node(node).effect
-            && let Some(from) = set.same_as
-            && let Some(subject) = subject_of(graph, &Place::var(from))
-            && !tests.contains_key(&subject)
+        if let Some(from) = graph.copied(node)
+            && let Some(subject) = subject_of(graph, &from)
         {
-            tests.insert(subject, 1);
-            for writer in assigned.get(&subject).into_iter().flatten() {
-                if relevant.insert(*writer) {
-                    open.push(*writer);
+            let count = tests.entry(subject).or_default();
+            *count += 1;
+            if *count == 1 {
+                for writer in assigned.get(&subject).into_iter().flatten() {
+                    if relevant.insert(*writer) {
+                        open.push(*writer);
+                    }
                 }
             }
         }
@@ -270,7 +271,7 @@ fn assignments(graph: &ControlFlowGraph) -> BTreeMap<SubjectId, Vec<NodeId>> {
     let mut found: BTreeMap<SubjectId, Vec<NodeId>> = BTreeMap::new();
     for id in graph.node_ids() {
         let subject = match &graph.node(id).effect {
-            Effect::Set(set) | Effect::Write(set) if set.head.is_some() || set.same_as.is_some() => {
+            Effect::Set(set) | Effect::Write(set) if set.head.is_some() || graph.copied(id).is_some() => {
                 whole.get(&set.place)
             }
             Effect::Call(site) => whole.get(&Place::var(site.result)),

@@ -47,6 +47,19 @@ pub(super) struct Outcome {
     pub(super) gate: Option<Gate>,
     /// Whether an update failed and left the filter as it was.
     pub(super) attempted: bool,
+    /// What the way does not update for, if that is something of the caller's.
+    pub(super) asks: Option<Asks>,
+}
+
+/// A state of the caller's that a function asks for before it updates.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Asks {
+    /// What the condition reads.
+    pub(super) reads: Vec<Given>,
+    /// The place whose value it is, if it is one.
+    pub(super) whole: Option<Given>,
+    /// The heads with which the function may update.
+    pub(super) updating: Vec<crate::flow::Head>,
 }
 
 impl Outcome {
@@ -61,6 +74,7 @@ impl Outcome {
             returned: returned::ANY,
             gate: None,
             attempted: false,
+            asks: None,
         }
     }
 }
@@ -108,6 +122,8 @@ pub(super) struct Summary {
     pub(super) writes: BTreeSet<Given>,
     /// The heads that its result may have.
     pub(super) heads: u8,
+    /// The parameters from which the filters at its places are fed.
+    pub(super) feeds: BTreeMap<Given, BTreeSet<usize>>,
     /// What it reads or feeds without updating it.
     pub(super) uses: BTreeSet<Given>,
     /// What only a debug build updates, with the half of the law.
@@ -375,6 +391,7 @@ impl Summaries {
                     outcomes
                 };
                 summary.halves[law].insert(given.clone(), outcomes);
+                summary.feeds.entry(given.clone()).or_default().extend(super::gates::fed_params(&search));
             }
         }
     }

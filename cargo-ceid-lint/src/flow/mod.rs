@@ -1,5 +1,6 @@
 //! Control flow: each function as a graph of the effects that matter for filters. Knows no verdicts.
 
+mod change;
 mod cycle;
 mod lower;
 mod place;
@@ -12,11 +13,12 @@ use crate::source::Span;
 use crate::syntax::{CycleDirective, Directives};
 use crate::types::TypedBody;
 
+pub use change::{Change, ChangeKind};
 pub use cycle::{Caller, CycleKind, LoopInfo, Rounds};
-pub use lower::lower_function;
+pub use lower::{is_flag, lower_function};
 pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
 use steps::parameter_names;
-pub use steps::{Step, StepUnit, step_unit, takes_step};
+pub use steps::{Step, StepUnit, is_time_name, step_unit, takes_step};
 pub use test::{About, Head, OTHER_HEADS, Subject, SubjectId, Test};
 pub use waits::{Wait, WaitKind};
 
@@ -57,6 +59,10 @@ pub struct ControlFlowGraph {
     pub derived: Vec<(Var, Var)>,
     /// What variables were computed from: the places read, and the functions and methods called.
     pub computed: std::collections::BTreeMap<Var, Computed>,
+    /// The places whose values assignments copy, by their nodes.
+    pub copies: std::collections::BTreeMap<NodeId, Place>,
+    /// What assignments do, by their nodes.
+    pub changes: std::collections::BTreeMap<NodeId, Change>,
     /// Calls that wait, read a clock or block.
     pub waits: Vec<Wait>,
     /// The constant steps with which filters are made: the variable that holds the new filter, and its step.
@@ -274,6 +280,8 @@ pub struct Argument {
     pub index: Option<IndexKey>,
     /// Whether it is a shared reference, through which nothing is updated.
     pub is_shared: bool,
+    /// What it reads and calls; nothing for `self`.
+    pub from: Computed,
 }
 
 /// A variable.

@@ -62,7 +62,21 @@ const RATES: &[&str] = &[
 ];
 
 /// Names that also tell a law how much time has passed.
-const TIMES: &[&str] = &["delta", "elapsed", "period", "step", "time", "timestamp", "now", "t", "stamp", "h"];
+const TIMES: &[&str] = &[
+    "delta",
+    "elapsed",
+    "interval",
+    "duration",
+    "seconds",
+    "period",
+    "step",
+    "time",
+    "timestamp",
+    "now",
+    "t",
+    "stamp",
+    "h",
+];
 
 /// Suffixes of a name that say its unit.
 const UNITS: &[(&str, f64)] = &[
@@ -109,12 +123,15 @@ pub fn takes_step(index: &Index, id: FunctionId) -> bool {
         .params
         .iter()
         .any(|ty| matches!(behind(ty), TypeRef::Path(path) if path.last() == "Duration" || path.last() == "Instant"));
-    by_type
-        || function.body.iter().flat_map(parameter_names).any(|name| {
-            let name = name.trim_start_matches('_');
-            let base = UNITS.iter().find_map(|(suffix, _)| name.strip_suffix(suffix)).unwrap_or(name);
-            matches!(step_unit(name), Some(StepUnit::Time(_))) || TIMES.contains(&base)
-        })
+    by_type || function.body.iter().flat_map(parameter_names).any(is_time_name)
+}
+
+/// Whether a name says that it tells a law how much time has passed.
+#[must_use]
+pub fn is_time_name(name: &str) -> bool {
+    let name = name.trim_start_matches('_');
+    let base = UNITS.iter().find_map(|(suffix, _)| name.strip_suffix(suffix)).unwrap_or(name);
+    matches!(step_unit(name), Some(StepUnit::Time(_))) || TIMES.contains(&base)
 }
 
 fn behind(ty: &TypeRef) -> &TypeRef {

@@ -43,6 +43,35 @@ impl Subject {
         }
     }
 
+    /// The two places of which it asks whether they are equal.
+    #[must_use]
+    pub fn equals(&self) -> Option<(&Place, &Place)> {
+        match self.reads.as_slice() {
+            [left, right] if self.whole.is_none() && self.key.contains(" == ") => Some((left, right)),
+            _ => None,
+        }
+    }
+
+    /// The heads of another subject with the same value, as this one's.
+    #[must_use]
+    pub fn translate(&self, mask: u32, source: &Self) -> u32 {
+        let mut bits = if mask & OTHER_HEADS != 0 { OTHER_HEADS } else { 0 };
+        for (number, head) in source.heads.iter().enumerate() {
+            if mask & (1 << number) != 0 {
+                bits |= self.bit(head);
+            }
+        }
+        // Heads that only this one tells apart are among the source's others.
+        if mask & OTHER_HEADS != 0 {
+            for (number, head) in self.heads.iter().enumerate() {
+                if !source.heads.contains(head) {
+                    bits |= 1 << number;
+                }
+            }
+        }
+        bits & self.anything()
+    }
+
     /// The bit of a head.
     #[must_use]
     pub fn bit(&self, head: &str) -> u32 {
@@ -95,6 +124,8 @@ pub struct About {
     pub numbers: Vec<u64>,
     /// Whether it masks bits.
     pub is_masked: bool,
+    /// Whether what is asked was awaited.
+    pub is_awaited: bool,
     /// Whether it is an arm of a choice between events.
     pub is_event: bool,
     /// Whether it is a constant expression, or asks for `#[cfg]`.

@@ -181,6 +181,7 @@ fn project() -> Project {
             }),
         }],
         cfg: CfgValues::default(),
+        is_partly_read: false,
         metadata: None,
     };
     Project {

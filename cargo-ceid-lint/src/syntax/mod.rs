@@ -16,6 +16,7 @@ mod text;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -46,6 +47,8 @@ pub struct RootModule {
     pub attributes: Vec<Attribute>,
     /// Its items.
     pub items: Vec<Item>,
+    /// The names of items and methods, of all its modules, that are not there under this `cfg`.
+    pub removed: BTreeSet<String>,
 }
 
 /// The items of the crate with that root file, its modules included. Files are read through `files`, once each.

@@ -34,6 +34,8 @@ pub(super) struct Loader<'a> {
     pub(super) own_macros: BTreeSet<String>,
     /// The rules of those that were lowered so far.
     pub(super) own: OwnMacros,
+    /// The names of items and methods that are not there under this `cfg`.
+    pub(super) removed: BTreeSet<String>,
 }
 
 /// Where the modules of a module are looked for.
@@ -96,14 +98,18 @@ impl<'a> Loader<'a> {
             loads: 0,
             own_macros: BTreeSet::new(),
             own: OwnMacros::default(),
+            removed: BTreeSet::new(),
         }
     }
 
     pub(super) fn root(mut self, path: &Path) -> RootModule {
         let loaded = self.load(path, ModuleDir::of_file(path, None), None);
+        let removed = std::mem::take(&mut self.removed);
         loaded.map_or_else(RootModule::default, |file| match file.attrs.presence {
             Presence::Absent => RootModule::default(),
-            Presence::Present | Presence::Maybe(_) => RootModule { attributes: file.attrs.kept, items: file.items },
+            Presence::Present | Presence::Maybe(_) => {
+                RootModule { attributes: file.attrs.kept, items: file.items, removed }
+            }
         })
     }
 

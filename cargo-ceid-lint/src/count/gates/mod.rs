@@ -1,52 +1,105 @@
 //! Conditions that skip an update on purpose, and what tells them from defects.
 
+mod event;
+mod helper;
 mod mode;
+mod rate;
 mod sample;
+mod sources;
+mod state;
+mod step;
 mod time;
 
-use super::search::{End, Exploration, Region, Search};
-use super::verdict::Gate;
-use crate::flow::{About, Effect, LoopId, NodeId, Place, Test};
-use crate::syntax::CycleDirective;
+use std::cell::{OnceCell, RefCell};
+use std::collections::BTreeMap;
 
-/// Why a way does not update, if it does so on purpose; `None` for a way that updates, or that nothing explains.
-pub(super) fn of_end(search: &Search<'_>, region: Region, exploration: &Exploration, end: &End) -> Option<Gate> {
-    if end.state.count != crate::count::counts::Count::Zero || end.state.reset {
-        return None;
-    }
-    let at = end.state.skipped_at?;
-    let gates = Gates { search, region };
-    let gate = match &search.graph.node(at).effect {
-        Effect::Branch(test) => gates.of_test(test, at),
-        Effect::Call(_) => end.state.helper_gate,
-        Effect::LoopHead(id) => gates.of_loop(*id),
-        _ => None,
-    };
-    let gate = gate.or_else(|| gates.of_payload(exploration, end)).or_else(|| gates.measured(exploration, end))?;
-    if gate == Gate::Measured {
-        return Some(gate);
-    }
-    // A clock that runs on while the filter stands still loses time, whatever the gate.
-    if !matches!(gate, Gate::Time | Gate::Config | Gate::Startup) && gates.advances_clock(exploration, end, at) {
-        return None;
-    }
-    Some(gate)
-}
+pub(super) use sample::fed_params;
+use sources::{Assignments, Sources};
+
+use super::search::{End, Exploration, Region, Search};
+use super::summary::place_of;
+use super::verdict::Gate;
+use crate::config::TimeBase;
+use crate::flow::{About, CallSite, Computed, Effect, LoopId, NodeId, Place, Projection, SubjectId, Test};
+use crate::syntax::CycleDirective;
 
 /// Whether a test asks about something that was received in this iteration.
 pub(super) fn is_received(search: &Search<'_>, region: Region, test: &Test) -> bool {
-    let gates = Gates { search, region };
-    test.about.reads.iter().filter_map(Place::base_var).any(|var| gates.is_received(var))
+    let gates = Gates::new(search, region);
+    test.about.reads.iter().filter_map(Place::base_var).any(|var| gates.is_message(var))
 }
 
-struct Gates<'s, 'a> {
+/// What is asked of one filter in one cycle.
+pub(super) struct Gates<'s, 'a> {
     search: &'s Search<'a>,
     region: Region,
+    assignments: Assignments<'a>,
+    fed: OnceCell<Sources>,
+    step: OnceCell<Sources>,
+    time_base: OnceCell<TimeBase>,
+    modes: RefCell<BTreeMap<SubjectId, bool>>,
+    /// Whether the region is a function that a cycle calls, not one that is a cycle.
+    is_helper: bool,
 }
 
-impl Gates<'_, '_> {
-    fn of_test(&self, test: &Test, at: NodeId) -> Option<Gate> {
-        let gate = self.of_condition(test, at);
+/// A way that does not update: its nodes, and the one at which that was decided.
+struct Way {
+    nodes: Vec<NodeId>,
+    at: NodeId,
+}
+
+impl Way {
+    /// The node that follows another one on the way.
+    fn after(&self, at: NodeId) -> Option<NodeId> {
+        let number = self.nodes.iter().position(|id| *id == at)?;
+        self.nodes.get(number + 1).copied()
+    }
+}
+
+/// How many truth values in between are followed to the condition that gave them.
+const MAX_ORIGINS: u32 = 4;
+
+impl<'s, 'a> Gates<'s, 'a> {
+    pub(super) fn new(search: &'s Search<'a>, region: Region) -> Self {
+        let assignments = Assignments::new(search.graph);
+        let (fed, step, time_base) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
+        Self { search, region, assignments, fed, step, time_base, modes: RefCell::default(), is_helper: false }
+    }
+
+    /// The same for a function that a cycle calls.
+    pub(super) fn of_helper(search: &'s Search<'a>) -> Self {
+        Self { is_helper: true, ..Self::new(search, Region::Function) }
+    }
+
+    /// Why a way does not update, if it does so on purpose; `None` for a way that updates, or that nothing explains.
+    pub(super) fn of_end(&self, exploration: &Exploration, end: &End) -> Option<Gate> {
+        if end.state.count != crate::count::counts::Count::Zero || end.state.reset {
+            return None;
+        }
+        let at = end.state.skipped_at?;
+        let nodes = exploration.path(end.at).iter().map(|at| exploration.states[*at].node).collect();
+        let way = Way { nodes, at };
+        let gate = match &self.search.graph.node(at).effect {
+            Effect::Branch(test) => self.of_branch(test, at, &way),
+            Effect::Call(site) => end.state.helper_gate.or_else(|| self.of_call(site, at)),
+            Effect::LoopHead(id) => self.of_loop(*id),
+            _ => None,
+        };
+        let gate = gate.or_else(|| self.of_payload(&way)).or_else(|| self.leaves_mode(&way));
+        if let Some(gate) = gate
+            && !self.loses_time(gate, &way)
+        {
+            return Some(gate);
+        }
+        if self.is_measured(&way) {
+            return Some(Gate::Measured);
+        }
+        (gate.is_none() && self.is_before_closed_gate(&way)).then_some(Gate::Time)
+    }
+
+    /// What a condition waits for; a claimed rate gate must be one of that rate.
+    fn of_branch(&self, test: &Test, at: NodeId, way: &Way) -> Option<Gate> {
+        let gate = self.of_condition(test, at, way, 0);
         let at_gate = match self.search.program.directive(test.span) {
             Some(CycleDirective::Every(ratio)) => Some(ratio),
             _ => None,
@@ -63,7 +116,15 @@ impl Gates<'_, '_> {
         }
     }
 
-    fn of_condition(&self, test: &Test, at: NodeId) -> Option<Gate> {
+    /// What a condition waits for, or the condition whose result it asks for: `let due = n % 10 == 0; if due { … }`.
+    fn of_condition(&self, test: &Test, at: NodeId, way: &Way, origins: u32) -> Option<Gate> {
+        self.of_test(test, at, way).or_else(|| {
+            let (test, at) = self.origin(test, at, way).filter(|_| origins < MAX_ORIGINS)?;
+            self.of_condition(test, at, way, origins + 1)
+        })
+    }
+
+    fn of_test(&self, test: &Test, at: NodeId, way: &Way) -> Option<Gate> {
         let about = &test.about;
         if about.is_constant {
             return Some(Gate::Config);
@@ -71,22 +132,28 @@ impl Gates<'_, '_> {
         if about.is_event {
             return Some(Gate::Event);
         }
-        if about.is_remainder {
+        if about.is_remainder && self.remainder_counts(test) {
             return Some(Gate::Rate);
         }
         // A lock that is not waited for fails while another holds it: that is no setting.
         let is_tried = about.names.iter().any(|name| name.starts_with("try_"));
-        if about.is_presence && !is_tried && self.is_presence_of_filter(test) {
+        if about.is_presence && !is_tried && self.is_presence_of_filter(test) || self.asks_only_filter(test) {
             return Some(Gate::Config);
+        }
+        if self.is_latch(test, at) || self.is_first(test) {
+            return Some(Gate::Startup);
         }
         if about.is_presence && self.feeds_sample(test) {
             return Some(Gate::Sample);
         }
-        if self.is_event(test) {
+        if self.is_event(test) || self.is_flag_of_others(test) {
             return Some(Gate::Event);
         }
+        if self.asks_moment(test) {
+            return Some(Gate::Time);
+        }
         if !about.is_presence
-            && let Some(gate) = self.counter(test)
+            && let Some(gate) = self.counter(test, at, way)
         {
             return Some(gate);
         }
@@ -96,14 +163,32 @@ impl Gates<'_, '_> {
         if self.is_readiness(test) {
             return Some(Gate::Sample);
         }
-        if self.is_latch(test, at) {
-            return Some(Gate::Startup);
-        }
-        if test.subject.is_some() && self.is_unchanging(test, at) {
+        if test.subject.is_some() && self.is_unchanging(test) {
             return Some(Gate::Config);
         }
-        if self.is_mode(test, at) {
-            return Some(Gate::Mode);
+        self.is_mode(test.subject?).then_some(Gate::Mode)
+    }
+
+    /// The condition that gave a truth value which is asked for: the last one before the value was chosen on the way.
+    fn origin(&self, test: &Test, at: NodeId, way: &Way) -> Option<(&'a Test, NodeId)> {
+        let graph = self.search.graph;
+        let mut asked = graph.subjects[test.subject?.0 as usize].whole.clone()?;
+        let asks_at = way.nodes.iter().position(|node| *node == at)?;
+        for number in (0..asks_at).rev() {
+            let node = graph.node(way.nodes[number]);
+            let (Effect::Set(set) | Effect::Write(set)) = &node.effect else { continue };
+            if set.place != asked {
+                continue;
+            }
+            if let Some(from) = set.same_as {
+                asked = Place::var(from);
+                continue;
+            }
+            set.head.as_ref()?;
+            return way.nodes[..number].iter().rev().find_map(|id| match &graph.node(*id).effect {
+                Effect::Branch(test) => Some((test, *id)),
+                _ => None,
+            });
         }
         None
     }
@@ -111,48 +196,67 @@ impl Gates<'_, '_> {
     /// An inner loop that may have no round: over samples that are there or not.
     fn of_loop(&self, id: LoopId) -> Option<Gate> {
         let info = self.search.graph.loop_info(id);
-        let feeds = self.fed().any(|var| self.search.aliases.is_derived(var, &info.bound));
         // A helper's own loop over samples has no round where there is no sample.
-        (info.drains || feeds || self.search.sample_loops.contains(&id)).then_some(Gate::Sample)
+        let feeds = self.feeds_any(&info.bound) || self.search.sample_loops.contains(&id);
+        (info.drains || feeds).then_some(Gate::Sample)
     }
 
     /// The nodes of the region.
     fn nodes(&self) -> impl Iterator<Item = NodeId> + '_ {
         let graph = self.search.graph;
-        graph.node_ids().filter(move |id| match self.region {
-            Region::Function => true,
-            Region::Loop(own) => graph.is_within(graph.node(*id).in_loop, own),
-        })
+        graph.node_ids().filter(move |id| self.is_inside(*id))
     }
 
-    /// The places that what is fed to the instance is computed from.
-    fn fed_places(&self) -> Vec<Place> {
+    fn is_inside(&self, id: NodeId) -> bool {
+        match self.region {
+            Region::Function => true,
+            Region::Loop(own) => self.search.graph.is_within(self.search.graph.node(id).in_loop, own),
+        }
+    }
+
+    /// The node at which an iteration begins.
+    fn start(&self) -> NodeId {
+        match self.region {
+            Region::Function => NodeId(0),
+            Region::Loop(own) => self.search.graph.loop_info(own).head,
+        }
+    }
+
+    /// The nodes that an iteration can reach; `follows` says which edges it may take.
+    fn reached(&self, follows: impl Fn(NodeId, usize) -> bool) -> Vec<bool> {
+        self.reached_from(self.start(), follows)
+    }
+
+    fn reached_from(&self, from: NodeId, follows: impl Fn(NodeId, usize) -> bool) -> Vec<bool> {
         let graph = self.search.graph;
-        let mut places = Vec::new();
-        for id in self.nodes() {
-            match &graph.node(id).effect {
-                Effect::Update(update) if self.is_instance(&update.place) => {
-                    places.extend(update.from.places.iter().cloned());
-                }
-                Effect::Call(site) if self.concerns(site) => places.extend(site.from.places.iter().cloned()),
-                _ => {}
+        let start = self.start();
+        let mut reached = vec![false; graph.nodes.len()];
+        let mut open = vec![from];
+        while let Some(id) = open.pop() {
+            if std::mem::replace(&mut reached[id.0 as usize], true) {
+                continue;
             }
-        }
-        let mut at = 0;
-        while at < places.len() && places.len() < 256 {
-            if let Some(var) = places[at].base_var()
-                && places[at].steps.is_empty()
-                && let Some(computed) = graph.computed.get(&var)
-            {
-                for place in &computed.places {
-                    if !places.contains(place) {
-                        places.push(place.clone());
-                    }
+            for (edge, next) in graph.node(id).next.iter().enumerate() {
+                if *next != start && self.is_inside(*next) && follows(id, edge) {
+                    open.push(*next);
                 }
             }
-            at += 1;
         }
-        places
+        reached
+    }
+
+    /// Whether an iteration can come to its end from a node by these edges.
+    fn completes(&self, from: NodeId, follows: impl Fn(NodeId, usize) -> bool) -> bool {
+        let graph = self.search.graph;
+        let start = self.start();
+        let reached = self.reached_from(from, &follows);
+        self.nodes().filter(|id| reached[id.0 as usize]).any(|id| match self.region {
+            Region::Function => matches!(graph.node(id).effect, Effect::Return(_)),
+            Region::Loop(_) => {
+                let edges = graph.node(id).next.iter().enumerate();
+                edges.filter(|(_, next)| **next == start).any(|(edge, _)| follows(id, edge))
+            }
+        })
     }
 
     fn is_instance(&self, place: &Place) -> bool {
@@ -167,10 +271,18 @@ impl Gates<'_, '_> {
             .any(|root| root.overlaps(self.search.instance) && root.steps.len() > self.search.instance.steps.len())
     }
 
-    fn concerns(&self, site: &crate::flow::CallSite) -> bool {
+    /// Whether a place is the instance or a part of it, not what it is a part of.
+    fn lies_in_instance(&self, place: &Place) -> bool {
+        let instance = self.search.instance;
+        let roots = self.search.aliases.roots(place);
+        roots.iter().any(|root| root.overlaps(instance) && root.steps.len() >= instance.steps.len())
+    }
+
+    fn concerns(&self, site: &CallSite) -> bool {
         site.args.iter().filter_map(|arg| arg.place.as_ref()).any(|place| self.is_instance(place))
     }
 
+    /// Whether a call in the region writes a place.
     fn calls_write(&self, place: &Place) -> bool {
         let graph = self.search.graph;
         self.nodes().any(|id| match &graph.node(id).effect {
@@ -180,23 +292,43 @@ impl Gates<'_, '_> {
         })
     }
 
-    fn call_writes(&self, site: &crate::flow::CallSite, place: &Place) -> bool {
-        site.targets.iter().any(|target| {
-            self.search.summaries.get(*target).is_some_and(|summary| {
-                summary.writes.iter().any(|given| {
-                    crate::count::summary::place_of(given, site).is_some_and(|written| written.overlaps(place))
-                })
-            })
-        })
+    fn call_writes(&self, site: &CallSite, place: &Place) -> bool {
+        self.written_by(site).any(|written| written.overlaps(place))
+    }
+
+    /// The places that a call writes.
+    fn written_by<'b>(&'b self, site: &'b CallSite) -> impl Iterator<Item = Place> + 'b {
+        let summaries = site.targets.iter().filter_map(|target| self.search.summaries.get(*target));
+        summaries.flat_map(|summary| &summary.writes).filter_map(|given| place_of(given, site))
+    }
+
+    /// Whether a place is there before and after the iteration.
+    fn outlives(&self, place: &Place) -> bool {
+        let graph = self.search.graph;
+        match (self.region, place.base_var()) {
+            (Region::Loop(own), Some(var)) => !graph.is_within(graph.var(var).in_loop, own),
+            (Region::Function, Some(var)) => graph.var(var).param.is_some(),
+            (_, None) => true,
+        }
+    }
+
+    /// What the places that a condition reads are computed from.
+    fn behind(&self, test: &Test) -> Sources {
+        let asked = Computed { places: test.about.reads.clone(), calls: test.about.names.clone() };
+        self.assignments.behind(&asked)
     }
 
     /// The last name of a place.
     fn last_name(&self, place: &Place) -> String {
         match place.steps.last() {
-            Some(crate::flow::Projection::Field(name)) => name.to_string(),
-            Some(crate::flow::Projection::Index(_) | crate::flow::Projection::Channel(_)) => String::new(),
+            Some(Projection::Field(name)) => name.to_string(),
+            Some(Projection::Index(_) | Projection::Channel(_)) => String::new(),
             None => place.base_var().map(|var| self.search.graph.var(var).name.clone()).unwrap_or_default(),
         }
+    }
+
+    fn ty(&self, place: &Place) -> Option<crate::index::Ty> {
+        super::instances::place_ty(self.search.program.index, self.search.graph, place)
     }
 }
 

@@ -1,9 +1,10 @@
-//! Gates of time and rate: clocks, timers, counters, and steps that are measured.
+//! Gates of time: clocks, deadlines and timers.
 
-use super::Gates;
-use crate::count::search::{End, Exploration, Region};
+use super::sources::Sources;
+use super::{Gates, Way};
 use crate::count::verdict::Gate;
-use crate::flow::{Effect, NodeId, Place, Test, Var};
+use crate::flow::{ChangeKind, Effect, NodeId, Place, Test, is_time_name};
+use crate::index::Ty;
 
 /// Names of methods and fields that tell the time.
 const CLOCKS: &[&str] = &[
@@ -42,7 +43,33 @@ const CLOCKS: &[&str] = &[
     "current_time",
 ];
 
+/// Types of points and spans of time.
+const TIMES: &[&str] = &["Instant", "Duration", "CuDuration", "CuTime", "SystemTime"];
+
+pub(super) fn is_clock(name: &str) -> bool {
+    CLOCKS.contains(&name)
+}
+
 impl Gates<'_, '_> {
+    pub(super) fn tells_time(&self, test: &Test) -> bool {
+        if test.about.names.iter().any(|name| is_clock(name)) || self.is_timer_poll(test) {
+            return true;
+        }
+        if !test.about.is_comparison {
+            return false;
+        }
+        test.about.reads.iter().any(|place| {
+            let source = crate::flow::Computed { places: vec![place.clone()], calls: Vec::new() };
+            let is_told = place.steps.is_empty() && self.tells(&self.assignments.behind(&source));
+            is_told || self.is_time(place) || self.is_accumulated_time(place)
+        })
+    }
+
+    /// A comparison with what is named as a point of time: `now < self.deadline`.
+    pub(super) fn asks_moment(&self, test: &Test) -> bool {
+        test.about.is_comparison && test.about.reads.iter().any(|place| is_moment_name(&self.last_name(place)))
+    }
+
     /// `timer.wait().is_ok()`, `sleep.poll(cx).is_pending()`: a question to something that is named as a timer.
     fn is_timer_poll(&self, test: &Test) -> bool {
         let polls = test.about.names.iter().any(|name| {
@@ -60,158 +87,126 @@ impl Gates<'_, '_> {
             })
     }
 
-    pub(super) fn tells_time(&self, test: &Test) -> bool {
-        let graph = self.search.graph;
-        let is_clock = |name: &str| CLOCKS.contains(&name);
-        if test.about.names.iter().any(|name| is_clock(name)) || self.is_timer_poll(test) {
-            return true;
-        }
-        if !test.about.is_comparison {
-            return false;
-        }
-        test.about.reads.iter().any(|place| {
-            let typed = crate::count::instances::place_ty(self.search.program.index, graph, place);
-            let by_type = typed.is_some_and(|ty| {
-                matches!(ty.external_name(), Some("Instant" | "Duration" | "CuDuration" | "CuTime" | "SystemTime"))
-            });
-            by_type || self.calls_behind(place).iter().any(|name| is_clock(name))
-        })
+    /// Whether a value comes from a clock.
+    pub(super) fn tells(&self, sources: &Sources) -> bool {
+        sources.calls.iter().any(|name| is_clock(name)) || sources.places.iter().any(|place| self.is_time(place))
     }
 
-    /// The functions that a variable was computed with, by any number of steps.
-    fn calls_behind(&self, place: &Place) -> Vec<String> {
-        let graph = self.search.graph;
-        let mut calls = Vec::new();
-        let mut seen: Vec<Var> = Vec::new();
-        let mut open: Vec<Var> = place.base_var().filter(|_| place.steps.is_empty()).into_iter().collect();
-        while let Some(var) = open.pop() {
-            if seen.contains(&var) || seen.len() > 32 {
-                continue;
-            }
-            seen.push(var);
-            if let Some(computed) = graph.computed.get(&var) {
-                calls.extend(computed.calls.iter().cloned());
-                open.extend(computed.places.iter().filter(|place| place.steps.is_empty()).filter_map(Place::base_var));
-            }
-        }
-        calls
+    fn is_time(&self, place: &Place) -> bool {
+        self.ty(place).as_ref().and_then(Ty::external_name).is_some_and(|name| TIMES.contains(&name))
     }
 
-    /// A counter that is compared: set back or wrapped, it decimates; never set back, it counts a warm-up.
-    pub(super) fn counter(&self, test: &Test) -> Option<Gate> {
-        test.about.reads.iter().find_map(|place| {
-            let steps = self.count_steps(place)?;
-            if steps.wraps || (steps.counts && (steps.set_back || test.about.is_masked)) {
-                return Some(Gate::Rate);
-            }
-            (steps.counts && !steps.other && test.about.is_comparison).then_some(Gate::Startup)
-        })
+    /// `since += dt`, `left -= dt`: a place to which a span of time is added.
+    fn is_accumulated_time(&self, place: &Place) -> bool {
+        self.outlives(place)
+            && self.nodes().filter(|id| self.assigns(*id, place)).any(|id| {
+                self.search.graph.changes.get(&id).is_some_and(|change| {
+                    change.kind == ChangeKind::Accumulates
+                        && (change.computed.places.iter().any(|step| is_time_name(&self.last_name(step)))
+                            || self.tells(&self.assignments.behind(&change.computed)))
+                })
+            })
     }
 
-    /// How a place changes in the region, if it is a counter; `None` if nothing changes it.
-    fn count_steps(&self, place: &Place) -> Option<CountSteps> {
-        let sources = self.search.program.sources;
-        let mut steps = CountSteps::default();
-        let mut changes = false;
-        for id in self.nodes() {
-            let node = self.search.graph.node(id);
-            let (Effect::Write(write) | Effect::Set(write)) = &node.effect else { continue };
-            if write.place != *place {
-                continue;
-            }
-            changes = true;
-            let text = sources.snippet(node.span);
-            if write.head.as_deref().is_some_and(|head| head.parse::<i64>().is_ok()) || text.contains("= 0") {
-                steps.set_back = true;
-            } else if text.contains('%') || text.contains("rem_euclid") {
-                steps.wraps = true;
-            } else if ["+= 1", "-= 1", "+ 1", "- 1", "_add(1)", "_sub(1)"].iter().any(|step| text.contains(step)) {
-                steps.counts = true;
-            } else if write.head.is_none() && text.contains("= ") && is_plain_number(text) {
-                steps.set_back = true;
-            } else {
-                steps.other = true;
-            }
-        }
-        changes.then_some(steps)
-    }
-
-    /// The clock that the filter's step is computed from stands still on the way, so that the next step covers the gap.
-    pub(super) fn measured(&self, exploration: &Exploration, end: &End) -> Option<Gate> {
-        let graph = self.search.graph;
-        let path: Vec<NodeId> = exploration.path(end.at).iter().map(|at| exploration.states[*at].node).collect();
-        let steps = self.fed_places();
-        let tells_time = steps.iter().any(|place| {
-            self.calls_behind(place).iter().any(|name| CLOCKS.contains(&name.as_str()))
-                || matches!(
-                    crate::count::instances::place_ty(self.search.program.index, graph, place)
-                        .as_ref()
-                        .and_then(crate::index::Ty::external_name),
-                    Some("Instant" | "Duration" | "SystemTime")
-                )
-        });
-        if !tells_time {
-            return None;
-        }
-        let writes = |id: NodeId, place: &Place| match &graph.node(id).effect {
+    pub(super) fn assigns(&self, id: NodeId, place: &Place) -> bool {
+        match &self.search.graph.node(id).effect {
             Effect::Write(write) | Effect::Set(write) => write.place == *place,
             _ => false,
-        };
-        let stands = steps.iter().any(|place| {
-            self.outlives(place)
-                && self.is_clock_name(place)
-                && self.nodes().any(|id| writes(id, place))
-                && !path.iter().any(|id| writes(*id, place))
-        });
-        stands.then_some(Gate::Measured)
-    }
-
-    /// Whether a place is there before and after the iteration.
-    pub(super) fn outlives(&self, place: &Place) -> bool {
-        let graph = self.search.graph;
-        match (self.region, place.base_var()) {
-            (Region::Loop(own), Some(var)) => !graph.is_within(graph.var(var).in_loop, own),
-            (Region::Function, Some(var)) => graph.var(var).param.is_some(),
-            (_, None) => true,
         }
     }
 
-    /// Whether the way advances a clock that the gate or the filter's step is measured with.
-    pub(super) fn advances_clock(&self, exploration: &Exploration, end: &End, _at: NodeId) -> bool {
+    /// The times that are kept from one iteration to the next, among the places that a value is computed from.
+    pub(super) fn clocks<'s>(&'s self, sources: &'s Sources) -> impl Iterator<Item = &'s Place> + 's {
+        sources.places.iter().filter(|place| self.outlives(place) && self.is_kept_time(place))
+    }
+
+    /// Whether the cycle keeps a time in a place.
+    fn is_kept_time(&self, place: &Place) -> bool {
+        let is_named = is_clock_name(&self.last_name(place)) || self.is_time(place);
+        self.nodes().filter(|id| self.assigns(*id, place)).any(|id| {
+            let change = self.search.graph.changes.get(&id);
+            change.is_some_and(|change| {
+                change.kind != ChangeKind::Constant
+                    && (is_named || self.tells(&self.assignments.behind(&change.computed)))
+            })
+        })
+    }
+
+    /// Whether a way sets one of these clocks.
+    pub(super) fn sets_clock(&self, sources: &Sources, way: &Way) -> bool {
+        let clocks: Vec<&Place> = self.clocks(sources).collect();
+        way.nodes.iter().any(|id| {
+            clocks.iter().any(|place| self.assigns(*id, place) && self.search.graph.changes.contains_key(id))
+                || self.laps(*id, sources)
+        })
+    }
+
+    /// A helper that keeps the time, and whose result the value is computed from: `let dt = self.lap();`
+    pub(super) fn laps(&self, id: NodeId, sources: &Sources) -> bool {
+        match &self.search.graph.node(id).effect {
+            Effect::Call(site) => {
+                site.into.iter().any(|var| sources.has_var(*var))
+                    && self.written_by(site).any(|place| {
+                        self.outlives(&place) && (is_clock_name(&self.last_name(&place)) || self.is_time(&place))
+                    })
+            }
+            _ => false,
+        }
+    }
+
+    /// Whether the time goes on without the filter, so that a gate is no excuse.
+    pub(super) fn loses_time(&self, gate: Gate, way: &Way) -> bool {
+        match gate {
+            // The filter starts anew, or never does.
+            Gate::Config | Gate::Startup | Gate::Mode | Gate::Measured => false,
+            Gate::Time => match &self.search.graph.node(way.at).effect {
+                Effect::Branch(test) => {
+                    let is_sum = test.about.reads.iter().any(|place| self.is_accumulated_time(place));
+                    !is_sum && self.resets_deadline(test, way)
+                }
+                _ => false,
+            },
+            _ => self.time_base() != crate::config::TimeBase::Inside && self.sets_clock(self.step(), way),
+        }
+    }
+
+    /// Whether a way that finds the gate closed begins its period anew, so that it never opens.
+    fn resets_deadline(&self, test: &Test, way: &Way) -> bool {
+        let sources = self.behind(test);
+        self.clocks(&sources).any(|place| {
+            way.nodes.iter().any(|id| {
+                self.assigns(*id, place)
+                    && self.search.graph.changes.get(id).is_some_and(|change| change.kind == ChangeKind::Other)
+            })
+        })
+    }
+
+    /// A way that leaves before a time gate is asked, or before its clock is set: the gate stays as it is.
+    pub(super) fn is_before_closed_gate(&self, way: &Way) -> bool {
         let graph = self.search.graph;
-        let steps = self.fed_places();
-        exploration.path(end.at).iter().any(|at| {
-            let node = graph.node(exploration.states[*at].node);
-            let (Effect::Write(write) | Effect::Set(write)) = &node.effect else { return false };
-            self.outlives(&write.place) && self.is_clock_name(&write.place) && steps.contains(&write.place)
+        let reach = self.search.reach(self.region);
+        self.nodes().any(|id| {
+            let Effect::Branch(test) = &graph.node(id).effect else { return false };
+            let decides = graph.node(id).next.iter().filter(|next| reach[next.0 as usize]).count() == 1;
+            if !decides || way.nodes.contains(&id) || !self.tells_time(test) {
+                return false;
+            }
+            let sources = self.behind(test);
+            let mut clocks = self.clocks(&sources).peekable();
+            clocks.peek().is_some() && !self.sets_clock(&sources, way)
         })
-    }
-
-    /// Whether a place is named as the time of the last step.
-    fn is_clock_name(&self, place: &Place) -> bool {
-        let name = self.last_name(place);
-        ["last", "prev", "time", "stamp", "t0", "then", "previous", "tick"].iter().any(|part| name.contains(part))
     }
 }
 
-/// How a counter changes.
-#[derive(Clone, Copy, Debug, Default)]
-struct CountSteps {
-    /// It goes up or down by one.
-    counts: bool,
-    /// It is set to a constant.
-    set_back: bool,
-    /// It goes round by itself.
-    wraps: bool,
-    /// It changes in another way.
-    other: bool,
+/// Whether a place is named as a point of time.
+pub(super) fn is_moment_name(name: &str) -> bool {
+    let name = name.trim_start_matches('_').to_lowercase();
+    matches!(name.as_str(), "now" | "deadline" | "due" | "elapsed")
+        || ["now_", "next_due", "due_", "elapsed_", "deadline_"].iter().any(|part| name.starts_with(part))
+        || name.ends_with("_deadline")
 }
 
-/// Whether an assignment gives a constant by its name: `n = PERIOD`.
-fn is_plain_number(text: &str) -> bool {
-    text.rsplit("= ").next().is_some_and(|value| {
-        value.chars().all(|character| {
-            character.is_ascii_uppercase() || character == '_' || character.is_ascii_digit() || character == ':'
-        })
-    })
+/// Whether a place is named as the time of the last step.
+fn is_clock_name(name: &str) -> bool {
+    ["last", "prev", "time", "stamp", "t0", "then", "previous", "tick"].iter().any(|part| name.contains(part))
 }

@@ -66,10 +66,15 @@ impl Run<'_, '_> {
         let mut after = Vec::new();
         for (state, heads) in states {
             for outcome in outcomes {
-                let mut next = state.clone();
+                let Some(masks) = self.asked(state, outcome) else { continue };
+                let mut next = State { masks, ..state.clone() };
                 next.attempted |= outcome.attempted && next.count == Count::Zero;
+                if outcome.reset {
+                    self.rejuvenate(&mut next);
+                }
                 if outcome.count == Count::PerSample {
                     next.count = next.count.then(Count::PerSample);
+                    self.wake(&mut next);
                 } else {
                     self.add(&mut next, outcome.count);
                     if outcome.count == Count::Many {
@@ -99,6 +104,9 @@ impl Run<'_, '_> {
             for outcome in outcomes {
                 let mut next = state.clone();
                 next.reset |= outcome.reset;
+                if outcome.reset {
+                    self.rejuvenate(&mut next);
+                }
                 if let Some(cause) = &outcome.unknown {
                     next.unknown = Some(self.cause(cause));
                 }
@@ -149,21 +157,27 @@ impl Run<'_, '_> {
 
     pub(super) fn assign(&mut self, at: usize, state: &State, set: &Assignment) {
         let graph = self.search.graph;
+        if self.part_copies(at, state, set) {
+            return;
+        }
         let names = self.names.get(state.names).clone();
         let (renamed, replaced) = self.search.renamed(&names, set, &|var| self.number(state, var));
         let mut next = state.clone();
         next.names = self.names.intern(renamed);
         next.reset |= replaced;
+        if replaced {
+            self.rejuvenate(&mut next);
+        }
         if !set.rebinds && !replaced && names.iter().any(|name| set.place.relate(name, &|_| None) == Relation::Part) {
             next.partly_reset = true;
         }
         // A copy of a variable has its heads.
-        let copied = set.same_as.and_then(|var| {
+        let copied = graph.copied(state.node).and_then(|place| {
             let from = self
                 .tracked
                 .subjects
                 .iter()
-                .position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&Place::var(var)))?;
+                .position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&place))?;
             Some((from, self.masks.get(state.masks)[from]))
         });
         next.masks = self.killed(next.masks, &set.place);
@@ -178,21 +192,7 @@ impl Run<'_, '_> {
                 (Some(head), _) => Some(subject.bit(head)),
                 (None, Some((from, mask))) => {
                     let source = &graph.subjects[self.tracked.subjects[from].0 as usize];
-                    let mut bits = if mask & OTHER_HEADS != 0 { OTHER_HEADS } else { 0 };
-                    for (number, head) in source.heads.iter().enumerate() {
-                        if mask & (1 << number) != 0 {
-                            bits |= subject.bit(head);
-                        }
-                    }
-                    // Heads that only the copy tells apart are among the source's others.
-                    if mask & OTHER_HEADS != 0 {
-                        for (number, head) in subject.heads.iter().enumerate() {
-                            if !source.heads.contains(head) {
-                                bits |= 1 << number;
-                            }
-                        }
-                    }
-                    Some(bits & subject.anything())
+                    Some(subject.translate(mask, source))
                 }
                 (None, None) => None,
             };

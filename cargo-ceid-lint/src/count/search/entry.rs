@@ -1,6 +1,8 @@
 //! Where a search of a loop begins: the names that the instance has there, and what is known of conditions.
 
-use super::{Entry, MAX_STATES, Region, Search};
+use super::run::Run;
+use super::{Entry, MAX_STATES, Region, Search, State};
+use crate::count::counts::Count;
 use crate::flow::{Base, Cause, Effect, LoopId, NodeId, Place};
 use std::collections::BTreeSet;
 
@@ -131,3 +133,37 @@ impl Search<'_> {
 
 /// Names of the instance, and why it may have others.
 type Reached = (Vec<Place>, Option<Cause>);
+
+impl Run<'_, '_> {
+    pub(super) fn start(&mut self, node: NodeId, entry: Option<&Entry>) {
+        let all: Vec<u32> = self.tracked.subjects.iter().map(|id| self.search.known_before(self.region, *id)).collect();
+        let masks = self.masks.intern(all);
+        self.start_with(node, entry, masks, super::Age::default());
+    }
+
+    pub(super) fn start_with(&mut self, node: NodeId, entry: Option<&Entry>, masks: u32, age: super::Age) {
+        let names = entry.map_or_else(|| vec![self.search.instance.clone()], |entry| entry.names.clone());
+        let names = self.names.intern(names);
+        let rounds = self.rounds.intern(Vec::new());
+        if let Some(cause) = entry.and_then(|entry| entry.doubt.as_ref()) {
+            self.doubt = Some(self.cause(cause));
+        }
+        let state = State {
+            node,
+            count: Count::Zero,
+            in_sample: false,
+            reset: false,
+            partly_reset: false,
+            direct: false,
+            attempted: false,
+            unknown: self.doubt,
+            skipped_at: None,
+            helper_gate: None,
+            age,
+            names,
+            masks,
+            rounds,
+        };
+        self.push(state, None);
+    }
+}

@@ -6,12 +6,15 @@
 mod called;
 mod effects;
 mod entry;
+mod modes;
 mod names;
 mod run;
 
 use std::cell::RefCell;
 use std::collections::{BTreeSet, HashMap};
 
+use modes::Age;
+pub(super) use modes::Mode;
 use names::{covering_loops, indexes_instance};
 use run::Run;
 
@@ -54,6 +57,7 @@ pub(super) struct State {
     pub(super) skipped_at: Option<NodeId>,
     /// Why the helper called there skips, if it does so on purpose.
     pub(super) helper_gate: Option<Gate>,
+    age: Age,
     names: u32,
     masks: u32,
     rounds: u32,
@@ -262,7 +266,8 @@ impl<'a> Search<'a> {
     pub(super) fn outcomes(&self, region: Region) -> (Vec<Outcome>, usize) {
         let around = self.updating().into_iter().flat_map(|node| self.graph.loops_around(node));
         let own: BTreeSet<LoopId> = around.filter(|id| self.sample_loops.contains(id)).collect();
-        let exploration = self.explore_from(region, &[(NodeId(0), None)], own);
+        let exploration = self.explore_from(region, &self.starts(region), own);
+        let gates = super::gates::Gates::of_helper(self);
         let mut outcomes: BTreeSet<Outcome> = BTreeSet::new();
         for end in &exploration.ends {
             outcomes.insert(Outcome {
@@ -272,8 +277,9 @@ impl<'a> Search<'a> {
                 unknown: end.state.unknown.map(|cause| exploration.causes[cause as usize].clone()),
                 direct: end.state.direct,
                 returned: end.returned,
-                gate: super::gates::of_end(self, region, &exploration, end),
+                gate: gates.of_end(&exploration, end),
                 attempted: end.state.attempted,
+                asks: gates.asks(end),
             });
         }
         if exploration.limit {
@@ -289,6 +295,26 @@ impl<'a> Search<'a> {
 
     /// The same, where some loops count as one run of a cycle of their own, however many rounds they have.
     fn explore_from(&self, region: Region, starts: &[(NodeId, Option<Entry>)], own: BTreeSet<LoopId>) -> Exploration {
+        let mut run = self.run(region, own);
+        for (node, entry) in starts {
+            run.start(*node, entry.as_ref());
+        }
+        run.finish()
+    }
+
+    /// Where a search of a region begins.
+    pub(super) fn starts(&self, region: Region) -> Vec<(NodeId, Option<Entry>)> {
+        match region {
+            Region::Function => vec![(NodeId(0), None)],
+            Region::Loop(id) => {
+                let head = self.graph.loop_info(id).head;
+                self.entries(id).into_iter().map(|entry| (head, Some(entry))).collect()
+            }
+        }
+    }
+
+    /// A search that has not begun.
+    fn run(&self, region: Region, own: BTreeSet<LoopId>) -> Run<'_, '_> {
         let touching = self.touching();
         let inside = |node: NodeId| match region {
             Region::Function => true,
@@ -314,11 +340,7 @@ impl<'a> Search<'a> {
             inside(*id) && self.graph.node(*id).next.iter().any(|next| region != Region::Function && !inside(*next))
         }));
         tracked.add(slice::tracked(self.graph, &self.dependence, &touching_inside, &times));
-        let mut run = Run::new(self, region, tracked, self.reach(region), own);
-        for (node, entry) in starts {
-            run.start(*node, entry.as_ref());
-        }
-        run.finish()
+        Run::new(self, region, tracked, self.reach(region), own)
     }
 
     /// The nodes from which an update can be reached without leaving the iteration.

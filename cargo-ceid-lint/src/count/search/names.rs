@@ -1,6 +1,7 @@
 //! The names that an instance has: what assignments, borrows and the rounds of loops do to them.
 
-use super::{MAX_ROUNDS, Search};
+use super::run::Run;
+use super::{MAX_ROUNDS, Region, Search, State};
 use crate::count::aliases::Aliases;
 use crate::flow::{Assignment, CallSite, ControlFlowGraph, IndexKey, LoopId, Place, Projection, Relation, Rounds, Var};
 use std::collections::BTreeSet;
@@ -199,4 +200,16 @@ pub(super) fn covering_loops(graph: &ControlFlowGraph, aliases: &Aliases, instan
         }
     }
     found
+}
+
+impl Run<'_, '_> {
+    /// Whether a state lies in a round over a collection that is another element's than the instance.
+    pub(super) fn is_other_element(&self, state: &State) -> bool {
+        let names = self.names.get(state.names);
+        self.search.graph.loops_around(state.node).take_while(|id| self.region != Region::Loop(*id)).any(|id| {
+            self.search.covers(id)
+                && self.search.with_items(names, id).len() > names.len()
+                && self.search.without_items(names, id).len() == names.len()
+        })
+    }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap, VecDeque};
 
-use super::{End, EndKind, Entry, Exploration, MAX_ROUNDS, MAX_STATES, Region, Search, State};
+use super::{End, EndKind, Exploration, MAX_ROUNDS, MAX_STATES, Region, Search, State};
 use crate::count::counts::Count;
 use crate::count::slice::Tracked;
 use crate::count::summary::returned;
@@ -44,11 +44,13 @@ pub(super) struct Run<'s, 'a> {
     /// The nodes from which an update can still be reached in the iteration.
     pub(super) reach: Vec<bool>,
     /// Why the instance may have names that are not known, from before the region on.
-    doubt: Option<u16>,
+    pub(super) doubt: Option<u16>,
     /// Loops that count as one run of a cycle of their own, however many rounds they have.
     own: BTreeSet<LoopId>,
     pub(super) seen: HashMap<State, usize>,
     pub(super) queue: VecDeque<usize>,
+    /// The mode that is asked about, if one is.
+    pub(super) mode: Option<super::Mode>,
 }
 
 impl<'s, 'a> Run<'s, 'a> {
@@ -79,6 +81,7 @@ impl<'s, 'a> Run<'s, 'a> {
             own,
             seen: HashMap::new(),
             queue: VecDeque::new(),
+            mode: None,
         }
     }
 
@@ -92,38 +95,13 @@ impl<'s, 'a> Run<'s, 'a> {
         self.exploration
     }
 
-    pub(super) fn start(&mut self, node: NodeId, entry: Option<&Entry>) {
-        let names = entry.map_or_else(|| vec![self.search.instance.clone()], |entry| entry.names.clone());
-        let names = self.names.intern(names);
-        let all: Vec<u32> = self.tracked.subjects.iter().map(|id| self.search.known_before(self.region, *id)).collect();
-        let masks = self.masks.intern(all);
-        let rounds = self.rounds.intern(Vec::new());
-        if let Some(cause) = entry.and_then(|entry| entry.doubt.as_ref()) {
-            self.doubt = Some(self.cause(cause));
-        }
-        let state = State {
-            node,
-            count: Count::Zero,
-            in_sample: false,
-            reset: false,
-            partly_reset: false,
-            direct: false,
-            attempted: false,
-            unknown: self.doubt,
-            skipped_at: None,
-            helper_gate: None,
-            names,
-            masks,
-            rounds,
-        };
-        self.push(state, None);
-    }
-
-    fn push(&mut self, state: State, parent: Option<usize>) {
+    pub(super) fn push(&mut self, state: State, parent: Option<usize>) {
         if self.seen.contains_key(&state) {
             return;
         }
-        if self.exploration.states.len() >= MAX_STATES {
+        // What only names a gate may take a part of the effort.
+        let limit = if self.mode.is_some() { MAX_STATES / 4 } else { MAX_STATES };
+        if self.exploration.states.len() >= limit {
             self.exploration.limit = true;
             return;
         }
@@ -146,6 +124,7 @@ impl<'s, 'a> Run<'s, 'a> {
             && state.skipped_at.is_none()
             && self.reach[state.node.0 as usize]
             && (ends || !self.reach[to.0 as usize])
+            && !self.is_other_element(&state)
         {
             state.skipped_at = Some(state.node);
         }
@@ -155,6 +134,7 @@ impl<'s, 'a> Run<'s, 'a> {
                 // What is known at the end of an iteration is known at the beginning of the next.
                 let next = State {
                     node: to,
+                    age: self.age_after(&state),
                     count: Count::Zero,
                     in_sample: false,
                     reset: false,
@@ -212,6 +192,9 @@ impl<'s, 'a> Run<'s, 'a> {
                 if self.holds(state, place) {
                     next.reset |= *full;
                     next.partly_reset |= !*full;
+                    if *full {
+                        self.rejuvenate(&mut next);
+                    }
                 }
                 self.everywhere(at, &next);
             }
@@ -237,6 +220,7 @@ impl<'s, 'a> Run<'s, 'a> {
                 if self.own.contains(id) && !next.in_sample {
                     next.in_sample = true;
                     next.count = next.count.then(Count::PerSample);
+                    self.wake(&mut next);
                 }
                 self.everywhere(at, &next);
             }
@@ -254,6 +238,9 @@ impl<'s, 'a> Run<'s, 'a> {
                 };
                 let kind = if self.region == Region::Function { EndKind::Completes } else { EndKind::Exits };
                 self.end(kind, at, state, heads);
+                if self.region == Region::Function {
+                    self.again(state);
+                }
             }
             Effect::Diverge | Effect::End => {}
         }
@@ -388,6 +375,9 @@ impl<'s, 'a> Run<'s, 'a> {
 
     /// Adds to the count; updates in a loop that is a cycle of its own count once for all its rounds.
     pub(super) fn add(&self, state: &mut State, count: Count) {
+        if count != Count::Zero {
+            self.wake(state);
+        }
         state.attempted &= count == Count::Zero;
         let graph = self.search.graph;
         let in_sample = graph
@@ -419,7 +409,9 @@ impl<'s, 'a> Run<'s, 'a> {
                 }
                 after.masks = self.masks.intern(all);
             }
-            self.follow(at, after, to);
+            if let Some(masks) = self.compared(after.masks, test, number == 0) {
+                self.follow(at, State { masks, ..after }, to);
+            }
         }
     }
 

@@ -44,6 +44,9 @@ impl Builder<'_> {
         value: &Value,
     ) -> Option<Value> {
         let span = self.span(id);
+        if let Some(found) = self.flag_method(receiver, method, args, value, span) {
+            return Some(found);
+        }
         Some(match method {
             "unwrap" | "expect" | "unwrap_unchecked" => {
                 self.assume_present(value, receiver, span);

@@ -2,13 +2,16 @@
 
 use super::laws::Law;
 use super::{Builder, Value};
-use crate::flow::{Argument, CallSite, Caller, Cause, Effect, IndexKey, Place, Var};
+use crate::flow::{Argument, CallSite, Caller, Cause, Computed, Effect, IndexKey, Place, Var};
 use crate::index::{Def, FunctionId, Ty};
 use crate::syntax::tree::{ExprId, ExprKind};
 use crate::types::{Callee, Resolved};
 
 impl Builder<'_> {
     pub(super) fn call_expr(&mut self, id: ExprId, callee: ExprId, args: &[ExprId]) -> Value {
+        if let Some(guard) = self.guard_made(id, args) {
+            return guard;
+        }
         match self.typed().callees.get(&id) {
             Some(Callee::Constructor(def)) => self.constructor(id, def.clone().as_ref(), args),
             Some(Callee::Closure(_) | Callee::Parameter(_)) => {
@@ -133,6 +136,9 @@ impl Builder<'_> {
             }
             return self.unknown_call(id, self.text(id), &exprs[skip..], &values[skip..]);
         }
+        if let Some(value) = self.switch_call(resolved, exprs, values, id) {
+            return value;
+        }
         let result = self.emit_call(id, &resolved.targets, exprs, values, None);
         if self.never_returns(id) {
             self.diverge(span);
@@ -153,6 +159,10 @@ impl Builder<'_> {
     ) -> Var {
         let span = self.span(id);
         let result = self.temporary(self.ty(id).clone(), span);
+        let receiver = match &self.body().expr(id).kind {
+            ExprKind::MethodCall { receiver, .. } => Some(*receiver),
+            _ => None,
+        };
         let args: Vec<Argument> = exprs
             .iter()
             .zip(values)
@@ -160,11 +170,12 @@ impl Builder<'_> {
                 place: value.place.clone().filter(|_| !is_plain(self.ty(*expr))),
                 index: self.argument_index(*expr, value),
                 is_shared: self.is_shared(*expr),
+                from: if receiver == Some(*expr) { Computed::default() } else { self.computed_from(*expr) },
             })
             .collect();
         let text = self.text(id);
         let mut fed = Vec::new();
-        let mut from = crate::flow::Computed::default();
+        let mut from = Computed::default();
         for arg in exprs.iter().skip(1) {
             fed.extend(self.reads_of(*arg));
             let computed = self.computed_from(*arg);
@@ -253,6 +264,16 @@ impl Builder<'_> {
         Value::default()
     }
 
+    /// Whether a value of the type can be the state of a law that takes it as an argument, and holds no filter.
+    fn is_state_apart(&self, ty: &Ty) -> bool {
+        let index = self.program.index;
+        matches!(ty, Ty::External(path, args)
+            if !path.starts_with("?::")
+                && index.has_states_apart()
+                && index.law_spec(ty).is_none()
+                && args.iter().all(|arg| !index.holds_filter(arg)))
+    }
+
     /// A place that something unseen may write.
     fn written_unseen(&mut self, place: Place, span: crate::source::Span) {
         let assignment =
@@ -289,6 +310,8 @@ impl Builder<'_> {
                 | "type_id"
         );
         let is_own = matches!(ty, Ty::Adt(..)) && self.program.index.opaque_items.is_empty();
+        // What a state hands out when it is asked for nothing is no update of it: its law is known, and takes it as an argument.
+        let reads_only = reads_only || (args.is_empty() && self.is_state_apart(ty));
         let mut exprs = Vec::new();
         let mut all = Vec::new();
         if !reads_only && !is_own {

@@ -87,6 +87,7 @@ impl Builder<'_> {
             {
                 self.presence(id, *receiver, method, no);
             }
+            ExprKind::MethodCall { receiver, args, .. } if self.spoken_condition(id, *receiver, args, no) => {}
             _ => self.truth(id, no),
         }
     }
@@ -166,6 +167,14 @@ impl Builder<'_> {
             ">" if !is_float => ("<=", true),
             other => (other, false),
         };
+        if symbol == "==" && self.is_state(self.ty(lhs)) {
+            // What is known of one side is known of the other where they are equal.
+            for side in [&left, &right] {
+                if side.whole.is_some() {
+                    self.state_subject(side.clone(), lhs);
+                }
+            }
+        }
         let mut reads = left.reads;
         reads.extend(right.reads);
         let key = format!("({} {symbol} {})", left.key, right.key);

@@ -63,14 +63,16 @@ impl Builder<'_> {
                 self.expr(*inner);
                 Value { head: self.constant_head(id), ..Value::default() }
             }
-            ExprKind::Binary { op: "&&" | "||", .. } => self.condition_value(id),
+            ExprKind::Binary { op: "&&" | "||" | "==" | "!=" | "<" | "<=" | ">" | ">=", .. } => {
+                self.condition_value(id)
+            }
             ExprKind::Binary { lhs, rhs, .. } => {
                 self.expr(*lhs);
                 self.expr(*rhs);
                 Value::default()
             }
             ExprKind::Assign { place, value } => self.assign(id, *place, *value),
-            ExprKind::AssignOp { place, value, .. } => self.assign_op(id, *place, *value),
+            ExprKind::AssignOp { op, place, value } => self.assign_op(id, op, *place, *value),
             ExprKind::Range { start, end, .. } => {
                 for bound in [start, end].into_iter().flatten() {
                     self.expr(*bound);
@@ -115,6 +117,9 @@ impl Builder<'_> {
     }
 
     fn path_value(&mut self, id: ExprId) -> Value {
+        if let Some(place) = self.stand_in(id) {
+            return Value { place: Some(place), is_owned: true, ..Value::default() };
+        }
         if let Some(local) = self.typed().expr_local.get(&id).copied() {
             let var = self.var_of(local);
             let closure = self.closures.get(&var).copied();

@@ -3,6 +3,7 @@
 mod builtins;
 mod callbacks;
 mod calls;
+mod changes;
 mod closures;
 mod conditions;
 mod constants;
@@ -10,6 +11,7 @@ mod debug_only;
 mod exits;
 mod expr;
 mod external;
+mod flags;
 mod guards;
 mod halves;
 mod iterators;
@@ -21,9 +23,11 @@ mod places;
 mod reads;
 mod resets;
 mod subjects;
+mod switches;
 mod values;
 mod waits;
 
+pub use flags::is_flag;
 use std::collections::{HashMap, HashSet};
 
 use super::{
@@ -58,13 +62,22 @@ struct Frame<'a> {
     body: &'a Body,
     typed: &'a TypedBody,
     vars: HashMap<LocalId, Var>,
+    /// The parameters that stand for places of the caller, where a function is read in the place of its call.
+    stand_ins: HashMap<LocalId, Place>,
     /// The locals that are assigned or borrowed mutably somewhere.
     mutated: HashSet<LocalId>,
 }
 
 impl<'a> Frame<'a> {
     fn new(function: FunctionId, body: &'a Body, typed: &'a TypedBody) -> Self {
-        Self { function, body, typed, vars: HashMap::new(), mutated: mutated_locals(body, typed) }
+        Self {
+            function,
+            body,
+            typed,
+            vars: HashMap::new(),
+            stand_ins: HashMap::new(),
+            mutated: mutated_locals(body, typed),
+        }
     }
 }
 
@@ -144,13 +157,15 @@ struct Builder<'a> {
     /// The variables that say whether a guard is alive.
     alive: HashMap<GuardId, Var>,
     /// What a guard that is not bound yet was given: the name and the place.
-    guarded: HashMap<Var, (String, Place, Ty)>,
+    guarded: HashMap<Var, Vec<(String, Place, Ty)>>,
     subjects: HashMap<String, super::SubjectId>,
     inlining: Vec<FunctionId>,
     /// The variables that the value of the expression at hand goes into.
     targets: Vec<Var>,
     /// Whether something leads to each node.
     reached: Vec<bool>,
+    /// The condition as the source spells it where its body is read: `self.is_armed()`.
+    spoken: Option<(Span, String)>,
     /// Whether the code at hand runs elsewhere or later.
     is_detached: bool,
 }
@@ -167,6 +182,8 @@ impl<'a> Builder<'a> {
             guards: Vec::new(),
             derived: Vec::new(),
             computed: std::collections::BTreeMap::new(),
+            changes: std::collections::BTreeMap::new(),
+            copies: std::collections::BTreeMap::new(),
             waits: Vec::new(),
             steps: std::collections::BTreeMap::new(),
             kept: Vec::new(),
@@ -192,6 +209,7 @@ impl<'a> Builder<'a> {
             inlining: vec![function],
             targets: Vec::new(),
             reached: Vec::new(),
+            spoken: None,
             is_detached: false,
         }
     }
@@ -240,22 +258,21 @@ impl<'a> Builder<'a> {
 
     /// Gives every variable whose value flows into a subject a subject of its own, with the same heads.
     fn copy_subjects(&mut self) {
-        let copies: Vec<(Var, Var)> = self
+        let copies: Vec<(Place, Place)> = self
             .graph
-            .nodes
-            .iter()
-            .filter_map(|node| match &node.effect {
-                Effect::Set(set) if set.place.steps.is_empty() => Some((set.place.base_var()?, set.same_as?)),
+            .node_ids()
+            .filter_map(|id| match &self.graph.node(id).effect {
+                Effect::Set(set) | Effect::Write(set) => Some((set.place.clone(), self.graph.copied(id)?)),
                 _ => None,
             })
             .collect();
         for _ in 0..8 {
             let mut changed = false;
             for (to, from) in &copies {
-                let Some(to) = self.subjects.get(&format!("v{}", to.0)).copied() else { continue };
+                let Some(to) = self.subjects.get(&subjects::place_key(to)).copied() else { continue };
                 let subject = self.graph.subjects[to.0 as usize].clone();
-                let known = self.subjects.contains_key(&format!("v{}", from.0));
-                let source = self.subject(self.pure_var(*from), subject.total.clone());
+                let known = self.subjects.contains_key(&subjects::place_key(from));
+                let source = self.subject(subjects::pure_place(from.clone()), subject.total.clone());
                 changed |= !known;
                 for head in &subject.heads {
                     self.head_bit(source, head);

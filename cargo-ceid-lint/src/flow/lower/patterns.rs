@@ -31,7 +31,8 @@ impl Builder<'_> {
             return Value::default();
         }
         let join = self.new_join(self.ty(id).clone(), span);
-        let is_select = is_event_source(&matched.about);
+        let is_select =
+            is_event_source(&matched.about) || (matched.about.is_awaited && self.is_choice(self.ty(scrutinee)));
         for (number, arm) in arms.iter().enumerate() {
             let next = self.add_node(Effect::Nothing, span);
             if let Some(cfg) = &arm.cfg {
@@ -47,6 +48,9 @@ impl Builder<'_> {
             own.text = format!("{} is {}", matched.text, self.pattern_text(arm.pat));
             self.open_block();
             self.test_pattern(arm.pat, &own, next);
+            if matches!(self.body().pat(arm.pat).kind, PatKind::Bind { .. }) {
+                self.note_copy(scrutinee);
+            }
             if let Some(guard) = arm.guard {
                 self.condition(guard, next);
             }
@@ -64,6 +68,12 @@ impl Builder<'_> {
             }
         }
         self.close_join(&join)
+    }
+
+    /// Whether a type is an enum that says what happened, unlike an option or result.
+    fn is_choice(&self, ty: &crate::index::Ty) -> bool {
+        matches!(ty.peel(), crate::index::Ty::Adt(id, _)
+            if matches!(self.program.index.type_def(*id).shape, Shape::Enum(_)))
     }
 
     fn pattern_text(&self, pat: PatId) -> String {
@@ -390,6 +400,7 @@ impl Builder<'_> {
                     let value = Value { is_owned: value.is_owned && !by_reference && !is_reference, ..value.clone() };
                     self.set(var, &value, span);
                     self.bind_guard(var, &value, span);
+                    self.bind_advanced(var, &value);
                 }
                 if let Some(sub) = sub {
                     self.bind_pattern(*sub, value);

@@ -28,6 +28,9 @@ impl Builder<'_> {
     }
 
     pub(super) fn path_place(&mut self, id: ExprId) -> Option<Place> {
+        if let Some(place) = self.stand_in(id) {
+            return Some(place);
+        }
         if let Some(local) = self.typed().expr_local.get(&id).copied() {
             return Some(Place::var(self.var_of(local)));
         }
@@ -242,6 +245,7 @@ impl Builder<'_> {
             return Value::default();
         }
         self.assign_to(target, &given, span);
+        self.note_change(target, value, None);
         Value::default()
     }
 
@@ -270,6 +274,10 @@ impl Builder<'_> {
         {
             self.numbers.remove(&var);
         }
+        if value.head.is_some() && self.is_state(self.ty(target)) {
+            // A helper may ask for it.
+            self.state_subject(super::subjects::pure_place(place.clone()), target);
+        }
         let assignment = crate::flow::Assignment {
             place,
             from: value.place.clone(),
@@ -282,7 +290,7 @@ impl Builder<'_> {
     }
 
     /// `place += value`
-    pub(super) fn assign_op(&mut self, id: ExprId, target: ExprId, value: ExprId) -> Value {
+    pub(super) fn assign_op(&mut self, id: ExprId, op: &str, target: ExprId, value: ExprId) -> Value {
         let bases = self.assigned_vars(target);
         self.derive(&bases, value);
         let outer = std::mem::replace(&mut self.targets, bases);
@@ -299,6 +307,7 @@ impl Builder<'_> {
             let assignment =
                 crate::flow::Assignment { place, from: None, by_move: true, rebinds: false, head: None, same_as: None };
             self.emit(Effect::Write(Box::new(assignment)), span);
+            self.note_change(target, value, Some(op));
         }
         Value::default()
     }
@@ -344,6 +353,7 @@ impl Builder<'_> {
                 "String" | "Duration" | "Instant" | "Range" => false,
                 _ => {
                     path.starts_with("?::")
+                        || (self.program.index.has_states_apart() && !path.starts_with("std::"))
                         || args.iter().any(|arg| self.holds(arg, depth + 1))
                         || self.program.index.filter_spec(ty).is_some()
                 }

@@ -15,7 +15,9 @@ impl Builder<'_> {
             if !span.contains(body.expr(expr).span) {
                 break;
             }
-            if let Some(local) = self.typed().expr_local.get(&expr).copied() {
+            if let Some(place) = self.stand_in(expr) {
+                vars.extend(place.base_var());
+            } else if let Some(local) = self.typed().expr_local.get(&expr).copied() {
                 vars.push(self.var_of(local));
             }
         }
@@ -47,6 +49,7 @@ impl Builder<'_> {
             }
             match &body.expr(expr).kind {
                 ExprKind::MethodCall { method, .. } => computed.calls.push(method.clone()),
+                ExprKind::Await(_) => computed.calls.push("await".to_owned()),
                 ExprKind::Path(path) if path.segments.len() > 1 => computed.calls.push(path.last().to_owned()),
                 ExprKind::Call { callee, .. } => {
                     if let ExprKind::Path(path) = &body.expr(*callee).kind

@@ -21,6 +21,22 @@ impl Builder<'_> {
         state.is_subset(&cleared)
     }
 
+    /// The fields that the laws of a filter type write; none if that cannot be seen.
+    pub(super) fn state_fields(&self, ty: &Ty) -> std::collections::BTreeSet<String> {
+        let index = self.program.index;
+        let Some(spec) = index.filter_spec(ty) else { return std::collections::BTreeSet::new() };
+        let methods = spec.law.iter().flat_map(|group| &group.methods).flat_map(|name| index.methods(ty, name));
+        let laws = methods.filter_map(|owner| owner.function());
+        let mut state = std::collections::BTreeSet::new();
+        for law in laws {
+            match self.written_fields(law, 0) {
+                Some(fields) => state.extend(fields),
+                None => return std::collections::BTreeSet::new(),
+            }
+        }
+        state
+    }
+
     /// The fields of `self` that a function writes; `None` if it writes all of it, or hands it to something else.
     fn written_fields(&self, id: FunctionId, depth: u32) -> Option<std::collections::BTreeSet<String>> {
         let def = self.program.index.function(id);

@@ -30,6 +30,15 @@ impl Builder<'_> {
         id
     }
 
+    /// A subject that has all heads of an expression's type.
+    pub(super) fn state_subject(&mut self, pure: Pure, like: ExprId) {
+        let total = self.total_heads(self.ty(like));
+        let id = self.subject(pure, total.clone());
+        for head in total.iter().flatten() {
+            self.head_bit(id, head);
+        }
+    }
+
     /// The bit of a head of a subject; heads beyond the limit share one.
     pub(super) fn head_bit(&mut self, id: SubjectId, head: &str) -> Option<u32> {
         let subject = &mut self.graph.subjects[id.0 as usize];
@@ -44,7 +53,11 @@ impl Builder<'_> {
     }
 
     /// Adds a branch; answers the nodes behind 'it holds' and 'it does not'.
-    pub(super) fn branch(&mut self, test: Test) -> (NodeId, NodeId) {
+    pub(super) fn branch(&mut self, mut test: Test) -> (NodeId, NodeId) {
+        if let Some((span, text)) = &self.spoken {
+            test.span = *span;
+            test.text.clone_from(text);
+        }
         let span = test.span;
         let branch = self.emit(Effect::Branch(test), span);
         let yes = self.add_node(Effect::Nothing, span);
@@ -105,7 +118,7 @@ impl Builder<'_> {
     }
 
     pub(super) fn pure_var(&self, var: Var) -> Pure {
-        Pure { key: format!("v{}", var.0), reads: vec![Place::var(var)], whole: Some(Place::var(var)) }
+        pure_place(Place::var(var))
     }
 
     pub(super) fn branch_on_cfg(&mut self, key: &CfgKey, span: Span) -> (NodeId, NodeId) {
@@ -129,7 +142,7 @@ impl Builder<'_> {
             ExprKind::Literal(literal) => Some(Pure { key: literal_text(literal), ..Pure::default() }),
             ExprKind::Field { .. } | ExprKind::Index { .. } => {
                 let place = self.static_place(id)?;
-                Some(Pure { key: place_key(&place), reads: vec![place.clone()], whole: Some(place) })
+                Some(pure_place(place))
             }
             ExprKind::Deref(inner) | ExprKind::Reference { value: inner, raw: false, .. } => self.pure(*inner),
             ExprKind::Cast { value, .. } => self.pure(*value),
@@ -168,6 +181,9 @@ impl Builder<'_> {
     }
 
     fn pure_path(&mut self, id: ExprId, path: &Path) -> Option<Pure> {
+        if let Some(place) = self.stand_in(id) {
+            return Some(pure_place(place));
+        }
         if let Some(local) = self.typed().expr_local.get(&id).copied() {
             let var = self.var_of(local);
             return Some(self.pure_var(var));
@@ -179,6 +195,10 @@ impl Builder<'_> {
                 (!item.is_static).then(|| Pure { key: path.text(), ..Pure::default() })
             }
             Some(Def::Variant(..) | Def::External(_) | Def::Type(_)) => {
+                Some(Pure { key: path.text(), ..Pure::default() })
+            }
+            // `P::HAS_INERTIA`, whatever `P` is.
+            None if path.segments.len() > 1 && is_constant_name(path.last()) => {
                 Some(Pure { key: path.text(), ..Pure::default() })
             }
             _ => None,
@@ -227,7 +247,7 @@ impl Builder<'_> {
     }
 
     /// Whether a function takes `&self` and only reads fields: its body is one pure expression.
-    fn is_pure_function(&self, id: crate::index::FunctionId, depth: u32) -> bool {
+    pub(super) fn is_pure_function(&self, id: crate::index::FunctionId, depth: u32) -> bool {
         let def = self.program.index.function(id);
         if depth > 3 || def.function.receiver != Some(crate::syntax::tree::Receiver::Shared) {
             return false;
@@ -398,9 +418,18 @@ impl Builder<'_> {
             | ExprKind::Negate(inner)
             | ExprKind::Deref(inner)
             | ExprKind::Try(inner)
-            | ExprKind::Await(inner)
             | ExprKind::Cast { value: inner, .. }
             | ExprKind::Reference { value: inner, .. } => self.collect_about(*inner, about, depth + 1),
+            ExprKind::Await(inner) => {
+                about.is_awaited = true;
+                self.collect_about(*inner, about, depth + 1);
+            }
+            ExprKind::Closure(code) => self.collect_about(code.body, about, depth + 1),
+            ExprKind::Block(block) => {
+                if let Some(tail) = block.tail {
+                    self.collect_about(tail, about, depth + 1);
+                }
+            }
             ExprKind::Tuple(parts) => {
                 for part in parts {
                     self.collect_about(*part, about, depth + 1);
@@ -431,6 +460,16 @@ pub(super) fn external_head(path: &str) -> Head {
         "None" | "Err" | "Ready" => "-".to_owned(),
         name => name.to_owned(),
     }
+}
+
+/// Whether a name is written as constants are.
+fn is_constant_name(name: &str) -> bool {
+    name.chars().all(|letter| letter.is_ascii_uppercase() || letter.is_ascii_digit() || letter == '_')
+}
+
+/// The value of a place.
+pub(super) fn pure_place(place: Place) -> Pure {
+    Pure { key: place_key(&place), reads: vec![place.clone()], whole: Some(place) }
 }
 
 /// The spelling of a place that tells subjects apart.

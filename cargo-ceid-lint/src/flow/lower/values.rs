@@ -52,11 +52,15 @@ impl Builder<'_> {
 
     pub(super) fn plain_block(&mut self, block: &Block, span: Span) -> Value {
         self.open_block();
+        let mut written = super::changes::WrittenFields::new();
         for stmt in &block.stmts {
             if self.is_full() {
                 break;
             }
             self.stmt(stmt);
+            if let (None, StmtKind::Expr { expr, .. }) = (&stmt.cfg, &stmt.kind) {
+                self.note_written_field(*expr, &mut written, stmt.span);
+            }
         }
         let value = block.tail.map(|tail| self.expr(tail)).unwrap_or_default();
         let end = Span::new(span.file, span.end.saturating_sub(1), span.end);
@@ -122,6 +126,9 @@ impl Builder<'_> {
             return;
         }
         self.bind_pattern(pat, &value);
+        if matches!(self.body().pat(pat).kind, PatKind::Bind { .. }) {
+            self.note_copy(init);
+        }
         self.note_advanced(pat, init);
     }
 

@@ -1,0 +1,117 @@
+//! Gates of events: what was received in this iteration, and flags that are raised elsewhere.
+
+use super::Gates;
+use crate::count::search::Region;
+use crate::flow::{Effect, Place, Test, Var};
+use crate::index::{Shape, Ty};
+
+/// Names of methods that receive a message or an event.
+const EVENTS: &[&str] = &[
+    "recv",
+    "receive",
+    "try_recv",
+    "try_receive",
+    "recv_timeout",
+    "next_event",
+    "wait_event",
+    "poll_event",
+    "pop",
+    "pop_front",
+    "dequeue",
+    "select",
+    "select3",
+    "select4",
+    "next_message",
+    "read_event",
+    "get_event",
+    "try_next",
+];
+
+impl Gates<'_, '_> {
+    /// A choice on a value that was received in this iteration, or on the event that a handler is called with.
+    pub(super) fn is_event(&self, test: &Test) -> bool {
+        let is_choice = !test.about.heads.is_empty() && !test.about.heads.iter().any(|head| head == "+" || head == "-");
+        if test.about.is_presence {
+            // `if let Event::Tick = rx.recv()?`
+            return is_choice && test.about.names.iter().any(|name| EVENTS.contains(&name.as_str()));
+        }
+        let reads = &test.about.reads;
+        let compares = is_choice || test.about.is_comparison || self.is_guard_of_event(test);
+        compares && reads.iter().any(|place| self.is_received(place))
+    }
+
+    /// Whether a place holds what was received in this iteration, or what a handler is called with.
+    fn is_received(&self, place: &Place) -> bool {
+        let Some(var) = place.base_var() else { return false };
+        let info = self.search.graph.var(var);
+        let is_event_parameter = self.region == Region::Function
+            && info.param.is_some()
+            && info.name != "self"
+            && matches!(info.ty.peel(), Ty::Adt(..));
+        is_event_parameter || self.is_message(var)
+    }
+
+    /// Whether a variable holds what was received in this iteration.
+    pub(super) fn is_message(&self, var: Var) -> bool {
+        let graph = self.search.graph;
+        let is_inside = match self.region {
+            Region::Loop(own) => graph.is_within(graph.var(var).in_loop, own),
+            Region::Function => true,
+        };
+        let is_received = graph.computed.get(&var).is_some_and(|computed| {
+            let awaits = computed.calls.iter().any(|name| name == "await") && self.is_choice(&Place::var(var));
+            awaits || computed.calls.iter().any(|name| EVENTS.contains(&name.as_str()))
+        });
+        is_inside && (is_received || self.is_bound_by_event(var))
+    }
+
+    /// Whether an arm of a choice between events binds a variable.
+    fn is_bound_by_event(&self, var: Var) -> bool {
+        self.nodes().any(|id| match &self.search.graph.node(id).effect {
+            Effect::Branch(test) => test.about.is_event && test.about.binds.contains(&var),
+            _ => false,
+        })
+    }
+
+    /// A further question about nothing but what an event brought: `Event::Gyro(rate) if rate.is_finite() => …`.
+    fn is_guard_of_event(&self, test: &Test) -> bool {
+        let mut vars = test.about.reads.iter().map(Place::base_var);
+        !test.about.reads.is_empty() && vars.all(|var| var.is_some_and(|var| self.is_bound_by_event(var)))
+    }
+
+    /// Whether a place holds an enum of the analysed code.
+    fn is_choice(&self, place: &Place) -> bool {
+        matches!(self.ty(place).as_ref().map(Ty::peel), Some(Ty::Adt(id, _))
+            if matches!(self.search.program.index.type_def(*id).shape, Shape::Enum(_)))
+    }
+
+    /// A flag that the cycle only takes down: an interrupt or another thread raises it.
+    pub(super) fn is_flag_of_others(&self, test: &Test) -> bool {
+        let graph = self.search.graph;
+        let sources = self.behind(test);
+        let asks = |name: &str| sources.calls.iter().any(|call| call == name);
+        let takes = ["swap", "take", "replace", "compare_exchange", "compare_exchange_weak", "fetch_and"];
+        let looks = asks("load") || asks("get");
+        if !looks && !takes.iter().any(|name| asks(name)) {
+            return false;
+        }
+        sources.places.iter().any(|place| {
+            let mut taken_down = false;
+            for id in self.nodes() {
+                match &graph.node(id).effect {
+                    Effect::Write(write) if write.place == *place && write.from.is_none() => match &write.head {
+                        Some(head) if head == "false" => taken_down = true,
+                        _ => return false,
+                    },
+                    _ => {}
+                }
+            }
+            taken_down && self.outlives(place) && self.is_flag(place) && !self.calls_write(place)
+        })
+    }
+
+    /// Whether a place is a truth value that others may change while the cycle runs.
+    fn is_flag(&self, place: &Place) -> bool {
+        self.ty(place).as_ref().is_some_and(crate::flow::is_flag)
+    }
+}

@@ -1,0 +1,85 @@
+//! Conditions in a helper on what its caller has: only the caller can say what they wait for.
+
+use super::Gates;
+use crate::count::counts::Count;
+use crate::count::search::{End, Mode};
+use crate::count::slice::subject_of;
+use crate::count::summary::{Asks, Outcome, given, place_of};
+use crate::count::verdict::Gate;
+use crate::flow::{CallSite, Effect, NodeId, Place};
+
+impl Gates<'_, '_> {
+    /// What a way through a helper does not update for, if its caller has to judge that.
+    pub(in crate::count) fn asks(&self, end: &End) -> Option<Asks> {
+        if end.state.count != Count::Zero || end.state.reset {
+            return None;
+        }
+        let graph = self.search.graph;
+        match &graph.node(end.state.skipped_at?).effect {
+            Effect::Branch(test) => {
+                let id = test.subject?;
+                let subject = &graph.subjects[id.0 as usize];
+                let known = |place: &Place| {
+                    given(graph, place).filter(|_| !place.steps.is_empty() && self.is_left_alone(place))
+                };
+                let reads: Option<Vec<_>> = subject.reads.iter().map(known).collect();
+                let mask = self.updating(id).unwrap_or(0);
+                let heads = subject.heads.iter().filter(|head| mask & subject.bit(head) != 0);
+                let reads = reads.filter(|reads| !reads.is_empty())?;
+                Some(Asks { reads, whole: subject.whole.as_ref().and_then(known), updating: heads.cloned().collect() })
+            }
+            Effect::Call(site) => {
+                let pass = |place: Option<Place>| {
+                    let place = place?;
+                    given(graph, &place).filter(|_| !place.steps.is_empty() && self.is_left_alone(&place))
+                };
+                let [asks] = self.asked_by(site)?.try_into().ok()?;
+                let reads: Option<Vec<_>> = asks.reads.iter().map(|given| pass(place_of(given, site))).collect();
+                let whole = asks.whole.as_ref().and_then(|given| pass(place_of(given, site)));
+                Some(Asks { reads: reads?, whole, updating: asks.updating.clone() })
+            }
+            _ => None,
+        }
+    }
+
+    /// What a call that does not update waits for, where the helper asks for something that is known here.
+    pub(super) fn of_call(&self, site: &CallSite, at: NodeId) -> Option<Gate> {
+        let all = self.asked_by(site)?;
+        let mut found = None;
+        for asks in all {
+            let reads: Option<Vec<Place>> = asks.reads.iter().map(|given| place_of(given, site)).collect();
+            let is_config = reads?.iter().all(|place| self.is_setting(place));
+            let gate = if is_config { Gate::Config } else { self.mode_of_call(asks, site, at)? };
+            found = found.or(Some(gate));
+        }
+        found
+    }
+
+    fn mode_of_call(&self, asks: &Asks, site: &CallSite, at: NodeId) -> Option<Gate> {
+        let graph = self.search.graph;
+        let place = place_of(asks.whole.as_ref()?, site)?;
+        let id = subject_of(graph, &place)?;
+        let subject = &graph.subjects[id.0 as usize];
+        let updating = asks.updating.iter().fold(0, |mask, head| mask | subject.bit(head));
+        let mode = Mode { subject: id, updating, asked_by: Some(at) };
+        (updating != 0 && self.search.resets_in_pauses(self.region, mode)).then_some(Gate::Mode)
+    }
+
+    /// What the ways through a call ask for that do not update, each of them; `None` if one of them asks for nothing.
+    fn asked_by(&self, site: &CallSite) -> Option<Vec<&Asks>> {
+        let mut all = Vec::new();
+        for summary in site.targets.iter().filter_map(|target| self.search.summaries.get(*target)) {
+            for (given, outcomes) in summary.outcomes(self.search.law) {
+                if place_of(given, site).is_some_and(|place| self.is_instance(&place)) {
+                    let skips = |outcome: &&Outcome| {
+                        outcome.count == Count::Zero && !outcome.reset && outcome.gate.is_none() && !outcome.attempted
+                    };
+                    for outcome in outcomes.iter().filter(skips) {
+                        all.push(outcome.asks.as_ref()?);
+                    }
+                }
+            }
+        }
+        (!all.is_empty()).then_some(all)
+    }
+}

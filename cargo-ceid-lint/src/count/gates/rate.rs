@@ -1,0 +1,166 @@
+//! Gates of rate: counters that are compared and set back, and remainders.
+
+use super::{Gates, Way};
+use crate::count::verdict::Gate;
+use crate::flow::{ChangeKind, Effect, NodeId, Place, Test};
+use crate::index::Ty;
+
+/// Parts of the names of functions that give the number of a cycle.
+const COUNTERS: &[&str] = &[
+    "tick", "count", "cycle", "index", "seq", "iter", "frame", "step", "number", "load", "now", "milli", "micro",
+    "time",
+];
+
+/// How a counter changes.
+#[derive(Clone, Copy, Debug, Default)]
+struct CountSteps {
+    /// It goes up by one step.
+    up: bool,
+    /// It goes down by one step.
+    down: bool,
+    /// It is set to a constant.
+    set_back: bool,
+    /// It goes round by itself.
+    wraps: bool,
+    /// It changes in another way.
+    other: bool,
+}
+
+impl CountSteps {
+    /// Whether it only goes up, or only down.
+    fn is_one_way(self) -> bool {
+        !self.other && self.up != self.down
+    }
+}
+
+impl Gates<'_, '_> {
+    /// A counter that is compared: set back or wrapped, it decimates; never set back, it counts a warm-up.
+    pub(super) fn counter(&self, test: &Test, at: NodeId, way: &Way) -> Option<Gate> {
+        test.about.reads.iter().find_map(|place| {
+            if !self.outlives(place) {
+                return None;
+            }
+            if self.turns_each_time(place) {
+                return Some(Gate::Rate);
+            }
+            let steps = self.count_steps(place)?;
+            let counts = steps.up || steps.down;
+            if steps.wraps || (counts && test.about.is_masked) {
+                return Some(Gate::Rate);
+            }
+            if !counts {
+                return None;
+            }
+            if steps.set_back {
+                // A count that begins anew in each cycle, or is given up by the skip, is of something else than cycles.
+                let is_carried = self.carries(place, at);
+                let is_given_up = way.nodes.iter().any(|id| self.is_set_back(*id, place));
+                return (is_carried && !is_given_up && self.runs_out(place)).then_some(Gate::Rate);
+            }
+            // A warm-up goes on in each cycle that waits for it.
+            let counts_on = !self.reached(|node, _| !self.counts_at(node, place))[at.0 as usize]
+                || way.after(at).is_none_or(|next| !self.completes(next, |node, _| !self.counts_at(node, place)));
+            (steps.is_one_way() && test.about.is_comparison && counts_on).then_some(Gate::Startup)
+        })
+    }
+
+    /// How a place changes in the region, if it is a counter; `None` if nothing changes it.
+    fn count_steps(&self, place: &Place) -> Option<CountSteps> {
+        let mut steps = CountSteps::default();
+        let mut changes = false;
+        for id in self.nodes() {
+            match &self.search.graph.node(id).effect {
+                Effect::Write(write) | Effect::Set(write) if write.place == *place => {
+                    changes = true;
+                    match self.search.graph.changes.get(&id).map(|change| change.kind) {
+                        Some(ChangeKind::CountsUp) => steps.up = true,
+                        Some(ChangeKind::CountsDown) => steps.down = true,
+                        Some(ChangeKind::Wraps) => steps.wraps = true,
+                        Some(ChangeKind::Constant) => steps.set_back = true,
+                        _ if write.head.is_some() => steps.set_back = true,
+                        _ => steps.other = true,
+                    }
+                }
+                // A helper that changes the counter counts.
+                Effect::Call(site) if self.call_writes(site, place) => {
+                    changes = true;
+                    steps.up |= self.is_number(place);
+                }
+                _ => {}
+            }
+        }
+        changes.then_some(steps)
+    }
+
+    /// Whether a place is turned round in each cycle, and changes in no other way.
+    fn turns_each_time(&self, place: &Place) -> bool {
+        let turns = |id: NodeId| {
+            self.search.graph.changes.get(&id).is_some_and(|change| change.kind == ChangeKind::Toggles)
+                && self.assigns(id, place)
+        };
+        self.nodes().any(turns)
+            && self.nodes().all(|id| !self.assigns(id, place) || turns(id))
+            && !self.calls_write(place)
+            && !self.completes(self.start(), |node, _| !turns(node))
+    }
+
+    fn counts_at(&self, id: NodeId, place: &Place) -> bool {
+        match &self.search.graph.node(id).effect {
+            Effect::Call(site) => self.call_writes(site, place),
+            _ => {
+                self.assigns(id, place) && self.search.graph.changes.get(&id).is_some_and(|change| change.kind.counts())
+            }
+        }
+    }
+
+    /// Whether a counter is set back where it was found to have run out, not only where something else happens.
+    fn runs_out(&self, place: &Place) -> bool {
+        let before = self.reached(|node, _| {
+            !matches!(&self.search.graph.node(node).effect, Effect::Branch(test) if test.about.reads.contains(place))
+        });
+        self.nodes().any(|id| self.is_set_back(id, place) && !before[id.0 as usize])
+    }
+
+    fn is_number(&self, place: &Place) -> bool {
+        matches!(self.ty(place), Some(Ty::Int))
+    }
+
+    fn is_set_back(&self, id: NodeId, place: &Place) -> bool {
+        match &self.search.graph.node(id).effect {
+            Effect::Write(write) | Effect::Set(write) if write.place == *place => {
+                write.head.is_some()
+                    || self.search.graph.changes.get(&id).is_some_and(|change| change.kind == ChangeKind::Constant)
+            }
+            _ => false,
+        }
+    }
+
+    /// Whether the value of an iteration before can still be there at a node.
+    fn carries(&self, place: &Place, at: NodeId) -> bool {
+        self.reached(|node, _| !self.is_set_back(node, place))[at.0 as usize]
+    }
+
+    /// Whether the remainder that is compared is that of something that counts, or tells the time; not of a reading.
+    pub(super) fn remainder_counts(&self, test: &Test) -> bool {
+        let graph = self.search.graph;
+        let sources = self.behind(test);
+        let counts = sources.places.iter().any(|place| {
+            let is_counter = graph.loops.iter().any(|info| {
+                info.counter.is_some_and(|(counter, _)| Some(counter) == place.base_var())
+                    || place.base_var().is_some_and(|var| info.bound.contains(&var))
+            });
+            is_counter || (self.is_number(place) && self.outlives(place))
+        });
+        let is_told = |name: &String| {
+            let name = name.to_lowercase();
+            COUNTERS.iter().any(|part| name.contains(part))
+        };
+        counts || sources.calls.iter().any(is_told) || sources.calls.iter().all(|name| is_arithmetic(name))
+    }
+}
+
+/// Methods that only reckon.
+fn is_arithmetic(name: &str) -> bool {
+    matches!(name, "is_multiple_of" | "rem_euclid" | "abs" | "min" | "max" | "unwrap" | "into")
+        || name.starts_with("wrapping_")
+}

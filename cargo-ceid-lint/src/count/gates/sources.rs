@@ -1,0 +1,92 @@
+//! What a value is computed from, by any number of steps.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::flow::{Computed, ControlFlowGraph, Effect, NodeId, Place, Var};
+
+/// How many places are followed; beyond that nothing more is found.
+const MAX_PLACES: usize = 256;
+
+/// The places and calls behind a value.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Sources {
+    pub(super) places: Vec<Place>,
+    pub(super) calls: BTreeSet<String>,
+}
+
+impl Sources {
+    pub(super) fn has_var(&self, var: Var) -> bool {
+        self.places.iter().any(|place| place.base_var() == Some(var))
+    }
+}
+
+/// The assignments of a function, by the variable or static that they change.
+#[derive(Debug)]
+pub(super) struct Assignments<'a> {
+    graph: &'a ControlFlowGraph,
+    of: BTreeMap<crate::flow::Base, Vec<NodeId>>,
+}
+
+impl<'a> Assignments<'a> {
+    pub(super) fn new(graph: &'a ControlFlowGraph) -> Self {
+        let mut of: BTreeMap<crate::flow::Base, Vec<NodeId>> = BTreeMap::new();
+        for id in graph.node_ids() {
+            if let Effect::Set(set) | Effect::Write(set) = &graph.node(id).effect {
+                of.entry(set.place.base).or_default().push(id);
+            }
+        }
+        Self { graph, of }
+    }
+
+    /// The nodes that assign to places of a variable or static.
+    pub(super) fn of(&self, place: &Place) -> &[NodeId] {
+        self.of.get(&place.base).map(Vec::as_slice).unwrap_or_default()
+    }
+
+    /// Follows values back to what they are computed from.
+    pub(super) fn behind(&self, start: &Computed) -> Sources {
+        let graph = self.graph;
+        let mut found = Sources::default();
+        found.calls.extend(start.calls.iter().cloned());
+        for place in &start.places {
+            add(&mut found.places, place);
+        }
+        let mut at = 0;
+        while at < found.places.len() && found.places.len() < MAX_PLACES {
+            let place = found.places[at].clone();
+            at += 1;
+            let is_owner = place.steps.is_empty()
+                && place.base_var().is_some_and(|var| graph.var(var).param.is_some() || graph.var(var).name == "self");
+            if let Some(var) = place.base_var()
+                && let Some(computed) = graph.computed.get(&var)
+            {
+                found.calls.extend(computed.calls.iter().cloned());
+                for from in &computed.places {
+                    add(&mut found.places, from);
+                }
+            }
+            for id in self.of(&place) {
+                let (Effect::Set(set) | Effect::Write(set)) = &graph.node(*id).effect else { continue };
+                if set.place != place && (is_owner || !set.place.overlaps(&place)) {
+                    continue;
+                }
+                for from in set.from.iter().cloned().chain(set.same_as.map(Place::var)) {
+                    add(&mut found.places, &from);
+                }
+                if let Some(change) = graph.changes.get(id) {
+                    found.calls.extend(change.computed.calls.iter().cloned());
+                    for from in &change.computed.places {
+                        add(&mut found.places, from);
+                    }
+                }
+            }
+        }
+        found
+    }
+}
+
+fn add(places: &mut Vec<Place>, place: &Place) {
+    if !places.contains(place) {
+        places.push(place.clone());
+    }
+}

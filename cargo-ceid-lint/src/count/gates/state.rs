@@ -1,0 +1,104 @@
+//! Conditions that change once or never: latches and settings.
+
+use super::Gates;
+use crate::count::search::Region;
+use crate::flow::{Effect, LoopId, NodeId, Place, Test, Var};
+
+impl Gates<'_, '_> {
+    /// A truth value or option that is set once and never taken back.
+    pub(super) fn is_latch(&self, test: &Test, at: NodeId) -> bool {
+        let graph = self.search.graph;
+        let [place] = test.about.reads.as_slice() else { return false };
+        if !self.outlives(place) {
+            return false;
+        }
+        let mut heads: Vec<&str> = Vec::new();
+        for id in self.nodes() {
+            if let Effect::Write(write) | Effect::Set(write) = &graph.node(id).effect
+                && write.place == *place
+            {
+                match &write.head {
+                    Some(head) => heads.push(head),
+                    None => return false,
+                }
+            }
+        }
+        // What is set opens the way to the update; a latch that closes it for good is no start-up.
+        let opens = self.opening_heads(test, at);
+        !heads.is_empty()
+            && heads.iter().all(|head| *head == heads[0])
+            && opens.iter().any(|head| head == heads[0])
+            && !self.calls_write(place)
+    }
+
+    /// `let Some(before) = self.previous.replace(sample) else { … }`: nothing was there before the first sample.
+    pub(super) fn is_first(&self, test: &Test) -> bool {
+        let graph = self.search.graph;
+        let ([place, ..], [name]) = (test.about.reads.as_slice(), test.about.names.as_slice()) else { return false };
+        let only_replaces = self.nodes().all(|id| match &graph.node(id).effect {
+            Effect::Write(write) | Effect::Set(write) if write.place == *place => {
+                write.head.is_none() && !graph.changes.contains_key(&id) || write.head.as_deref() == Some("+")
+            }
+            _ => true,
+        });
+        test.about.is_presence && name == "replace" && self.outlives(place) && only_replaces && !self.calls_write(place)
+    }
+
+    /// The heads of the subject with which an update can still be reached behind a branch.
+    fn opening_heads(&self, test: &Test, at: NodeId) -> Vec<String> {
+        let graph = self.search.graph;
+        let reach = self.search.reach(self.region);
+        let Some(subject) = test.subject.map(|id| &graph.subjects[id.0 as usize]) else { return Vec::new() };
+        let holds = graph.node(at).next.first().is_some_and(|next| reach[next.0 as usize]);
+        let mask = if holds { test.holds } else { test.fails };
+        let listed = subject.heads.iter().enumerate().filter(|(number, _)| mask & (1 << number) != 0);
+        listed.map(|(_, head)| head.clone()).collect()
+    }
+
+    /// Whether nothing in the cycle changes what the condition reads.
+    pub(super) fn is_unchanging(&self, test: &Test) -> bool {
+        let graph = self.search.graph;
+        // What a call gave back may be another value every time.
+        let is_named = |place: &Place| place.base_var().is_none_or(|var| !graph.var(var).name.is_empty());
+        let subject = test.subject.map(|id| &graph.subjects[id.0 as usize]);
+        subject.is_none_or(|subject| subject.reads.iter().all(is_named))
+            && !test.about.reads.is_empty()
+            && test.about.reads.iter().all(|place| self.is_setting(place))
+    }
+
+    /// Whether a place has one value for all iterations.
+    pub(super) fn is_setting(&self, place: &Place) -> bool {
+        let graph = self.search.graph;
+        // The number of an element is the same in all iterations.
+        let is_own_number = |var: Var| {
+            (0u32..).zip(&graph.loops).any(|(number, info)| {
+                self.search.covers(LoopId(number)) && info.counter.is_some_and(|(counter, _)| counter == var)
+            })
+        };
+        if place.steps.is_empty() && place.base_var().is_some_and(is_own_number) {
+            return true;
+        }
+        let declared_inside = match (self.region, place.base_var()) {
+            (Region::Loop(own), Some(var)) => graph.is_within(graph.var(var).in_loop, own),
+            // A parameter of a cycle function may be another value in each cycle.
+            (Region::Function, Some(var)) => graph.var(var).param.is_none() || place.steps.is_empty(),
+            (_, None) => true,
+        };
+        let is_written = self.nodes().any(|id| match &graph.node(id).effect {
+            Effect::Write(write) | Effect::Set(write) => write.place.overlaps(place),
+            _ => false,
+        });
+        // What a field of a caller's is between two calls is not known here.
+        let is_given = self.is_helper && !place.steps.is_empty();
+        !declared_inside && !is_written && !is_given && !self.calls_write(place)
+    }
+
+    /// Whether a function leaves a place as its caller gave it.
+    pub(super) fn is_left_alone(&self, place: &Place) -> bool {
+        !self.calls_write(place)
+            && !self.nodes().any(|id| match &self.search.graph.node(id).effect {
+                Effect::Write(write) | Effect::Set(write) => write.place.overlaps(place),
+                _ => false,
+            })
+    }
+}

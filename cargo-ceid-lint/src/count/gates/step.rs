@@ -1,0 +1,131 @@
+//! The time step of a filter: where it comes from, and whether the next one covers a pause.
+
+use super::sample::extend;
+use super::sources::Sources;
+use super::{Gates, Way};
+use crate::config::TimeBase;
+use crate::flow::{CallSite, Computed, Effect, is_time_name};
+use crate::syntax::tree::{PatKind, TypeRef};
+
+/// Whether a parameter is named as a point of time, from which the law reckons the step by itself.
+fn is_moment_name(name: &str) -> bool {
+    let name = name.trim_start_matches('_');
+    name == "now" || name.starts_with("now_") || name.contains("timestamp")
+}
+
+impl Gates<'_, '_> {
+    /// Where the filter's time step comes from.
+    pub(super) fn time_base(&self) -> TimeBase {
+        *self.time_base.get_or_init(|| {
+            let index = self.search.program.index;
+            let Some(ty) = self.ty(self.search.instance) else { return TimeBase::Passed };
+            let Some(spec) = index.filter_spec(&ty) else { return TimeBase::Passed };
+            if let Some(time_base) = spec.time_base {
+                return time_base;
+            }
+            let mut base = TimeBase::Fixed;
+            for owner in index.methods(&ty, "update") {
+                let Some(id) = owner.function() else { continue };
+                let function = &index.function(id).function;
+                let names = function.body.iter().flat_map(|body| {
+                    body.params.iter().filter_map(|pat| match &body.pat(*pat).kind {
+                        PatKind::Bind { name, .. } => Some(name.as_str()),
+                        _ => None,
+                    })
+                });
+                let types = function.params.iter().filter_map(|ty| match ty {
+                    TypeRef::Path(path) => Some(path.last()),
+                    _ => None,
+                });
+                for name in names {
+                    if is_moment_name(name) {
+                        return TimeBase::Inside;
+                    }
+                    if is_time_name(name) {
+                        base = TimeBase::Passed;
+                    }
+                }
+                for name in types {
+                    if matches!(name, "Instant" | "SystemTime") {
+                        return TimeBase::Inside;
+                    }
+                    if name.ends_with("Duration") {
+                        base = TimeBase::Passed;
+                    }
+                }
+            }
+            if base == TimeBase::Fixed && self.sets_step() { TimeBase::Passed } else { base }
+        })
+    }
+
+    /// Whether the step is set before the law is called: `filter.dt = dt`, `filter.set_dt(dt)`.
+    fn sets_step(&self) -> bool {
+        self.nodes().any(|id| match &self.search.graph.node(id).effect {
+            Effect::Write(write) => self.is_part(&write.place) && is_time_name(&self.last_name(&write.place)),
+            Effect::Call(site) if site.law_of.is_none() && self.concerns(site) => site.targets.iter().any(|target| {
+                let name = &self.search.program.index.function(*target).name;
+                is_time_name(name.trim_start_matches("set_").trim_start_matches("with_"))
+            }),
+            _ => false,
+        })
+    }
+
+    /// The clock that the filter's step is computed from stands still on the way, so that the next step covers the gap.
+    pub(super) fn is_measured(&self, way: &Way) -> bool {
+        match self.time_base() {
+            TimeBase::Inside => return true,
+            TimeBase::Fixed => return false,
+            TimeBase::Passed => {}
+        }
+        let step = self.step();
+        let is_kept = self.clocks(step).next().is_some() || self.nodes().any(|id| self.laps(id, step));
+        is_kept && !self.sets_clock(step, way)
+    }
+
+    /// What the filter's time step is computed from, or all that is fed where the step cannot be told from the rest.
+    pub(super) fn step(&self) -> &Sources {
+        self.step.get_or_init(|| {
+            let mut step = Computed::default();
+            for id in self.nodes() {
+                match &self.search.graph.node(id).effect {
+                    Effect::Call(site) if self.concerns(site) => {
+                        for (number, arg) in site.args.iter().enumerate() {
+                            if self.takes_step(site, number) {
+                                extend(&mut step, &arg.from);
+                            }
+                        }
+                    }
+                    Effect::Write(write)
+                        if self.is_part(&write.place) && is_time_name(&self.last_name(&write.place)) =>
+                    {
+                        if let Some(change) = self.search.graph.changes.get(&id) {
+                            extend(&mut step, &change.computed);
+                        }
+                    }
+                    _ => {}
+                }
+            }
+            if step.places.is_empty() && step.calls.is_empty() {
+                return self.fed().clone();
+            }
+            self.assignments.behind(&step)
+        })
+    }
+
+    /// Whether an argument of a call is the time step.
+    fn takes_step(&self, site: &CallSite, number: usize) -> bool {
+        let index = self.search.program.index;
+        site.targets.iter().any(|target| {
+            let function = &index.function(*target).function;
+            let is_setter = is_time_name(index.function(*target).name.trim_start_matches("set_"));
+            let name = function.body.as_ref().and_then(|body| match &body.pat(*body.params.get(number)?).kind {
+                PatKind::Bind { name, .. } => Some(name.as_str()),
+                _ => None,
+            });
+            let typed =
+                number.checked_sub(usize::from(function.receiver.is_some())).and_then(|at| function.params.get(at));
+            let is_duration = matches!(typed, Some(TypeRef::Path(path)) if path.last().ends_with("Duration"));
+            (is_setter && number > 0) || is_duration || name.is_some_and(is_time_name)
+        })
+    }
+}

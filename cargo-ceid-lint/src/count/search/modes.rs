@@ -1,0 +1,182 @@
+//! Whether a filter goes on after a pause with the state from before it: what tells a mode from a defect.
+
+use super::run::Run;
+use super::{Region, Search, State};
+use crate::count::counts::Count;
+use crate::count::summary::Outcome;
+use crate::flow::{Assignment, Effect, NodeId, OTHER_HEADS, Place, SubjectId, Test};
+
+/// How many states are followed at once.
+const MAX_SUBJECTS: usize = 16;
+
+/// What is left of a filter's last update.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub(super) enum Age {
+    /// Nothing: it was reset, or never ran.
+    #[default]
+    Fresh,
+    /// It ran in the iteration before.
+    Live,
+    /// It paused since, and was not reset.
+    Stale,
+    /// It was updated although it was stale.
+    Resumed,
+}
+
+/// A state of the program that says whether a filter runs.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::count) struct Mode {
+    /// What holds the state.
+    pub(in crate::count) subject: SubjectId,
+    /// The heads with which an update can be reached.
+    pub(in crate::count) updating: u32,
+    /// The call of the helper that asks for it, if one does.
+    pub(in crate::count) asked_by: Option<NodeId>,
+}
+
+impl Search<'_> {
+    /// Whether the filter is reset in each pause that a mode makes, before it runs again.
+    pub(in crate::count) fn resets_in_pauses(&self, region: Region, mode: Mode) -> bool {
+        let mut run = self.run(region, std::collections::BTreeSet::new());
+        let compared = self.graph.subjects.iter().filter_map(crate::flow::Subject::equals);
+        let wanted: Vec<SubjectId> = compared
+            .flat_map(|(left, right)| [left, right])
+            .filter_map(|place| super::slice::subject_of(self.graph, place))
+            .chain([mode.subject])
+            .collect();
+        for subject in wanted {
+            if !run.tracked.subjects.contains(&subject) && run.tracked.subjects.len() < MAX_SUBJECTS {
+                run.tracked.subjects.push(subject);
+            }
+        }
+        run.mode = Some(mode);
+        for (node, entry) in self.starts(region) {
+            run.start(node, entry.as_ref());
+        }
+        let exploration = run.finish();
+        !exploration.limit && exploration.states.iter().all(|state| state.age != Age::Resumed)
+    }
+}
+
+impl Run<'_, '_> {
+    /// The whole state is reset.
+    pub(super) fn rejuvenate(&self, state: &mut State) {
+        if self.mode.is_some() && state.age != Age::Resumed {
+            state.age = Age::Fresh;
+        }
+    }
+
+    /// A law runs.
+    pub(super) fn wake(&self, state: &mut State) {
+        if self.mode.is_some() {
+            state.age = match state.age {
+                Age::Fresh | Age::Live => Age::Live,
+                Age::Stale | Age::Resumed => Age::Resumed,
+            };
+        }
+    }
+
+    /// The age at the end of an iteration: a pause that the mode made leaves what it found behind.
+    pub(super) fn age_after(&self, state: &State) -> Age {
+        let Some(mode) = &self.mode else { return state.age };
+        let pauses = state.count == Count::Zero && state.age == Age::Live && self.is_pause(state, mode);
+        if pauses { Age::Stale } else { state.age }
+    }
+
+    fn is_pause(&self, state: &State, mode: &Mode) -> bool {
+        let asks = state.skipped_at.is_some_and(|at| {
+            mode.asked_by == Some(at) || matches!(&self.search.graph.node(at).effect, Effect::Branch(test) if test.subject == Some(mode.subject))
+        });
+        let tracked = self.tracked.subjects.iter().position(|id| *id == mode.subject);
+        asks || tracked.is_some_and(|at| self.masks.get(state.masks)[at] & mode.updating == 0)
+    }
+
+    /// A function that is a cycle is called again: what outlives the call is still known.
+    pub(super) fn again(&mut self, state: &State) {
+        if self.mode.is_none() {
+            return;
+        }
+        let graph = self.search.graph;
+        let outlives = |place: &Place| match place.base_var() {
+            Some(var) => graph.var(var).param.is_some() && !place.steps.is_empty(),
+            None => true,
+        };
+        let known = self.masks.get(state.masks).clone();
+        let masks: Vec<u32> = self
+            .tracked
+            .subjects
+            .iter()
+            .zip(known)
+            .map(|(id, mask)| {
+                let subject = &graph.subjects[id.0 as usize];
+                if subject.reads.iter().all(outlives) { mask } else { subject.anything() }
+            })
+            .collect();
+        let masks = self.masks.intern(masks);
+        let age = self.age_after(state);
+        self.start_with(NodeId(0), None, masks, age);
+    }
+
+    /// A copy of a state whose value is not known is followed for each value it may have, so that both stay the same. Answers
+    /// whether it is one.
+    pub(super) fn part_copies(&mut self, at: usize, state: &State, set: &Assignment) -> bool {
+        let copied = self.search.graph.copied(state.node).filter(|_| self.mode.is_some());
+        let Some((from, _)) = copied.and_then(|place| Some((self.tracked_at(&place)?, self.tracked_at(&set.place)?)))
+        else {
+            return false;
+        };
+        let all = self.masks.get(state.masks).clone();
+        if all[from].count_ones() < 2 {
+            return false;
+        }
+        for bit in (0..u32::BITS).map(|number| 1 << number).filter(|bit| all[from] & bit != 0) {
+            let mut own = all.clone();
+            own[from] = bit;
+            let masks = self.masks.intern(own);
+            self.assign(at, &State { masks, ..state.clone() }, set);
+        }
+        true
+    }
+
+    /// What is known behind a comparison of two states; `None` if it cannot come out so.
+    pub(super) fn compared(&mut self, masks: u32, test: &Test, are_equal: bool) -> Option<u32> {
+        let graph = self.search.graph;
+        let asked = test.subject.map(|id| &graph.subjects[id.0 as usize]).filter(|_| self.mode.is_some());
+        let Some((left, right)) = asked
+            .and_then(crate::flow::Subject::equals)
+            .and_then(|(left, right)| Some((self.tracked_at(left)?, self.tracked_at(right)?)))
+        else {
+            return Some(masks);
+        };
+        let mut all = self.masks.get(masks).clone();
+        let subject = |at: usize| &graph.subjects[self.tracked.subjects[at].0 as usize];
+        let of_right = subject(left).translate(all[right], subject(right));
+        if are_equal {
+            all[left] &= of_right;
+            all[right] &= subject(right).translate(all[left], subject(left));
+            (all[left] != 0 && all[right] != 0).then(|| self.masks.intern(all))
+        } else {
+            let is_one = all[left].count_ones() == 1 && all[right].count_ones() == 1 && all[left] != OTHER_HEADS;
+            (!is_one || all[left] != of_right).then_some(masks)
+        }
+    }
+
+    /// Which of the tracked subjects a place is.
+    fn tracked_at(&self, place: &Place) -> Option<usize> {
+        let graph = self.search.graph;
+        let is_it = |id: &SubjectId| graph.subjects[id.0 as usize].whole.as_ref() == Some(place);
+        self.tracked.subjects.iter().position(is_it)
+    }
+
+    /// What is known of a mode that a helper asks for, where a way through the helper is taken; `None` if it cannot be.
+    pub(super) fn asked(&mut self, state: &State, outcome: &Outcome) -> Option<u32> {
+        let Some(Mode { subject, updating, asked_by: Some(call) }) = self.mode else { return Some(state.masks) };
+        if call != state.node || (outcome.count == Count::Zero && outcome.asks.is_none()) {
+            return Some(state.masks);
+        }
+        let at = self.tracked.subjects.iter().position(|id| *id == subject)?;
+        let mut all = self.masks.get(state.masks).clone();
+        all[at] &= if outcome.count == Count::Zero { !updating } else { updating };
+        (all[at] != 0).then(|| self.masks.intern(all))
+    }
+}

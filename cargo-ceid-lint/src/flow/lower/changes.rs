@@ -1,0 +1,129 @@
+//! Assignments: how the value goes on from the one before, and whether they write the whole state of a filter.
+
+use std::collections::BTreeSet;
+
+use super::Builder;
+use crate::flow::{Change, ChangeKind, Effect, Place};
+use crate::index::Ty;
+use crate::source::Span;
+use crate::syntax::tree::{ExprId, ExprKind};
+
+/// The fields of a filter that a block has written so far.
+pub(super) type WrittenFields = Vec<(Place, BTreeSet<String>)>;
+
+impl Builder<'_> {
+    /// Notes what the assignment at the last node does.
+    pub(super) fn note_change(&mut self, target: ExprId, value: ExprId, op: Option<&str>) {
+        let Some(at) = self.at else { return };
+        if !matches!(self.graph.node(at).effect, Effect::Set(_) | Effect::Write(_)) {
+            return;
+        }
+        let computed = self.computed_from(value);
+        self.note_copy(value);
+        let kind = match op {
+            None => {
+                let place = self.static_place(target);
+                self.change_kind(place.as_ref(), value, 0)
+            }
+            Some("%") => ChangeKind::Wraps,
+            Some(op @ ("+" | "-")) => self.added(target, value, op == "+"),
+            Some("^") if self.constant_head(value).as_deref() == Some("true") => ChangeKind::Toggles,
+            Some(_) => ChangeKind::Other,
+        };
+        self.graph.changes.insert(at, Change { computed, kind });
+    }
+
+    /// Notes that the last node gives a copy of what a place holds: `let state = self.state`.
+    pub(super) fn note_copy(&mut self, value: ExprId) {
+        if let Some(at) = self.at
+            && matches!(self.graph.node(at).effect, Effect::Set(_) | Effect::Write(_))
+            && matches!(self.body().expr(value).kind, ExprKind::Field { .. })
+            && self.is_state(self.ty(value))
+            && !matches!(self.ty(value), Ty::Ref(..))
+            && let Some(place) = self.static_place(value)
+        {
+            self.graph.copies.insert(at, place);
+        }
+    }
+
+    /// What adding a value to a place, or taking it away, does.
+    fn added(&self, target: ExprId, value: ExprId, up: bool) -> ChangeKind {
+        let counts = *self.ty(target).peel() == Ty::Int && self.constant_head(value).is_some();
+        match (counts, up) {
+            (true, true) => ChangeKind::CountsUp,
+            (true, false) => ChangeKind::CountsDown,
+            (false, _) => ChangeKind::Accumulates,
+        }
+    }
+
+    fn change_kind(&mut self, place: Option<&Place>, value: ExprId, depth: u32) -> ChangeKind {
+        if self.constant_head(value).is_some() {
+            return ChangeKind::Constant;
+        }
+        if depth > 8 {
+            return ChangeKind::Other;
+        }
+        let body = self.body();
+        let is_same = |this: &mut Self, expr: ExprId| place.is_some() && this.static_place(expr).as_ref() == place;
+        match &body.expr(value).kind {
+            ExprKind::Not(inner) if is_same(self, *inner) => ChangeKind::Toggles,
+            ExprKind::Cast { value, .. } => self.change_kind(place, *value, depth + 1),
+            ExprKind::Block(block) => match block.tail {
+                Some(tail) => self.change_kind(place, tail, depth + 1),
+                None => ChangeKind::Other,
+            },
+            ExprKind::If { then, otherwise: Some(otherwise), .. } => {
+                self.change_kind(place, *then, depth + 1).or(self.change_kind(place, *otherwise, depth + 1))
+            }
+            ExprKind::Binary { op: "%", lhs, .. } => {
+                let inner = self.change_kind(place, *lhs, depth + 1);
+                if inner.counts() { ChangeKind::Wraps } else { ChangeKind::Other }
+            }
+            ExprKind::Binary { op: "&", lhs, .. } => self.change_kind(place, *lhs, depth + 1),
+            ExprKind::Binary { op: "+", lhs, rhs } if is_same(self, *rhs) => self.added(*rhs, *lhs, true),
+            ExprKind::Binary { op: op @ ("+" | "-"), lhs, rhs } if is_same(self, *lhs) => {
+                self.added(*lhs, *rhs, *op == "+")
+            }
+            ExprKind::MethodCall { receiver, method, args, .. } => match (method.as_str(), args.as_slice()) {
+                ("rem_euclid", [_]) => {
+                    let inner = self.change_kind(place, *receiver, depth + 1);
+                    if inner.counts() { ChangeKind::Wraps } else { ChangeKind::Other }
+                }
+                (
+                    "wrapping_add" | "wrapping_sub" | "saturating_add" | "saturating_sub" | "checked_add"
+                    | "checked_sub",
+                    [step],
+                ) if is_same(self, *receiver) => self.added(*receiver, *step, method.ends_with("_add")),
+                ("unwrap" | "expect" | "unwrap_or" | "unwrap_or_default", _) => {
+                    self.change_kind(place, *receiver, depth + 1)
+                }
+                _ => ChangeKind::Other,
+            },
+            _ => ChangeKind::Other,
+        }
+    }
+
+    /// Takes note of a field of a filter that a statement writes. Once all of its state is written, that is a reset.
+    pub(super) fn note_written_field(&mut self, statement: ExprId, written: &mut WrittenFields, span: Span) {
+        let body = self.body();
+        let ExprKind::Assign { place, .. } = &body.expr(statement).kind else { return };
+        let ExprKind::Field { base, name } = &body.expr(*place).kind else { return };
+        if self.at.is_none() {
+            return;
+        }
+        let ty = self.ty(*base).peel();
+        if self.program.index.filter_spec(ty).is_none() {
+            return;
+        }
+        let Some(filter) = self.static_place(*base) else { return };
+        let at = written.iter().position(|(known, _)| *known == filter).unwrap_or_else(|| {
+            written.push((filter.clone(), BTreeSet::new()));
+            written.len() - 1
+        });
+        let is_new = written[at].1.insert(name.clone());
+        let state = self.state_fields(ty);
+        if is_new && !state.is_empty() && state.contains(name) && state.is_subset(&written[at].1) {
+            self.emit(Effect::Reset { place: filter, full: true }, span);
+        }
+    }
+}

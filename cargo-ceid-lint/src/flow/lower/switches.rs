@@ -1,0 +1,182 @@
+//! Small functions that are read where they are called: those that ask for a state, and those that switch it.
+
+use super::{Builder, Frame, MAX_INLINE, Value};
+use crate::flow::{NodeId, Place};
+use crate::index::{FunctionId, Shape, Ty};
+use crate::syntax::tree::{Body, ExprId, ExprKind, PatId};
+use crate::types::{Callee, Resolved, TypedBody};
+
+/// How many expressions a function may have to be read where it is called.
+const MAX_EXPRESSIONS: usize = 96;
+
+impl Builder<'_> {
+    /// `if self.is_armed()`: a condition that is a function's only expression asks what that asks. Answers whether it is one.
+    pub(super) fn spoken_condition(&mut self, id: ExprId, receiver: ExprId, args: &[ExprId], no: NodeId) -> bool {
+        let Some(target) = self.only_target(id) else { return false };
+        let def = self.program.index.function(target);
+        let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(target)) else { return false };
+        if *typed.ty(body.root) != Ty::Bool
+            || self.depth >= MAX_INLINE
+            || self.inlining.contains(&target)
+            || !(self.is_pure_function(target, 0) || self.takes_flag(body, typed))
+        {
+            return false;
+        }
+        let mut exprs = vec![receiver];
+        exprs.extend_from_slice(args);
+        let values = self.values(&exprs);
+        if self.at.is_none() {
+            return true;
+        }
+        let outer_spoken = self.spoken.clone();
+        if self.spoken.is_none() {
+            self.spoken = Some((self.span(id), self.text(id)));
+        }
+        let places: Vec<Option<Place>> = exprs.iter().map(|expr| self.static_place(*expr)).collect();
+        self.read_in_place(target, &places, &values, |this, body| this.condition(body.root, no));
+        self.spoken = outer_spoken;
+        true
+    }
+
+    /// A call of a small function that switches a state: it is read here, so that what it sets is seen.
+    pub(super) fn switch_call(
+        &mut self,
+        resolved: &Resolved,
+        exprs: &[ExprId],
+        values: &[Value],
+        id: ExprId,
+    ) -> Option<Value> {
+        let [target] = resolved.targets.as_slice() else { return None };
+        if !self.switches_state(resolved) || self.depth >= MAX_INLINE {
+            return None;
+        }
+        let typed = self.program.typed(*target)?;
+        let body = self.program.index.function(*target).function.body.as_ref()?;
+        let is_reference =
+            |pat: &PatId| typed.pat_local.get(pat).is_some_and(|local| matches!(typed.local(*local).ty, Ty::Ref(..)));
+        let places: Vec<Option<Place>> = body
+            .params
+            .iter()
+            .zip(exprs)
+            .zip(values)
+            .map(|((pat, expr), value)| self.static_place(*expr).or(value.place.clone()).filter(|_| is_reference(pat)))
+            .collect();
+        let (ty, span) = (typed.ty(body.root).clone(), self.span(id));
+        let mut result = Value::default();
+        self.read_in_place(*target, &places, values, |this, body| {
+            result = this.inline_body(ty, span, true, |this| this.expr(body.root));
+        });
+        Some(result)
+    }
+
+    /// Reads the body of a function where it is called; parameters stand for these places, or are bound to the values.
+    fn read_in_place(
+        &mut self,
+        target: FunctionId,
+        places: &[Option<Place>],
+        values: &[Value],
+        read: impl FnOnce(&mut Self, &Body),
+    ) {
+        let def = self.program.index.function(target);
+        let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(target)) else { return };
+        self.frames.push(Frame::new(target, body, typed));
+        let outer = std::mem::replace(&mut self.frame, self.frames.len() - 1);
+        self.depth += 1;
+        self.inlining.push(target);
+        for (number, pat) in body.params.iter().enumerate() {
+            match (places.get(number).cloned().flatten(), typed.pat_local.get(pat)) {
+                (Some(place), Some(local)) => {
+                    self.frames[self.frame].stand_ins.insert(*local, place);
+                }
+                _ => self.bind_pattern(*pat, &values.get(number).cloned().unwrap_or_default()),
+            }
+        }
+        read(self, body);
+        self.inlining.pop();
+        self.depth -= 1;
+        self.frame = outer;
+    }
+
+    /// The place of the caller that a local stands for.
+    pub(super) fn stand_in(&self, id: ExprId) -> Option<Place> {
+        let local = self.typed().expr_local.get(&id)?;
+        self.frames[self.frame].stand_ins.get(local).cloned()
+    }
+
+    /// Whether a function does nothing but take a flag down: `DUE.swap(false, Ordering::AcqRel)`.
+    fn takes_flag(&self, body: &Body, typed: &TypedBody) -> bool {
+        let mut id = body.root;
+        while let ExprKind::Block(block) = &body.expr(id).kind {
+            match block.tail {
+                Some(tail) if block.stmts.is_empty() => id = tail,
+                _ => return false,
+            }
+        }
+        matches!(&body.expr(id).kind, ExprKind::MethodCall { receiver, method, .. }
+            if super::flags::is_flag(typed.ty(*receiver)) && super::flags::changes_flag(method))
+    }
+
+    fn only_target(&self, id: ExprId) -> Option<FunctionId> {
+        match self.typed().callees.get(&id) {
+            Some(Callee::Resolved(resolved)) if resolved.law.is_none() => match resolved.targets.as_slice() {
+                [target] => Some(*target),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// Whether a function is a small one that switches a state and runs no law: what it sets must be seen by its callers.
+    fn switches_state(&self, resolved: &Resolved) -> bool {
+        let [target] = resolved.targets.as_slice() else { return false };
+        let def = self.program.index.function(*target);
+        let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(*target)) else { return false };
+        if body.exprs.len() > MAX_EXPRESSIONS || self.inlining.contains(target) {
+            return false;
+        }
+        // A divider or timer of the code's own answers whether it is time.
+        let answers = *typed.ty(body.root).peel() == Ty::Bool;
+        let mut switches = false;
+        for (number, expr) in body.exprs.iter().enumerate() {
+            let id = ExprId(u32::try_from(number).unwrap_or(u32::MAX));
+            match &expr.kind {
+                ExprKind::Assign { place, .. } => {
+                    switches |= (answers || self.is_state(typed.ty(*place))) && !is_local(body, *place);
+                }
+                ExprKind::AssignOp { place, .. } => switches |= answers && !is_local(body, *place),
+                ExprKind::MethodCall { receiver, method, .. } => {
+                    switches |= super::flags::is_flag(typed.ty(*receiver)) && super::flags::changes_flag(method);
+                }
+                ExprKind::Loop { .. }
+                | ExprKind::While { .. }
+                | ExprKind::For { .. }
+                | ExprKind::Closure(_)
+                | ExprKind::Try(_)
+                | ExprKind::Await(_)
+                | ExprKind::Opaque(_)
+                | ExprKind::Unknown { .. } => return false,
+                _ => {}
+            }
+            if let Some(Callee::Resolved(inner)) = typed.callees.get(&id)
+                && (inner.law.is_some() || inner.targets.len() > 1 || inner.targets.contains(target))
+            {
+                return false;
+            }
+        }
+        switches
+    }
+
+    /// Whether a value of the type is one of a few states: a truth value, or a variant.
+    pub(super) fn is_state(&self, ty: &Ty) -> bool {
+        match ty.peel() {
+            Ty::Bool => true,
+            Ty::Adt(id, _) => matches!(self.program.index.type_def(*id).shape, Shape::Enum(_)),
+            _ => false,
+        }
+    }
+}
+
+/// Whether an assignment's target is a variable of the function itself.
+fn is_local(body: &Body, place: ExprId) -> bool {
+    matches!(body.expr(place).kind, ExprKind::Path(_))
+}
