@@ -22,6 +22,8 @@ pub mod flow;
 
 pub mod count;
 
+pub mod suppress;
+
 pub mod rules;
 
 pub mod pipeline;

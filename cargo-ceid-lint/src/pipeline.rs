@@ -2,22 +2,23 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::config::{Config, FilterEntry, FilterKind, Scope, Section};
+use crate::config::{self, Config, ConfigError, Preset, Scope, Section};
 use crate::count::{Cycle, analyse};
 use crate::diagnostic::{Diagnostic, Level, Problem};
 use crate::flow::{Program, lower_function};
-use crate::index::{CrateInput, Index, ModuleId};
+use crate::index::{CrateId, CrateInput, EntryScope, Index};
 use crate::project::{Project, TargetKind};
-use crate::rules;
+use crate::rules::{self, Known, RULES};
 use crate::source::{DiskSource, FileSet, ReadSource, SourceMap, Span};
-use crate::syntax::{parse_crate, with_large_stack};
+use crate::suppress::{Crate, Suppressions};
+use crate::syntax::{Directives, parse_root, with_large_stack};
 
 /// What a run found out.
 #[derive(Debug, Default)]
 pub struct Report {
     /// Every text that was read.
     pub sources: SourceMap,
-    /// The findings at `warn` or above, sorted by file, place and rule.
+    /// The findings at `warn` or above, suppressed ones included, sorted by file, place and rule.
     pub diagnostics: Vec<Diagnostic>,
     /// Every cycle with its filters and their verdicts, sorted by file and place.
     pub cycles: Vec<Cycle>,
@@ -27,25 +28,37 @@ pub struct Report {
     pub filter_types: usize,
 }
 
+impl Report {
+    /// The findings that nothing suppresses: those that people see and that decide how a run ends.
+    pub fn shown(&self) -> impl Iterator<Item = &Diagnostic> {
+        self.diagnostics.iter().filter(|finding| finding.suppressed.is_none())
+    }
+}
+
 /// Checks a project whose files lie on the disk.
-#[must_use]
-pub fn check(project: &Project, config: &Config) -> Report {
+///
+/// # Errors
+/// If the configuration names what is not there.
+pub fn check(project: &Project, config: &Config) -> Result<Report, ConfigError> {
     check_with(project, config, Box::new(DiskSource))
 }
 
 /// Checks a project whose files are read from `source`.
-#[must_use]
-pub fn check_with(project: &Project, config: &Config, source: Box<dyn ReadSource>) -> Report {
+///
+/// # Errors
+/// If the configuration names what is not there.
+pub fn check_with(project: &Project, config: &Config, source: Box<dyn ReadSource>) -> Result<Report, ConfigError> {
     let mut files = FileSet::new(SourceMap::new(project.root.clone()), source);
     let mut problems = Vec::new();
     let inputs = parse_all(project, &mut files, &mut problems);
     let sources = files.into_map();
     // Expressions nest as deep as the parser allows, and the walks over them with them.
-    let mut report = with_large_stack(|| analyse_all(project, config, inputs, sources));
+    let is_partial = !problems.is_empty();
+    let mut report = with_large_stack(|| analyse_all(project, config, inputs, sources, is_partial))?;
     let mut seen = BTreeSet::new();
     problems.retain(|problem: &Problem| seen.insert((problem.file.clone(), problem.span, problem.message.clone())));
     report.problems = problems;
-    report
+    Ok(report)
 }
 
 /// Parses every crate root with its modules.
@@ -61,14 +74,17 @@ fn parse_all(project: &Project, files: &mut FileSet, problems: &mut Vec<Problem>
             if target.kind == TargetKind::Lib {
                 libs.insert(package_number, inputs.len());
             }
+            let root = parse_root(&target.src_path, &target.edition, &cfg, files, problems);
             inputs.push(CrateInput {
                 package: package_number,
                 target: target_number,
                 name: target.crate_name.clone(),
+                package_name: package.name.replace('-', "_"),
+                removed: root.removed,
                 externs: BTreeMap::new(),
                 is_reported: target.is_reported && package.is_reported,
                 is_test: matches!(target.kind, TargetKind::Test | TargetKind::Bench),
-                items: parse_crate(&target.src_path, &target.edition, &cfg, files, problems),
+                items: root.items,
             });
         }
     }
@@ -91,25 +107,37 @@ fn parse_all(project: &Project, files: &mut FileSet, problems: &mut Vec<Problem>
     inputs
 }
 
-fn analyse_all(project: &Project, config: &Config, inputs: Vec<CrateInput>, sources: SourceMap) -> Report {
+fn analyse_all(
+    project: &Project,
+    config: &Config,
+    inputs: Vec<CrateInput>,
+    sources: SourceMap,
+    is_partial: bool,
+) -> Result<Report, ConfigError> {
+    let directives = Directives::read(&sources);
+    let reported = project.packages.iter().filter(|package| package.is_reported);
+    let sections =
+        reported.map(|package| config.sections_of(&package.workspace_root, &package.manifest_path).collect());
+    let presets = config::active_presets(config, sections, |name| project.graph.contains(name))?;
     // Without the trait there is no filter, and without a filter there is nothing to count.
-    let is_configured = config.sections.iter().any(|section| !section.filters.is_empty());
-    if !is_configured && !sources.files().any(|(_, file)| file.text.contains("SampledFilter")) {
-        return Report { sources, ..Report::default() };
+    let is_configured = !presets.is_empty()
+        || config.sections.iter().any(|section| !section.filters.is_empty() || !section.cycles.is_empty());
+    if !is_configured && directives.is_empty() && !sources.files().any(|(_, file)| file.text.contains("SampledFilter"))
+    {
+        return Ok(Report { sources, ..Report::default() });
     }
-    let entries = config.sections.iter().flat_map(|section| &section.filters);
-    let named_outside = entries.map(|entry| entry.target.path()).filter(|path| !path.starts_with("crate::"));
-    let mut index = Index::build(inputs, named_outside.map(str::to_owned).collect());
-    for section in &config.sections {
-        for entry in &section.filters {
-            add_entry(project, &mut index, section, entry);
-        }
-    }
-    if is_configured {
-        index.find_holders();
-    }
+    // A file of several crates belongs to one that is reported, if there is such a one.
+    let (reported, others): (Vec<_>, Vec<_>) = inputs.iter().partition(|input| input.is_reported);
+    let crates: Vec<Crate<'_>> = [reported, others]
+        .into_iter()
+        .flatten()
+        .map(|input| Crate { package: input.package, target: input.target, items: &input.items })
+        .collect();
+    let suppressions = Suppressions::place(&directives, &sources, &crates);
+    let mut index = Index::build(inputs, paths_outside(config, &presets));
+    add_entries(project, config, &presets, &mut index, is_partial)?;
     let bodies = Program::infer_all(&index);
-    let program = Program { index: &index, bodies: &bodies, sources: &sources };
+    let program = Program { index: &index, bodies: &bodies, sources: &sources, directives: &directives };
     let graphs: Vec<_> = index.function_ids().map(|id| lower_function(&program, id)).collect();
     let mut analysis = analyse(&program, &graphs);
     let is_shown = |package: usize, target: usize, span: Span| {
@@ -120,33 +148,127 @@ fn analyse_all(project: &Project, config: &Config, inputs: Vec<CrateInput>, sour
             && project.is_wanted(path)
             && !config.is_excluded(path)
     };
+    let known = Known::new(&suppressions, forbidden(project, config));
+    // A suppression in a file that is reported may hide what is found in one that is not.
+    known.prepare(&mut analysis);
+    let mut hygiene = rules::hygiene(&known);
+    hygiene.retain(|finding| is_shown(finding.package, finding.target, finding.primary.span));
     analysis.cycles.retain(|cycle| is_shown(cycle.package, cycle.target, cycle.head));
     analysis.unregistered.retain(|filter| is_shown(filter.package, filter.target, filter.span));
     analysis.guards.retain(|guard| is_shown(guard.package, guard.target, guard.span));
+    analysis.remarks.retain(|remark| is_shown(remark.package, remark.target, remark.span));
     // A file that belongs to several targets is judged once.
     let mut seen = BTreeSet::new();
     analysis.cycles.retain(|cycle| seen.insert((cycle.head, cycle.function.clone())));
-    let diagnostics = with_levels(project, config, rules::findings(&analysis));
+    let mut findings = rules::findings(&analysis, &known);
+    findings.extend(hygiene);
+    mark_suppressed(&mut analysis.cycles, &findings);
+    let diagnostics = with_levels(project, config, findings);
     let filter_types = index.filter_type_count();
-    Report { diagnostics, cycles: analysis.cycles, filter_types, problems: Vec::new(), sources }
+    Ok(Report { diagnostics, cycles: analysis.cycles, filter_types, problems: Vec::new(), sources })
 }
 
-/// Makes a filter of the type or trait that an entry of the configuration names.
-fn add_entry(project: &Project, index: &mut Index, section: &Section, entry: &FilterEntry) {
-    if entry.kind == FilterKind::Event {
-        return;
+/// The paths that entries name in crates whose sources are perhaps not read.
+fn paths_outside(config: &Config, presets: &[Preset]) -> Vec<String> {
+    let filters = config.sections.iter().flat_map(|section| &section.filters);
+    let cycles = config.sections.iter().flat_map(|section| &section.cycles);
+    let guards = config.sections.iter().flat_map(|section| &section.guards);
+    let filters = filters.chain(presets.iter().flat_map(|preset| &preset.filters));
+    let cycles = cycles.chain(presets.iter().flat_map(|preset| &preset.cycles));
+    let methods = cycles.map(|entry| entry.target.path().text.as_str());
+    let methods = methods.map(|path| path.rsplit_once("::").map_or(path, |(of, _)| of));
+    filters
+        .map(|entry| entry.target.path().text.as_str())
+        .chain(guards.map(|entry| entry.guard_type.text.as_str()))
+        .chain(methods)
+        .filter(|path| !path.starts_with("crate::"))
+        .map(str::to_owned)
+        .collect()
+}
+
+/// Makes filters, cycles and guards of what the entries name; the configuration goes before the presets.
+fn add_entries(
+    project: &Project,
+    config: &Config,
+    presets: &[Preset],
+    index: &mut Index,
+    is_partial: bool,
+) -> Result<(), ConfigError> {
+    for section in &config.sections {
+        let in_scope = |package: usize| {
+            let package = &project.packages[package];
+            match &section.scope {
+                Scope::Workspace(root) => package.workspace_root == *root,
+                Scope::Package(manifest) => package.manifest_path == *manifest,
+            }
+        };
+        let is_partial =
+            is_partial || (0..project.packages.len()).any(|at| in_scope(at) && project.packages[at].is_partly_read);
+        let scope = scope_of(project, index, is_partial, in_scope);
+        let added = add_section(index, &scope, section);
+        added.map_err(|error| ConfigError { text: Some(section.text.clone()), ..error })?;
     }
-    let crates: Vec<ModuleId> = index
-        .crates
-        .iter()
-        .filter(|krate| match &section.scope {
-            Scope::Workspace(root) => project.packages[krate.package].workspace_root == *root,
-            Scope::Package(manifest) => project.packages[krate.package].manifest_path == *manifest,
-        })
-        .map(|krate| krate.root)
-        .collect();
-    for root in crates {
-        index.add_filter(root, entry);
+    let scope = scope_of(project, index, true, |_| true);
+    for preset in presets {
+        for entry in &preset.filters {
+            index.add_preset_filter(&scope, entry);
+        }
+        for entry in &preset.cycles {
+            index.add_cycle(&scope, entry)?;
+        }
+    }
+    index.find_holders();
+    Ok(())
+}
+
+fn scope_of<'a>(
+    project: &'a Project,
+    index: &Index,
+    is_partial: bool,
+    in_scope: impl Fn(usize) -> bool,
+) -> EntryScope<'a> {
+    let crates = (0u32..).zip(&index.crates).filter(|(_, krate)| in_scope(krate.package));
+    EntryScope { crates: crates.map(|(number, _)| CrateId(number)).collect(), graph: &project.graph, is_partial }
+}
+
+fn add_section(index: &mut Index, scope: &EntryScope<'_>, section: &Section) -> Result<(), ConfigError> {
+    for entry in &section.filters {
+        index.add_filter(scope, entry)?;
+    }
+    for entry in &section.cycles {
+        index.add_cycle(scope, entry)?;
+    }
+    for entry in &section.guards {
+        index.add_guard(scope, entry)?;
+    }
+    Ok(())
+}
+
+/// The rules that are at `forbid`, by package.
+fn forbidden(project: &Project, config: &Config) -> BTreeSet<(usize, &'static str)> {
+    let pairs = project.packages.iter().enumerate().flat_map(|package| RULES.iter().map(move |rule| (package, rule)));
+    let is_forbidden = |package, rule| rules::level_of(rule, config, package).level == Level::Forbid;
+    pairs.filter(|((_, package), rule)| is_forbidden(package, rule)).map(|((at, _), rule)| (at, rule.name)).collect()
+}
+
+/// Marks the pairs on which something was found that is suppressed, and nothing that is not.
+fn mark_suppressed(cycles: &mut [Cycle], findings: &[Diagnostic]) {
+    let mut by_cycle: BTreeMap<Span, Vec<&Diagnostic>> = BTreeMap::new();
+    for finding in findings {
+        if let Some(head) = finding.facts.cycle {
+            by_cycle.entry(head).or_default().push(finding);
+        }
+    }
+    for cycle in cycles {
+        let found = by_cycle.get(&cycle.head).map_or(&[][..], Vec::as_slice);
+        for pair in &mut cycle.filters {
+            let is_about = |finding: &&&Diagnostic| {
+                finding.facts.filters.contains(&pair.name) && pair.rules.contains(&finding.rule)
+            };
+            let reasons: Option<Vec<&String>> =
+                found.iter().filter(is_about).map(|finding| finding.suppressed.as_ref()).collect();
+            pair.suppressed = reasons.and_then(|reasons| reasons.first().map(|reason| (*reason).clone()));
+        }
     }
 }
 

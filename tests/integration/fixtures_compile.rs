@@ -61,7 +61,18 @@ fn cases_compile() {
 
 #[test]
 fn workspaces_compile() {
-    for name in ["figure3_legacy", "figure3_guarded", "two_crates", "path_modules"] {
+    for name in [
+        "figure3_legacy",
+        "figure3_guarded",
+        "two_crates",
+        "path_modules",
+        "configured_laws",
+        "configured_instances",
+        "configured_names",
+        "configured_cycles",
+        "configured_guards",
+        "configured_members",
+    ] {
         let manifest = workspace::committed(name).join("Cargo.toml");
         cargo_check(&manifest, "fixtures_compile_target", &["--workspace"]);
     }

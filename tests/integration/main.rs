@@ -4,13 +4,17 @@
 mod support;
 
 mod cli;
+mod configuration;
 mod documents;
 mod dogfood;
 mod exit_status;
 mod explain;
 mod fixtures_compile;
 mod messages;
+mod presets;
 mod robustness;
+mod schema;
+mod suppressions;
 mod tidy;
 mod time_domain;
 mod workspaces;

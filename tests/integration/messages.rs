@@ -86,3 +86,23 @@ fn another_rate() {
 fn repeated_with_a_sibling_that_nobody_owes() {
     check("repeated_update", "pasted_in_a_presumed_cycle");
 }
+
+#[test]
+fn unused_suppression() {
+    check("unused_suppression", "one_of_two_rules");
+}
+
+#[test]
+fn misspelt_suppression() {
+    check("unknown_rule", "misspelt_rule");
+}
+
+#[test]
+fn reason_outside_the_brackets() {
+    check("unknown_rule", "reason_outside_the_brackets");
+}
+
+#[test]
+fn blanket_suppression() {
+    check("blanket_suppression", "bare_allow");
+}

@@ -17,6 +17,7 @@ const FLOORS: &[&str] = &[
     "types",
     "flow",
     "count",
+    "suppress",
     "rules",
     "pipeline",
     "report",

@@ -55,6 +55,36 @@ fn modules_by_path_and_by_feature() {
 }
 
 #[test]
+fn alternatives_halves_attempts_and_resets() {
+    check("configured_laws");
+}
+
+#[test]
+fn instances_in_arguments_results_and_channels() {
+    check("configured_instances");
+}
+
+#[test]
+fn names_that_clash_and_names_for_the_same() {
+    check("configured_names");
+}
+
+#[test]
+fn cycles_that_the_configuration_names() {
+    check("configured_cycles");
+}
+
+#[test]
+fn guards_that_the_configuration_names() {
+    check("configured_guards");
+}
+
+#[test]
+fn entries_for_members_of_a_workspace() {
+    check("configured_members");
+}
+
+#[test]
 fn handlers_and_tasks_of_firmware() {
     check("interrupts");
 }

@@ -86,19 +86,19 @@ fn format(words: &[MessageFormat]) -> Result<Format, String> {
 }
 
 fn show(checked: &Checked, console: Console) {
-    for diagnostic in &checked.report.diagnostics {
+    for diagnostic in checked.report.shown() {
         console.show(&text::diagnostic(&checked.report.sources, diagnostic, console.style(Stream::Err)));
     }
     checked.show_problems(console);
-    let rules: BTreeSet<&str> = checked.report.diagnostics.iter().map(|diagnostic| diagnostic.rule).collect();
-    if let Some(first) = checked.report.diagnostics.first() {
+    let rules: BTreeSet<&str> = checked.report.shown().map(|diagnostic| diagnostic.rule).collect();
+    if let Some(first) = checked.report.shown().next() {
         let what = if rules.len() == 1 { "this rule" } else { "a rule" };
         console.say(&format!("for more about {what}, run `cargo ceid-lint explain {}`", first.rule));
     }
 }
 
 fn show_short(checked: &Checked, console: Console) {
-    for diagnostic in &checked.report.diagnostics {
+    for diagnostic in checked.report.shown() {
         console.show(&short::diagnostic(&checked.report.sources, diagnostic));
     }
     for problem in &checked.report.problems {

@@ -4,7 +4,6 @@ use super::Console;
 use super::args::{Build, Input, NoLoops, Scope};
 use super::console::Stream;
 use super::exit::ExitStatus;
-use super::unused;
 use crate::config::{self, Config, ConfigError, LevelOverrides};
 use crate::diagnostic::Problem;
 use crate::pipeline::{self, Report};
@@ -41,11 +40,9 @@ pub(super) fn check(input: &Input, overrides: LevelOverrides, console: Console, 
         let targets: Vec<String> = targets.map(|target| format!("{} `{}`", target.kind.name(), target.name)).collect();
         console.say_if_verbose(&format!("checking `{}` {}: {}", package.name, package.version, targets.join(", ")));
     }
-    let (mut report, is_config_wrong) = match configuration(&project, overrides) {
-        Ok(config) => {
-            unused::warn(&project, &config, console);
-            (pipeline::check(&project, &config), false)
-        }
+    let checked = configuration(&project, overrides).and_then(|config| pipeline::check(&project, &config));
+    let (mut report, is_config_wrong) = match checked {
+        Ok(report) => (report, false),
         Err(error) => (of_wrong_configuration(&project, &error), true),
     };
     report.problems.extend(project.problems.iter().cloned());

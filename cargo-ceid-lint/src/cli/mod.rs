@@ -10,7 +10,6 @@ mod input;
 mod levels;
 mod report;
 mod rules;
-mod unused;
 
 use std::ffi::OsString;
 use std::process::ExitCode;

@@ -3,13 +3,22 @@
 use super::reader::{Table, Value};
 use super::{ConfigError, Place};
 
+/// A path or a name, with its place, so that one that names nothing can be shown.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Word {
+    /// The text as it was written.
+    pub text: String,
+    /// Where it stands.
+    pub place: Place,
+}
+
 /// A filter type that the trait does not tell.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FilterEntry {
     /// What it names.
     pub target: FilterTarget,
     /// The law: groups of alternatives; each group is one half of the law.
-    pub law: Vec<Vec<String>>,
+    pub law: Vec<Vec<Word>>,
     /// How often each group runs in a cycle; as many as there are groups.
     pub multiplicity: Vec<Multiplicity>,
     /// Where the instance is in a call of the law.
@@ -19,34 +28,34 @@ pub struct FilterEntry {
     /// Whether the law takes `&mut self`.
     pub receiver: Receiver,
     /// Methods that set the whole state.
-    pub reset: Vec<String>,
+    pub reset: Vec<Word>,
     /// Methods that set a part of the state.
-    pub partial_reset: Vec<String>,
+    pub partial_reset: Vec<Word>,
     /// What an `Err` of the law means.
     pub on_err: OnErr,
     /// Where the time step comes from.
     pub time_base: TimeBase,
     /// Whether it is sampled in time at all.
     pub kind: FilterKind,
-    /// Where it stands.
-    pub place: Place,
+    /// Functions and methods of a crate whose sources are not read that give one.
+    pub made_by: Vec<Word>,
 }
 
 /// What a `[[filter]]` names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FilterTarget {
     /// A type by its path.
-    Type(String),
+    Type(Word),
     /// Every type that implements the trait.
-    Trait(String),
+    Trait(Word),
     /// A free function whose argument or result is the state.
-    Function(String),
+    Function(Word),
 }
 
 impl FilterTarget {
     /// The path as it was written.
     #[must_use]
-    pub fn path(&self) -> &str {
+    pub fn path(&self) -> &Word {
         match self {
             Self::Type(path) | Self::Trait(path) | Self::Function(path) => path,
         }
@@ -118,46 +127,53 @@ pub enum FilterKind {
 pub struct CycleEntry {
     /// What it names.
     pub target: CycleTarget,
-    /// Where it stands.
-    pub place: Place,
 }
 
 /// What a `[[cycle]]` names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CycleTarget {
     /// A function by its path.
-    Function(String),
+    Function(Word),
     /// A method of a trait, in every implementation.
-    Method(String),
+    Method(Word),
     /// Every function with the attribute.
-    Attribute(String),
+    Attribute(Word),
+}
+
+impl CycleTarget {
+    /// The path as it was written.
+    #[must_use]
+    pub fn path(&self) -> &Word {
+        match self {
+            Self::Function(path) | Self::Method(path) | Self::Attribute(path) => path,
+        }
+    }
 }
 
 /// A guard type.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GuardEntry {
     /// The path of the type.
-    pub guard_type: String,
-    /// The associated function whose arguments are the guarded filters.
-    pub register: String,
-    /// Where it stands.
-    pub place: Place,
+    pub guard_type: Word,
+    /// The function or method whose arguments are the guarded filters.
+    pub register: Word,
 }
 
-/// A path, and the key it was given by.
-fn one_of<'a>(table: &Table<'a>, keys: &[&'static str]) -> Result<(&'static str, &'a str), ConfigError> {
+/// The value of the one key of these that is given, and the key.
+fn one_of<'a>(table: &Table<'a>, keys: &[&'static str]) -> Result<(&'static str, Value<'a>), ConfigError> {
     let mut given = keys.iter().filter_map(|key| Some((*key, table.get(key)?)));
     let list = keys.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
-    let Some((key, value)) = given.next() else {
+    let Some(found) = given.next() else {
         return Err(ConfigError::at(table.place(), format!("the entry names nothing: one of {list} is missing")));
     };
     if let Some((other, second)) = given.next() {
-        return Err(second.error(format!("`{other}` and `{key}` exclude each other")).help("make two entries of it"));
+        let message = format!("`{other}` and `{}` exclude each other", found.0);
+        return Err(second.error(message).help("make two entries of it"));
     }
-    Ok((key, path(value)?))
+    Ok(found)
 }
 
-fn path(value: Value<'_>) -> Result<&str, ConfigError> {
+fn path(value: Value<'_>) -> Result<Word, ConfigError> {
     let text = value.string()?;
     let is_name = |part: &str| {
         !part.is_empty()
@@ -165,50 +181,71 @@ fn path(value: Value<'_>) -> Result<&str, ConfigError> {
             && !part.starts_with(|c: char| c.is_ascii_digit())
     };
     if text.split("::").all(is_name) {
-        return Ok(text);
+        return Ok(Word { text: text.to_owned(), place: value.place() });
     }
     Err(value
         .error(format!("`{text}` is not a path"))
         .help("write it as in `use`, without generics: `crate::control::Pid`"))
 }
 
-fn name(value: Value<'_>) -> Result<String, ConfigError> {
-    let text = path(value)?;
-    if text.contains("::") {
-        return Err(value.error(format!("`{text}` is not a name")).help("name the method alone, as in `update`"));
+fn name(value: Value<'_>) -> Result<Word, ConfigError> {
+    let word = path(value)?;
+    if word.text.contains("::") {
+        return Err(value
+            .error(format!("`{}` is not a name", word.text))
+            .help("name the method alone, as in `update`"));
     }
-    Ok(text.to_owned())
+    Ok(word)
 }
 
-fn names(value: Option<Value<'_>>) -> Result<Vec<String>, ConfigError> {
+fn names(value: Option<Value<'_>>) -> Result<Vec<Word>, ConfigError> {
     let Some(value) = value else { return Ok(Vec::new()) };
     value.strings()?;
     value.list_or_one().into_iter().map(name).collect()
 }
 
+fn paths(value: Option<Value<'_>>) -> Result<Vec<Word>, ConfigError> {
+    let Some(value) = value else { return Ok(Vec::new()) };
+    value.strings()?;
+    value.list_or_one().into_iter().map(path).collect()
+}
+
 impl FilterEntry {
-    pub(super) fn read(table: &Table<'_>) -> Result<Self, ConfigError> {
-        table.only(&[
-            "type",
-            "trait",
-            "function",
-            "law",
-            "multiplicity",
-            "instance",
-            "key",
-            "receiver",
-            "reset",
-            "partial_reset",
-            "on_err",
-            "time_base",
-            "kind",
-        ])?;
-        let (key, text) = one_of(table, &["type", "trait", "function"])?;
-        let text = text.to_owned();
+    /// The keys of a `[[filter]]`.
+    pub const KEYS: &[&str] = &[
+        "type",
+        "trait",
+        "function",
+        "law",
+        "multiplicity",
+        "instance",
+        "key",
+        "receiver",
+        "reset",
+        "partial_reset",
+        "on_err",
+        "time_base",
+        "kind",
+        "made_by",
+    ];
+
+    /// Reads a table: one entry for each of the paths that it names.
+    pub(super) fn read(table: &Table<'_>) -> Result<Vec<Self>, ConfigError> {
+        table.only(Self::KEYS)?;
+        let (key, value) = one_of(table, &["type", "trait", "function"])?;
+        value.strings()?;
+        let paths = value.list_or_one();
+        if paths.is_empty() {
+            return Err(value.error("the entry names nothing").help(format!("name at least one {key}")));
+        }
+        paths.into_iter().map(|value| Self::read_one(table, key, path(value)?)).collect()
+    }
+
+    fn read_one(table: &Table<'_>, key: &str, path: Word) -> Result<Self, ConfigError> {
         let target = match key {
-            "type" => FilterTarget::Type(text),
-            "trait" => FilterTarget::Trait(text),
-            _ => FilterTarget::Function(text),
+            "type" => FilterTarget::Type(path),
+            "trait" => FilterTarget::Trait(path),
+            _ => FilterTarget::Function(path),
         };
         let law = law(table, &target)?;
         let choice = |key: &str| table.get(key);
@@ -232,19 +269,20 @@ impl FilterEntry {
             kind: choice("kind").map_or(Ok(FilterKind::Sampled), |value| {
                 value.choice(&[("sampled", FilterKind::Sampled), ("event", FilterKind::Event)])
             })?,
-            place: table.place(),
+            made_by: paths(choice("made_by"))?,
             target,
         })
     }
 }
 
 /// The law of a function is the function; of anything else it has to be named.
-fn law(table: &Table<'_>, target: &FilterTarget) -> Result<Vec<Vec<String>>, ConfigError> {
+fn law(table: &Table<'_>, target: &FilterTarget) -> Result<Vec<Vec<Word>>, ConfigError> {
     if let FilterTarget::Function(path) = target {
         if let Some(value) = table.get("law") {
             return Err(value.error("the law of a function is the function itself").help("take `law` out"));
         }
-        return Ok(vec![vec![path.rsplit("::").next().unwrap_or(path).to_owned()]]);
+        let text = path.text.rsplit("::").next().unwrap_or(&path.text).to_owned();
+        return Ok(vec![vec![Word { text, place: path.place.clone() }]]);
     }
     let value = table.required("law", "[[\"update\"]]")?;
     let group = |group: Value<'_>| {
@@ -255,7 +293,7 @@ fn law(table: &Table<'_>, target: &FilterTarget) -> Result<Vec<Vec<String>>, Con
         group.strings()?;
         group.list_or_one().into_iter().map(name).collect()
     };
-    let groups: Vec<Vec<String>> = value.list_or_one().into_iter().map(group).collect::<Result<_, ConfigError>>()?;
+    let groups: Vec<Vec<Word>> = value.list_or_one().into_iter().map(group).collect::<Result<_, ConfigError>>()?;
     if groups.is_empty() || groups.iter().any(Vec::is_empty) {
         return Err(value.error("the law names no method").help("name at least one, as in `law = \"update\"`"));
     }
@@ -295,26 +333,35 @@ fn instance(value: Value<'_>) -> Result<InstancePlace, ConfigError> {
 }
 
 impl CycleEntry {
-    pub(super) fn read(table: &Table<'_>) -> Result<Self, ConfigError> {
-        table.only(&["function", "method", "attribute"])?;
-        let (key, text) = one_of(table, &["function", "method", "attribute"])?;
-        let text = text.to_owned();
+    /// The keys of a `[[cycle]]`.
+    pub const KEYS: &[&str] = &["function", "method", "attribute"];
+
+    pub(super) fn read(table: &Table<'_>) -> Result<Vec<Self>, ConfigError> {
+        table.only(Self::KEYS)?;
+        let (key, value) = one_of(table, Self::KEYS)?;
+        let path = path(value)?;
         let target = match key {
-            "function" => CycleTarget::Function(text),
-            "method" => CycleTarget::Method(text),
-            _ => CycleTarget::Attribute(text),
+            "function" => CycleTarget::Function(path),
+            "method" if path.text.contains("::") => CycleTarget::Method(path),
+            "method" => {
+                let message = format!("`{}` names no trait", path.text);
+                return Err(value.error(message).help("write the trait and its method: `cu29::CuTask::process`"));
+            }
+            _ => CycleTarget::Attribute(path),
         };
-        Ok(Self { target, place: table.place() })
+        Ok(vec![Self { target }])
     }
 }
 
 impl GuardEntry {
-    pub(super) fn read(table: &Table<'_>) -> Result<Self, ConfigError> {
-        table.only(&["type", "register"])?;
-        Ok(Self {
-            guard_type: path(table.required("type", "\"crate::CycleGuard\"")?)?.to_owned(),
-            register: table.get("register").map_or(Ok("new".to_owned()), name)?,
-            place: table.place(),
-        })
+    /// The keys of a `[[guard]]`.
+    pub const KEYS: &[&str] = &["type", "register"];
+
+    pub(super) fn read(table: &Table<'_>) -> Result<Vec<Self>, ConfigError> {
+        table.only(Self::KEYS)?;
+        let guard_type = path(table.required("type", "\"crate::CycleGuard\"")?)?;
+        let by_default = || Word { text: "new".to_owned(), place: guard_type.place.clone() };
+        let register = table.get("register").map_or_else(|| Ok(by_default()), name)?;
+        Ok(vec![Self { guard_type, register }])
     }
 }

@@ -6,18 +6,21 @@ mod error;
 pub mod glob;
 mod levels;
 mod load;
+mod presets;
 mod reader;
 pub mod spelling;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 pub use entries::{
     CycleEntry, CycleTarget, FilterEntry, FilterKind, FilterTarget, GuardEntry, InstancePlace, Multiplicity, OnErr,
-    Receiver, TimeBase,
+    Receiver, TimeBase, Word,
 };
 pub use error::{ConfigError, Place};
 pub use levels::{LevelOverride, LevelOverrides, LevelSource};
-pub use load::{Scope, load};
+pub use load::{KEYS, Scope, load};
+pub use presets::{PRESETS, Preset, active_presets};
 
 /// All configuration of a run.
 #[derive(Clone, Debug, Default)]
@@ -62,6 +65,8 @@ pub struct Section {
     pub scope: Scope,
     /// The file it was read from.
     pub path: PathBuf,
+    /// The text of that file, so that a path that names nothing can be shown in it.
+    pub text: Arc<str>,
     /// Which presets are active.
     pub presets: Option<Presets>,
     /// Patterns of files that are not reported, relative to the directory of the manifest.

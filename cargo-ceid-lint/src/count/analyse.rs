@@ -15,7 +15,7 @@ use super::slice::ControlDependence;
 use super::summary::{Summaries, place_of};
 use super::verdict::{Cycle, Pair, Verdict};
 use crate::config::Multiplicity;
-use crate::flow::{Base, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, Place, Program, Projection};
+use crate::flow::{Base, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection};
 use crate::index::{FunctionId, Index, Ty, TypeId};
 use crate::source::Span;
 
@@ -376,7 +376,12 @@ impl Context<'_> {
             _ if presumed => return None,
             _ => decision,
         };
-        Some(self.pair(facts, &instance.place, instance.law, decision))
+        let is_here = |at: &NodeId| match id {
+            CycleId::Loop(id) => graph.loops_around(*at).any(|around| around == id),
+            CycleId::Function => true,
+        };
+        let updates = search.updating().into_iter().filter(is_here).map(|at| graph.node(at).span).collect();
+        Some(Pair { updates, ..self.pair(facts, &instance.place, instance.law, decision) })
     }
 
     /// A half that need not run is never skipped, and one that may run as often as one likes is never wrong.
@@ -424,6 +429,8 @@ impl Context<'_> {
             cause: decision.cause.map(|cause| cause.to_string()),
             witness: decision.witness,
             primary: decision.primary,
+            others: decision.others,
+            updates: Vec::new(),
             suppressed: None,
         }
     }

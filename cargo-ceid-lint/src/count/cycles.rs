@@ -6,8 +6,9 @@ use super::aliases::Aliases;
 use super::functions::FunctionKind;
 use super::search::Search;
 use super::summary::Summaries;
-use crate::flow::{CallSite, Caller, ControlFlowGraph, Directive, Effect, LoopId, NodeId, Place, Rounds, Var};
+use crate::flow::{CallSite, Caller, ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Var};
 use crate::index::FunctionId;
+use crate::syntax::CycleDirective;
 
 /// An instance that a function updates, with its cycles.
 pub(super) struct Instance {
@@ -56,7 +57,7 @@ pub(super) fn choose_cycles(
             }
             around.push(id);
         }
-        around.retain(|id| !search.binds(*id) && graph.loop_info(*id).directive != Some(Directive::NotACycle));
+        around.retain(|id| !search.binds(*id) && graph.loop_info(*id).directive != Some(CycleDirective::NotACycle));
         chosen
             .push((node, choose(graph, aliases, summaries, search, node, &around, kind, is_helper, &mut sample_loops)));
     }
@@ -100,7 +101,7 @@ fn choose(
     // What something unseen calls is presumed to be a cycle, whatever it stands in.
     let is_unseen = around.last().is_some_and(|id| graph.loop_info(*id).caller == Caller::Unseen);
     let (kind, is_helper) = if is_unseen { (FunctionKind::Presumed, false) } else { (kind, is_helper) };
-    let declared = |id: &&LoopId| graph.loop_info(**id).directive == Some(Directive::Cycle);
+    let declared = |id: &&LoopId| graph.loop_info(**id).directive == Some(CycleDirective::Cycle);
     if let Some(id) = around.iter().find(declared) {
         return Some(*id);
     }

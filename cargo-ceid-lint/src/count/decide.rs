@@ -4,10 +4,13 @@ use super::counts::Count;
 use super::gates::Gates;
 use super::search::{End, EndKind, Exploration, Region, Search};
 use super::summary::returned;
-use super::verdict::{Gate, Verdict};
+use super::verdict::{Evidence, Gate, Verdict};
 use crate::diagnostic::WitnessStep;
 use crate::flow::{Cause, Effect, IndexKey, Mark, NodeId, Place};
 use crate::source::Span;
+
+/// How many places are kept at which a filter is skipped, for the case that some of them are known to the user.
+const MOST_PLACES: usize = 16;
 
 /// What was decided for a pair.
 #[derive(Clone, Debug)]
@@ -18,6 +21,7 @@ pub(super) struct Decision {
     pub(super) cause: Option<Cause>,
     pub(super) witness: Vec<WitnessStep>,
     pub(super) primary: Option<Span>,
+    pub(super) others: Vec<Evidence>,
     pub(super) law: Option<String>,
 }
 
@@ -48,6 +52,7 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
         cause: None,
         witness: Vec::new(),
         primary: None,
+        others: Vec::new(),
         law: law_name(search),
     };
     if let Some(end) = shortest(&exploration, ends.iter().filter(|end| end.state.count == Count::Many)) {
@@ -131,7 +136,7 @@ fn skipped(
             None => unexplained.push(end),
         }
     }
-    match shortest(exploration, unexplained.into_iter()) {
+    match shortest(exploration, unexplained.iter().copied()) {
         None => {
             // Of nested gates the outer one comes first.
             let gate = kinds.into_iter().min_by_key(|(span, _)| *span).map(|(_, gate)| gate);
@@ -141,9 +146,33 @@ fn skipped(
         Some(end) => {
             let witness = steps(search, region, exploration, end);
             let primary = skip_span(search, exploration, end);
-            Decision { verdict: Verdict::Skipped, witness, primary, ..base }
+            let others = other_skips(search, region, exploration, unexplained, primary);
+            Decision { verdict: Verdict::Skipped, witness, primary, others, ..base }
         }
     }
+}
+
+/// The first few places besides one at which a way skips, each with its shortest way.
+fn other_skips(
+    search: &Search<'_>,
+    region: Region,
+    exploration: &Exploration,
+    mut ends: Vec<&End>,
+    first: Option<Span>,
+) -> Vec<Evidence> {
+    ends.sort_by_cached_key(|end| (exploration.path(end.at).len(), end.at));
+    let mut others: Vec<Evidence> = Vec::new();
+    for end in ends {
+        let Some(primary) = skip_span(search, exploration, end) else { continue };
+        let is_known = first == Some(primary) || others.iter().any(|other| other.primary == primary);
+        if !is_known && !asks_dropped(search, exploration, end) {
+            others.push(Evidence { primary, witness: steps(search, region, exploration, end) });
+        }
+        if others.len() == MOST_PLACES {
+            break;
+        }
+    }
+    others
 }
 
 /// Whether a way passes a condition twice that could not be told apart: then it may not exist.
@@ -163,15 +192,24 @@ fn too_many_conditions(base: Decision) -> Decision {
 fn repeated(search: &Search<'_>, region: Region, exploration: &Exploration, end: &End, base: Decision) -> Decision {
     let witness = steps(search, region, exploration, end);
     let path = exploration.path(end.at);
-    let primary = path
-        .windows(2)
-        .find(|pair| {
-            let (before, after) = (&exploration.states[pair[0]], &exploration.states[pair[1]]);
-            before.count != Count::Many && after.count == Count::Many
-        })
-        .map(|pair| search.graph.node(exploration.states[pair[0]].node).span)
-        .or_else(|| path.last().map(|at| search.graph.node(exploration.states[*at].node).span));
-    Decision { verdict: Verdict::Repeated, witness, primary, ..base }
+    let second = path.iter().copied().find_map(|at| second_update(search, exploration, at));
+    let primary = second.or_else(|| path.last().map(|at| search.graph.node(exploration.states[*at].node).span));
+    let mut others: Vec<Evidence> = Vec::new();
+    for at in 0..exploration.states.len() {
+        let Some(place) = second_update(search, exploration, at) else { continue };
+        if primary != Some(place) && others.iter().all(|other| other.primary != place) && others.len() < MOST_PLACES {
+            let end = End { at, state: exploration.states[at].clone(), ..end.clone() };
+            others.push(Evidence { primary: place, witness: steps(search, region, exploration, &end) });
+        }
+    }
+    Decision { verdict: Verdict::Repeated, witness, primary, others, ..base }
+}
+
+/// The place of the update behind which a state has seen two.
+fn second_update(search: &Search<'_>, exploration: &Exploration, at: usize) -> Option<Span> {
+    let before = &exploration.states[exploration.parent(at)?];
+    let is_second = before.count != Count::Many && exploration.states[at].count == Count::Many;
+    is_second.then(|| search.graph.node(before.node).span)
 }
 
 /// Decides a pair that is owed an update and that nothing known updates.
@@ -190,6 +228,7 @@ pub(super) fn decide_missed(search: &Search<'_>, region: Region, head: Span) -> 
         cause,
         witness: Vec::new(),
         primary: Some(head),
+        others: Vec::new(),
         law: law_name(search),
     };
     match (&base.cause, completes) {

@@ -3,8 +3,9 @@
 use std::collections::BTreeSet;
 
 use super::callgraph::callees;
-use crate::flow::{ControlFlowGraph, Directive, Effect, LoopInfo, Program};
+use crate::flow::{ControlFlowGraph, Effect, LoopInfo, Program};
 use crate::index::{FunctionId, Index, Owner};
+use crate::syntax::CycleDirective;
 
 /// What one call of a function is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,16 +80,25 @@ pub(super) fn function_kind(
     if is_outside(index, id) {
         return FunctionKind::Outside;
     }
-    match Directive::at(program.sources, index.function(id).function.keyword) {
-        Some(Directive::Cycle) => return FunctionKind::Cycle,
-        Some(Directive::NotACycle) => return FunctionKind::Helper,
-        Some(Directive::Every(_)) | None => {}
+    match program.directive(index.function(id).function.keyword) {
+        Some(CycleDirective::Cycle) => return FunctionKind::Cycle,
+        Some(CycleDirective::NotACycle) => return FunctionKind::Helper,
+        Some(CycleDirective::Every(_)) | None => {}
     }
     if is_cycle_function(index, id) {
         return FunctionKind::Cycle;
     }
     // A function with a loop that never ends is not called once per cycle.
     let is_endless = graph.loops.iter().any(LoopInfo::is_endless);
+    if let Owner::Impl(owner) = index.function(id).owner
+        && index.guard_spec(&index.impl_def(owner).self_ty).is_some()
+    {
+        // What a guard does when it ends is counted where it ends.
+        return FunctionKind::Helper;
+    }
+    if !is_endless && index.is_declared_cycle(id) {
+        return FunctionKind::Cycle;
+    }
     if called.contains(&id) || is_constructor(index, id) || index.function(id).name == "main" || is_endless {
         return FunctionKind::Helper;
     }

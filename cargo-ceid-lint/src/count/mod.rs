@@ -22,4 +22,4 @@ mod verdict;
 pub use analyse::{Analysis, GuardDefect, Unregistered, analyse};
 pub use counts::Count;
 pub use remarks::{Fact, Remark};
-pub use verdict::{Cycle, CycleKind, Gate, Pair, Verdict};
+pub use verdict::{Cycle, CycleKind, Evidence, Gate, Pair, Verdict};

@@ -11,9 +11,10 @@ use super::search::{Region, Search};
 use super::summary::place_of;
 use super::verdict::{Pair, Verdict};
 use crate::config::Multiplicity;
-use crate::flow::{Caller, ControlFlowGraph, Directive, Effect, LoopId, NodeId, Place, Rounds, Var};
+use crate::flow::{Caller, ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Var};
 use crate::index::Ty;
 use crate::source::Span;
+use crate::syntax::CycleDirective;
 use crate::syntax::tree::Receiver;
 
 impl Context<'_> {
@@ -70,9 +71,12 @@ impl Context<'_> {
         for instance in facts.updated.iter().filter(|instance| instance.loops.is_empty() && !instance.function) {
             let sibling = facts.updated.iter().find(|other| {
                 (!other.loops.is_empty() || (other.function && facts.kind == FunctionKind::Cycle))
+                    && other.law == instance.law
+                    && other.place != instance.place
                     && in_collection(&instance.place, &other.place)
             });
-            let Some(sibling) = sibling else { continue };
+            let is_owed = self.multiplicity(facts, &instance.place, instance.law) == Multiplicity::Once;
+            let Some(sibling) = sibling.filter(|_| is_owed) else { continue };
             match sibling.loops.first() {
                 Some(id) => self.push_missed(facts, &instance.place, instance.law, CycleId::Loop(*id), pairs),
                 None => self.push_missed(facts, &instance.place, instance.law, CycleId::Function, pairs),
@@ -173,7 +177,7 @@ impl Context<'_> {
         }
         // Its scope holds a loop that never ends.
         let endless = (0u32..).map(LoopId).zip(&graph.loops).find(|(id, own)| {
-            own.is_endless() && own.directive != Some(Directive::NotACycle) && scope(CycleId::Loop(*id))
+            own.is_endless() && own.directive != Some(CycleDirective::NotACycle) && scope(CycleId::Loop(*id))
         });
         let is_local_filter = leaf.steps.is_empty();
         match endless {
@@ -268,7 +272,9 @@ impl Context<'_> {
             }
             let around = graph.loops_around(id).find(|id| {
                 let info = graph.loop_info(*id);
-                info.rounds == Rounds::Unbounded && !info.is_foreign && info.directive != Some(Directive::NotACycle)
+                info.rounds == Rounds::Unbounded
+                    && !info.is_foreign
+                    && info.directive != Some(CycleDirective::NotACycle)
             });
             if around.is_some() {
                 return around;

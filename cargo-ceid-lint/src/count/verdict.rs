@@ -146,6 +146,19 @@ pub struct Pair {
     pub witness: Vec<WitnessStep>,
     /// Where the finding is shown: the second update, the statement that skips, the head of the cycle.
     pub primary: Option<Span>,
-    /// The reason of the suppression that hides its finding, if one does; may be empty.
+    /// Further paths that show the verdict, each at another place, the shortest first.
+    pub others: Vec<Evidence>,
+    /// Where the cycle updates it.
+    pub updates: Vec<Span>,
+    /// The reason of the suppression that hides all that is found on it, if it is hidden; may be empty.
     pub suppressed: Option<String>,
+}
+
+/// A path that shows a verdict.
+#[derive(Clone, Debug)]
+pub struct Evidence {
+    /// Where it is shown.
+    pub primary: Span,
+    /// The path.
+    pub witness: Vec<WitnessStep>,
 }

@@ -145,6 +145,8 @@ pub struct Diagnostic {
     pub suggestions: Vec<Suggestion>,
     /// What it is about.
     pub facts: Facts,
+    /// The reason of the suppression that hides it, if one does; may be empty.
+    pub suppressed: Option<String>,
     /// The package it was found in: an index into the project's packages, if it has one.
     pub package: usize,
     /// The target it was found in: an index into the package's targets.

@@ -1,7 +1,8 @@
-//! Loops and what a comment says of them: what a cycle can be made of.
+//! Loops: what a cycle can be made of.
 
 use super::{LoopId, NodeId, Place, Var};
-use crate::source::{SourceMap, Span};
+use crate::source::Span;
+use crate::syntax::CycleDirective;
 
 /// What a cycle is in the source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -90,7 +91,7 @@ pub struct LoopInfo {
     /// The source text of what it runs over, for messages.
     pub text: String,
     /// What a comment above it says.
-    pub directive: Option<Directive>,
+    pub directive: Option<CycleDirective>,
 }
 
 impl LoopInfo {
@@ -104,54 +105,5 @@ impl LoopInfo {
     #[must_use]
     pub fn is_endless(&self) -> bool {
         self.rounds == Rounds::Unbounded && !self.is_foreign && self.caller == Caller::Code
-    }
-}
-
-/// What a comment says of a loop or function.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Directive {
-    /// `// ceid: cycle`
-    Cycle,
-    /// `// ceid: not-a-cycle`
-    NotACycle,
-    /// `// ceid: every(10)`: what follows updates in one of so many cycles.
-    Every(u64),
-}
-
-impl Directive {
-    /// The directive on the comment lines right above a place, or at the end of its line. Attributes and other comments may
-    /// stand between.
-    #[must_use]
-    pub fn at(sources: &SourceMap, span: Span) -> Option<Self> {
-        let file = sources.file(span.file);
-        let line = sources.line(span);
-        let text = |line: u32| &file.text[file.lines.line_range(&file.text, line)];
-        if let Some((_, comment)) = text(line).split_once("//")
-            && let Some(directive) = Self::parse(comment)
-        {
-            return Some(directive);
-        }
-        for above in (1..line).rev() {
-            let text = text(above).trim();
-            if let Some(comment) = text.strip_prefix("//") {
-                if let Some(directive) = Self::parse(comment) {
-                    return Some(directive);
-                }
-            } else if !text.starts_with("#[") {
-                return None;
-            }
-        }
-        None
-    }
-
-    fn parse(comment: &str) -> Option<Self> {
-        match comment.trim().strip_prefix("ceid:")?.trim() {
-            "cycle" => Some(Self::Cycle),
-            "not-a-cycle" => Some(Self::NotACycle),
-            text => {
-                let ratio = text.strip_prefix("every(")?.strip_suffix(')')?;
-                Some(Self::Every(ratio.trim().replace('_', "").parse().ok()?))
-            }
-        }
     }
 }

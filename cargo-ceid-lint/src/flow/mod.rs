@@ -10,10 +10,11 @@ mod waits;
 
 use crate::index::{BodyOwner, FunctionId, Index, Ty};
 use crate::source::Span;
+use crate::syntax::{CycleDirective, Directives};
 use crate::types::TypedBody;
 
 pub use change::{Change, ChangeKind};
-pub use cycle::{Caller, CycleKind, Directive, LoopInfo, Rounds};
+pub use cycle::{Caller, CycleKind, LoopInfo, Rounds};
 pub use lower::{is_flag, lower_function};
 pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
 use steps::parameter_names;
@@ -332,6 +333,8 @@ pub struct Program<'a> {
     pub bodies: &'a [Option<TypedBody>],
     /// The text of the sources, for messages.
     pub sources: &'a crate::source::SourceMap,
+    /// What comments say of loops, functions and gates.
+    pub directives: &'a Directives,
 }
 
 impl<'a> Program<'a> {
@@ -339,6 +342,12 @@ impl<'a> Program<'a> {
     #[must_use]
     pub fn typed(&self, id: FunctionId) -> Option<&'a TypedBody> {
         self.bodies.get(id.0 as usize)?.as_ref()
+    }
+
+    /// What a comment says of the cycle or gate at a place.
+    #[must_use]
+    pub fn directive(&self, place: Span) -> Option<CycleDirective> {
+        self.directives.of_cycle(self.sources, place)
     }
 
     /// Infers the types of all functions of an index.

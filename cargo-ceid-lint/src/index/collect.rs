@@ -44,6 +44,8 @@ impl Collector {
             package: input.package,
             target: input.target,
             name: input.name,
+            package_name: input.package_name,
+            removed: input.removed,
             root,
             externs,
             is_reported: input.is_reported,

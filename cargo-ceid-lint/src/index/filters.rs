@@ -1,7 +1,7 @@
 //! Which types are filters, and what their update law is.
 
-use super::{Def, Index, MethodOwner, ModuleId, Namespace, TraitId, TraitName, Ty, TypeId, is_sampled_filter_path};
-use crate::config::{FilterEntry, FilterTarget, InstancePlace, Multiplicity, OnErr, Receiver, TimeBase};
+use super::{Def, Index, MethodOwner, TraitId, TraitName, Ty, TypeId, is_sampled_filter_path};
+use crate::config::{FilterEntry, FilterKind, InstancePlace, Multiplicity, OnErr, Receiver, TimeBase, Word};
 
 /// A filter type, or a trait whose types are filters, with its law.
 #[derive(Clone, Debug)]
@@ -24,6 +24,8 @@ pub struct FilterSpec {
     pub on_err: OnErr,
     /// Where the time step comes from; `None` if the law's parameters tell.
     pub time_base: Option<TimeBase>,
+    /// Whether it is checked at all: what is driven by events is known, and not checked.
+    pub is_sampled: bool,
 }
 
 /// What a filter type is known by.
@@ -61,23 +63,26 @@ impl FilterSpec {
             partial_resets: Vec::new(),
             on_err: OnErr::Updated,
             time_base: None,
+            is_sampled: true,
         }
     }
 
-    fn by_entry(subject: Subject, entry: &FilterEntry) -> Self {
+    pub(super) fn by_entry(subject: Subject, entry: &FilterEntry) -> Self {
         let groups = entry.law.iter().zip(&entry.multiplicity);
+        let texts = |words: &[Word]| words.iter().map(|word| word.text.clone()).collect::<Vec<_>>();
         Self {
             subject,
             law: groups
-                .map(|(methods, multiplicity)| LawGroup { methods: methods.clone(), multiplicity: *multiplicity })
+                .map(|(methods, multiplicity)| LawGroup { methods: texts(methods), multiplicity: *multiplicity })
                 .collect(),
             instance: entry.instance,
             key: entry.key.clone(),
             receiver: entry.receiver,
-            resets: entry.reset.clone(),
-            partial_resets: entry.partial_reset.clone(),
+            resets: texts(&entry.reset),
+            partial_resets: texts(&entry.partial_reset),
             on_err: entry.on_err,
             time_base: Some(entry.time_base),
+            is_sampled: entry.kind == FilterKind::Sampled,
         }
     }
 
@@ -108,27 +113,6 @@ pub(super) fn specs(index: &Index) -> Vec<FilterSpec> {
 }
 
 impl Index {
-    /// Makes a filter of what an entry names, as the module sees it; answers whether it names something.
-    pub fn add_filter(&mut self, module: ModuleId, entry: &FilterEntry) -> bool {
-        let (path, namespace) = match &entry.target {
-            FilterTarget::Type(path) | FilterTarget::Trait(path) => (path, Namespace::Type),
-            FilterTarget::Function(path) => (path, Namespace::Value),
-        };
-        let names: Vec<String> = path.split("::").map(str::to_owned).collect();
-        let subject = match (self.resolve(module, &names, namespace), &entry.target) {
-            (Some(def @ (Def::Function(_) | Def::External(_))), FilterTarget::Function(_)) => Subject::Function(def),
-            (Some(Def::Type(id)), FilterTarget::Type(_)) => Subject::Type(id),
-            (Some(Def::Trait(id)), FilterTarget::Trait(_)) => Subject::Trait(TraitName::Local(id)),
-            (Some(Def::External(path)), FilterTarget::Type(_)) => Subject::External(path),
-            (Some(Def::External(path)), FilterTarget::Trait(_)) => Subject::Trait(TraitName::External(path)),
-            _ => return false,
-        };
-        if !self.specs.iter().any(|spec| spec.subject == subject) {
-            self.specs.insert(0, FilterSpec::by_entry(subject, entry));
-        }
-        true
-    }
-
     /// Finds the types that hold filters. Has to be called again when a filter was added.
     pub fn find_holders(&mut self) {
         let mut fields: Vec<(TypeId, Vec<Ty>)> = Vec::new();
@@ -150,6 +134,7 @@ impl Index {
                 .filter(|(id, all)| {
                     let args = vec![Ty::Unknown; self.type_def(*id).generics.params.len()];
                     !self.holding.contains(id)
+                        && self.guard_spec(&Ty::Adt(*id, Vec::new())).is_none()
                         && (self.filter_spec(&Ty::Adt(*id, args)).is_some()
                             || all.iter().any(|ty| self.holds_filter(ty)))
                 })
@@ -165,6 +150,9 @@ impl Index {
     /// Whether a type is a filter or holds one, as far as is known.
     #[must_use]
     pub fn holds_filter(&self, ty: &Ty) -> bool {
+        if self.guard_spec(ty).is_some() {
+            return false;
+        }
         match ty {
             Ty::Adt(id, args) => self.holding.contains(id) || args.iter().any(|arg| self.holds_filter(arg)),
             Ty::External(_, args) => self.filter_spec(ty).is_some() || args.iter().any(|arg| self.holds_filter(arg)),
@@ -187,7 +175,7 @@ impl Index {
         if !matches!(ty, Ty::Adt(..) | Ty::External(..) | Ty::Param(_) | Ty::Opaque(_)) {
             return None;
         }
-        self.specs.iter().find(|spec| match &spec.subject {
+        let found = self.specs.iter().find(|spec| match &spec.subject {
             // `impl<F: SampledFilter> SampledFilter for Option<F>` makes no filter of every option: its content is looked at.
             Subject::Trait(name) => {
                 let is_std = matches!(ty, Ty::External(path, _) if path.starts_with("std::"));
@@ -196,13 +184,20 @@ impl Index {
             Subject::Type(id) => matches!(ty, Ty::Adt(own, _) if own == id),
             Subject::External(path) => matches!(ty, Ty::External(own, _) if own == path),
             Subject::Function(_) => false,
-        })
+        });
+        found.filter(|spec| spec.is_sampled)
     }
 
     /// What is known of a filter of which only the trait is known.
     #[must_use]
     pub fn trait_spec(&self) -> &FilterSpec {
         self.specs.iter().find(|spec| spec.time_base.is_none()).expect("ceid-core's trait is always known")
+    }
+
+    /// Whether the state of some law is no receiver, so that a value of a type that is no filter may be one.
+    #[must_use]
+    pub fn has_states_apart(&self) -> bool {
+        self.specs.iter().any(|spec| spec.is_sampled && spec.instance != InstancePlace::Receiver)
     }
 
     /// How many halves the law with the most halves has.
@@ -214,7 +209,7 @@ impl Index {
     /// What is known of a free function as the law of its argument or result.
     #[must_use]
     pub fn function_spec(&self, def: &Def) -> Option<&FilterSpec> {
-        self.specs.iter().find(|spec| matches!(&spec.subject, Subject::Function(own) if own == def))
+        self.specs.iter().find(|spec| spec.is_sampled && matches!(&spec.subject, Subject::Function(own) if own == def))
     }
 
     /// The half of the law that a method of a filter runs: its number, if it is one.
@@ -234,7 +229,8 @@ impl Index {
     pub fn is_external_law(&self, path: &str, method: &str) -> bool {
         (is_sampled_filter_path(path) && method == "update")
             || self.specs.iter().any(|spec| {
-                matches!(&spec.subject, Subject::Trait(TraitName::External(own)) if own == path)
+                spec.is_sampled
+                    && matches!(&spec.subject, Subject::Trait(TraitName::External(own)) if own == path)
                     && spec.group(method).is_some()
             })
     }
@@ -242,7 +238,7 @@ impl Index {
     /// Whether a trait makes filters of its types.
     #[must_use]
     pub fn is_filter_trait(&self, name: &TraitName) -> bool {
-        self.specs.iter().any(|spec| matches!(&spec.subject, Subject::Trait(of) if of == name))
+        self.specs.iter().any(|spec| spec.is_sampled && matches!(&spec.subject, Subject::Trait(of) if of == name))
     }
 
     /// How many filter types the analysed code has.

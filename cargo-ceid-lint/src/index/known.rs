@@ -74,6 +74,10 @@ impl super::Index {
         if krate == "ceid_core" && CEID_CORE.contains(&name) {
             return Some(format!("ceid_core::{name}"));
         }
+        let exact = format!("{module}::{name}");
+        if self.named_outside.contains(&exact) {
+            return Some(exact);
+        }
         let of_crate = |path: &&String| {
             path.strip_prefix(krate).is_some_and(|rest| rest.starts_with("::"))
                 && path.rsplit("::").next() == Some(name)

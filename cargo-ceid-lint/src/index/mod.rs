@@ -1,6 +1,8 @@
 //! Items by path: types, fields, functions, impls, `use` resolution; which types are filters. Reads no bodies.
 
 mod collect;
+mod entries;
+mod entry_errors;
 mod filters;
 mod known;
 mod lookup;
@@ -8,13 +10,14 @@ mod names;
 mod rtic;
 mod ty;
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use crate::source::Span;
 use crate::syntax::tree::{
     Attribute, Bound, ExprId, Fields, Function, Generics, OpaqueMacro, Path, TypeRef, ValueItem, Variant,
 };
 
+pub use entries::{CycleSpec, EntryScope, GuardSpec};
 pub use filters::{FilterSpec, LawGroup};
 pub use known::{is_guard_type, is_sampled_filter_path};
 pub use lookup::MethodOwner;
@@ -81,6 +84,10 @@ pub struct Index {
     /// What paths mean, as far as it was asked.
     resolved: std::sync::RwLock<Resolved>,
     specs: Vec<FilterSpec>,
+    cycles: Vec<CycleSpec>,
+    guards: Vec<GuardSpec>,
+    /// Functions of crates whose sources are not read that give a filter, with its path.
+    makers: BTreeMap<String, String>,
     /// The types that are filters or have one among their fields, at any depth.
     holding: HashSet<TypeId>,
 }
@@ -106,6 +113,10 @@ pub struct CrateInfo {
     pub target: usize,
     /// Its name in `use`.
     pub name: String,
+    /// The name of its package, as a crate of that name would be spelled.
+    pub package_name: String,
+    /// The names of items and methods that are not there under this `cfg`.
+    pub removed: BTreeSet<String>,
     /// Its root module.
     pub root: ModuleId,
     /// The crates it can name, by the name it uses; `None` for one whose sources are not read, with its package's name.
@@ -125,6 +136,10 @@ pub struct CrateInput {
     pub target: usize,
     /// Its name in `use`.
     pub name: String,
+    /// See [`CrateInfo::package_name`].
+    pub package_name: String,
+    /// See [`CrateInfo::removed`].
+    pub removed: BTreeSet<String>,
     /// See [`CrateInfo::externs`]; the crate is an index into the list of inputs.
     pub externs: BTreeMap<String, (Option<usize>, String)>,
     /// Whether findings in it are reported.

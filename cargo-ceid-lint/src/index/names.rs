@@ -114,7 +114,12 @@ impl Index {
                 let target = self.resolve_path(alias.module, &segments(path), Namespace::Type, trail)?;
                 self.member(&target, name, namespace, trail)
             }
-            Def::External(path) => Some(Def::External(known::canonical(&format!("{path}::{name}")))),
+            Def::External(path) => {
+                // What a prelude hands out is what the crate declares elsewhere.
+                let known = if path.ends_with("::prelude") { self.glob_member(path, name) } else { None };
+                let path = known.unwrap_or_else(|| known::canonical(&format!("{path}::{name}")));
+                Some(Def::External(path))
+            }
             Def::Variant(..) | Def::Trait(_) | Def::Function(_) | Def::Value(_) => None,
         }
     }

@@ -24,6 +24,11 @@ pub(super) fn project(workspace: &Workspace, cfg: &CfgValues, selected: &BTreeSe
             .filter(|(index, target)| target.kind == TargetKind::Lib || selected.contains(&(at, *index)))
             .map(|(index, target)| convert(target, selected.contains(&(at, index))))
             .collect(),
+        is_partly_read: found
+            .targets
+            .iter()
+            .enumerate()
+            .any(|(index, target)| target.kind == TargetKind::Bin && !selected.contains(&(at, index))),
         cfg: cfg_of(found, cfg),
         metadata: found.metadata.clone(),
     });
@@ -31,8 +36,18 @@ pub(super) fn project(workspace: &Workspace, cfg: &CfgValues, selected: &BTreeSe
         root: workspace.root.clone(),
         target_directory: workspace.target_directory.clone(),
         packages: packages.collect(),
+        graph: graph(workspace),
         ..Project::default()
     }
+}
+
+/// The names of all packages in sight.
+fn graph(workspace: &Workspace) -> BTreeSet<String> {
+    let named = workspace.packages.iter().flat_map(|found| {
+        let dependencies = found.dependencies.iter().map(|dependency| dependency.package_name.clone());
+        dependencies.chain([found.name.clone()])
+    });
+    workspace.graph.iter().cloned().chain(named).collect()
 }
 
 fn convert(target: &FoundTarget, is_reported: bool) -> Target {

@@ -149,6 +149,6 @@ pub(super) fn package(file: &Path) -> Workspace {
         packages: vec![found],
         members: 1,
         default_members: vec![0],
-        is_resolved: false,
+        ..Workspace::default()
     }
 }

@@ -108,6 +108,7 @@ fn parse(json: &str) -> Result<Workspace, Failure> {
 }
 
 fn convert(metadata: Metadata, verbatim: Verbatim) -> Workspace {
+    let graph = nodes_of(&metadata);
     let member_ids: BTreeSet<&str> = metadata.workspace_members.iter().map(|id| id.repr.as_str()).collect();
     let mut nodes: BTreeMap<&str, &cargo_metadata::Node> = BTreeMap::new();
     for node in metadata.resolve.iter().flat_map(|resolve| &resolve.nodes) {
@@ -135,7 +136,16 @@ fn convert(metadata: Metadata, verbatim: Verbatim) -> Workspace {
         default_members,
         packages: members.into_iter().chain(others).collect(),
         is_resolved: metadata.resolve.is_some(),
+        graph,
     }
+}
+
+/// The names of the packages that the resolved graph holds.
+fn nodes_of(metadata: &Metadata) -> BTreeSet<String> {
+    if metadata.resolve.is_none() {
+        return BTreeSet::new();
+    }
+    metadata.packages.iter().map(|package| package.name.to_string()).collect()
 }
 
 fn convert_package(

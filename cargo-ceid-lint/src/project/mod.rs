@@ -38,6 +38,8 @@ pub struct Project {
     pub notices: Vec<String>,
     /// Files and directories that findings are restricted to; empty for no restriction. See [`Project::is_wanted`].
     pub only: Vec<PathBuf>,
+    /// The names of all packages of the dependency graph; what the manifests name where the graph cannot be resolved.
+    pub graph: BTreeSet<String>,
     /// Packages that could not be loaded while others could.
     pub problems: Vec<Problem>,
 }
@@ -69,6 +71,8 @@ pub struct Package {
     pub dependencies: Vec<Dependency>,
     /// Its targets whose sources are read.
     pub targets: Vec<Target>,
+    /// Whether it has a library or a binary whose sources are not read, because it was not selected.
+    pub is_partly_read: bool,
     /// What `cfg` holds when it is built, `test` apart: see [`Target::cfg_test`].
     pub cfg: CfgValues,
     /// Its `[package.metadata.ceid-lint]`.

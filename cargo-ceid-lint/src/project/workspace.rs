@@ -18,6 +18,8 @@ pub(super) struct Workspace {
     pub(super) default_members: Vec<usize>,
     /// Whether features and dependencies were resolved by cargo.
     pub(super) is_resolved: bool,
+    /// The names of all packages of the dependency graph, if cargo resolved it.
+    pub(super) graph: BTreeSet<String>,
 }
 
 /// A package as it was found.

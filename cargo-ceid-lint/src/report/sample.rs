@@ -72,6 +72,7 @@ pub(super) fn report() -> (Project, Report) {
             cause: None,
             function: "main".to_owned(),
         },
+        suppressed: None,
         package: 0,
         target: 0,
     };
@@ -81,6 +82,8 @@ pub(super) fn report() -> (Project, Report) {
     skipped.primary = Label { span: place(&sources, main, "pf.update()", 0), message: String::new() };
     skipped.message = "`pf` is not updated on some paths".to_owned();
     skipped.suggestions.clear();
+    let mut known = skipped.clone();
+    known.suppressed = Some("GPS comes at 5 Hz".to_owned());
     let problems = vec![
         Problem {
             file: "demo/src/odd.rs".to_owned(),
@@ -96,7 +99,7 @@ pub(super) fn report() -> (Project, Report) {
         },
     ];
     let report = Report {
-        diagnostics: vec![repeated, skipped],
+        diagnostics: vec![repeated, skipped, known],
         cycles: cycles(head, &sources),
         problems,
         filter_types: 2,
@@ -119,6 +122,8 @@ fn cycles(head: Span, sources: &SourceMap) -> Vec<Cycle> {
         cause: None,
         witness: Vec::new(),
         primary: None,
+        others: Vec::new(),
+        updates: Vec::new(),
         suppressed: None,
     };
     let mut repeated = pair("kf", Verdict::Repeated, &[1, 2]);
@@ -176,6 +181,7 @@ fn project() -> Project {
             }),
         }],
         cfg: CfgValues::default(),
+        is_partly_read: false,
         metadata: None,
     };
     Project {

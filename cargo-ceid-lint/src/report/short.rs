@@ -36,10 +36,10 @@ mod tests {
     #[test]
     fn one_line_each() {
         let (_, report) = sample::report();
-        let findings = report.diagnostics.iter().map(|it| diagnostic(&report.sources, it));
+        let findings = report.shown().map(|it| diagnostic(&report.sources, it));
         let lines: Vec<String> =
             findings.chain(report.problems.iter().map(|it| problem(&report.sources, it))).collect();
-        assert_eq!(lines.concat().lines().count(), report.diagnostics.len() + report.problems.len());
+        assert_eq!(lines.concat().lines().count(), report.shown().count() + report.problems.len());
         insta::assert_snapshot!(lines.concat());
     }
 }

@@ -16,7 +16,7 @@ pub struct Summary {
     pub proved: usize,
     /// How many of them are wrong.
     pub violated: usize,
-    /// How many of the wrong ones are suppressed with a reason or without.
+    /// How many findings are suppressed, with a reason or without.
     pub suppressed: usize,
     /// How many could not be decided.
     pub unproved: usize,
@@ -45,13 +45,11 @@ impl Summary {
             match pair.verdict {
                 Verdict::Unproved => summary.unproved += 1,
                 verdict if verdict.is_proved() => summary.proved += 1,
-                _ => {
-                    summary.violated += 1;
-                    summary.suppressed += usize::from(pair.suppressed.is_some());
-                }
+                _ => summary.violated += 1,
             }
         }
-        for diagnostic in &report.diagnostics {
+        summary.suppressed = report.diagnostics.len() - report.shown().count();
+        for diagnostic in report.shown() {
             match diagnostic.level.severity() {
                 Some(Severity::Error) => summary.errors += 1,
                 Some(Severity::Warning) => summary.warnings += 1,
@@ -72,12 +70,13 @@ impl Summary {
     pub fn line(&self) -> String {
         let mut line = format!("checked {} with {}", count(self.cycles, "cycle"), count(self.filters, "filter"));
         if let Some(decided) = ((self.proved + self.violated) * 100).checked_div(self.filters) {
-            let suppressed =
-                if self.suppressed > 0 { format!(" ({} suppressed)", self.suppressed) } else { String::new() };
             line += &format!(
-                ": {} proved, {} violated{suppressed}, {} unproved ({decided} % decided)",
+                ": {} proved, {} violated, {} unproved ({decided} % decided)",
                 self.proved, self.violated, self.unproved
             );
+        }
+        if self.suppressed > 0 {
+            line += &format!("; {} suppressed", count(self.suppressed, "finding"));
         }
         if self.problems > 0 {
             line += &format!("; {} could not be read", count(self.problems, "file"));
@@ -95,7 +94,7 @@ mod tests {
     fn every_pair_is_counted_once() {
         let summary = Summary::of(&sample::report().1);
         assert_eq!(summary.proved + summary.violated + summary.unproved, summary.filters);
-        let line = "checked 2 cycles with 5 filters: 2 proved, 2 violated (1 suppressed), 1 unproved (80 % decided); 2 files could not be read";
+        let line = "checked 2 cycles with 5 filters: 2 proved, 2 violated, 1 unproved (80 % decided); 1 finding suppressed; 2 files could not be read";
         assert_eq!(summary.line(), line);
         assert_eq!((summary.errors, summary.warnings), (1, 1));
     }

@@ -1,5 +1,6 @@
 //! From verdicts to findings: what is said, where, and what is left out because another finding says it. Decides no verdict.
 
+use super::known::{Hidden, Known, calls_of};
 use super::{Rule, find};
 use crate::count::{Analysis, Cycle, Gate, GuardDefect, Pair, Unregistered, Verdict};
 use crate::diagnostic::{Diagnostic, Facts, Label, Level, Witness, WitnessStep};
@@ -7,19 +8,40 @@ use crate::source::Span;
 
 /// The findings of an analysis, at the level `allow`; the caller sets the levels.
 #[must_use]
-pub fn findings(analysis: &Analysis) -> Vec<Diagnostic> {
+pub fn findings(analysis: &Analysis, known: &Known<'_>) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     for cycle in &analysis.cycles {
-        of_cycle(cycle, analysis, &mut found);
+        of_cycle(cycle, analysis, known, &mut found);
     }
-    found.extend(analysis.unregistered.iter().filter_map(unregistered));
-    found.extend(analysis.guards.iter().filter_map(guard));
-    found.extend(analysis.remarks.iter().filter_map(super::remarks::finding));
+    let mut others: Vec<Diagnostic> = analysis.unregistered.iter().filter_map(unregistered).collect();
+    others.extend(analysis.guards.iter().filter_map(guard));
+    others.extend(analysis.remarks.iter().filter_map(super::remarks::finding));
+    for finding in &mut others {
+        let cycle = finding.facts.cycle.filter(|_| finding.rule != "unregistered_filter");
+        let places: Vec<Span> = [finding.primary.span].into_iter().chain(cycle).collect();
+        finding.suppressed = known.hides(finding.rule, finding.package, &places, &[]).map(|hidden| hidden.reason);
+    }
+    found.extend(others);
     found
 }
 
+/// What hides the finding of a rule about a pair: what is said of the place, of the cycle, or of an update.
+fn hidden(cycle: &Cycle, pair: &Pair, rule: &'static str, known: &Known<'_>) -> Option<Hidden> {
+    let places: Vec<Span> = pair.primary.into_iter().chain([cycle.head]).collect();
+    known.hides(rule, cycle.package, &places, calls_of(pair, rule))
+}
+
+fn with_hidden<'p>(
+    cycle: &Cycle,
+    pairs: Vec<&'p Pair>,
+    rule: &'static str,
+    known: &Known<'_>,
+) -> Vec<(&'p Pair, Option<Hidden>)> {
+    pairs.into_iter().map(|pair| (pair, hidden(cycle, pair, rule, known))).collect()
+}
+
 /// One finding for each pair that a rule fires on; siblings that go wrong together share one.
-fn of_cycle(cycle: &Cycle, analysis: &Analysis, found: &mut Vec<Diagnostic>) {
+fn of_cycle(cycle: &Cycle, analysis: &Analysis, known: &Known<'_>, found: &mut Vec<Diagnostic>) {
     let mut missed: Vec<&Pair> = of_verdict(cycle, Verdict::Missed);
     // A guard that is not there for the cycle is the cause of what the cycle misses.
     let broken = analysis.guards.iter().find(|guard| {
@@ -29,28 +51,40 @@ fn of_cycle(cycle: &Cycle, analysis: &Analysis, found: &mut Vec<Diagnostic>) {
     if let Some(guard) = broken {
         missed.retain(|pair| !guard.names.is_empty() && !guard.names.contains(&pair.name));
     }
-    let repeats = of_verdict(cycle, Verdict::Repeated);
-    for pair in &repeats {
-        let (siblings, others): (Vec<&Pair>, Vec<&Pair>) = missed
-            .into_iter()
-            .partition(|other| pasted_from(other, &repeats).is_some_and(|from| from.name == pair.name));
+    let mut add = |finding: Option<Diagnostic>, hidden: Option<Hidden>| {
+        let suppressed = hidden.map(|hidden| hidden.reason);
+        found.extend(finding.map(|finding| Diagnostic { suppressed, ..finding }));
+    };
+    let repeats = with_hidden(cycle, of_verdict(cycle, Verdict::Repeated), "repeated_update", known);
+    // What is missed is told by itself where the repetition that it was pasted from is not told.
+    let told: Vec<&Pair> = repeats.iter().filter(|(_, hidden)| hidden.is_none()).map(|(pair, _)| *pair).collect();
+    let mut missed = with_hidden(cycle, missed, "missed_update", known);
+    for (pair, hidden) in repeats {
+        let is_sibling = |(other, other_hidden): &(&Pair, Option<Hidden>)| {
+            other_hidden.is_none() && pasted_from(other, &told).is_some_and(|from| from.name == pair.name)
+        };
+        let (siblings, others): (Vec<_>, Vec<_>) = missed.into_iter().partition(is_sibling);
         missed = others;
-        found.extend(repeated(cycle, pair, &siblings));
+        let siblings: Vec<&Pair> = siblings.into_iter().map(|(pair, _)| pair).collect();
+        add(repeated(cycle, pair, &siblings), hidden);
     }
-    if !missed.is_empty() {
-        found.extend(missing(cycle, &missed));
+    for (group, hidden) in grouped(missed, |_, _| true) {
+        add(missing(cycle, &group), hidden);
     }
-    for group in by_primary(&of_verdict(cycle, Verdict::Skipped)) {
-        found.extend(skipped(cycle, &group));
+    let by_statement = |one: &Pair, other: &Pair| one.primary == other.primary && one.primary.is_some();
+    for (group, hidden) in
+        grouped(with_hidden(cycle, of_verdict(cycle, Verdict::Skipped), "skipped_update", known), by_statement)
+    {
+        add(skipped(cycle, &group), hidden);
     }
-    for pair in of_verdict(cycle, Verdict::Unproved) {
-        found.extend(unproved(cycle, pair));
+    for (pair, hidden) in with_hidden(cycle, of_verdict(cycle, Verdict::Unproved), "unproved_update", known) {
+        add(unproved(cycle, pair), hidden);
     }
-    for pair in of_verdict(cycle, Verdict::Gated) {
-        found.extend(gated(cycle, pair));
+    for (pair, hidden) in with_hidden(cycle, of_verdict(cycle, Verdict::Gated), "gated_update", known) {
+        add(gated(cycle, pair), hidden);
     }
     for pair in cycle.filters.iter().filter(|pair| pair.rules.contains(&"unguarded_update")) {
-        found.extend(unguarded(cycle, pair));
+        add(unguarded(cycle, pair), hidden(cycle, pair, "unguarded_update", known));
     }
 }
 
@@ -68,13 +102,16 @@ fn of_verdict(cycle: &Cycle, verdict: Verdict) -> Vec<&Pair> {
     cycle.filters.iter().filter(|pair| pair.verdict == verdict).filter(|pair| !is_told(pair)).collect()
 }
 
-/// Pairs that the same statement skips.
-fn by_primary<'p>(pairs: &[&'p Pair]) -> Vec<Vec<&'p Pair>> {
-    let mut groups: Vec<Vec<&Pair>> = Vec::new();
-    for pair in pairs {
-        match groups.iter_mut().find(|group| group[0].primary == pair.primary && pair.primary.is_some()) {
-            Some(group) => group.push(pair),
-            None => groups.push(vec![pair]),
+/// Pairs that go into one finding: those that belong together and that the same suppression hides, or none.
+fn grouped(
+    pairs: Vec<(&Pair, Option<Hidden>)>,
+    belong: impl Fn(&Pair, &Pair) -> bool,
+) -> Vec<(Vec<&Pair>, Option<Hidden>)> {
+    let mut groups: Vec<(Vec<&Pair>, Option<Hidden>)> = Vec::new();
+    for (pair, hidden) in pairs {
+        match groups.iter_mut().find(|(group, other)| belong(group[0], pair) && *other == hidden) {
+            Some((group, _)) => group.push(pair),
+            None => groups.push((vec![pair], hidden)),
         }
     }
     groups
@@ -245,6 +282,7 @@ pub(super) fn empty(rule: &'static Rule, package: usize, target: usize) -> Diagn
         helps: Vec::new(),
         suggestions: Vec::new(),
         facts: Facts::default(),
+        suppressed: None,
         package,
         target,
     }
@@ -283,10 +321,7 @@ pub(super) fn quoted(names: &[String]) -> String {
     }
 }
 
+/// The other way out: to say that it is meant so, and why.
 pub(super) fn suppression(rule: &Rule) -> String {
-    format!(
-        "if it is meant so, lower the rule's level: `-A {}`, or `{} = \"allow\"` under `[lints]`",
-        rule.id(),
-        rule.name
-    )
+    format!("if it is meant so, say why on the line above: `// ceid: allow({}, reason = \"…\")`", rule.name)
 }

@@ -113,6 +113,7 @@ mod tests {
             dependencies: Vec::new(),
             targets: Vec::new(),
             cfg: CfgValues::default(),
+            is_partly_read: false,
             metadata: None,
         }
     }
@@ -128,6 +129,7 @@ mod tests {
         Section {
             scope,
             path: place.path.clone(),
+            text: "".into(),
             presets: None,
             exclude: Vec::new(),
             lints: lints.collect(),

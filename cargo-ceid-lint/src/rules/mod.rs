@@ -1,10 +1,14 @@
 //! The rules: their names, groups, default levels and texts, in one table. Never prints, and knows no format.
 
 mod findings;
+mod hygiene;
+mod known;
 mod levels;
 mod remarks;
 
 pub use findings::findings;
+pub use hygiene::hygiene;
+pub use known::Known;
 pub use levels::{Setting, level_of, unknown_name, validate};
 
 use crate::diagnostic::Level;
@@ -107,6 +111,7 @@ macro_rules! rule {
 
 /// All rules, sorted by name.
 pub const RULES: &[Rule] = &[
+    rule!("blanket_suppression", Hygiene, "a suppression that names no rule"),
     rule!("debug_only_update", Correctness, "a filter that stands still in a release build"),
     rule!("forgotten_guard", Correctness, "a guard whose destructor never runs updates nothing"),
     rule!("gated_update", Proof, "a filter that is updated only when a gate opens"),
@@ -119,8 +124,10 @@ pub const RULES: &[Rule] = &[
     rule!("skipped_update", Suspicious, "a filter that some paths through the cycle do not update"),
     rule!("time_in_cycle", TimeDomain, "a cycle that waits, reads a clock or blocks by itself"),
     rule!("unguarded_update", Proof, "a filter that is updated once by attention, not by a guard"),
+    rule!("unknown_rule", Hygiene, "a suppression of a rule that there is not, or of nearly the right form"),
     rule!("unproved_update", Proof, "a filter whose updates cannot be counted"),
     rule!("unregistered_filter", Suspicious, "a filter that is built and takes part in no cycle"),
+    rule!("unused_suppression", Hygiene, "a suppression that suppresses nothing"),
 ];
 
 /// What every proof rests on, in Markdown; `explain` prints it below each rule.

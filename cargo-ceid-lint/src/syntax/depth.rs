@@ -1,6 +1,8 @@
 //! Refuses texts that would need more stack than there is, by one cheap pass over their bytes. Never parses: strings,
 //! characters, comments and lifetimes are skipped, everything else is brackets, words and punctuation.
 
+use super::lex::{Lexer, Token, TokenKind};
+
 /// How deep brackets may be nested. Hand-written code stays below 30, generated code below 100.
 pub const MAX_NESTING: usize = 500;
 
@@ -31,7 +33,8 @@ pub enum Excess {
 /// # Errors
 /// Where and why it cannot.
 pub fn check_depth(text: &str) -> Result<(), TooDeep> {
-    let mut scan = Scan { bytes: text.as_bytes(), at: 0, levels: vec![Level::default()], total: 0, after_brace: false };
+    let tokens = Lexer::new(text);
+    let mut scan = Scan { text, tokens, levels: vec![Level::default()], total: 0, after_brace: false };
     let mut links: Option<usize> = None;
     let mut brackets: Option<usize> = None;
     let mut deepest = 0;
@@ -61,8 +64,8 @@ struct Level {
 }
 
 struct Scan<'a> {
-    bytes: &'a [u8],
-    at: usize,
+    text: &'a str,
+    tokens: Lexer<'a>,
     levels: Vec<Level>,
     total: usize,
     after_brace: bool,
@@ -71,36 +74,31 @@ struct Scan<'a> {
 impl Scan<'_> {
     /// Reads one token; gives where it begins, or `None` at the end.
     fn step(&mut self) -> Option<usize> {
-        let start = self.at;
-        let byte = *self.bytes.get(start)?;
-        self.at += 1;
-        match byte {
-            _ if byte.is_ascii_whitespace() => return Some(start),
-            b'/' if self.peek(0) == b'/' => self.line_comment(),
-            b'/' if self.peek(0) == b'*' => self.block_comment(),
-            b'"' => self.string(),
-            b'\'' => self.quote(),
-            b'(' | b'[' | b'{' => {
+        let Token { kind, start, end } = self.tokens.next()?;
+        let bytes = &self.text.as_bytes()[start..end];
+        match kind {
+            TokenKind::Space => return Some(start),
+            TokenKind::LineComment | TokenKind::BlockComment => {}
+            TokenKind::Literal => self.add(1, 0),
+            TokenKind::Open => {
                 self.add(1, 0);
                 self.levels.push(Level::default());
             }
-            b')' | b']' | b'}' => {
+            TokenKind::Close => {
                 self.close();
-                self.after_brace = byte == b'}';
+                self.after_brace = bytes == b"}";
                 return Some(start);
             }
-            b',' => self.reset(false),
-            b';' => self.reset(true),
-            b'<' | b'|' => self.add(0, 3),
-            b'_' | b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | 0x80.. => self.word(start),
-            _ => self.add(1, 0),
+            TokenKind::Word => self.word(bytes),
+            TokenKind::Sign => match bytes {
+                b"," => self.reset(false),
+                b";" => self.reset(true),
+                b"<" | b"|" => self.add(0, 3),
+                _ => self.add(1, 0),
+            },
         }
         self.after_brace = false;
         Some(start)
-    }
-
-    fn peek(&self, ahead: usize) -> u8 {
-        self.bytes.get(self.at + ahead).copied().unwrap_or(0)
     }
 
     fn add(&mut self, run: usize, open: usize) {
@@ -129,76 +127,7 @@ impl Scan<'_> {
         }
     }
 
-    fn line_comment(&mut self) {
-        while !matches!(self.peek(0), b'\n' | 0) || (self.peek(0) == 0 && self.at < self.bytes.len()) {
-            self.at += 1;
-        }
-    }
-
-    fn block_comment(&mut self) {
-        self.at += 1;
-        let mut depth = 1;
-        while depth > 0 && self.at < self.bytes.len() {
-            match (self.peek(0), self.peek(1)) {
-                (b'/', b'*') => {
-                    depth += 1;
-                    self.at += 2;
-                }
-                (b'*', b'/') => {
-                    depth -= 1;
-                    self.at += 2;
-                }
-                _ => self.at += 1,
-            }
-        }
-    }
-
-    /// The rest of a string with escapes.
-    fn string(&mut self) {
-        self.add(1, 0);
-        while self.at < self.bytes.len() {
-            self.at += 1;
-            match self.bytes[self.at - 1] {
-                b'"' => return,
-                b'\\' => self.at += 1,
-                _ => {}
-            }
-        }
-    }
-
-    /// A character or a lifetime.
-    fn quote(&mut self) {
-        self.add(1, 0);
-        if self.peek(0) == b'\\' {
-            self.at += 2;
-            while self.at < self.bytes.len() && !matches!(self.peek(0), b'\'' | b'\n') {
-                self.at += 1;
-            }
-            self.at += 1;
-            return;
-        }
-        let width = match self.peek(0) {
-            0..=0x7f => 1,
-            0x80..=0xdf => 2,
-            0xe0..=0xef => 3,
-            0xf0.. => 4,
-        };
-        if self.peek(width) == b'\'' {
-            self.at += width + 1;
-        }
-    }
-
-    /// A word, number or prefixed string.
-    fn word(&mut self, start: usize) {
-        while matches!(self.peek(0), b'_' | b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | 0x80..)
-            && self.at < self.bytes.len()
-        {
-            self.at += 1;
-        }
-        let word = &self.bytes[start..self.at];
-        if matches!(word, b"r" | b"br" | b"cr") && self.raw_string() {
-            return;
-        }
+    fn word(&mut self, word: &[u8]) {
         let goes_on = matches!(word, b"else" | b"as" | b"in");
         if self.after_brace && !goes_on {
             self.reset(true);
@@ -212,27 +141,6 @@ impl Scan<'_> {
             _ => 1,
         };
         self.add(weight, 0);
-    }
-
-    /// The rest of `r"…"` or `r#"…"#`; gives false if it is something else.
-    fn raw_string(&mut self) -> bool {
-        let mut hashes = 0;
-        while self.peek(hashes) == b'#' {
-            hashes += 1;
-        }
-        if self.peek(hashes) != b'"' {
-            return false;
-        }
-        self.at += hashes + 1;
-        self.add(1, 0);
-        while self.at < self.bytes.len() {
-            self.at += 1;
-            if self.bytes[self.at - 1] == b'"' && (0..hashes).all(|hash| self.peek(hash) == b'#') {
-                self.at += hashes;
-                return true;
-            }
-        }
-        true
     }
 }
 

@@ -1,10 +1,12 @@
 //! Parsed files: the module tree of a crate as our own [`tree`], `cfg` in three values, macros read as code. Never fails:
-//! what cannot be read or parsed becomes a [`Problem`], and the rest goes on.
+//! what cannot be read or parsed becomes a [`Problem`], and the rest goes on. Comments that are [`Directives`] are read beside.
 
 pub mod tree;
 
 mod cfg_eval;
 mod depth;
+mod directives;
+mod lex;
 mod lower;
 mod macros;
 mod modules;
@@ -14,6 +16,7 @@ mod text;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -21,6 +24,7 @@ use crate::diagnostic::Problem;
 use crate::project::CfgValues;
 use crate::source::{FileSet, MemorySource, SourceMap};
 pub use depth::{Excess, MAX_LINKS, MAX_NESTING, TooDeep, check_depth};
+pub use directives::{CycleDirective, Directive, DirectiveKind, Directives, NearMiss, Site, Suppression};
 use modules::Loader;
 pub use stack::with_large_stack;
 use tree::{Attribute, Item};
@@ -43,6 +47,8 @@ pub struct RootModule {
     pub attributes: Vec<Attribute>,
     /// Its items.
     pub items: Vec<Item>,
+    /// The names of items and methods, of all its modules, that are not there under this `cfg`.
+    pub removed: BTreeSet<String>,
 }
 
 /// The items of the crate with that root file, its modules included. Files are read through `files`, once each.

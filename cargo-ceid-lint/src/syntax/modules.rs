@@ -34,6 +34,8 @@ pub(super) struct Loader<'a> {
     pub(super) own_macros: BTreeSet<String>,
     /// The rules of those that were lowered so far.
     pub(super) own: OwnMacros,
+    /// The names of items and methods that are not there under this `cfg`.
+    pub(super) removed: BTreeSet<String>,
 }
 
 /// Where the modules of a module are looked for.
@@ -96,14 +98,18 @@ impl<'a> Loader<'a> {
             loads: 0,
             own_macros: BTreeSet::new(),
             own: OwnMacros::default(),
+            removed: BTreeSet::new(),
         }
     }
 
     pub(super) fn root(mut self, path: &Path) -> RootModule {
         let loaded = self.load(path, ModuleDir::of_file(path, None), None);
+        let removed = std::mem::take(&mut self.removed);
         loaded.map_or_else(RootModule::default, |file| match file.attrs.presence {
             Presence::Absent => RootModule::default(),
-            Presence::Present | Presence::Maybe(_) => RootModule { attributes: file.attrs.kept, items: file.items },
+            Presence::Present | Presence::Maybe(_) => {
+                RootModule { attributes: file.attrs.kept, items: file.items, removed }
+            }
         })
     }
 
@@ -251,7 +257,7 @@ impl<'a> Loader<'a> {
 }
 
 /// Where the code begins: behind the byte order mark and the `#!` line, as rustc strips them.
-fn code_start(text: &str) -> usize {
+pub(super) fn code_start(text: &str) -> usize {
     let start = if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
     let code = &text[start..];
     let Some(rest) = code.strip_prefix("#!") else { return start };

@@ -340,6 +340,9 @@ impl Infer<'_> {
             return Ty::std(owner, vec![first]);
         }
         self.typed.callees.insert(id, Callee::External(path.to_owned()));
+        if let Some(made) = self.index.made_by(path) {
+            return made;
+        }
         match path {
             "std::default::Default::default" => expected.cloned().unwrap_or(Ty::Unknown),
             "std::mem::replace" | "std::mem::take" => first.peel().clone(),
@@ -384,6 +387,9 @@ impl Infer<'_> {
             _ => (self.index.type_name(&ty), Vec::new()),
         };
         self.typed.callees.insert(id, Callee::External(format!("{path}::{name}")));
+        if let Some(made) = self.index.made_by(&format!("{path}::{name}")) {
+            return made;
+        }
         let last = path.rsplit("::").next().unwrap_or("");
         if name == "clone" {
             return given.first().map_or(Ty::Unknown, |first| first.peel().clone());
@@ -401,7 +407,8 @@ impl Infer<'_> {
         if is_filter && name.starts_with("try_") {
             return Ty::std("std::result::Result", vec![ty, Ty::Unknown]);
         }
-        if !makes_itself && !is_filter {
+        let is_guard = self.index.guard_spec(&ty).is_some_and(|spec| spec.register == name);
+        if !makes_itself && !is_filter && !is_guard && !self.index.is_builder(&path) {
             return Ty::Unknown;
         }
         let wraps =

@@ -413,6 +413,8 @@ impl Infer<'_> {
 
     fn payload(&self, ty: &Ty) -> Ty {
         match self.variables.shallow(ty) {
+            // What makes a filter may have given a `Result` of it.
+            filter @ Ty::External(..) if self.index.law_spec(&filter).is_some() => filter,
             Ty::External(_, args) if !args.is_empty() => self.variables.shallow(&args[0]),
             _ => Ty::Unknown,
         }

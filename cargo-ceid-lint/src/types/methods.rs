@@ -43,7 +43,21 @@ impl Infer<'_> {
                     }
                     if let Some(spec) = self.index.law_spec(&ty) {
                         let law = spec.group(method);
-                        return self.external_filter_method(id, &ty, law, args, derefs);
+                        // What makes a filter may have given a `Result` of it.
+                        if law.is_none() && matches!(method, "unwrap" | "expect" | "unwrap_or_else") {
+                            for arg in args {
+                                self.expr(*arg, None);
+                            }
+                            self.typed.callees.insert(id, Callee::Builtin);
+                            return ty;
+                        }
+                        let made = self.external_filter_method(id, &ty, law, args, derefs);
+                        // A method of a filter that has no name yet goes on building it.
+                        let is_building = law.is_none() && !self.is_place(receiver);
+                        return if is_building { ty } else { made };
+                    }
+                    if let Some(made) = self.builder_method(id, path, method, args) {
+                        return made;
                     }
                     if let Some(output) = self.builtin_call(id, &ty, method, args) {
                         return output;
@@ -92,6 +106,33 @@ impl Infer<'_> {
         match (law.is_some(), self.index.law_spec(ty).map(|spec| spec.on_err)) {
             (true, Some(OnErr::Untouched)) => Ty::std("std::result::Result", vec![Ty::Unknown, Ty::Unknown]),
             _ => Ty::Unknown,
+        }
+    }
+
+    /// A method of a builder outside the analysed code: it gives the filter, or the builder back.
+    fn builder_method(&mut self, id: ExprId, path: &str, method: &str, args: &[ExprId]) -> Option<Ty> {
+        let made = self.index.made_by(&format!("{path}::{method}"));
+        let made = made.or_else(|| self.index.is_builder(path).then(|| Ty::External(path.to_owned(), Vec::new())))?;
+        for arg in args {
+            self.expr(*arg, None);
+        }
+        self.typed.callees.insert(id, Callee::External(format!("{path}::{method}")));
+        Some(made)
+    }
+
+    /// Whether an expression names a place, and is no value that was just made.
+    fn is_place(&self, id: ExprId) -> bool {
+        match &self.body.expr(id).kind {
+            ExprKind::Path(_) | ExprKind::Field { .. } | ExprKind::Index { .. } | ExprKind::Deref(_) => true,
+            ExprKind::Reference { value, .. } => self.is_place(*value),
+            // What a lock or an `Option` hands out lies in a place, too.
+            ExprKind::MethodCall { receiver, .. } => {
+                !matches!(self.typed.callees.get(&id), Some(Callee::External(_)))
+                    && !matches!(self.body.expr(*receiver).kind, ExprKind::Call { .. })
+                    && self.is_place(*receiver)
+            }
+            ExprKind::Try(inner) | ExprKind::Await(inner) => self.is_place(*inner),
+            _ => false,
         }
     }
 

@@ -180,6 +180,8 @@ impl Infer<'_> {
     fn tuple_fields(&self, def: Option<&Def>, ty: &Ty, count: usize) -> Vec<Ty> {
         if let Some(Def::External(path)) = def {
             let inner = match ty {
+                // What makes a filter may have given a `Result` of it.
+                Ty::External(..) if self.index.law_spec(ty).is_some() && !path.ends_with("::Err") => ty.clone(),
                 Ty::External(_, args) => {
                     let at = usize::from(path.ends_with("::Err"));
                     args.get(at).cloned().unwrap_or(Ty::Unknown)

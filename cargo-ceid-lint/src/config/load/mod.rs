@@ -23,7 +23,8 @@ pub enum Scope {
 /// The file beside the workspace manifest.
 const FILE_NAME: &str = "ceid-lint.toml";
 
-const KEYS: &[&str] = &["presets", "exclude", "lints", "filter", "cycle", "guard"];
+/// The keys of a section.
+pub const KEYS: &[&str] = &["presets", "exclude", "lints", "filter", "cycle", "guard"];
 
 /// Reads the configuration of the workspaces with these roots and of the packages with these manifests.
 ///
@@ -98,6 +99,7 @@ fn section(table: &Table<'_>, scope: Scope) -> Result<Section, ConfigError> {
     Ok(Section {
         scope,
         path: table.file.path.to_owned(),
+        text: Arc::from(table.file.text),
         presets: table.get("presets").map(presets).transpose()?,
         exclude: table.get("exclude").map_or(Ok(Vec::new()), Value::strings)?,
         lints: table.get("lints").map_or(Ok(Vec::new()), lints)?,
@@ -107,16 +109,25 @@ fn section(table: &Table<'_>, scope: Scope) -> Result<Section, ConfigError> {
     })
 }
 
+/// The entries of a preset.
+pub(super) fn preset_entries(table: &Table<'_>) -> Result<(Vec<FilterEntry>, Vec<CycleEntry>), ConfigError> {
+    Ok((entries(table, "filter", FilterEntry::read)?, entries(table, "cycle", CycleEntry::read)?))
+}
+
 fn entries<T>(
     table: &Table<'_>,
     key: &str,
-    read: impl Fn(&Table<'_>) -> Result<T, ConfigError>,
+    read: impl Fn(&Table<'_>) -> Result<Vec<T>, ConfigError>,
 ) -> Result<Vec<T>, ConfigError> {
     let Some(value) = table.get(key) else { return Ok(Vec::new()) };
     if value.is_table() {
         return Err(value.error(format!("`{key}` is a list of tables")).help(format!("write `[[{key}]]`")));
     }
-    value.list()?.into_iter().map(|entry| read(&entry.table("a table")?)).collect()
+    let mut entries = Vec::new();
+    for entry in value.list()? {
+        entries.extend(read(&entry.table("a table")?)?);
+    }
+    Ok(entries)
 }
 
 fn presets(value: Value<'_>) -> Result<Presets, ConfigError> {

@@ -1,10 +1,14 @@
 //! The documented file is read, and every mistake in one has its place.
 
 use super::*;
-use crate::config::{CycleTarget, FilterTarget, InstancePlace, Multiplicity, TimeBase};
+use crate::config::{CycleTarget, FilterTarget, InstancePlace, Multiplicity, TimeBase, Word};
 
 fn read(text: &str) -> Result<Section, ConfigError> {
     read_file(Path::new("/ws/ceid-lint.toml"), text, Scope::Workspace("/ws".into()))
+}
+
+fn texts(law: &[Vec<Word>]) -> Vec<Vec<&str>> {
+    law.iter().map(|group| group.iter().map(|word| word.text.as_str()).collect()).collect()
 }
 
 #[track_caller]
@@ -50,28 +54,40 @@ register = "with"
     assert_eq!(section.lints[0].level, Level::Deny);
     assert_eq!((section.lints[1].name.as_str(), section.lints[1].priority), ("time_domain", -1));
     let filter = &section.filters[0];
-    assert_eq!(filter.law, [vec!["calc", "calc_with_dt"], vec!["correct"]]);
+    assert_eq!(texts(&filter.law), [vec!["calc", "calc_with_dt"], vec!["correct"]]);
     assert_eq!(filter.multiplicity, [Multiplicity::Once, Multiplicity::AtMostOnce]);
     assert_eq!((filter.instance, filter.key.as_slice()), (InstancePlace::Argument(1), [0, 1].as_slice()));
-    assert_eq!((filter.time_base, filter.place.line), (TimeBase::Inside, 9));
-    assert_eq!(section.cycles[0].target, CycleTarget::Method("cu29::CuTask::process".to_owned()));
-    assert_eq!(section.guards[0].register, "with");
+    assert_eq!((filter.time_base, filter.target.path().place.line), (TimeBase::Inside, 10));
+    let CycleTarget::Method(method) = &section.cycles[0].target else { panic!("it names a method") };
+    assert_eq!(method.text, "cu29::CuTask::process");
+    assert_eq!(section.guards[0].register.text, "with");
 }
 
 #[test]
 fn a_short_law_is_one_group_of_one() {
     let section = read("[[filter]]\ntrait = \"crate::Estimator\"\nlaw = \"step\"\n").unwrap();
-    assert_eq!(section.filters[0].law, [["step"]]);
+    assert_eq!(texts(&section.filters[0].law), [["step"]]);
     assert_eq!(section.filters[0].multiplicity, [Multiplicity::Once]);
 }
 
 #[test]
 fn a_function_is_its_own_law() {
     let section = read("[[filter]]\nfunction = \"crate::dsp::fir\"\n").unwrap();
-    assert_eq!(section.filters[0].target, FilterTarget::Function("crate::dsp::fir".to_owned()));
-    assert_eq!(
-        (section.filters[0].law[0][0].as_str(), section.filters[0].instance),
-        ("fir", InstancePlace::Argument(0))
+    let FilterTarget::Function(function) = &section.filters[0].target else { panic!("it names a function") };
+    assert_eq!(function.text, "crate::dsp::fir");
+    assert_eq!(texts(&section.filters[0].law), [["fir"]]);
+    assert_eq!(section.filters[0].instance, InstancePlace::Argument(0));
+}
+
+#[test]
+fn several_types_with_one_law_are_as_many_entries() {
+    let section = read("[[filter]]\ntype = [\"dsp::Low\", \"dsp::High\"]\nlaw = \"run\"\n").unwrap();
+    let paths: Vec<&str> = section.filters.iter().map(|entry| entry.target.path().text.as_str()).collect();
+    assert_eq!(paths, ["dsp::Low", "dsp::High"]);
+    check_error(
+        "[[filter]]\ntype = []\nlaw = \"run\"\n",
+        "`/ws/ceid-lint.toml:2:8`: the entry names nothing",
+        "name at least one type",
     );
 }
 

@@ -21,7 +21,8 @@ use super::search::{End, Exploration, Region, Search};
 use super::summary::place_of;
 use super::verdict::Gate;
 use crate::config::TimeBase;
-use crate::flow::{About, CallSite, Computed, Directive, Effect, LoopId, NodeId, Place, Projection, SubjectId, Test};
+use crate::flow::{About, CallSite, Computed, Effect, LoopId, NodeId, Place, Projection, SubjectId, Test};
+use crate::syntax::CycleDirective;
 
 /// Whether a test asks about something that was received in this iteration.
 pub(super) fn is_received(search: &Search<'_>, region: Region, test: &Test) -> bool {
@@ -115,8 +116,8 @@ impl<'s, 'a> Gates<'s, 'a> {
     /// What a condition waits for; a claimed rate gate must be one of that rate.
     fn of_branch(&self, test: &Test, at: NodeId, way: &Way) -> Option<Gate> {
         let gate = self.of_condition(test, at, way, 0);
-        let at_gate = match Directive::at(self.search.program.sources, test.span) {
-            Some(Directive::Every(ratio)) => Some(ratio),
+        let at_gate = match self.search.program.directive(test.span) {
+            Some(CycleDirective::Every(ratio)) => Some(ratio),
             _ => None,
         };
         let at_loop = match self.region {
@@ -124,7 +125,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             Region::Function => None,
         };
         match (at_gate, at_loop, gate) {
-            (Some(ratio), _, _) | (None, Some(Directive::Every(ratio)), Some(Gate::Rate)) => {
+            (Some(ratio), _, _) | (None, Some(CycleDirective::Every(ratio)), Some(Gate::Rate)) => {
                 (gate == Some(Gate::Rate) && has_ratio(&test.about, ratio)).then_some(Gate::Rate)
             }
             _ => gate,

@@ -94,7 +94,12 @@ impl Gates<'_, '_> {
             .reads
             .iter()
             .any(|place| self.search.aliases.roots(place).iter().any(|root| root == self.search.instance));
-        by_name || by_place
+        // What the law gives back is asked, not whether the filter is there.
+        let is_law = self.nodes().any(|id| match &self.search.graph.node(id).effect {
+            Effect::Update(update) => self.is_instance(&update.place) && test.about.names.contains(&update.method),
+            _ => false,
+        });
+        by_name || (by_place && !is_law)
     }
 
     /// Whether every value that may be absent feeds this filter.

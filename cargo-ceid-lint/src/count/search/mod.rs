@@ -96,6 +96,11 @@ pub(super) struct Exploration {
 }
 
 impl Exploration {
+    /// The state before one on its way.
+    pub(super) fn parent(&self, at: usize) -> Option<usize> {
+        self.parents[at]
+    }
+
     /// The states of the way to one, in order.
     pub(super) fn path(&self, at: usize) -> Vec<usize> {
         let mut path = vec![at];

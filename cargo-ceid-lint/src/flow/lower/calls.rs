@@ -9,6 +9,9 @@ use crate::types::{Callee, Resolved};
 
 impl Builder<'_> {
     pub(super) fn call_expr(&mut self, id: ExprId, callee: ExprId, args: &[ExprId]) -> Value {
+        if let Some(guard) = self.guard_made(id, args) {
+            return guard;
+        }
         match self.typed().callees.get(&id) {
             Some(Callee::Constructor(def)) => self.constructor(id, def.clone().as_ref(), args),
             Some(Callee::Closure(_) | Callee::Parameter(_)) => {
@@ -261,6 +264,16 @@ impl Builder<'_> {
         Value::default()
     }
 
+    /// Whether a value of the type can be the state of a law that takes it as an argument, and holds no filter.
+    fn is_state_apart(&self, ty: &Ty) -> bool {
+        let index = self.program.index;
+        matches!(ty, Ty::External(path, args)
+            if !path.starts_with("?::")
+                && index.has_states_apart()
+                && index.law_spec(ty).is_none()
+                && args.iter().all(|arg| !index.holds_filter(arg)))
+    }
+
     /// A place that something unseen may write.
     fn written_unseen(&mut self, place: Place, span: crate::source::Span) {
         let assignment =
@@ -297,6 +310,8 @@ impl Builder<'_> {
                 | "type_id"
         );
         let is_own = matches!(ty, Ty::Adt(..)) && self.program.index.opaque_items.is_empty();
+        // What a state hands out when it is asked for nothing is no update of it: its law is known, and takes it as an argument.
+        let reads_only = reads_only || (args.is_empty() && self.is_state_apart(ty));
         let mut exprs = Vec::new();
         let mut all = Vec::new();
         if !reads_only && !is_own {

@@ -4,18 +4,21 @@ use super::{Builder, Value};
 use crate::flow::{Argument, CallSite, Effect, GuardId, GuardInfo, IndexKey, Place, Update, Var};
 use crate::index::{FunctionId, Ty, is_guard_type};
 use crate::source::Span;
-use crate::syntax::tree::ExprId;
+use crate::syntax::tree::{ExprId, ExprKind};
 
 /// Sets lie in sets; deeper ones are guarded as a whole.
 const MAX_DEPTH: u32 = 6;
 
 impl Builder<'_> {
-    /// Whether an expression gives a guard that is bound to a name: ceid-core's `CycleGuard`.
+    /// Whether an expression gives a guard that is bound to a name: ceid-core's `CycleGuard`, or one that an entry names.
     pub(super) fn is_guard(&self, id: ExprId) -> bool {
         self.is_guard_ty(self.ty(id))
     }
 
     fn is_guard_ty(&self, ty: &Ty) -> bool {
+        if self.program.index.guard_spec(ty).is_some() {
+            return true;
+        }
         match ty {
             Ty::External(path, args) => {
                 is_guard_type(path)
@@ -47,6 +50,13 @@ impl Builder<'_> {
         id
     }
 
+    /// The variable that a guard knows a place by.
+    fn held(&mut self, place: Place, span: Span) -> Var {
+        let held = self.temporary(Ty::Unknown, span);
+        self.set(held, &Value { place: Some(place), ..Value::default() }, span);
+        held
+    }
+
     /// A guard takes effect; whether it is still alive is known on each way.
     fn start_guard(&mut self, id: GuardId, span: Span) {
         let alive = self.temporary(Ty::Bool, span);
@@ -61,7 +71,7 @@ impl Builder<'_> {
     /// The destructor of a type of the analysed code that may hold filters or references to them.
     fn destructor(&self, ty: &Ty) -> Option<FunctionId> {
         let index = self.program.index;
-        if !matches!(ty, Ty::Adt(..)) || !self.may_hold_filter(ty) {
+        if !matches!(ty, Ty::Adt(..)) || !self.may_hold_filter(ty) || index.guard_spec(ty).is_some() {
             return None;
         }
         let owners = index.methods(ty, "drop");
@@ -193,9 +203,8 @@ impl Builder<'_> {
         let mut holds = Vec::new();
         let mut updates = Vec::new();
         let mut names = Vec::new();
-        if let Some((name, place, ty)) = var.and_then(|var| self.guarded.get(&var).cloned()) {
-            let held = self.temporary(Ty::Unknown, span);
-            self.set(held, &Value { place: Some(place), ..Value::default() }, span);
+        for (name, place, ty) in var.and_then(|var| self.guarded.get(&var).cloned()).unwrap_or_default() {
+            let held = self.held(place, span);
             holds.push(held);
             names.push(name);
             self.filters_in(Place::var(held), &ty, 0, &mut updates);
@@ -229,9 +238,79 @@ impl Builder<'_> {
         }
     }
 
+    /// `Guard::new(&mut filter)`, where an entry names the type and the function: a guard that is not bound yet.
+    pub(super) fn guard_made(&mut self, id: ExprId, args: &[ExprId]) -> Option<Value> {
+        let index = self.program.index;
+        let spec = index.guard_spec(self.ty(id))?;
+        if self.called_name(id) != spec.register {
+            return None;
+        }
+        let places = self.registered(args);
+        let var = self.temporary(self.ty(id).clone(), self.span(id));
+        self.guarded.insert(var, places);
+        Some(Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() })
+    }
+
+    /// `guard.register(&mut filter)`, on a guard that is bound or is being built.
+    fn register(&mut self, id: ExprId, receiver: ExprId, args: &[ExprId]) -> Value {
+        let value = self.expr(receiver);
+        let places = self.registered(args);
+        let span = self.span(id);
+        let var = value.place.as_ref().and_then(Place::base_var);
+        if let Some(guard) = var.and_then(|var| self.guards_of.get(&var)).copied() {
+            for (name, place, ty) in places {
+                let held = self.held(place, span);
+                let mut updates = Vec::new();
+                self.filters_in(Place::var(held), &ty, 0, &mut updates);
+                let info = &mut self.graph.guards[guard.0 as usize];
+                info.holds.push(held);
+                info.updates.extend(updates);
+                info.names.push(name);
+            }
+            return value;
+        }
+        let mut all = var.and_then(|var| self.guarded.get(&var).cloned()).unwrap_or_default();
+        all.extend(places);
+        let made = self.temporary(self.ty(id).clone(), span);
+        self.guarded.insert(made, all);
+        Value { place: Some(Place::var(made)), is_owned: true, ..Value::default() }
+    }
+
+    /// The filters among the arguments of a registration, tuples and arrays of them taken apart.
+    fn registered(&mut self, args: &[ExprId]) -> Vec<(String, Place, Ty)> {
+        let body = self.body();
+        let mut places = Vec::new();
+        for arg in args {
+            match &body.expr(*arg).kind {
+                ExprKind::Tuple(parts) | ExprKind::Array { elements: parts, .. } => {
+                    places.extend(self.registered(parts));
+                }
+                ExprKind::Cast { value, .. } => places.extend(self.registered(&[*value])),
+                ExprKind::Reference { value, .. }
+                    if matches!(body.expr(*value).kind, ExprKind::Tuple(_) | ExprKind::Array { .. }) =>
+                {
+                    places.extend(self.registered(&[*value]));
+                }
+                _ => {
+                    let name = self.text(*arg).trim_start_matches("&mut ").to_owned();
+                    let value = self.expr(*arg);
+                    if let Some(place) = value.place
+                        && self.may_hold_filter(self.ty(*arg))
+                    {
+                        places.push((name, place, self.ty(*arg).clone()));
+                    }
+                }
+            }
+        }
+        places
+    }
+
     /// `cycle.guard(&mut filters)`: a guard that is not bound yet.
     pub(super) fn guard_call(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Option<Value> {
         let ty = self.ty(receiver).peel().clone();
+        if self.program.index.guard_spec(&ty).is_some_and(|spec| spec.register == method) {
+            return Some(self.register(id, receiver, args));
+        }
         let is_ceid = |ty: &Ty, name: &str| match ty {
             Ty::External(path, _) => path == &format!("ceid_core::{name}"),
             Ty::Adt(id, _) => {
@@ -247,7 +326,7 @@ impl Builder<'_> {
                 let value = self.expr(*arg);
                 let var = self.temporary(self.ty(id).clone(), self.span(id));
                 if let Some(place) = value.place {
-                    self.guarded.insert(var, (name, place, self.ty(*arg).clone()));
+                    self.guarded.insert(var, vec![(name, place, self.ty(*arg).clone())]);
                 }
                 Some(Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() })
             }

@@ -1,7 +1,7 @@
 //! Iterators: what a chain of adaptors runs over, and what it does when it is consumed.
 
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Caller, CycleKind, Directive, Effect, IndexKey, LoopInfo, Place, Rounds, Section, Var};
+use crate::flow::{Caller, CycleKind, Effect, IndexKey, LoopInfo, Place, Rounds, Section, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
@@ -450,7 +450,7 @@ impl Builder<'_> {
             closure: None,
             caller: Caller::Code,
             text: source.text.clone(),
-            directive: Directive::at(self.program.sources, keyword),
+            directive: self.program.directive(keyword),
         };
         let id = self.add_loop(info);
         self.emit(Effect::LoopEnter(id), keyword);

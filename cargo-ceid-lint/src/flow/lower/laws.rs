@@ -2,7 +2,7 @@
 
 use super::{Builder, Value};
 use crate::config::{InstancePlace, OnErr, Receiver};
-use crate::flow::{Cause, Computed, Effect, IndexKey, Place, Update};
+use crate::flow::{Cause, Computed, Effect, IndexKey, Place, Update, Var};
 use crate::index::{Def, FilterSpec, FunctionId, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, PatId};
 use crate::types::{Callee, Resolved};
@@ -53,6 +53,9 @@ impl<'a> Builder<'a> {
         // What lies inside a composite filter is updated by its law's body.
         let targets = self.followed(law.targets, at, exprs, values, id);
         let result = self.emit_call(id, targets, exprs, values, at);
+        if law.spec.instance == InstancePlace::Returned {
+            self.advanced.insert(result, (law.group, self.called_name(id).to_owned()));
+        }
         if let Some(place) = place {
             let attempt = (law.spec.on_err == OnErr::Untouched).then_some(result);
             let is_typed = law.spec.instance == InstancePlace::Receiver;
@@ -150,6 +153,14 @@ impl<'a> Builder<'a> {
             && let [local] = self.locals_of(pat).as_slice()
         {
             let var = self.var_of(*local);
+            self.advanced.insert(var, law);
+        }
+    }
+
+    /// A name for what a law returned, or for the payload of it.
+    pub(super) fn bind_advanced(&mut self, var: Var, value: &Value) {
+        let from = value.place.as_ref().filter(|place| place.steps.is_empty()).and_then(Place::base_var);
+        if let Some(law) = from.and_then(|from| self.advanced.get(&from)).cloned() {
             self.advanced.insert(var, law);
         }
     }

@@ -1,7 +1,7 @@
 //! Loops: how often they run, and what their heads bind.
 
 use super::{Builder, Scope, ScopeKind, Value};
-use crate::flow::{Caller, CycleKind, Directive, Effect, LoopId, LoopInfo, NodeId, Place, Rounds, Var};
+use crate::flow::{Caller, CycleKind, Effect, LoopId, LoopInfo, NodeId, Place, Rounds, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, PatId, StmtKind};
@@ -58,7 +58,7 @@ impl Builder<'_> {
             is_foreign: self.is_foreign(),
             closure: None,
             caller: Caller::Code,
-            directive: Directive::at(self.program.sources, keyword),
+            directive: self.program.directive(keyword),
             text,
         });
         self.emit(Effect::LoopEnter(id), keyword);

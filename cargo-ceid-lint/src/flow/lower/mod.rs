@@ -157,7 +157,7 @@ struct Builder<'a> {
     /// The variables that say whether a guard is alive.
     alive: HashMap<GuardId, Var>,
     /// What a guard that is not bound yet was given: the name and the place.
-    guarded: HashMap<Var, (String, Place, Ty)>,
+    guarded: HashMap<Var, Vec<(String, Place, Ty)>>,
     subjects: HashMap<String, super::SubjectId>,
     inlining: Vec<FunctionId>,
     /// The variables that the value of the expression at hand goes into.

@@ -400,6 +400,7 @@ impl Builder<'_> {
                     let value = Value { is_owned: value.is_owned && !by_reference && !is_reference, ..value.clone() };
                     self.set(var, &value, span);
                     self.bind_guard(var, &value, span);
+                    self.bind_advanced(var, &value);
                 }
                 if let Some(sub) = sub {
                     self.bind_pattern(*sub, value);

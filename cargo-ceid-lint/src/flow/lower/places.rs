@@ -353,6 +353,7 @@ impl Builder<'_> {
                 "String" | "Duration" | "Instant" | "Range" => false,
                 _ => {
                     path.starts_with("?::")
+                        || (self.program.index.has_states_apart() && !path.starts_with("std::"))
                         || args.iter().any(|arg| self.holds(arg, depth + 1))
                         || self.program.index.filter_spec(ty).is_some()
                 }

@@ -160,6 +160,7 @@ fn merge(parts: Vec<Project>) -> Project {
     let Some(mut merged) = parts.next() else { return Project::default() };
     for part in parts {
         merged.root = common(&merged.root, &part.root);
+        merged.graph.extend(part.graph);
         for notice in part.notices {
             if !merged.notices.contains(&notice) {
                 merged.notices.push(notice);

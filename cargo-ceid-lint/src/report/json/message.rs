@@ -49,6 +49,7 @@ struct Ceid {
     filter_type: String,
     cycle: Option<Place>,
     fingerprint: String,
+    suppressed: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -63,17 +64,8 @@ pub(super) fn of_diagnostic(
     fingerprint: String,
     rendered: Rendered,
 ) -> Message {
-    let level = diagnostic.level.severity().unwrap_or(Severity::Warning).name();
+    let is_shown = diagnostic.suppressed.is_none();
     let code = format!("ceid::{}", diagnostic.rule);
-    let mut spans = vec![of_span(sources, diagnostic.primary.span, true, Some(&diagnostic.primary.message))];
-    for (number, step) in (1..).zip(&diagnostic.witness.steps) {
-        spans.push(of_span(sources, step.span, false, Some(&format!("step {number}: {}", step.message))));
-    }
-    let mut children: Vec<Child> = Vec::new();
-    children.extend(diagnostic.notes.iter().map(|note| child("note", note.clone())));
-    children.extend(text::level_note(diagnostic).map(|note| child("note", note)));
-    children.extend(diagnostic.helps.iter().map(|help| child("help", help.clone())));
-    children.extend(diagnostic.suggestions.iter().map(|it| suggestion(sources, it, diagnostic.primary.span)));
     let facts = &diagnostic.facts;
     let ceid = Ceid {
         rule: code.clone(),
@@ -83,22 +75,42 @@ pub(super) fn of_diagnostic(
         filter_type: facts.filter_type.clone(),
         cycle: facts.cycle.map(|head| Place { file: sources.file(head.file).name.clone(), line: sources.line(head) }),
         fingerprint,
+        suppressed: diagnostic.suppressed.clone(),
     };
-    let rendered = match rendered {
-        Rendered::Plain => text::diagnostic(sources, diagnostic, Style::default()),
-        Rendered::Ansi => text::diagnostic(sources, diagnostic, Style { color: true, full_trace: false }),
-        Rendered::Short => short::diagnostic(sources, diagnostic),
-    };
-    Message {
-        rendered: Some(rendered),
+    let mut spans = vec![of_span(sources, diagnostic.primary.span, is_shown, Some(&diagnostic.primary.message))];
+    for (number, step) in (1..).zip(&diagnostic.witness.steps) {
+        spans.push(of_span(sources, step.span, false, Some(&format!("step {number}: {}", step.message))));
+    }
+    let mut message = Message {
+        rendered: None,
         message_type: "diagnostic",
         message: diagnostic.message.clone(),
         code: Some(Code { code, explanation: None }),
-        level,
+        level: "note",
         spans,
-        children,
+        children: Vec::new(),
         ceid: Some(ceid),
+    };
+    // A reader that does not know of suppressions shows nothing without a primary place, and has no fix to apply.
+    if is_shown {
+        message.level = diagnostic.level.severity().unwrap_or(Severity::Warning).name();
+        message.children = children(sources, diagnostic);
+        message.rendered = Some(match rendered {
+            Rendered::Plain => text::diagnostic(sources, diagnostic, Style::default()),
+            Rendered::Ansi => text::diagnostic(sources, diagnostic, Style { color: true, full_trace: false }),
+            Rendered::Short => short::diagnostic(sources, diagnostic),
+        });
     }
+    message
+}
+
+fn children(sources: &SourceMap, diagnostic: &Diagnostic) -> Vec<Child> {
+    let mut children: Vec<Child> = Vec::new();
+    children.extend(diagnostic.notes.iter().map(|note| child("note", note.clone())));
+    children.extend(text::level_note(diagnostic).map(|note| child("note", note)));
+    children.extend(diagnostic.helps.iter().map(|help| child("help", help.clone())));
+    children.extend(diagnostic.suggestions.iter().map(|it| suggestion(sources, it, diagnostic.primary.span)));
+    children
 }
 
 pub(super) fn of_problem(sources: &SourceMap, problem: &Problem, rendered: Rendered) -> Message {

@@ -84,7 +84,10 @@ pub fn messages(project: &Project, report: &Report, options: Options) -> String 
     let fingerprints = super::fingerprint::fingerprints(&report.sources, &report.diagnostics);
     for (diagnostic, fingerprint) in report.diagnostics.iter().zip(fingerprints) {
         let at = (diagnostic.package, diagnostic.target);
-        unclean.insert(at);
+        // A target with nothing but suppressed findings is clean, and its artifact follows.
+        if diagnostic.suppressed.is_none() {
+            unclean.insert(at);
+        }
         let message = message::of_diagnostic(&report.sources, diagnostic, fingerprint, options.rendered);
         push_message(&mut text, project, at, message, options);
     }

@@ -87,9 +87,30 @@ fn what_is_ours_is_under_its_own_key() {
         ceid,
         serde_json::json!({
             "rule": "ceid::repeated_update", "verdict": "repeated", "counts": [1, 2], "filter": "kf", "type": "KalmanF",
-            "cycle": { "file": "demo/src/main.rs", "line": 3 },
+            "cycle": { "file": "demo/src/main.rs", "line": 3 }, "suppressed": null,
         })
     );
+}
+
+#[test]
+fn what_is_suppressed_is_marked_and_nobody_shows_it() {
+    let (project, report) = sample::report();
+    let text = messages(&project, &report, Options::default());
+    let marked = |line: &&str| line.contains("\"suppressed\":\"GPS comes at 5 Hz\"");
+    assert_eq!(text.lines().filter(marked).count(), 1);
+    let found = &diagnostics(Options::default())[2];
+    assert_eq!((found.level, &found.rendered), (DiagnosticLevel::Note, &None));
+    assert!(found.children.is_empty() && !found.spans.iter().any(|span| span.is_primary));
+    assert_eq!(found.spans[0].line_start, 6);
+}
+
+#[test]
+fn a_target_with_nothing_but_suppressed_findings_is_clean() {
+    let (project, mut report) = sample::report();
+    report.diagnostics.retain(|finding| finding.suppressed.is_some());
+    report.problems.clear();
+    let text = messages(&project, &report, Options::default());
+    assert_eq!(text.lines().filter(|line| line.contains("compiler-artifact")).count(), 2);
 }
 
 #[test]

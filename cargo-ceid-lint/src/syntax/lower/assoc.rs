@@ -16,7 +16,11 @@ impl Lowerer<'_, '_> {
             {
                 lowered.extend(own);
             } else {
-                lowered.extend(self.trait_item(item));
+                let present = self.trait_item(item);
+                if let (None, syn::TraitItem::Fn(item)) = (&present, item) {
+                    self.loader.removed.insert(name(&item.sig.ident));
+                }
+                lowered.extend(present);
             }
         }
         lowered
@@ -30,7 +34,11 @@ impl Lowerer<'_, '_> {
             {
                 lowered.extend(own);
             } else {
-                lowered.extend(self.impl_item(item));
+                let present = self.impl_item(item);
+                if let (None, syn::ImplItem::Fn(item)) = (&present, item) {
+                    self.loader.removed.insert(name(&item.sig.ident));
+                }
+                lowered.extend(present);
             }
         }
         let is_debug_only = |item: &AssocItem| item.cfg.as_ref().is_some_and(CfgKey::is_debug_only);

@@ -16,6 +16,41 @@ impl Lowerer<'_, '_> {
     }
 
     pub(in crate::syntax) fn item(&mut self, item: &syn::Item, out: &mut Vec<Item>) {
+        let before = out.len();
+        self.present_item(item, out);
+        if out.len() == before {
+            self.note_removed(item);
+        }
+    }
+
+    /// Keeps the names of an item that is not there under this `cfg`.
+    pub(in crate::syntax) fn note_removed(&mut self, item: &syn::Item) {
+        let ident = match item {
+            syn::Item::Fn(item) => &item.sig.ident,
+            syn::Item::Struct(item) => &item.ident,
+            syn::Item::Enum(item) => &item.ident,
+            syn::Item::Trait(item) => &item.ident,
+            syn::Item::Type(item) => &item.ident,
+            syn::Item::Mod(item) => &item.ident,
+            syn::Item::Use(item) => {
+                let names = self.use_names(item).into_iter().filter_map(|own| own.name);
+                self.loader.removed.extend(names);
+                return;
+            }
+            syn::Item::Impl(item) => {
+                for own in &item.items {
+                    if let syn::ImplItem::Fn(own) = own {
+                        self.loader.removed.insert(name(&own.sig.ident));
+                    }
+                }
+                return;
+            }
+            _ => return,
+        };
+        self.loader.removed.insert(name(ident));
+    }
+
+    fn present_item(&mut self, item: &syn::Item, out: &mut Vec<Item>) {
         match item {
             syn::Item::Fn(item) => self.fn_item(item, out),
             syn::Item::Struct(item) => self.struct_item(item, out),

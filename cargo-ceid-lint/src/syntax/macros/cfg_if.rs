@@ -64,6 +64,12 @@ impl Lowerer<'_, '_> {
 
     pub(super) fn cfg_if_items(&mut self, mac: &syn::Macro, out: &mut Vec<Item>) -> bool {
         let Some(branches) = self.cfg_if_branches(mac) else { return false };
+        // What a branch that is not taken declares is there in another build.
+        for (_, tokens) in parse::<Branches>(mac).into_iter().flat_map(|all| all.0) {
+            for item in syn::parse2::<syn::File>(tokens).into_iter().flat_map(|file| file.items) {
+                self.note_removed(&item);
+            }
+        }
         let files: Option<Vec<(Presence, syn::File)>> = branches
             .into_iter()
             .map(|branch| Some((branch.presence, syn::parse2::<syn::File>(branch.tokens).ok()?)))

@@ -1,0 +1,170 @@
+//! The presets: entries for published crates, one file a crate, in the format of `ceid-lint.toml`.
+
+use std::path::Path;
+
+use toml::de::DeTable;
+
+use super::load::preset_entries;
+use super::reader::{File, Table};
+use super::{Config, ConfigError, CycleEntry, FilterEntry, Presets, Section, spelling};
+
+/// What is known of a published crate.
+#[derive(Clone, Debug)]
+pub struct Preset {
+    /// The name of the crate's package.
+    pub name: &'static str,
+    /// The versions whose sources it was read from.
+    pub versions: Vec<String>,
+    /// Its filters.
+    pub filters: Vec<FilterEntry>,
+    /// The functions that it calls once per cycle.
+    pub cycles: Vec<CycleEntry>,
+}
+
+macro_rules! presets {
+    ($($name:literal)*) => {
+        /// The presets as they are written, by the name of the crate's package.
+        pub const PRESETS: &[(&str, &str)] =
+            &[$(($name, include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/presets/", $name, ".toml")))),*];
+    };
+}
+
+presets! {
+    "adskalman"
+    "advanced-pid"
+    "ahrs"
+    "biquad"
+    "cu-pid"
+    "cu29"
+    "dcmimu"
+    "debounced-button"
+    "debouncr"
+    "discrete_pid"
+    "dolly"
+    "embedded-dsp"
+    "eskf"
+    "filter"
+    "fundsp"
+    "idsp"
+    "iir_filters"
+    "imu-fusion"
+    "kalman_filters"
+    "kalmanfilt"
+    "keyberon"
+    "kfilter"
+    "median"
+    "minikalman"
+    "moving_avg"
+    "multicalc"
+    "no-std-moving-average"
+    "one-euro-rs"
+    "pid"
+    "pid-ctrl"
+    "pid-lite"
+    "pid-loop"
+    "pidgeon"
+    "rotary-encoder-embedded"
+    "rrtk"
+    "signalo"
+    "simple_moving_average"
+    "statig"
+    "statime"
+    "ta"
+    "uf-ahrs"
+    "vqf"
+    "vqf-rs"
+    "yata"
+}
+
+impl Preset {
+    /// The preset of a package with that name.
+    ///
+    /// # Errors
+    /// If its file is wrong, which the tests rule out.
+    pub fn of(name: &str) -> Result<Option<Self>, ConfigError> {
+        PRESETS.iter().find(|(own, _)| *own == name).map(|(own, text)| Self::read(own, text)).transpose()
+    }
+
+    fn read(name: &'static str, text: &str) -> Result<Self, ConfigError> {
+        let path = format!("presets/{name}.toml");
+        let file = File { path: Path::new(&path), text };
+        let table = DeTable::parse(text)
+            .map_err(|error| file.error(error.span().unwrap_or(0..0), error.message().trim().to_owned()))?;
+        let table = Table { file, table: table.get_ref(), range: 0..0 };
+        table.only(&["versions", "filter", "cycle"])?;
+        let versions = table.required("versions", "[\"1.0.0\"]")?.strings()?;
+        let (filters, cycles) = preset_entries(&table)?;
+        Ok(Self { name, versions, filters, cycles })
+    }
+}
+
+/// The presets that are active for the packages whose sections these are, one list of sections a package, the weakest first.
+///
+/// # Errors
+/// If a section names a preset that does not exist.
+pub fn active_presets<'a>(
+    config: &Config,
+    packages: impl IntoIterator<Item = Vec<&'a Section>>,
+    is_in_graph: impl Fn(&str) -> bool,
+) -> Result<Vec<Preset>, ConfigError> {
+    for section in &config.sections {
+        check_names(section)?;
+    }
+    let choices: Vec<Presets> = packages
+        .into_iter()
+        .map(|sections| {
+            let own = sections.iter().rev().find_map(|section| section.presets.clone());
+            own.unwrap_or(Presets::Auto)
+        })
+        .collect();
+    let is_active = |name: &str| {
+        choices.iter().any(|choice| match choice {
+            Presets::Auto => is_in_graph(name),
+            Presets::None => false,
+            Presets::Named(names) => names.iter().any(|(own, _)| own == name),
+        })
+    };
+    PRESETS.iter().filter(|(name, _)| is_active(name)).map(|(name, text)| Preset::read(name, text)).collect()
+}
+
+fn check_names(section: &Section) -> Result<(), ConfigError> {
+    let Some(Presets::Named(names)) = &section.presets else { return Ok(()) };
+    for (name, place) in names {
+        if PRESETS.iter().any(|(own, _)| own == name) {
+            continue;
+        }
+        let error = ConfigError::at(place.clone(), format!("there is no preset `{name}`"));
+        let error = match spelling::nearest(name, PRESETS.iter().map(|(own, _)| *own)) {
+            Some(near) => error.help(format!("did you mean `{near}`?")),
+            None => error.help("a preset has the name of the crate's package"),
+        };
+        return Err(ConfigError { text: Some(section.text.clone()), ..error });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_preset_is_read() {
+        for (name, text) in PRESETS {
+            let preset = Preset::read(name, text).unwrap_or_else(|error| panic!("{error}"));
+            assert!(!preset.versions.is_empty(), "{name} was read from no version");
+            assert!(!preset.filters.is_empty() || !preset.cycles.is_empty(), "{name} says nothing");
+        }
+    }
+
+    #[test]
+    fn every_file_is_a_preset() {
+        let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("presets");
+        let mut files: Vec<String> = std::fs::read_dir(directory)
+            .expect("the presets are there")
+            .map(|entry| entry.expect("they can be read").file_name().to_string_lossy().into_owned())
+            .filter_map(|name| name.strip_suffix(".toml").map(str::to_owned))
+            .collect();
+        files.sort();
+        assert_eq!(files, PRESETS.iter().map(|(name, _)| *name).collect::<Vec<_>>());
+    }
+}

@@ -1,0 +1,202 @@
+//! What an entry does not name: the error, with its place and the nearest right spelling.
+
+use std::collections::BTreeSet;
+
+use super::entries::EntryScope;
+use super::{Def, Index, ModuleId, Owner, TraitName};
+use crate::config::spelling::nearest;
+use crate::config::{ConfigError, FilterTarget, Word};
+
+impl Index {
+    /// An error for a path that names a thing of another kind.
+    pub(super) fn is_something_else(&self, word: &Word, def: &Def, target: &FilterTarget) -> ConfigError {
+        let wanted = match target {
+            FilterTarget::Type(_) => "a type",
+            FilterTarget::Trait(_) => "a trait",
+            FilterTarget::Function(_) => "a function",
+        };
+        let message = format!("`{}` is {}, not {wanted}", word.text, described(def));
+        let error = ConfigError::at(word.place.clone(), message);
+        match def {
+            Def::Type(_) => error.help(format!("write `type = \"{}\"`", word.text)),
+            Def::Trait(_) => error.help(format!("write `trait = \"{}\"`", word.text)),
+            Def::Function(_) => error.help(format!("write `function = \"{}\"`", word.text)),
+            _ => error,
+        }
+    }
+
+    /// Whether a part of the path is the name of something that this build leaves out.
+    pub(super) fn is_removed(&self, scope: &EntryScope<'_>, path: &str) -> bool {
+        scope.crates.iter().any(|krate| path.split("::").any(|name| self.crate_info(*krate).removed.contains(name)))
+    }
+
+    pub(super) fn names_nothing(&self, scope: &EntryScope<'_>, word: &Word, wanted: &str) -> ConfigError {
+        let error = ConfigError::at(word.place.clone(), format!("`{}` names nothing", word.text));
+        let (first, last) = (word.text.split("::").next().unwrap_or_default(), last(&word.text));
+        if first != word.text && !self.is_crate_name(scope, first) {
+            let names: BTreeSet<&str> = scope
+                .crates
+                .iter()
+                .map(|krate| self.crate_info(*krate))
+                .flat_map(|info| info.externs.keys().map(String::as_str).chain([info.name.as_str()]))
+                .collect();
+            return match nearest(first, names) {
+                Some(name) => error.help(format!("did you mean `{name}{}`?", &word.text[first.len()..])),
+                None => error.help(format!(
+                    "`{first}` is neither a member of the workspace nor a dependency; `crate::` begins a path in a member"
+                )),
+            };
+        }
+        let paths = self.paths_of(scope, first, wanted);
+        let same = paths.iter().find(|path| self::last(path) == last);
+        let near = || {
+            let name = nearest(last, paths.iter().map(|path| self::last(path)))?;
+            paths.iter().find(|path| self::last(path) == name)
+        };
+        match same.or_else(near) {
+            Some(path) => error.help(format!("did you mean `{path}`?")),
+            None => error.help(format!("there is no {wanted} of that name in the code that was read")),
+        }
+    }
+
+    /// The paths of all items of a kind, beginning as the user began.
+    fn paths_of(&self, scope: &EntryScope<'_>, first: &str, wanted: &str) -> Vec<String> {
+        let of_type = self.types.iter().map(|def| (def.module, &def.name));
+        let of_trait = self.traits.iter().map(|def| (def.module, &def.name));
+        let functions = self.functions.iter().filter(|def| def.owner == Owner::Module);
+        let of_function = functions.map(|def| (def.module, &def.name));
+        let all: Vec<(ModuleId, &String)> = match wanted {
+            "type" => of_type.collect(),
+            "trait" => of_trait.collect(),
+            _ => of_function.collect(),
+        };
+        all.into_iter()
+            .filter(|(module, _)| {
+                let krate = self.module(*module).krate;
+                scope.crates.contains(&krate) && !self.module(*module).is_block
+            })
+            .map(|(module, name)| {
+                let mut parts = vec![name.clone()];
+                let mut at = Some(module);
+                while let Some(module) = at {
+                    let module = self.module(module);
+                    if module.parent.is_some() {
+                        parts.push(module.name.clone());
+                    }
+                    at = module.parent;
+                }
+                parts.push(first.to_owned());
+                parts.reverse();
+                parts.join("::")
+            })
+            .collect()
+    }
+
+    /// An error if the type or trait certainly has no such method.
+    pub(super) fn check_method(
+        &self,
+        scope: &EntryScope<'_>,
+        def: &Def,
+        owner: &Word,
+        method: &Word,
+    ) -> Result<(), ConfigError> {
+        if self.has_method(def, &method.text) != Some(false) || scope.is_partial || self.is_removed(scope, &method.text)
+        {
+            return Ok(());
+        }
+        let message = format!("`{}` has no method `{}`", owner.text, method.text);
+        let error = ConfigError::at(method.place.clone(), message);
+        let names = self.method_names(def);
+        Err(match nearest(&method.text, names.iter().copied()) {
+            Some(name) => error.help(format!("did you mean `{name}`?")),
+            None if names.is_empty() => error,
+            None => {
+                let list: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+                error.help(format!("it has {}", list.join(", ")))
+            }
+        })
+    }
+
+    /// Whether a type or trait has a method; `None` if it may have methods that cannot be seen.
+    pub(super) fn has_method(&self, def: &Def, name: &str) -> Option<bool> {
+        if self.method_names(def).contains(name) {
+            return Some(true);
+        }
+        let is_unseen = |of: &TraitName| matches!(of, TraitName::External(path) if !is_without_methods(path));
+        let (module, is_open) = match def {
+            Def::Type(id) => {
+                let impls = self.impls_of(&self.bare(*id));
+                let implemented = impls.iter().filter_map(|id| self.impl_def(*id).implements.as_ref());
+                (self.type_def(*id).module, implemented.clone().any(is_unseen))
+            }
+            Def::Trait(id) => {
+                let of = self.trait_def(*id);
+                let scope = self.scope(of.module, Owner::Module, Some(&of.generics));
+                let supertraits = self.lower_bounds(&of.supertraits, &scope, 0);
+                (of.module, supertraits.iter().any(|bound| is_unseen(&bound.name)))
+            }
+            _ => return None,
+        };
+        let krate = self.module(module).krate;
+        let has_macros = self.opaque_items.iter().any(|(at, _)| self.module(*at).krate == krate);
+        if is_open || has_macros { None } else { Some(false) }
+    }
+
+    /// The functions and methods that a type or trait is seen to have.
+    fn method_names(&self, def: &Def) -> BTreeSet<&str> {
+        let of_trait = |id: super::TraitId| {
+            let mut names: BTreeSet<&str> = BTreeSet::new();
+            let (mut open, mut done) = (vec![id], BTreeSet::new());
+            while let Some(id) = open.pop() {
+                if !done.insert(id) {
+                    continue;
+                }
+                let def = self.trait_def(id);
+                names.extend(def.methods.keys().map(String::as_str));
+                let scope = self.scope(def.module, Owner::Module, Some(&def.generics));
+                for bound in self.lower_bounds(&def.supertraits, &scope, 0) {
+                    if let TraitName::Local(id) = bound.name {
+                        open.push(id);
+                    }
+                }
+            }
+            names
+        };
+        match def {
+            Def::Type(id) => {
+                let mut names = BTreeSet::new();
+                for id in self.impls_of(&self.bare(*id)) {
+                    let def = self.impl_def(id);
+                    names.extend(def.methods.keys().map(String::as_str));
+                    if let Some(TraitName::Local(id)) = &def.implements {
+                        names.extend(of_trait(*id));
+                    }
+                }
+                names
+            }
+            Def::Trait(id) => of_trait(*id),
+            _ => BTreeSet::new(),
+        }
+    }
+}
+
+fn last(path: &str) -> &str {
+    path.rsplit("::").next().unwrap_or(path)
+}
+
+pub(super) fn described(def: &Def) -> &'static str {
+    match def {
+        Def::Module(_) => "a module",
+        Def::Type(_) | Def::Alias(_) => "a type",
+        Def::Variant(..) => "a variant",
+        Def::Trait(_) => "a trait",
+        Def::Function(_) => "a function",
+        Def::Value(_) => "a constant or static",
+        Def::External(_) => "not read",
+    }
+}
+
+/// Traits outside the analysed code that give a type no method that could be a law.
+fn is_without_methods(path: &str) -> bool {
+    path.starts_with("std::") && !matches!(path, "std::ops::Deref" | "std::ops::DerefMut" | "std::iter::Iterator")
+}

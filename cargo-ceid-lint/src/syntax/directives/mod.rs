@@ -1,0 +1,137 @@
+//! What `ceid:` comments and `ceid::` attributes say, and where they stand. Never reads one out of a string, out of
+//! documentation or out of prose, and never judges whether a rule of that name exists.
+
+mod grammar;
+mod read;
+
+use std::collections::BTreeMap;
+
+use crate::source::{FileId, SourceMap, Span};
+
+/// The directives of all files.
+#[derive(Clone, Debug, Default)]
+pub struct Directives {
+    files: BTreeMap<FileId, Vec<Directive>>,
+}
+
+/// A directive, or what was meant as one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Directive {
+    /// The comment, or the attribute's part that says it.
+    pub span: Span,
+    /// What goes when it is removed: the whole line, if it is alone there.
+    pub removal: Span,
+    /// What it says.
+    pub kind: DirectiveKind,
+    /// Where it stands.
+    pub site: Site,
+}
+
+/// What a directive says.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum DirectiveKind {
+    /// What a loop, function or gate is.
+    Cycle(CycleDirective),
+    /// That a finding is known.
+    Suppression(Suppression),
+    /// Nearly a directive.
+    NearMiss(NearMiss),
+}
+
+/// What a comment says of a loop, function or gate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CycleDirective {
+    /// `// ceid: cycle`
+    Cycle,
+    /// `// ceid: not-a-cycle`
+    NotACycle,
+    /// `// ceid: every(10)`: what follows updates in one of so many cycles.
+    Every(u64),
+}
+
+/// `allow(rule, reason = "…")`, `expect(rule, reason = "…")`
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Suppression {
+    /// Whether it says that a finding is there: `expect`.
+    pub is_expected: bool,
+    /// The names of the rules, as written, with their places.
+    pub rules: Vec<(String, Span)>,
+    /// Why.
+    pub reason: Option<String>,
+}
+
+/// What was meant as a directive and is none.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NearMiss {
+    /// What is wrong with it; lower case, no full stop.
+    pub message: String,
+    /// What to write, and where, if that is known.
+    pub correction: Option<(Span, String)>,
+    /// Whether the correction can only be what was meant.
+    pub is_certain: bool,
+}
+
+/// Where a directive stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Site {
+    /// Above what begins at this byte; `None` if nothing follows in the same brackets.
+    Above(Option<u32>),
+    /// At the end of a line of code.
+    Behind {
+        /// Where the first token of the line begins.
+        first: u32,
+        /// Where the last one begins.
+        last: u32,
+        /// Where the last one ends.
+        end: u32,
+    },
+    /// An inner attribute: what the bracket at this byte encloses, or the file.
+    Inside(Option<u32>),
+}
+
+impl Directives {
+    /// Reads the directives of all files.
+    #[must_use]
+    pub fn read(sources: &SourceMap) -> Self {
+        let mut files = BTreeMap::new();
+        for (id, file) in sources.files() {
+            let found = read::directives(id, file);
+            if !found.is_empty() {
+                files.insert(id, found);
+            }
+        }
+        Self { files }
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.files.is_empty()
+    }
+
+    /// All of them, by file and place.
+    pub fn iter(&self) -> impl Iterator<Item = &Directive> {
+        self.files.values().flatten()
+    }
+
+    /// What a comment above the line of a place, or at its end, says of the cycle or gate there.
+    #[must_use]
+    pub fn of_cycle(&self, sources: &SourceMap, place: Span) -> Option<CycleDirective> {
+        let own = self.files.get(&place.file)?;
+        let line = sources.line(place);
+        let line_of = |at: u32| sources.line(Span::new(place.file, at, at));
+        let is_here = |directive: &&Directive| match directive.site {
+            Site::Above(Some(next)) => line_of(next) == line,
+            Site::Behind { .. } => line_of(directive.span.start) == line,
+            Site::Above(None) | Site::Inside(_) => false,
+        };
+        let mut here = own.iter().rev().filter(is_here).filter_map(|directive| match &directive.kind {
+            DirectiveKind::Cycle(said) => Some(*said),
+            _ => None,
+        });
+        here.next()
+    }
+}
+
+#[cfg(test)]
+mod tests;

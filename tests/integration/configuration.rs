@@ -1,0 +1,208 @@
+//! The configuration: what names nothing is refused at its place, and what stands in several places is put together.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use crate::support::program::{Run, run};
+use crate::support::workspace;
+
+const CODE: &str = "\
+pub mod control {
+    pub struct Pid;
+    impl Pid {
+        pub fn calc(&mut self, value: f32) -> f32 { value }
+        pub fn reset(&mut self) {}
+    }
+    pub trait Estimator { fn step(&mut self); }
+    pub fn fir(line: &mut [f32], value: f32) -> f32 { value }
+    #[cfg(feature = \"extra\")]
+    pub mod extra { pub struct Lag; }
+    #[cfg(feature = \"extra\")]
+    impl Pid { pub fn calc_with(&mut self, value: f32, seconds: f32) -> f32 { value } }
+}
+pub struct Tick;
+impl Tick { pub fn over(pid: &mut control::Pid) -> Self { Self } }
+pub struct Robot { pub pid: control::Pid }
+impl Robot { pub fn tick(&mut self) {} }
+";
+
+const MANIFEST: &str = "\
+[workspace]
+
+[package]
+name = \"rover-control\"
+version = \"0.0.0\"
+edition = \"2024\"
+
+[features]
+extra = []
+
+[dependencies]
+pid = \"4\"
+lite = { package = \"pid-lite\", version = \"1\" }
+";
+
+fn package(code: &str, configuration: &str) -> PathBuf {
+    // Tests run at the same time, each in directories of its own.
+    static NEXT: AtomicU32 = AtomicU32::new(0);
+    let directory = workspace::temporary(&format!("configuration_{}", NEXT.fetch_add(1, Ordering::Relaxed)));
+    workspace::write(&directory, "Cargo.toml", MANIFEST.as_bytes());
+    workspace::write(&directory, "src/lib.rs", code.as_bytes());
+    workspace::write(&directory, "ceid-lint.toml", configuration.as_bytes());
+    directory
+}
+
+fn checked(configuration: &str) -> Run {
+    run(&package(CODE, configuration), [""; 0])
+}
+
+/// The message, the place in the file, and the help.
+#[track_caller]
+fn check_refused(configuration: &str, message: &str, place: &str, help: &str) {
+    let run = checked(configuration);
+    run.assert_code(101).assert_stderr(message).assert_stderr(&format!("ceid-lint.toml:{place}")).assert_stderr(help);
+}
+
+#[track_caller]
+fn check_accepted(configuration: &str) {
+    let run = checked(configuration);
+    assert!(!run.stderr.contains("error"), "{configuration}\n{}", run.stderr);
+    run.assert_code(0);
+}
+
+#[test]
+fn a_type_that_is_not_there_has_the_nearest_right_spelling() {
+    let entry = |path: &str| format!("[[filter]]\ntype = \"{path}\"\nlaw = \"calc\"\n");
+    let near = "did you mean `crate::control::Pid`?";
+    check_refused(&entry("crate::control::Pidd"), "`crate::control::Pidd` names nothing", "2:8", near);
+    check_refused(&entry("crate::controll::Pid"), "`crate::controll::Pid` names nothing", "2:8", near);
+    check_refused(&entry("crate::Pid"), "`crate::Pid` names nothing", "2:8", near);
+    check_refused(
+        &entry("rover_control::control::Pi"),
+        "`rover_control::control::Pi` names nothing",
+        "2:8",
+        "did you mean `rover_control::control::Pid`?",
+    );
+    check_refused(&entry("pd::Pid"), "`pd::Pid` names nothing", "2:8", "did you mean `pid::Pid`?");
+    check_refused(&entry("ahrs::Madgwick"), "`ahrs::Madgwick` names nothing", "2:8", "neither a member");
+}
+
+#[test]
+fn a_method_that_is_not_there_has_the_nearest_right_spelling() {
+    let entry = |rest: &str| format!("[[filter]]\ntype = \"crate::control::Pid\"\n{rest}\n");
+    let message = "`crate::control::Pid` has no method";
+    check_refused(&entry("law = \"clac\""), message, "3:7", "did you mean `calc`?");
+    check_refused(&entry("law = [[\"calc\", \"calk\"]]"), message, "3:17", "did you mean `calc`?");
+    check_refused(&entry("law = \"calc\"\nreset = \"rest\""), message, "4:9", "did you mean `reset`?");
+    check_refused(&entry("law = \"advance\""), message, "3:7", "it has `calc`, `reset`");
+}
+
+#[test]
+fn a_thing_of_another_kind_is_told() {
+    check_refused(
+        "[[filter]]\ntype = \"crate::control::Estimator\"\nlaw = \"step\"\n",
+        "`crate::control::Estimator` is a trait, not a type",
+        "2:8",
+        "write `trait = \"crate::control::Estimator\"`",
+    );
+    check_refused(
+        "[[filter]]\nfunction = \"crate::control::Pid::calc\"\n",
+        "`crate::control::Pid::calc` names nothing",
+        "2:12",
+        "",
+    );
+    check_refused(
+        "[[cycle]]\nfunction = \"crate::control::Estimator::step\"\n",
+        "is a trait",
+        "2:12",
+        "write `method = \"crate::control::Estimator::step\"`",
+    );
+}
+
+#[test]
+fn cycles_and_guards_that_are_not_there_are_refused() {
+    check_refused(
+        "[[cycle]]\nfunction = \"crate::Robot::tik\"\n",
+        "`crate::Robot` has no method `tik`",
+        "2:12",
+        "`tick`",
+    );
+    check_refused("[[cycle]]\nmethod = \"crate::control::Estimator::stp\"\n", "has no method `stp`", "2:10", "`step`");
+    check_refused("[[cycle]]\nattribute = \"rtic::task\"\n", "no function has the attribute `rtic::task`", "2:13", "");
+    check_refused("[[guard]]\ntype = \"crate::Tock\"\n", "`crate::Tock` names nothing", "2:8", "`crate::Tick`");
+    check_refused("[[guard]]\ntype = \"crate::Tick\"\n", "`crate::Tick` has no method `new`", "2:8", "it has `over`");
+}
+
+#[test]
+fn a_preset_that_is_not_there_is_refused() {
+    check_refused("presets = [\"pid\", \"ahr\"]\n", "there is no preset `ahr`", "1:19", "did you mean `ahrs`?");
+}
+
+#[test]
+fn what_names_something_is_accepted() {
+    for path in ["crate::control::Pid", "rover_control::control::Pid"] {
+        check_accepted(&format!("[[filter]]\ntype = \"{path}\"\nlaw = \"calc\"\nreset = \"reset\"\n"));
+    }
+    check_accepted("[[filter]]\nfunction = \"crate::control::fir\"\n");
+    check_accepted("[[cycle]]\nfunction = \"crate::Robot::tick\"\n");
+    check_accepted("[[guard]]\ntype = \"crate::Tick\"\nregister = \"over\"\n");
+}
+
+#[test]
+fn a_path_into_a_dependency_is_accepted_by_either_of_its_names() {
+    for path in ["pid::Pid", "lite::Controller", "pid_lite::Controller"] {
+        check_accepted(&format!("[[filter]]\ntype = \"{path}\"\nlaw = \"whatever\"\n"));
+    }
+}
+
+#[test]
+fn what_this_build_leaves_out_is_no_mistake() {
+    check_accepted("[[filter]]\ntype = \"crate::control::extra::Lag\"\nlaw = \"run\"\n");
+    check_accepted("[[filter]]\ntype = \"crate::control::Pid\"\nlaw = [[\"calc\", \"calc_with\"]]\n");
+}
+
+#[test]
+fn what_was_not_read_is_no_mistake() {
+    let code = format!("{CODE}\nmod missing;\n");
+    let entry = "[[filter]]\ntype = \"crate::missing::Pid\"\nlaw = \"calc\"\n";
+    let run = run(&package(&code, entry), [""; 0]);
+    assert!(!run.stderr.contains("names nothing"), "{}", run.stderr);
+}
+
+const LOOP: &str = "\
+pub fn control(mut pid: pid::Pid<f32>, mut read: impl FnMut() -> f32) {
+    loop {
+        pid.next_control_output(read());
+        pid.next_control_output(read());
+    }
+}
+";
+
+/// How often `repeated_update` is found in the loop above.
+#[track_caller]
+fn check_repeated(configuration: &str, expected: usize) {
+    let directory = package(LOOP, configuration);
+    let run = run(&directory, ["--message-format", "json"]);
+    let findings = run.findings().unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(
+        findings.iter().filter(|finding| finding.rule == "repeated_update").count(),
+        expected,
+        "{configuration}"
+    );
+}
+
+#[test]
+fn presets_are_active_for_the_crates_of_the_manifest() {
+    check_repeated("", 1);
+    check_repeated("presets = \"auto\"\n", 1);
+    check_repeated("presets = [\"pid\"]\n", 1);
+    check_repeated("presets = [\"ahrs\"]\n", 0);
+    check_repeated("presets = \"none\"\n", 0);
+}
+
+#[test]
+fn an_entry_overrides_a_preset() {
+    check_repeated("[[filter]]\ntype = \"pid::Pid\"\nlaw = \"another\"\n", 0);
+    check_repeated("[[filter]]\ntype = \"pid::Pid\"\nlaw = \"next_control_output\"\nkind = \"event\"\n", 0);
+    check_repeated("[[filter]]\ntype = \"pid::Pid\"\nlaw = \"next_control_output\"\nmultiplicity = \"any\"\n", 0);
+}
