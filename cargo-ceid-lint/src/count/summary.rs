@@ -24,7 +24,7 @@ pub(super) struct Outcome {
     /// Whether some update on the way was not a guard's.
     pub(super) direct: bool,
     /// The heads that the result may have on this way: see [`returned`].
-    pub(super) returned: u8,
+    pub(super) returned: returned::Heads,
     /// Why the way does not update, if it does so on purpose.
     pub(super) gate: Option<Gate>,
     /// Whether an update failed and left the filter as it was.
@@ -71,7 +71,7 @@ pub(super) struct Summary {
     /// What it writes, for conditions that read it.
     pub(super) writes: BTreeSet<Given>,
     /// The heads that its result may have.
-    pub(super) heads: u8,
+    pub(super) heads: returned::Heads,
     /// The parameters from which the filters at its places are fed.
     pub(super) feeds: BTreeMap<Given, BTreeSet<usize>>,
     /// What it reads or feeds without updating it.

@@ -5,6 +5,7 @@ use std::rc::Rc;
 
 use super::Search;
 use crate::count::given::place_of;
+use crate::count::returned;
 use crate::count::summary::Outcome;
 use crate::flow::{CallSite, Place, Projection};
 
@@ -25,7 +26,7 @@ pub(super) struct Effect {
     /// The ways through it, by the places that may be the instance or hold it.
     pub(super) outcomes: Vec<(Place, Vec<Outcome>)>,
     /// The heads that its result may have; none if that is not known.
-    pub(super) heads: u8,
+    pub(super) heads: returned::Heads,
 }
 
 impl Search<'_> {

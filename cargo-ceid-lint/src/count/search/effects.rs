@@ -62,7 +62,11 @@ impl Run<'_, '_> {
         }
     }
 
-    pub(super) fn apply(&mut self, states: &[(State, u8)], outcomes: &[Outcome]) -> Vec<(State, u8)> {
+    pub(super) fn apply(
+        &mut self,
+        states: &[(State, returned::Heads)],
+        outcomes: &[Outcome],
+    ) -> Vec<(State, returned::Heads)> {
         let mut after = Vec::new();
         for (state, heads) in states {
             for outcome in outcomes {
@@ -98,8 +102,12 @@ impl Run<'_, '_> {
     }
 
     /// What happens to the owner of the instance: a reset, or something unknown.
-    pub(super) fn apply_to_owner(&mut self, states: &[(State, u8)], outcomes: &[Outcome]) -> Vec<(State, u8)> {
-        let mut after: Vec<(State, u8)> = Vec::new();
+    pub(super) fn apply_to_owner(
+        &mut self,
+        states: &[(State, returned::Heads)],
+        outcomes: &[Outcome],
+    ) -> Vec<(State, returned::Heads)> {
+        let mut after: Vec<(State, returned::Heads)> = Vec::new();
         for (state, heads) in states {
             for outcome in outcomes {
                 let mut next = state.clone();
@@ -135,7 +143,7 @@ impl Run<'_, '_> {
     }
 
     /// The result of a call has one of these heads.
-    pub(super) fn with_heads(&mut self, masks: u32, result: Var, heads: u8) -> u32 {
+    pub(super) fn with_heads(&mut self, masks: u32, result: Var, heads: returned::Heads) -> u32 {
         let graph = self.search.graph;
         let place = Place::var(result);
         let Some(at) =

@@ -21,6 +21,7 @@ use run::Run;
 use super::aliases::Aliases;
 use super::counts::Count;
 use super::given::place_of;
+use super::returned;
 use super::slice::{self, ControlDependence, tracked};
 use super::summary::{Outcome, Summaries};
 use super::verdict::Gate;
@@ -80,7 +81,7 @@ pub(super) struct End {
     pub(super) state: State,
     /// The number of the state in [`Exploration::states`].
     pub(super) at: usize,
-    pub(super) returned: u8,
+    pub(super) returned: returned::Heads,
 }
 
 /// All ways through a region.

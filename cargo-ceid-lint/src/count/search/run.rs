@@ -161,7 +161,7 @@ impl<'s, 'a> Run<'s, 'a> {
         self.push(State { node: to, in_sample, ..state }, Some(at));
     }
 
-    fn end(&mut self, kind: EndKind, at: usize, state: &State, returned: u8) {
+    fn end(&mut self, kind: EndKind, at: usize, state: &State, returned: returned::Heads) {
         self.exploration.ends.push(End { kind, state: state.clone(), at, returned });
     }
 
@@ -247,7 +247,7 @@ impl<'s, 'a> Run<'s, 'a> {
     }
 
     /// What is known of the heads of a variable.
-    fn heads_of(&self, state: &State, var: Var) -> u8 {
+    fn heads_of(&self, state: &State, var: Var) -> returned::Heads {
         let graph = self.search.graph;
         let place = Place::var(var);
         let tracked =

@@ -42,7 +42,18 @@ impl Builder<'_> {
         let catches = matches!(block.kind, BlockKind::Async | BlockKind::Try);
         if catches {
             let is_async = block.kind == BlockKind::Async;
-            return self.inline_body(self.ty(id).clone(), span, is_async, |this| this.plain_block(block, span));
+            if !is_async || self.at.is_none() {
+                return self.inline_body(self.ty(id).clone(), span, is_async, |this| this.plain_block(block, span));
+            }
+            let before = self.emit(Effect::Nothing, span);
+            let value = self.inline_body(self.ty(id).clone(), span, is_async, |this| this.plain_block(block, span));
+            if self.at.is_none() {
+                // A future that never ends may run elsewhere, or not at all.
+                let after = self.add_node(Effect::Nothing, span);
+                self.link(before, after);
+                self.resume(after);
+            }
+            return value;
         }
         match &block.label {
             Some(label) => self.labelled_block(id, label.clone(), block),
