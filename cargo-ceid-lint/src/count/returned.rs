@@ -1,5 +1,8 @@
 //! Bits of what a function gives back on a way: see [`super::summary::Outcome`].
 
+use crate::flow::Program;
+use crate::index::FunctionId;
+
 /// Which heads a result may have: a bit for each of the known ones, and one of several for any other.
 pub(super) type Heads = u32;
 
@@ -22,4 +25,11 @@ pub(super) fn bit(head: &str) -> Heads {
             1 << (OTHER.trailing_zeros() + hash % OTHER.count_ones())
         }
     }
+}
+
+/// The heads of a function's result as its callers may rely on them. Which of its own variants an `async fn` gives depends on
+/// what happens first, as `select` does, whatever constructors stand in its body.
+pub(super) fn of_function(program: &Program<'_>, function: FunctionId, heads: Heads) -> Heads {
+    let is_async = program.index.function(function).function.is_async;
+    if is_async && heads & OTHER != 0 { heads | OTHER } else { heads }
 }

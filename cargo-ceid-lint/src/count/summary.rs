@@ -218,10 +218,8 @@ impl Summaries {
                             }
                         }
                     }
-                    summary.heads |= match (&value.head, value.same_as) {
-                        (Some(head), _) => returned::bit(head),
-                        (None, _) => returned::ANY,
-                    };
+                    let heads = value.head.as_ref().map_or(returned::ANY, |head| returned::bit(head));
+                    summary.heads |= returned::of_function(program, graph.function, heads);
                 }
                 _ => {}
             }

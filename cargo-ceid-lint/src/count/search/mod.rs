@@ -278,7 +278,7 @@ impl<'a> Search<'a> {
                 partly_reset: end.state.partly_reset,
                 unknown: end.state.unknown.map(|cause| exploration.causes[cause as usize].clone()),
                 direct: end.state.direct,
-                returned: end.returned,
+                returned: returned::of_function(self.program, self.graph.function, end.returned),
                 gate: gates.of_end(&exploration, end),
                 attempted: end.state.attempted,
                 asks: gates.asks(end),
