@@ -182,6 +182,15 @@ pub(super) fn indexes_instance(aliases: &Aliases, info: &crate::flow::LoopInfo, 
     })
 }
 
+/// Whether a loop's counter begins behind the element that the instance is.
+fn begins_behind(aliases: &Aliases, info: &crate::flow::LoopInfo, instance: &Place) -> bool {
+    let Some((_, Some(first))) = info.counter else { return false };
+    info.indexes.iter().flat_map(|collection| aliases.roots(collection)).any(|root| {
+        let step = instance.steps.get(root.steps.len()).filter(|_| root.base == instance.base);
+        matches!(step.and_then(Projection::key), Some(IndexKey::Number(number)) if *number < first)
+    })
+}
+
 /// Loops that visit each element of the collection that the instance is an element of.
 pub(super) fn covering_loops(graph: &ControlFlowGraph, aliases: &Aliases, instance: &Place) -> BTreeSet<LoopId> {
     let mut found = BTreeSet::new();
@@ -194,7 +203,7 @@ pub(super) fn covering_loops(graph: &ControlFlowGraph, aliases: &Aliases, instan
         let exact = matches!(info.rounds, Rounds::Constant(count) if count <= MAX_ROUNDS)
             && info.counter.is_some_and(|(_, first)| first.is_some())
             && !instance.stands_for_each();
-        let of_index = !exact && indexes_instance(aliases, info, instance);
+        let of_index = !exact && indexes_instance(aliases, info, instance) && !begins_behind(aliases, info, instance);
         if (of_items || of_index) && info.rounds != Rounds::Unbounded {
             found.insert(LoopId(number));
         }
