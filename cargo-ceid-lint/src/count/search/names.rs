@@ -101,6 +101,20 @@ impl Search<'_> {
             .collect()
     }
 
+    /// Whether an index is a counter that begins behind the element.
+    pub(super) fn counts_behind(&self, place: &Place, name: &Place) -> bool {
+        let first = |var: Var| {
+            let mut counters = self.graph.loops.iter().filter_map(|info| info.counter);
+            counters.find(|(counter, _)| *counter == var).and_then(|(_, first)| first)
+        };
+        place.steps.iter().zip(&name.steps).any(|(step, own)| match (step.key(), own.key()) {
+            (Some(IndexKey::Var(var)), Some(IndexKey::Number(number))) => {
+                first(*var).is_some_and(|first| *number < first)
+            }
+            _ => false,
+        })
+    }
+
     /// How many rounds come before the instance's own, where it is an element with a number and the elements come in order.
     pub(super) fn rounds_before(&self, names: &[Place], id: LoopId) -> Option<u64> {
         let info = self.graph.loop_info(id);

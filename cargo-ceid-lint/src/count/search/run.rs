@@ -289,25 +289,11 @@ impl<'s, 'a> Run<'s, 'a> {
 
     pub(super) fn relations(&self, state: &State, place: &Place) -> Vec<Relation> {
         let names = self.names.get(state.names);
-        let relate = |name: &Place| match self.counts_behind(place, name) {
+        let relate = |name: &Place| match self.search.counts_behind(place, name) {
             true => Relation::Apart,
             false => place.relate(name, &|var| self.number(state, var)),
         };
         names.iter().map(relate).collect()
-    }
-
-    /// Whether an index is a counter that begins behind the element.
-    fn counts_behind(&self, place: &Place, name: &Place) -> bool {
-        let first = |var: Var| {
-            let mut counters = self.search.graph.loops.iter().filter_map(|info| info.counter);
-            counters.find(|(counter, _)| *counter == var).and_then(|(_, first)| first)
-        };
-        place.steps.iter().zip(&name.steps).any(|(step, own)| match (step.key(), own.key()) {
-            (Some(IndexKey::Var(var)), Some(IndexKey::Number(number))) => {
-                first(*var).is_some_and(|first| *number < first)
-            }
-            _ => false,
-        })
     }
 
     /// As [`Self::relations`], where an element that stands for each is the one that the instance is.
