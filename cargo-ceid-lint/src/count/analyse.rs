@@ -406,17 +406,13 @@ impl Context<'_> {
         by_type.unwrap_or(Multiplicity::Once)
     }
 
-    /// The methods of a half of a type's law.
-    pub(super) fn half(&self, ty: &Ty, law: usize) -> &[String] {
-        let index = self.program.index;
-        let group = index.filter_spec(ty).unwrap_or(index.trait_spec()).law.get(law);
-        group.map_or(&[], |group| &group.methods)
-    }
-
     pub(super) fn pair(&self, facts: &FunctionFacts<'_>, place: &Place, law: usize, decision: Decision) -> Pair {
         let index = self.program.index;
         let ty = place_ty(index, facts.graph, place).unwrap_or(Ty::Unknown);
-        let first = || self.half(&ty, law).first().cloned().unwrap_or_default();
+        let first = || {
+            let group = index.filter_spec(&ty).unwrap_or(index.trait_spec()).law.get(law);
+            group.and_then(|group| group.methods.first().cloned()).unwrap_or_default()
+        };
         Pair {
             name: facts.graph.place_name(index, place),
             filter_type: index.type_name(&ty),

@@ -2,8 +2,8 @@
 
 use super::counts::Count;
 use super::gates::Gates;
+use super::returned;
 use super::search::{End, EndKind, Exploration, Region, Search};
-use super::summary::returned;
 use super::verdict::{Evidence, Gate, Verdict};
 use crate::diagnostic::WitnessStep;
 use crate::flow::{Cause, Effect, IndexKey, Mark, NodeId, Place};

@@ -238,9 +238,8 @@ impl Context<'_> {
         };
         let decision = self.decide_unseen(facts, place, law, id, head);
         let pair = self.pair(facts, place, law, decision);
-        let methods = self.half(&place_ty(self.program.index, graph, place).unwrap_or(Ty::Unknown), law);
         let filters = pairs.entry(id).or_default();
-        if !filters.iter().any(|other| other.name == pair.name && methods.contains(&other.law)) {
+        if !filters.iter().any(|other| other.name == pair.name && other.half == law) {
             filters.push(pair);
         }
     }

@@ -7,7 +7,7 @@ use super::aliases::Aliases;
 use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
 use super::given::{Given, GivenBase, given, instance_of, place_of};
-pub(super) use super::returned;
+use super::returned;
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
 use super::verdict::Gate;

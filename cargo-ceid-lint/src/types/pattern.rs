@@ -81,12 +81,8 @@ impl Infer<'_> {
                     _ => Ty::Unknown,
                 };
                 for pat in pats {
-                    let rest = match &self.body.pat(*pat).kind {
-                        PatKind::Bind { sub: Some(sub), .. } => matches!(self.body.pat(*sub).kind, PatKind::Rest),
-                        _ => false,
-                    };
-                    let slice = || Ty::Slice(Box::new(item.clone()));
-                    self.pat(*pat, &if rest { slice() } else { item.clone() }, mode);
+                    let ty = if self.body.is_rest(*pat) { Ty::Slice(Box::new(item.clone())) } else { item.clone() };
+                    self.pat(*pat, &ty, mode);
                 }
             }
             PatKind::Wild | PatKind::Rest | PatKind::Literal(_) | PatKind::Range(_) | PatKind::Unknown => {}

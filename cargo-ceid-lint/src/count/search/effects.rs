@@ -3,7 +3,8 @@
 use super::State;
 use super::run::Run;
 use crate::count::counts::Count;
-use crate::count::summary::{Outcome, returned};
+use crate::count::returned;
+use crate::count::summary::Outcome;
 use crate::flow::{Assignment, CallSite, Cause, OTHER_HEADS, Place, Relation, Var};
 
 impl Run<'_, '_> {

@@ -134,6 +134,15 @@ impl Search<'_> {
 /// Names of the instance, and why it may have others.
 type Reached = (Vec<Place>, Option<Cause>);
 
+/// What an iteration begins with.
+pub(super) struct Known {
+    pub(super) node: NodeId,
+    pub(super) age: super::Age,
+    pub(super) names: u32,
+    pub(super) masks: u32,
+    pub(super) rounds: u32,
+}
+
 impl Run<'_, '_> {
     pub(super) fn start(&mut self, node: NodeId, entry: Option<&Entry>) {
         let all: Vec<u32> = self.tracked.subjects.iter().map(|id| self.search.known_before(self.region, *id)).collect();
@@ -148,6 +157,12 @@ impl Run<'_, '_> {
         if let Some(cause) = entry.and_then(|entry| entry.doubt.as_ref()) {
             self.doubt = Some(self.cause(cause));
         }
+        self.begin(Known { node, age, names, masks, rounds });
+    }
+
+    /// Begins an iteration: nothing has happened on the way yet.
+    pub(super) fn begin(&mut self, known: Known) {
+        let Known { node, age, names, masks, rounds } = known;
         let state = State {
             node,
             count: Count::Zero,

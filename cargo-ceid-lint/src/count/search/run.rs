@@ -2,10 +2,11 @@
 
 use std::collections::{BTreeSet, HashMap, VecDeque};
 
+use super::entry::Known;
 use super::{End, EndKind, Exploration, MAX_ROUNDS, MAX_STATES, Region, Search, State};
 use crate::count::counts::Count;
+use crate::count::returned;
 use crate::count::slice::Tracked;
-use crate::count::summary::returned;
 use crate::flow::{Cause, Effect, IndexKey, LoopId, NodeId, OTHER_HEADS, Place, Relation, Rounds, Test, Var};
 
 #[derive(Default)]
@@ -132,21 +133,9 @@ impl<'s, 'a> Run<'s, 'a> {
             if to == graph.loop_info(id).head {
                 self.end(EndKind::Completes, at, &state, returned::ANY);
                 // What is known at the end of an iteration is known at the beginning of the next.
-                let next = State {
-                    node: to,
-                    age: self.age_after(&state),
-                    count: Count::Zero,
-                    in_sample: false,
-                    reset: false,
-                    partly_reset: false,
-                    direct: false,
-                    attempted: false,
-                    unknown: self.doubt,
-                    skipped_at: None,
-                    helper_gate: None,
-                    ..state
-                };
-                self.push(next, None);
+                let State { names, masks, rounds, .. } = state;
+                let age = self.age_after(&state);
+                self.begin(Known { node: to, age, names, masks, rounds });
                 return;
             }
             if !graph.is_within(graph.node(to).in_loop, id) {

@@ -7,7 +7,7 @@ use super::{Builder, Value};
 use crate::flow::{About, Effect, Head, IndexKey, Mark, NodeId, Section, Test, Var};
 use crate::index::{Def, Shape};
 use crate::source::Span;
-use crate::syntax::tree::{Arm, Body, ExprId, ExprKind, PatId, PatKind};
+use crate::syntax::tree::{Arm, ExprId, ExprKind, PatId, PatKind};
 use crate::types::LocalId;
 
 /// What is matched: its value, and what tells it from other values.
@@ -466,7 +466,7 @@ impl Builder<'_> {
     /// Binds the elements of a slice pattern; which ones stand behind `..` depends on the length.
     fn bind_slice(&mut self, pats: &[PatId], value: &Value) {
         let body = self.body();
-        let rest = pats.iter().position(|pat| is_rest(body, *pat));
+        let rest = pats.iter().position(|pat| body.is_rest(*pat));
         for (number, inner) in pats.iter().enumerate() {
             let from = number as u64;
             let text = || Arc::from("..");
@@ -529,13 +529,4 @@ fn is_event_source(about: &About) -> bool {
                 | "next_message"
         )
     })
-}
-
-/// Whether a pattern is `..`, or a name for what that leaves out.
-fn is_rest(body: &Body, pat: PatId) -> bool {
-    match &body.pat(pat).kind {
-        PatKind::Rest => true,
-        PatKind::Bind { sub: Some(sub), .. } => matches!(body.pat(*sub).kind, PatKind::Rest),
-        _ => false,
-    }
 }

@@ -258,3 +258,15 @@ pub struct OpaqueMacro {
     /// Every identifier among the tokens (and in `{name}` of format strings), once each, in order of first appearance.
     pub mentions: Vec<String>,
 }
+
+impl Body {
+    /// Whether a pattern is `..`, or a name for what that leaves out.
+    #[must_use]
+    pub fn is_rest(&self, id: PatId) -> bool {
+        match &self.pat(id).kind {
+            PatKind::Rest => true,
+            PatKind::Bind { sub: Some(sub), .. } => matches!(self.pat(*sub).kind, PatKind::Rest),
+            _ => false,
+        }
+    }
+}
