@@ -6,6 +6,7 @@ mod check;
 mod console;
 mod exit;
 mod explain;
+mod format;
 mod input;
 mod levels;
 mod report;
