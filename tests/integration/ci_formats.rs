@@ -21,7 +21,14 @@ fn sarif_schema() -> Value {
     let package = metadata.packages.iter().find(|package| package.name.as_str() == "serde-sarif");
     let directory = package.and_then(|package| package.manifest_path.parent()).expect("it is a dependency");
     let text = fs::read_to_string(directory.join("src/schema.json")).expect("the crate carries the schema");
-    serde_json::from_str(&text).expect("a schema is JSON")
+    let mut schema: Value = serde_json::from_str(&text).expect("a schema is JSON");
+    // The published pattern for names of languages is no valid regular expression.
+    for holder in ["run", "toolComponent"] {
+        if let Some(language) = schema["definitions"][holder]["properties"]["language"].as_object_mut() {
+            language.remove("pattern");
+        }
+    }
+    schema
 }
 
 fn json(text: &str) -> Value {
@@ -41,8 +48,11 @@ fn checked_directories() -> Vec<PathBuf> {
         committed("missing_module"),
         temporary_package("ci_suppressed", &[("src/lib.rs", suppressed.as_bytes())]),
         temporary_package("ci_fix", &[("src/lib.rs", file.as_bytes())]),
-        temporary_package("ci_odd_näme", &[("src/lib.rs", b"#[path = \"a b#ü.rs\"] mod odd;"), ("src/a b#ü.rs", GUILTY.as_bytes())]),
-        temporary("ci_without_a_manifest"),
+        temporary_package(
+            "ci_odd_name",
+            &[("src/lib.rs", "#[path = \"a b#ü.rs\"] mod odd;".as_bytes()), ("src/a b#ü.rs", GUILTY.as_bytes())],
+        ),
+        committed("broken_manifest"),
     ]
 }
 
@@ -157,7 +167,9 @@ fn github_gets_annotations_and_a_table() {
 fn run_in_action(directory: &Path, summary: &Path) -> Run {
     // The variable that `run_command` takes away is set by `env`.
     let variable = format!("GITHUB_STEP_SUMMARY={}", summary.display());
-    run_command(Command::new("env").arg(variable).arg(program()).args(["--message-format", "github"]).current_dir(directory))
+    run_command(
+        Command::new("env").arg(variable).arg(program()).args(["--message-format", "github"]).current_dir(directory),
+    )
 }
 
 #[test]
@@ -178,7 +190,8 @@ fn parts_of_a_workspace_are_all_of_it() {
             let document = json(&run.stdout);
             categories.insert(document["runs"][0]["automationDetails"]["id"].to_string());
             let results = document["runs"][0]["results"].as_array().expect("there is a list").clone();
-            let uri = |result: &Value| result["locations"][0]["physicalLocation"]["artifactLocation"]["uri"].to_string();
+            let uri =
+                |result: &Value| result["locations"][0]["physicalLocation"]["artifactLocation"]["uri"].to_string();
             found.extend(results.iter().map(uri));
         }
         assert_eq!(found.len(), 5, "{kind}");

@@ -52,6 +52,10 @@ pub(super) enum Command {
     Explain(ExplainArgs),
     /// Print the table of rules, their groups and default levels.
     Rules(RulesArgs),
+    /// Print the completions for a shell.
+    Completions(CompletionsArgs),
+    /// Print the manual page, in roff.
+    Man,
 }
 
 #[derive(Debug, Args)]
@@ -65,7 +69,7 @@ pub(super) struct CheckArgs {
     /// How findings are printed.
     #[arg(long, value_name = "FORMAT", value_enum, value_delimiter = ',', help_heading = "Output")]
     pub(super) message_format: Vec<MessageFormat>,
-    /// Write the chosen format, or the one named before `=`, to a file as well; may be given several times.
+    /// Write the chosen format, or the one named before `=`, to a file as well (`-` is stdout); may be given several times.
     #[arg(long, value_name = "[FORMAT=]FILE", help_heading = "Output")]
     pub(super) output: Vec<String>,
     /// Levels again, as for clippy: `-- -W ceid::gated_update`.
@@ -103,6 +107,13 @@ pub(super) struct RulesArgs {
     /// Whether colours are used.
     #[arg(long, value_name = "WHEN", value_enum)]
     pub(super) color: Option<ColorChoice>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CompletionsArgs {
+    /// The shell.
+    #[arg(value_name = "SHELL", value_enum)]
+    pub(super) shell: clap_complete::Shell,
 }
 
 /// What is checked.

@@ -39,7 +39,8 @@ pub(super) fn run(mut args: CheckArgs, matches: &ArgMatches) -> Result<ExitStatu
     if let Format::Json(_) | Format::Service(_) = printed {
         console.print(&printed.render(&checked, &outcome));
     }
-    let mut results: Vec<Result<(), String>> = files.iter().map(|file| file.write(&checked, &outcome)).collect();
+    let mut results: Vec<Result<(), String>> =
+        files.iter().map(|file| file.write(&checked, &outcome, console)).collect();
     let is_for_github = |format: Format| matches!(format, Format::Service(Service::Github));
     let summary = std::env::var_os("GITHUB_STEP_SUMMARY").filter(|path| !path.is_empty()).map(PathBuf::from);
     if is_for_github(printed) || files.iter().any(|file| is_for_github(file.format)) {

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
+use super::Console;
 use super::args::MessageFormat;
 use super::input::Checked;
 use crate::config::spelling::nearest;
@@ -118,12 +119,16 @@ impl OutputFile {
         Ok(Self { format: Format::read(&[word])?, path: path.into(), is_named: true })
     }
 
-    /// Writes the file, and the directories above it where they are missing.
+    /// Writes the file, and the directories above it where they are missing; `-` is stdout.
     ///
     /// # Errors
     /// What to say when it cannot be written.
-    pub(super) fn write(&self, checked: &Checked, outcome: &Outcome) -> Result<(), String> {
+    pub(super) fn write(&self, checked: &Checked, outcome: &Outcome, console: Console) -> Result<(), String> {
         let text = self.format.render(checked, outcome);
+        if self.path.as_os_str() == "-" {
+            console.print(&text);
+            return Ok(());
+        }
         let directory = self.path.parent().filter(|directory| !directory.as_os_str().is_empty());
         let written = directory.map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(&self.path, text));
         written.map_err(|error| format!("cannot write `{}`: {error}", self.path.display()))

@@ -76,13 +76,13 @@ impl Checked {
         if self.is_unchecked || self.summary.problems > 0 {
             return ExitStatus::Incomplete;
         }
+        let packages = self.project.packages.iter().filter(|package| package.is_reported).count();
+        // The packages of a workspace may be fewer than the machines.
+        if packages == 0 && input.scope.partition.is_some() {
+            console.say("this part of the workspace holds no package");
+            return ExitStatus::Clean;
+        }
         if self.summary.is_nothing() {
-            let packages = self.project.packages.iter().filter(|package| package.is_reported).count();
-            // The packages of a workspace may be fewer than the machines.
-            if packages == 0 && input.scope.partition.is_some() {
-                console.say("this part of the workspace holds no package");
-                return ExitStatus::Clean;
-            }
             let what =
                 format!("nothing to check: there is no cycle and no filter in {}", report::count(packages, "package"));
             let help =
