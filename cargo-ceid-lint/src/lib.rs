@@ -27,9 +27,13 @@ pub mod suppress;
 
 pub mod rules;
 
+pub mod candidates;
+
 pub mod pipeline;
 
 pub mod report;
+
+pub mod draft;
 
 mod snapshot;
 

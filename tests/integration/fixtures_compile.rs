@@ -72,6 +72,9 @@ fn workspaces_compile() {
         "configured_cycles",
         "configured_guards",
         "configured_members",
+        "init_robot",
+        "init_nothing",
+        "init_clash",
     ] {
         let manifest = workspace::committed(name).join("Cargo.toml");
         cargo_check(&manifest, "fixtures_compile_target", &["--workspace"]);

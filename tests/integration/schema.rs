@@ -71,6 +71,12 @@ fn as_json(text: &str) -> Value {
     serde_json::to_value(table).expect("TOML fits into JSON")
 }
 
+/// Whether the schema allows a file.
+pub(crate) fn is_valid_file(text: &str) -> bool {
+    let schema = schema();
+    is_valid(&schema, &schema, &as_json(text))
+}
+
 /// Asserts that parser and schema agree.
 #[track_caller]
 fn check(text: &str, is_right: bool) {

@@ -19,8 +19,10 @@ const FLOORS: &[&str] = &[
     "count",
     "suppress",
     "rules",
+    "candidates",
     "pipeline",
     "report",
+    "draft",
     "snapshot",
     "cli",
 ];

@@ -21,6 +21,17 @@ Accepted and ignored, because editors pass them to `cargo check` (the network is
 
 `cargo ceid-lint explain missed_update` explains a rule; `cargo ceid-lint rules` lists all of them.";
 
+const AFTER_INIT_HELP: &str = "\
+Filters that are certain are turned on. All others stand in the file behind `#`, each with the reason why it looks like
+a filter and the number of its uses: remove the `#` of those that are, and run `cargo ceid-lint`.
+
+  cargo ceid-lint init                     look at the file before the first check
+  cargo ceid-lint init --accept            turn on everything that was found
+  cargo ceid-lint init --accept Pid Ramp   turn on these two
+  cargo ceid-lint init --stdout            look, and write nothing
+
+Exit codes: 0 the file is written, 101 it is not, or a file could not be read or parsed, 2 wrong usage.";
+
 /// The command line.
 #[derive(Debug, Parser)]
 #[command(
@@ -52,6 +63,9 @@ pub(super) enum Command {
     Explain(ExplainArgs),
     /// Print the table of rules, their groups and default levels.
     Rules(RulesArgs),
+    /// Write a first `ceid-lint.toml` with the filters and cycles that were found.
+    #[command(after_help = AFTER_INIT_HELP)]
+    Init(Box<InitArgs>),
     /// Print the completions for a shell.
     Completions(CompletionsArgs),
     /// Print the manual page, in roff.
@@ -107,6 +121,37 @@ pub(super) struct RulesArgs {
     /// Whether colours are used.
     #[arg(long, value_name = "WHEN", value_enum)]
     pub(super) color: Option<ColorChoice>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct InitArgs {
+    /// Look in these directories, for a directory that holds several packages and no manifest of its own.
+    #[arg(value_name = "PATH")]
+    pub(super) paths: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(super) scope: Scope,
+    #[command(flatten)]
+    pub(super) build: Build,
+    #[command(flatten)]
+    pub(super) ignored: Ignored,
+    /// Turn on what was found: all of it, or these, by name or path.
+    #[arg(
+        long,
+        value_name = "NAME",
+        num_args = 0..,
+        value_delimiter = ',',
+        default_missing_value = "all",
+        help_heading = "What is written"
+    )]
+    pub(super) accept: Option<Vec<String>>,
+    /// Write over a file that is there; what was changed in it by hand is lost.
+    #[arg(long, help_heading = "What is written")]
+    pub(super) force: bool,
+    /// Print the file instead of writing it.
+    #[arg(long, help_heading = "What is written")]
+    pub(super) stdout: bool,
+    #[command(flatten)]
+    pub(super) talk: Talk,
 }
 
 #[derive(Debug, Args)]

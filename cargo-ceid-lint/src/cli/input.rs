@@ -1,5 +1,7 @@
 //! From arguments to a project, its configuration and a report.
 
+use std::path::PathBuf;
+
 use super::Console;
 use super::args::{Build, Input, NoLoops, Scope};
 use super::console::Stream;
@@ -30,7 +32,7 @@ pub(super) fn check(
     console: Console,
     with_stats: bool,
 ) -> Result<Checked, LoadError> {
-    let project = match project::load(&selection(input)) {
+    let project = match project::load(&selection(&input.paths, &input.scope, &input.build)) {
         Ok(project) => project,
         Err(error) => {
             console.error(&error.message, error.help.as_deref());
@@ -80,8 +82,7 @@ impl Checked {
         if self.summary.is_nothing() {
             let what =
                 format!("nothing to check: there is no cycle and no filter in {}", report::count(packages, "package"));
-            let help =
-                "a filter is a type with `impl SampledFilter`, or one that a `[[filter]]` of `ceid-lint.toml` names";
+            let help = "a filter is a type with `impl SampledFilter`, or one that a `[[filter]]` of `ceid-lint.toml` names; `cargo ceid-lint init` looks for them";
             match input.no_loops {
                 NoLoops::Fail => {
                     console.error(&what, Some(help));
@@ -109,12 +110,12 @@ impl Checked {
     }
 }
 
-fn selection(input: &Input) -> Selection {
-    let Input { paths, scope, build, .. } = input;
+/// What the arguments select.
+pub(super) fn selection(paths: &[PathBuf], scope: &Scope, build: &Build) -> Selection {
     Selection {
         current_dir: std::env::current_dir().unwrap_or_default(),
         manifest_path: scope.manifest_path.clone(),
-        paths: paths.clone(),
+        paths: paths.to_vec(),
         packages: scope.package.clone(),
         workspace: scope.workspace,
         exclude: scope.exclude.clone(),

@@ -8,6 +8,7 @@ mod console;
 mod exit;
 mod explain;
 mod format;
+mod init;
 mod input;
 mod levels;
 mod report;
@@ -52,6 +53,7 @@ fn run_caught(args: Vec<OsString>) -> ExitStatus {
         Some(Command::Report(args)) => report::run(*args, of_subcommand(&matches)),
         Some(Command::Explain(args)) => explain::run(&args),
         Some(Command::Rules(args)) => Ok(rules::run(&args)),
+        Some(Command::Init(args)) => init::run(&args),
         Some(Command::Completions(args)) => command::completions(&args),
         Some(Command::Man) => command::manual(),
     };

@@ -19,7 +19,7 @@ pub use entries::{
 };
 pub use error::{ConfigError, Place};
 pub use levels::{LevelOverride, LevelOverrides, LevelSource};
-pub use load::{KEYS, Scope, load};
+pub use load::{FILE_NAME, KEYS, Scope, load};
 pub use presets::{PRESETS, Preset, active_presets};
 
 /// All configuration of a run.

@@ -106,7 +106,8 @@ pub(super) fn function_kind(
 }
 
 /// Whether a framework calls the function once per cycle, or it is the law of a filter that is made of filters.
-fn is_cycle_function(index: &Index, id: FunctionId) -> bool {
+#[must_use]
+pub fn is_cycle_function(index: &Index, id: FunctionId) -> bool {
     let def = index.function(id);
     let by_attribute = def.attributes.iter().any(|attribute| {
         let last = attribute.path.rsplit("::").next().unwrap_or("");

@@ -22,5 +22,6 @@ mod verdict;
 
 pub use analyse::{Analysis, GuardDefect, Unregistered, analyse};
 pub use counts::Count;
+pub use functions::is_cycle_function;
 pub use remarks::{Fact, Remark};
 pub use verdict::{Cycle, CycleKind, Evidence, Gate, Pair, Verdict};

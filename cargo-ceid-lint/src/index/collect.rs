@@ -157,7 +157,15 @@ impl Collector {
             ItemKind::Trait { generics, supertraits, items } => {
                 let id = TraitId(next(&self.index.traits));
                 let (methods, types, _) = (BTreeMap::new(), BTreeMap::new(), ());
-                self.index.traits.push(TraitDef { name: name.clone(), module, generics, supertraits, methods, types });
+                self.index.traits.push(TraitDef {
+                    name: name.clone(),
+                    span: name_span,
+                    module,
+                    generics,
+                    supertraits,
+                    methods,
+                    types,
+                });
                 self.define(module, Namespace::Type, &name, Entry::Def(Def::Trait(id)));
                 for item in items {
                     self.collect_trait_item(module, id, item);

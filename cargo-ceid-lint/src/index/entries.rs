@@ -104,7 +104,7 @@ impl Index {
             FilterTarget::Type(_) | FilterTarget::Trait(_) => Namespace::Type,
         };
         // A crate of that name whose sources are read may be the preset's own, or another one that shares the name.
-        let mut found = self.defs(scope, &word.text, namespace);
+        let mut found = self.named_by(scope, &word.text, namespace);
         let has_law = |def: &Def| {
             matches!(def, Def::Function(_) | Def::External(_))
                 || entry.law.iter().flatten().all(|method| self.has_method(def, &method.text) != Some(false))
@@ -237,7 +237,7 @@ impl Index {
 
     /// A function, or a method as `crate::Robot::step`.
     fn functions_named(&self, scope: &EntryScope<'_>, word: &Word) -> Result<Vec<FunctionId>, ConfigError> {
-        let found = self.defs(scope, &word.text, Namespace::Value);
+        let found = self.named_by(scope, &word.text, Namespace::Value);
         let mut functions: Vec<FunctionId> = found
             .iter()
             .filter_map(|def| match def {
@@ -246,7 +246,7 @@ impl Index {
             })
             .collect();
         if let Some((of, name)) = word.text.rsplit_once("::") {
-            for def in self.defs(scope, of, Namespace::Type) {
+            for def in self.named_by(scope, of, Namespace::Type) {
                 if let Def::Type(id) = def {
                     let owners = self.methods(&self.bare(id), name);
                     functions.extend(owners.iter().filter_map(super::MethodOwner::function));
@@ -255,7 +255,7 @@ impl Index {
         }
         if functions.is_empty() && !found.iter().any(|def| matches!(def, Def::External(_))) {
             let methods =
-                word.text.rsplit_once("::").map(|(of, name)| (self.defs(scope, of, Namespace::Type), of, name));
+                word.text.rsplit_once("::").map(|(of, name)| (self.named_by(scope, of, Namespace::Type), of, name));
             if let Some((defs, of, name)) = methods
                 && let Some(def) = defs.first().filter(|def| matches!(def, Def::Type(_) | Def::Trait(_)))
             {
@@ -297,14 +297,16 @@ impl Index {
         namespace: Namespace,
         wanted: &str,
     ) -> Result<Vec<Def>, ConfigError> {
-        let found = self.defs(scope, &word.text, namespace);
+        let found = self.named_by(scope, &word.text, namespace);
         if !found.is_empty() || scope.is_partial || self.is_removed(scope, &word.text) {
             return Ok(found);
         }
         Err(self.names_nothing(scope, word, wanted))
     }
 
-    fn defs(&self, scope: &EntryScope<'_>, path: &str, namespace: Namespace) -> Vec<Def> {
+    /// Everything that an entry with this path would name.
+    #[must_use]
+    pub fn named_by(&self, scope: &EntryScope<'_>, path: &str, namespace: Namespace) -> Vec<Def> {
         let names: Vec<String> = path.split("::").map(str::to_owned).collect();
         let Some((first, rest)) = names.split_first() else { return Vec::new() };
         let in_member = |info: &CrateInfo| {

@@ -236,6 +236,8 @@ pub struct AliasDef {
 pub struct TraitDef {
     /// Its name.
     pub name: String,
+    /// Where the name stands.
+    pub span: Span,
     /// The module it is declared in.
     pub module: ModuleId,
     /// Its parameters.

@@ -1,10 +1,12 @@
 //! From a project to a report: the one function to read first.
 
 mod configured;
+mod prospect;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 pub use configured::{Configured, check_configured};
+pub use prospect::{Prospect, prospect};
 
 use crate::config::{self, Config, ConfigError, Preset, Scope, Section};
 use crate::count::{Cycle, Pair, analyse};

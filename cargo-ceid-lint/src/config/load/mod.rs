@@ -21,7 +21,7 @@ pub enum Scope {
 }
 
 /// The file beside the workspace manifest.
-const FILE_NAME: &str = "ceid-lint.toml";
+pub const FILE_NAME: &str = "ceid-lint.toml";
 
 /// The keys of a section.
 pub const KEYS: &[&str] = &["presets", "exclude", "lints", "filter", "cycle", "guard"];

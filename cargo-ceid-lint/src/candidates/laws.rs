@@ -1,0 +1,333 @@
+//! From judged methods to candidates: which methods of a type are one law, its halves, its resets and its time base.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::conduct::{Conduct, conduct};
+use super::judge::{Judged, LEAST_WEIGHT, LIKELY_WEIGHT};
+use super::uses::{Calls, is_test};
+use super::words::{is_other_verb, type_strength};
+use super::{Candidates, Certainty, CycleCandidate, FilterCandidate, Nameless, Reason, Subject, Uses};
+use crate::config::{InstancePlace, Multiplicity, Receiver as Taken, TimeBase};
+use crate::flow::{Program, takes_step};
+use crate::index::{EntryScope, FunctionId, ModuleId, Namespace, Owner, Ty, TypeId};
+use crate::source::Span;
+
+/// The search for candidates, and what it has found so far.
+pub(super) struct Finder<'a> {
+    pub(super) program: &'a Program<'a>,
+    pub(super) scope: &'a EntryScope<'a>,
+    /// Whether there is one package only, so that `crate` means it.
+    pub(super) is_alone: bool,
+    pub(super) calls: Calls,
+    conducts: BTreeMap<FunctionId, Conduct>,
+    pub(super) found: Vec<Found>,
+}
+
+/// A candidate, and what it stands for in the analysed code.
+pub(super) struct Found {
+    pub(super) name: String,
+    pub(super) place: Span,
+    /// `None` if no path means it alone.
+    pub(super) path: Option<String>,
+    pub(super) draft: Draft,
+    /// The bodies of its laws.
+    pub(super) laws: Vec<FunctionId>,
+}
+
+/// What an entry would say, and why.
+pub(super) struct Draft {
+    pub(super) subject: Subject,
+    pub(super) law: Vec<(Vec<String>, Multiplicity)>,
+    pub(super) instance: InstancePlace,
+    pub(super) receiver: Taken,
+    pub(super) resets: Vec<String>,
+    pub(super) partial_resets: Vec<String>,
+    pub(super) time_base: TimeBase,
+    pub(super) reasons: Vec<Reason>,
+    pub(super) uses: Uses,
+    pub(super) weight: i32,
+    pub(super) is_plain: bool,
+}
+
+impl Uses {
+    pub(super) fn and(self, other: Self) -> Self {
+        Self { calls: self.calls + other.calls, in_cycles: self.in_cycles + other.in_cycles }
+    }
+}
+
+impl<'a> Finder<'a> {
+    pub(super) fn new(program: &'a Program<'a>, scope: &'a EntryScope<'a>, is_alone: bool) -> Self {
+        let conducts = program.index.function_ids().map(|id| (id, conduct(program, id))).collect();
+        Self { program, scope, is_alone, calls: Calls::read(program), conducts, found: Vec::new() }
+    }
+
+    pub(super) fn conduct(&self, id: FunctionId) -> &Conduct {
+        &self.conducts[&id]
+    }
+
+    /// Whether a module belongs to the packages that the entries are for.
+    pub(super) fn is_in_scope(&self, module: ModuleId) -> bool {
+        self.scope.crates.contains(&self.program.index.module(module).krate)
+    }
+
+    /// The types whose methods may be laws, with those methods.
+    fn types(&self) -> Vec<(TypeId, Vec<FunctionId>)> {
+        let index = self.program.index;
+        let mut methods: BTreeMap<TypeId, Vec<FunctionId>> = BTreeMap::new();
+        for id in index.function_ids() {
+            let def = index.function(id);
+            let Owner::Impl(owner) = def.owner else { continue };
+            let of = index.impl_def(owner);
+            let Ty::Adt(ty, _) = &of.self_ty else { continue };
+            let declared = index.type_def(*ty);
+            let is_std = of.implements.as_ref().is_some_and(
+                |name| matches!(name, crate::index::TraitName::External(path) if path.starts_with("std::")),
+            ) || (of.implements.is_none() && of.trait_path.is_some());
+            let bare = Ty::Adt(*ty, vec![Ty::Unknown; declared.generics.params.len()]);
+            if !is_std
+                && !is_test(index, def)
+                && !index.module(declared.module).is_test
+                && self.is_in_scope(declared.module)
+                && index.law_spec(&bare).is_none()
+                && def.function.body.is_some()
+            {
+                methods.entry(*ty).or_default().push(id);
+            }
+        }
+        methods.into_iter().collect()
+    }
+
+    /// Finds types and traits. What runs the laws of others is judged again when those are known.
+    pub(super) fn find_types(&mut self) {
+        let types = self.types();
+        self.find_argument_traits();
+        let by_argument: BTreeSet<FunctionId> = self.laws().into_keys().collect();
+        let mut laws = by_argument.clone();
+        let mut judged: BTreeMap<FunctionId, Judged> = BTreeMap::new();
+        for _ in 0..4 {
+            judged = types
+                .iter()
+                .flat_map(|(ty, methods)| methods.iter().map(move |method| (*ty, *method)))
+                .filter_map(|(ty, method)| Some((method, self.judge(ty, method, &laws)?)))
+                .collect();
+            let now: BTreeSet<FunctionId> = judged
+                .values()
+                .filter(|judged| judged.weight >= LEAST_WEIGHT)
+                .map(|judged| judged.id)
+                .chain(by_argument.iter().copied())
+                .collect();
+            if now == laws {
+                break;
+            }
+            laws = now;
+        }
+        let covered = self.find_traits(&judged);
+        let mut seen: BTreeMap<Span, usize> = BTreeMap::new();
+        for (ty, methods) in types {
+            let own: Vec<&Judged> = methods
+                .iter()
+                .filter(|method| !covered.contains(method))
+                .filter_map(|method| judged.get(method))
+                .filter(|judged| judged.weight >= LEAST_WEIGHT)
+                .collect();
+            let Some(found) = self.by_type(ty, &methods, &own) else { continue };
+            // A file that belongs to several crates declares its types once in each.
+            if let Some(at) = seen.get(&found.place) {
+                let first = &mut self.found[*at];
+                first.draft.uses = first.draft.uses.max(found.draft.uses);
+                first.draft.weight = first.draft.weight.max(found.draft.weight);
+                first.laws.extend(found.laws);
+                continue;
+            }
+            seen.insert(found.place, self.found.len());
+            self.found.push(found);
+        }
+    }
+
+    fn by_type(&self, ty: TypeId, methods: &[FunctionId], judged: &[&Judged]) -> Option<Found> {
+        let index = self.program.index;
+        let def = index.type_def(ty);
+        let laws = self.one_law(judged);
+        let best = laws.iter().max_by_key(|judged| judged.weight)?;
+        let mut names: Vec<String> = laws.iter().map(|judged| judged.name.clone()).collect();
+        names.sort();
+        names.dedup();
+        let ids: Vec<FunctionId> = laws.iter().map(|judged| judged.id).collect();
+        let (resets, partial_resets) = self.resets(methods, &ids);
+        let mut reasons = vec![best.reason()];
+        let timed = laws.iter().find(|judged| takes_step(index, judged.id));
+        if let Some(timed) = timed {
+            reasons.push(Reason::Timed(timed.name.clone()));
+        }
+        if type_strength(&def.name) == 2 {
+            reasons.push(Reason::Named(def.name.clone()));
+        }
+        let tuned = self.tuned_fields(ty);
+        if !tuned.is_empty() {
+            reasons.push(Reason::Tuned(tuned));
+        }
+        let time_base = if timed.is_some() {
+            TimeBase::Passed
+        } else if ids.iter().any(|id| self.conduct(*id).reads_clock) {
+            TimeBase::Inside
+        } else {
+            TimeBase::Fixed
+        };
+        let uses = laws.iter().fold(Uses::default(), |uses, judged| uses.and(judged.uses));
+        let is_shared = laws.iter().all(|judged| judged.is_shared);
+        Some(Found {
+            name: def.name.clone(),
+            place: def.span,
+            path: self.path_to(def.module, &def.name, def.span, Namespace::Type),
+            draft: Draft {
+                subject: Subject::Type,
+                law: groups(&names),
+                instance: InstancePlace::Receiver,
+                receiver: if is_shared { Taken::Shared } else { Taken::Exclusive },
+                resets,
+                partial_resets,
+                time_base,
+                reasons,
+                uses,
+                weight: best.weight,
+                is_plain: best.is_plain && names.len() == 1 && !is_shared,
+            },
+            laws: ids,
+        })
+    }
+
+    /// Of the methods that look like laws, those that are the law: the best one, and what belongs to it.
+    fn one_law<'j>(&self, judged: &[&'j Judged]) -> Vec<&'j Judged> {
+        // What only other methods of the type call is a part of them.
+        let is_part = |one: &Judged| {
+            !self.calls.from_elsewhere.contains(&one.id)
+                && judged.iter().any(|other| other.id != one.id && self.reaches(other.id, one.id))
+        };
+        let whole: Vec<&Judged> = judged.iter().copied().filter(|one| !is_part(one)).collect();
+        let Some(best) = whole
+            .iter()
+            .copied()
+            .max_by_key(|judged| (judged.weight, judged.uses, std::cmp::Reverse(judged.name.clone())))
+        else {
+            return Vec::new();
+        };
+        let is_half = |name: &str| ["predict", "correct", "observe", "update"].iter().any(|half| first(name) == *half);
+        let has_halves = whole.iter().any(|judged| first(&judged.name) == "predict") && whole.len() > 1;
+        whole
+            .iter()
+            .copied()
+            .filter(|one| {
+                one.id == best.id
+                    || first(&one.name) == first(&best.name)
+                    || self.reaches(one.id, best.id)
+                    || self.reaches(best.id, one.id)
+                    || (has_halves && is_half(&one.name) && is_half(&best.name))
+            })
+            .collect()
+    }
+
+    /// Whether a method calls another one of its own type.
+    fn reaches(&self, from: FunctionId, to: FunctionId) -> bool {
+        self.conduct(from).helpers.contains(&to)
+    }
+
+    /// The methods that set the state of the law, and those that set a part of it.
+    fn resets(&self, methods: &[FunctionId], laws: &[FunctionId]) -> (Vec<String>, Vec<String>) {
+        let index = self.program.index;
+        let state: BTreeSet<&String> = laws.iter().flat_map(|law| self.conduct(*law).carried()).collect();
+        let (mut full, mut partial) = (BTreeSet::new(), BTreeSet::new());
+        for id in methods {
+            let def = index.function(*id);
+            let first = first(&def.name);
+            if !matches!(first, "reset" | "clear" | "restart") || !super::uses::takes_state(def) {
+                continue;
+            }
+            let conduct = self.conduct(*id);
+            if conduct.writes_all || state.iter().all(|field| conduct.written.contains(*field)) {
+                full.insert(def.name.clone());
+            } else if state.iter().any(|field| conduct.written.contains(*field)) {
+                partial.insert(def.name.clone());
+            }
+        }
+        (full.into_iter().collect(), partial.into_iter().collect())
+    }
+
+    /// The bodies of all laws, with the name of the filter.
+    pub(super) fn laws(&self) -> BTreeMap<FunctionId, String> {
+        self.found.iter().flat_map(|found| found.laws.iter().map(|id| (*id, found.name.clone()))).collect()
+    }
+
+    /// Puts what was found in order.
+    pub(super) fn finish(self, cycles: Vec<CycleCandidate>) -> Candidates {
+        let mut candidates = Candidates { cycles, known: self.known(), ..Candidates::default() };
+        for found in self.found {
+            let Found { name, place, path, draft, .. } = found;
+            let is_outside = draft.reasons.iter().any(|reason| matches!(reason, Reason::Unread(..)));
+            let Some(path) = path else {
+                candidates.nameless.push(Nameless { name, place });
+                continue;
+            };
+            let certainty = if draft.is_plain && draft.uses.in_cycles > 0 && draft.weight > LIKELY_WEIGHT {
+                Certainty::Certain
+            } else if draft.weight >= LIKELY_WEIGHT {
+                Certainty::Likely
+            } else {
+                Certainty::Possible
+            };
+            candidates.filters.push(FilterCandidate {
+                subject: draft.subject,
+                path,
+                place: (!is_outside).then_some(place),
+                law: draft.law,
+                instance: draft.instance,
+                receiver: draft.receiver,
+                resets: draft.resets,
+                partial_resets: draft.partial_resets,
+                time_base: draft.time_base,
+                reasons: draft.reasons,
+                uses: draft.uses,
+                certainty,
+                weight: draft.weight,
+            });
+        }
+        candidates.filters.sort_by(|left, right| {
+            let key = |one: &FilterCandidate| {
+                (one.certainty, std::cmp::Reverse((one.weight, one.uses.in_cycles, one.uses.calls)))
+            };
+            key(left).cmp(&key(right)).then_with(|| left.path.cmp(&right.path))
+        });
+        candidates.nameless.sort_by(|left, right| (&left.name, left.place).cmp(&(&right.name, right.place)));
+        candidates
+    }
+
+    /// The names of types that are filters without an entry.
+    fn known(&self) -> Vec<String> {
+        let index = self.program.index;
+        let names: BTreeSet<String> = (0u32..)
+            .zip(&index.types)
+            .filter(|(number, def)| {
+                let args = vec![Ty::Unknown; def.generics.params.len()];
+                self.is_in_scope(def.module)
+                    && !index.module(def.module).is_test
+                    && index.law_spec(&Ty::Adt(TypeId(*number), args)).is_some()
+            })
+            .map(|(_, def)| def.name.clone())
+            .collect();
+        names.into_iter().collect()
+    }
+}
+
+/// The groups of a law: `predict` and what corrects it are halves, other methods are alternatives.
+pub(super) fn groups(names: &[String]) -> Vec<(Vec<String>, Multiplicity)> {
+    let is_predict = |name: &&String| first(name) == "predict";
+    let predicts: Vec<String> = names.iter().filter(is_predict).cloned().collect();
+    let others: Vec<String> = names.iter().filter(|name| !is_predict(name) && !is_other_verb(name)).cloned().collect();
+    if predicts.is_empty() || others.is_empty() {
+        return vec![(names.to_vec(), Multiplicity::Once)];
+    }
+    vec![(predicts, Multiplicity::Once), (others, Multiplicity::Any)]
+}
+
+fn first(name: &str) -> &str {
+    name.split('_').find(|word| !word.is_empty()).unwrap_or(name)
+}

@@ -1,0 +1,146 @@
+//! Filters that are no types of the analysed code: types of crates whose sources are not read, and functions with a state.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::conduct::conduct_on;
+use super::judge::{LEAST_WEIGHT, is_outside_law};
+use super::laws::{Draft, Finder, Found, groups};
+use super::measured::is_measured;
+use super::uses::{is_test, loops};
+use super::words::{law_strength, type_strength};
+use super::{Reason, Subject, Uses};
+use crate::config::{InstancePlace, Receiver, TimeBase};
+use crate::flow::takes_step;
+use crate::index::{Namespace, Owner, Ty};
+use crate::source::{FileId, Span};
+use crate::syntax::tree::{ExprKind, TypeRef};
+
+impl Finder<'_> {
+    /// Functions that carry a number from call to call behind a `&mut` parameter.
+    pub(super) fn find_functions(&mut self) {
+        let index = self.program.index;
+        let laws = self.laws();
+        let mut seen = BTreeSet::new();
+        for id in index.function_ids() {
+            let def = index.function(id);
+            let (Owner::Module, Some(body), Some(typed)) = (def.owner, &def.function.body, self.program.typed(id))
+            else {
+                continue;
+            };
+            let uses = self.calls.uses(id);
+            let strength = law_strength(&def.name);
+            let is_named = type_strength(&def.name) == 2;
+            if is_test(index, def)
+                || !self.is_in_scope(def.module)
+                || uses.in_cycles == 0
+                || strength < 0
+                || !(is_named || strength == 2)
+                || def.function.params.len() < 2
+                || def.function.is_async
+                || laws.contains_key(&id)
+            {
+                continue;
+            }
+            let scope = index.scope_of(id);
+            let params: Vec<Ty> = def.function.params.iter().map(|param| index.lower(param, &scope)).collect();
+            let states = (0u32..).zip(&def.function.params).zip(&params).filter(|((_, written), ty)| {
+                let TypeRef::Reference { mutable: true, .. } = written else { return false };
+                !matches!(ty.peel(), Ty::Slice(_)) && is_state(index, ty.peel())
+            });
+            for ((position, _), _) in states {
+                let Some(local) = body.params.get(position as usize).and_then(|pat| typed.pat_local.get(pat)) else {
+                    continue;
+                };
+                let conduct = conduct_on(self.program, id, local.0);
+                let carries = (conduct.writes_all && conduct.reads_all) || conduct.carried().next().is_some();
+                let others = params.iter().enumerate().filter(|(at, _)| *at != position as usize);
+                let is_fed = others.clone().any(|(_, ty)| is_measured(index, ty, 0));
+                if !carries || conduct.sums == 0 || !is_fed || !seen.insert(def.function.keyword) {
+                    continue;
+                }
+                let name = typed.local(*local).name.clone();
+                let mut reasons = vec![Reason::Carries(def.name.clone(), vec![name])];
+                let is_timed = takes_step(index, id);
+                if is_timed {
+                    reasons.push(Reason::Timed(def.name.clone()));
+                }
+                self.found.push(Found {
+                    name: def.name.clone(),
+                    place: def.function.keyword,
+                    path: self.path_to(def.module, &def.name, def.function.keyword, Namespace::Value),
+                    draft: Draft {
+                        subject: Subject::Function,
+                        law: groups(std::slice::from_ref(&def.name)),
+                        instance: InstancePlace::Argument(position),
+                        receiver: Receiver::Exclusive,
+                        resets: Vec::new(),
+                        partial_resets: Vec::new(),
+                        time_base: if is_timed { TimeBase::Passed } else { TimeBase::Fixed },
+                        reasons,
+                        uses,
+                        weight: LEAST_WEIGHT + 2 * i32::from(is_named) + i32::from(is_timed),
+                        is_plain: false,
+                    },
+                    laws: vec![id],
+                });
+                break;
+            }
+        }
+    }
+
+    /// Types of unread crates with the name of a filter, and the methods called on them that have the name of a law.
+    pub(super) fn find_outside(&mut self) {
+        let index = self.program.index;
+        let mut found: BTreeMap<String, (BTreeSet<String>, Uses)> = BTreeMap::new();
+        for id in index.function_ids() {
+            let def = index.function(id);
+            let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(id)) else { continue };
+            if is_test(index, def) || !self.is_in_scope(def.module) {
+                continue;
+            }
+            let loops = loops(body);
+            for expr in &body.exprs {
+                let ExprKind::MethodCall { receiver, method, .. } = &expr.kind else { continue };
+                let ty = typed.ty(*receiver).peel();
+                let Ty::External(path, _) = ty else { continue };
+                if !is_outside_law(ty, method) || index.law_spec(ty).is_some() {
+                    continue;
+                }
+                let (methods, uses) = found.entry(path.clone()).or_default();
+                methods.insert(method.clone());
+                uses.calls += 1;
+                uses.in_cycles += usize::from(loops.iter().any(|own| own.contains(expr.span)));
+            }
+        }
+        for (path, (methods, uses)) in found {
+            let methods: Vec<String> = methods.into_iter().collect();
+            let name = path.rsplit("::").next().unwrap_or(&path).to_owned();
+            let is_law = methods.iter().any(|method| law_strength(method) == 2);
+            self.found.push(Found {
+                path: Some(path),
+                // Nothing of it was read, so that it has no place.
+                place: Span::new(FileId(0), 0, 0),
+                draft: Draft {
+                    subject: Subject::Type,
+                    law: groups(&methods),
+                    instance: InstancePlace::Receiver,
+                    receiver: Receiver::Exclusive,
+                    resets: Vec::new(),
+                    partial_resets: Vec::new(),
+                    time_base: TimeBase::Fixed,
+                    reasons: vec![Reason::Unread(name.clone(), methods)],
+                    uses,
+                    weight: LEAST_WEIGHT + i32::from(is_law) + i32::from(uses.in_cycles > 0),
+                    is_plain: false,
+                },
+                name,
+                laws: Vec::new(),
+            });
+        }
+    }
+}
+
+/// Whether a state can be of the type: a number, or something of the analysed code.
+fn is_state(index: &crate::index::Index, ty: &Ty) -> bool {
+    matches!(ty, Ty::Adt(..)) || is_measured(index, ty, 0)
+}

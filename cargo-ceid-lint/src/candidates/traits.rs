@@ -1,0 +1,201 @@
+//! Traits whose types look like filters: one entry for all of them.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::judge::{Judged, LEAST_WEIGHT};
+use super::laws::{Draft, Finder, Found};
+use super::words::{law_strength, type_strength};
+use super::{Reason, Subject, Uses};
+use crate::config::{InstancePlace, Multiplicity, Receiver as Taken, TimeBase};
+use crate::flow::takes_step;
+use crate::index::{FunctionId, Namespace, Owner, TraitId, TraitName, Ty};
+use crate::syntax::tree::{Receiver, TypeRef};
+
+impl Finder<'_> {
+    /// Proposes a trait if enough of its types look like filters, by the weights of their methods.
+    pub(super) fn find_traits(&mut self, judged: &BTreeMap<FunctionId, Judged>) -> BTreeSet<FunctionId> {
+        let index = self.program.index;
+        let mut covered = BTreeSet::new();
+        for (number, def) in (0u32..).zip(&index.traits) {
+            let id = TraitId(number);
+            let name = TraitName::Local(id);
+            if !self.is_in_scope(def.module) || index.is_filter_trait(&name) || index.module(def.module).is_test {
+                continue;
+            }
+            let strength = type_strength(&def.name);
+            if strength < 0 {
+                continue;
+            }
+            let mut laws: Vec<(String, Vec<&Judged>, usize)> = Vec::new();
+            for (method, declared) in &def.methods {
+                if index.function(*declared).function.receiver != Some(Receiver::Exclusive) || law_strength(method) < 0
+                {
+                    continue;
+                }
+                let bodies = self.bodies(id, method);
+                let good: Vec<&Judged> = bodies
+                    .iter()
+                    .filter_map(|body| judged.get(body))
+                    // What many types have in common needs less to speak for each of them.
+                    .filter(|judged| {
+                        judged.weight + 2 * i32::from(strength == 2 || law_strength(method) == 2) >= LEAST_WEIGHT
+                    })
+                    .collect();
+                let is_said = strength == 2 && law_strength(method) == 2 && takes_step(index, *declared);
+                let is_enough =
+                    is_said || good.len() * 2 >= bodies.len() || (strength > 0 && good.len() * 4 >= bodies.len());
+                if (!good.is_empty() || (is_said && !bodies.is_empty()))
+                    && is_enough
+                    && !self.are_laws_by_type(method, &bodies)
+                {
+                    laws.push((method.clone(), good, bodies.len()));
+                }
+            }
+            if let Some(draft) = self.by_receiver(id, strength, &mut laws) {
+                for (method, ..) in &laws {
+                    covered.extend(self.bodies(id, method));
+                    covered.extend(def.methods.get(method));
+                }
+                self.found.push(draft);
+            }
+        }
+        covered
+    }
+
+    /// Proposes traits whose methods get the state as an argument.
+    pub(super) fn find_argument_traits(&mut self) {
+        let index = self.program.index;
+        for (number, def) in (0u32..).zip(&index.traits) {
+            let id = TraitId(number);
+            if self.is_in_scope(def.module)
+                && !index.is_filter_trait(&TraitName::Local(id))
+                && !index.module(def.module).is_test
+            {
+                self.found.extend(self.by_argument(id));
+            }
+        }
+    }
+
+    /// Whether all types with such bodies also have the law without the trait: an entry for each then says more.
+    fn are_laws_by_type(&self, method: &str, bodies: &[FunctionId]) -> bool {
+        let index = self.program.index;
+        bodies.iter().all(|body| {
+            let Owner::Impl(owner) = index.function(*body).owner else { return false };
+            let methods = index.methods(&index.impl_def(owner).self_ty, method);
+            methods.iter().any(|owner| matches!(owner, crate::index::MethodOwner::Inherent(_)))
+        })
+    }
+
+    /// The bodies of a trait's method, one for each place in the source.
+    fn bodies(&self, id: TraitId, method: &str) -> Vec<FunctionId> {
+        let index = self.program.index;
+        let mut seen = BTreeSet::new();
+        let mut bodies = index.implementations(&TraitName::Local(id), method);
+        bodies.retain(|body| {
+            let def = index.function(*body);
+            !super::uses::is_test(index, def) && seen.insert(def.function.keyword) && !self.hands_on(*body)
+        });
+        bodies
+    }
+
+    /// Whether a body is that of a wrapper: `impl Filter for Box<F>`, `impl Filter for &mut F`, or for every `F`.
+    fn hands_on(&self, id: FunctionId) -> bool {
+        let index = self.program.index;
+        match index.function(id).owner {
+            Owner::Impl(owner) => !matches!(index.impl_def(owner).self_ty, Ty::Adt(..)),
+            _ => false,
+        }
+    }
+
+    fn by_receiver(&self, id: TraitId, strength: i32, laws: &mut Vec<(String, Vec<&Judged>, usize)>) -> Option<Found> {
+        let index = self.program.index;
+        let def = index.trait_def(id);
+        laws.sort_by_key(|(method, good, _)| {
+            (std::cmp::Reverse(good.iter().map(|judged| judged.weight).max()), method.clone())
+        });
+        let (method, good, bodies) = laws.first()?;
+        let best = good.iter().map(|judged| judged.weight).max().unwrap_or(LEAST_WEIGHT - 2);
+        let methods: Vec<String> = laws.iter().map(|(method, ..)| method.clone()).collect();
+        let declared = def.methods.get(method)?;
+        let mut reasons = vec![Reason::Implemented(good.len().max(1))];
+        reasons.extend(good.iter().max_by_key(|judged| judged.weight).map(|judged| judged.reason()));
+        let is_timed = takes_step(index, *declared) || good.iter().any(|judged| takes_step(index, judged.id));
+        if is_timed {
+            reasons.push(Reason::Timed(method.clone()));
+        }
+        let mut uses = Uses::default();
+        for (method, ..) in laws.iter() {
+            uses = uses.and(def.methods.get(method).map(|id| self.calls.uses(*id)).unwrap_or_default());
+        }
+        let resets = def.methods.keys().filter(|name| *name == "reset").cloned().collect();
+        let place = def.span;
+        let path = self.path_to(def.module, &def.name, place, Namespace::Type);
+        let weight = best + strength.max(0) + i32::from(good.len() > 2) - i32::from(good.len() * 2 < *bodies);
+        Some(Found {
+            name: def.name.clone(),
+            place,
+            path,
+            draft: Draft {
+                subject: Subject::Trait,
+                law: super::laws::groups(&methods),
+                instance: InstancePlace::Receiver,
+                receiver: Taken::Exclusive,
+                resets,
+                partial_resets: Vec::new(),
+                time_base: if is_timed { TimeBase::Passed } else { TimeBase::Fixed },
+                reasons,
+                uses,
+                weight,
+                is_plain: false,
+            },
+            laws: laws.iter().flat_map(|(_, good, _)| good.iter().map(|judged| judged.id)).collect(),
+        })
+    }
+
+    /// A trait whose method gets the state as its first argument: `fn process(&self, state: &mut S, x: X) -> Y`.
+    fn by_argument(&self, id: TraitId) -> Option<Found> {
+        let index = self.program.index;
+        let def = index.trait_def(id);
+        let is_law = |(method, declared): &(&String, &FunctionId)| {
+            let function = &index.function(**declared).function;
+            let is_parameter = |ty: &TypeRef| {
+                matches!(ty, TypeRef::Path(path) if path.ident().is_some_and(|name| {
+                    def.generics.params.iter().any(|param| param.name == name && !param.is_const)
+                }))
+            };
+            let first = function.params.first();
+            function.receiver == Some(Receiver::Shared)
+                && law_strength(method) == 2
+                && function.params.len() > 1
+                && matches!(first, Some(TypeRef::Reference { mutable: true, inner }) if is_parameter(inner))
+        };
+        let laws: Vec<(String, FunctionId)> =
+            def.methods.iter().filter(is_law).map(|(method, id)| (method.clone(), *id)).collect();
+        let bodies: Vec<FunctionId> = laws.iter().flat_map(|(method, _)| self.bodies(id, method)).collect();
+        if bodies.is_empty() {
+            return None;
+        }
+        let place = def.span;
+        let methods: Vec<String> = laws.iter().map(|(method, _)| method.clone()).collect();
+        let uses = laws.iter().fold(Uses::default(), |uses, (_, id)| uses.and(self.calls.uses(*id)));
+        Some(Found {
+            name: def.name.clone(),
+            place,
+            path: self.path_to(def.module, &def.name, place, Namespace::Type),
+            draft: Draft {
+                subject: Subject::Trait,
+                law: vec![(methods, Multiplicity::Once)],
+                instance: InstancePlace::Argument(0),
+                receiver: Taken::Exclusive,
+                resets: Vec::new(),
+                partial_resets: Vec::new(),
+                time_base: TimeBase::Fixed,
+                reasons: vec![Reason::Implemented(bodies.len())],
+                uses,
+                weight: LEAST_WEIGHT + i32::from(bodies.len() > 2) * 2,
+                is_plain: false,
+            },
+            laws: bodies,
+        })
+    }
+}

@@ -1,0 +1,119 @@
+//! `cargo ceid-lint init`: a first `ceid-lint.toml`.
+
+use std::path::Path;
+
+use super::args::InitArgs;
+use super::{Console, ExitStatus, input};
+use crate::config::FILE_NAME;
+use crate::draft::{self, Accept, Draft};
+use crate::pipeline::{self, Prospect};
+use crate::project;
+use crate::report::count;
+
+/// Looks, and writes the file beside the manifest of each workspace.
+///
+/// # Errors
+/// What is wrong with the arguments.
+pub(super) fn run(args: &InitArgs) -> Result<ExitStatus, String> {
+    let console = Console::new(&args.talk);
+    let mut selection = input::selection(&args.paths, &args.scope, &args.build);
+    // The file is for the whole workspace, whatever its default members are.
+    selection.workspace |= selection.packages.is_empty();
+    let project = match project::load(&selection) {
+        Ok(project) => project,
+        Err(error) => {
+            console.error(&error.message, error.help.as_deref());
+            return Ok(ExitStatus::Incomplete);
+        }
+    };
+    for notice in &project.notices {
+        if !console.is_quiet() {
+            console.warn(notice);
+        }
+    }
+    let has_manifest = |root: &Path| root.join("Cargo.toml").is_file();
+    let roots = project.packages.iter().filter(|package| package.is_reported).map(|package| &package.workspace_root);
+    if let Some(root) = roots.clone().find(|root| !args.force && !args.stdout && root.join(FILE_NAME).exists()) {
+        console.error(
+            &format!("`{}` is already there", shown(&root.join(FILE_NAME))),
+            Some("`--stdout` prints what would be written; `--force` writes over it, and what was changed by hand is lost"),
+        );
+        return Ok(ExitStatus::Incomplete);
+    }
+    if !args.stdout && !roots.clone().any(|root| has_manifest(root)) {
+        console.error("there is no manifest beside which the file could stand", Some("`--stdout` prints it"));
+        return Ok(ExitStatus::Incomplete);
+    }
+    let prospect = match pipeline::prospect(&project) {
+        Ok(prospect) => prospect,
+        Err(error) => {
+            console.error(&error.message, error.help.as_deref());
+            return Ok(ExitStatus::Incomplete);
+        }
+    };
+    let accept = match &args.accept {
+        None => Accept::Certain,
+        Some(names) if names.iter().any(|name| name == "all") => Accept::All,
+        Some(names) => Accept::Named(names.clone()),
+    };
+    let found: Vec<_> = prospect.workspaces.values().collect();
+    if let Some((name, near)) = accept.unknown(&found) {
+        let near = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+        return Err(format!("nothing called `{name}` was found{near}"));
+    }
+    let mut status = ExitStatus::Clean;
+    for (root, candidates) in &prospect.workspaces {
+        let draft = draft::write(candidates, &prospect.presets, &prospect.sources, &accept);
+        let path = root.join(FILE_NAME);
+        if args.stdout {
+            console.print(&draft.text);
+        } else if let Err(error) = std::fs::write(&path, &draft.text) {
+            console.error(&format!("cannot write `{}`: {error}", shown(&path)), None);
+            status = ExitStatus::Incomplete;
+        } else {
+            console.say(&said(&path, &draft));
+        }
+    }
+    say_problems(&project.problems, &prospect, console);
+    if project.problems.len() + prospect.problems.len() > 0 {
+        status = ExitStatus::Incomplete;
+    }
+    Ok(status)
+}
+
+/// What was written, and what to do next.
+fn said(path: &Path, draft: &Draft) -> String {
+    let Draft { filters_on, filters, cycles_on, cycles, .. } = *draft;
+    let path = shown(path);
+    if filters + cycles == 0 {
+        return format!(
+            "wrote `{path}`: nothing was found that looks like a filter and is not known as one; the file says how to name one"
+        );
+    }
+    let mut said = format!("wrote `{path}`: {}, {filters_on} turned on", count(filters, "likely filter"));
+    if cycles > 0 {
+        said += &format!("; {}, {cycles_on} turned on", count(cycles, "likely cycle function"));
+    }
+    if filters_on + cycles_on < filters + cycles {
+        said += "\nremove the `#` of those that are right, then run `cargo ceid-lint`";
+    } else {
+        said += "\nnow run `cargo ceid-lint`";
+    }
+    said
+}
+
+fn say_problems(problems: &[crate::diagnostic::Problem], prospect: &Prospect, console: Console) {
+    let unread = problems.len() + prospect.problems.len();
+    if unread > 0 {
+        console.warn(&format!(
+            "{} could not be read, so that filters may be missing; `cargo ceid-lint` says what and why",
+            count(unread, "file or package")
+        ));
+    }
+}
+
+/// A path as the user would write it.
+fn shown(path: &Path) -> String {
+    let current = std::env::current_dir().unwrap_or_default();
+    path.strip_prefix(current).unwrap_or(path).display().to_string()
+}

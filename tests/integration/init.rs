@@ -1,0 +1,154 @@
+//! `cargo ceid-lint init`: what is found in four workspaces, and that the file is right as it is and with every `#` removed.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use crate::schema::is_valid_file;
+use crate::support::program::{Run, run};
+use crate::support::workspace;
+
+/// A copy of a committed workspace, for a file is written into it.
+fn copy(name: &str, test: &str) -> PathBuf {
+    let to = workspace::temporary(&format!("{name}_{test}"));
+    copy_into(&workspace::committed(name), &to, "");
+    to
+}
+
+fn copy_into(from: &Path, to: &Path, below: &str) {
+    for entry in std::fs::read_dir(from.join(below)).expect("the workspace is readable") {
+        let entry = entry.expect("the workspace is readable");
+        let path = format!("{below}{}", entry.file_name().to_string_lossy());
+        if entry.path().is_dir() {
+            copy_into(from, to, &format!("{path}/"));
+        } else {
+            workspace::write(to, &path, &std::fs::read(entry.path()).expect("the file is readable"));
+        }
+    }
+}
+
+fn read(directory: &Path) -> String {
+    std::fs::read_to_string(directory.join("ceid-lint.toml")).expect("the file was written")
+}
+
+/// The file as it is when the user has removed every `#` that stands before an entry.
+fn uncommented(text: &str) -> String {
+    let mut all = String::new();
+    for line in text.lines() {
+        let is_entry = line.strip_prefix('#').is_some_and(|rest| !rest.is_empty() && !rest.starts_with(' '));
+        writeln!(all, "{}", if is_entry { &line[1..] } else { line }).expect("a String");
+    }
+    all
+}
+
+/// Asserts that the check takes a file, which means that every path in it names something.
+#[track_caller]
+fn assert_taken(directory: &Path, text: &str) -> Run {
+    assert!(is_valid_file(text), "the schema does not allow\n{text}");
+    workspace::write(directory, "ceid-lint.toml", text.as_bytes());
+    let run = run(directory, ["--workspace"]);
+    assert!(run.code != Some(101), "{text}\n{}", run.stderr);
+    run
+}
+
+/// The file that is written, shown; it and all that is turned on by hand or by `--accept` are taken by the check.
+#[track_caller]
+fn check(name: &str) -> String {
+    let directory = copy(name, "written");
+    run(&directory, ["init"]).assert_code(0);
+    let text = read(&directory);
+    assert_taken(&directory, &text);
+    assert_taken(&directory, &uncommented(&text));
+    let accepted = run(&directory, ["init", "--stdout", "--accept"]);
+    assert_taken(&directory, &accepted.assert_code(0).stdout);
+    let entries = |text: &str| text.lines().filter(|line| line.starts_with("[[")).count();
+    assert_eq!(entries(&accepted.stdout), entries(&uncommented(&text)), "`--accept` turns everything on");
+    let again = run(&directory, ["init", "--stdout"]);
+    assert_eq!(again.stdout, text, "the same code gives the same file");
+    text
+}
+
+#[test]
+fn filters_written_by_hand() {
+    insta::assert_snapshot!(check("init_robot"));
+}
+
+#[test]
+fn a_program_without_filters() {
+    insta::assert_snapshot!(check("init_nothing"));
+}
+
+#[test]
+fn crates_with_a_preset_and_crates_without() {
+    insta::assert_snapshot!(check("init_presets"));
+}
+
+#[test]
+fn names_that_clash() {
+    insta::assert_snapshot!(check("init_clash"));
+}
+
+#[test]
+fn the_first_check_finds_what_is_wrong() {
+    let directory = copy("init_robot", "first_check");
+    run(&directory, [""; 0]).assert_code(0).assert_stderr("nothing to check");
+    run(&directory, ["init"]).assert_code(0).assert_stderr("wrote `ceid-lint.toml`");
+    run(&directory, [""; 0]).assert_code(100).assert_stderr("`pid` is updated more than once in one cycle");
+}
+
+#[test]
+fn a_file_that_is_there_stays() {
+    let directory = copy("init_robot", "kept");
+    workspace::write(&directory, "ceid-lint.toml", b"presets = \"none\"\n");
+    run(&directory, ["init"]).assert_code(101).assert_stderr("already there").assert_stderr("--force");
+    run(&directory, ["init", "--accept"]).assert_code(101);
+    assert!(run(&directory, ["init", "--stdout"]).assert_code(0).stdout.contains("[[filter]]"));
+    assert_eq!(read(&directory), "presets = \"none\"\n");
+    run(&directory, ["init", "--force"]).assert_code(0);
+    assert!(read(&directory).contains("[[filter]]"));
+}
+
+#[test]
+fn names_turn_candidates_on() {
+    let directory = copy("init_robot", "named");
+    let on = |names: &[&str]| {
+        let run = run(&directory, ["init", "--stdout", "--accept"].iter().chain(names));
+        let stdout = run.assert_code(0).stdout.clone();
+        stdout.lines().filter(|line| line.starts_with("type =") || line.starts_with("function =")).count()
+    };
+    let certain = run(&directory, ["init", "--stdout"]).stdout.matches("\ntype =").count();
+    assert_eq!(on(&["Heading"]), certain + 1);
+    assert_eq!(on(&["control::Heading", "estimate::smooth"]), certain + 2);
+    assert_eq!(on(&["Heading,smooth"]), certain + 2);
+    run(&directory, ["init", "--stdout", "--accept", "Heeding"])
+        .assert_code(2)
+        .assert_stderr("nothing called `Heeding` was found; did you mean `Heading`?");
+}
+
+#[test]
+fn a_workspace_that_is_broken_gets_its_file_as_well() {
+    let directory = workspace::temporary("init_broken");
+    let manifest = "[package]\nname = \"broken\"\nversion = \"0.0.0\"\nedition = \"2024\"\n\n[dependencies]\n\
+                    gone = { path = \"../gone\" }\n";
+    let code = "mod lost;\npub struct Pid { i: f32 }\nimpl Pid {\n    pub fn update(&mut self, e: f32) -> f32 { self.i += e; self.i }\n}\n\
+                pub fn run(mut pid: Pid) { loop { pid.update(1.0); } }\n";
+    workspace::write(&directory, "Cargo.toml", manifest.as_bytes());
+    workspace::write(&directory, "src/lib.rs", code.as_bytes());
+    let run = run(&directory, ["init"]);
+    run.assert_code(101).assert_stderr("could not be read");
+    assert!(read(&directory).contains("\ntype = \"crate::Pid\"\n"), "{}", read(&directory));
+}
+
+#[test]
+fn packages_side_by_side_get_a_file_each() {
+    let directory = workspace::temporary("init_side_by_side");
+    let code = b"pub struct Ramp { at: f32 }\nimpl Ramp {\n    pub fn step(&mut self, to: f32) -> f32 { self.at += 0.1 * (to - self.at); self.at }\n}\n";
+    for name in ["left", "right"] {
+        let manifest = format!("[package]\nname = \"{name}\"\nversion = \"0.0.0\"\nedition = \"2024\"\n");
+        workspace::write(&directory, &format!("{name}/Cargo.toml"), manifest.as_bytes());
+        workspace::write(&directory, &format!("{name}/src/lib.rs"), code);
+    }
+    run(&directory, ["init", "."]).assert_code(0);
+    for name in ["left", "right"] {
+        assert!(read(&directory.join(name)).contains("#type = \"crate::Ramp\""), "{name}");
+    }
+}
