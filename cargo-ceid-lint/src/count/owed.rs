@@ -11,7 +11,7 @@ use super::instances::{self, leaves, place_ty};
 use super::search::{Region, Search};
 use super::verdict::{Pair, Verdict};
 use crate::config::Multiplicity;
-use crate::flow::{Caller, ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Var};
+use crate::flow::{Caller, ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::CycleDirective;
@@ -48,6 +48,10 @@ impl Context<'_> {
             let all = if is_own { instances::parts(index, &info.ty) } else { leaves(index, &info.ty) };
             for leaf in all {
                 let place = Place::var(var).join(&leaf.steps);
+                // What was moved there and is known by its old name is judged under that.
+                if !facts.aliases.roots(&place).contains(&place) {
+                    continue;
+                }
                 if facts.updated.iter().any(|instance| instance.place.overlaps(&place)) {
                     self.owed_after_all(facts, &place, pairs);
                     continue;
@@ -140,7 +144,7 @@ impl Context<'_> {
             return;
         }
         let uses = self.uses(facts, place);
-        if uses.leaves || leaf.is_uncertain {
+        if uses.leaves || (leaf.is_uncertain && !uses.copied) {
             return;
         }
         // A cycle that updates a sibling owes this one an update, too.
@@ -153,10 +157,12 @@ impl Context<'_> {
             CycleId::Function => info.param.is_some() && facts.kind == FunctionKind::Cycle,
         };
         let is_param_itself = info.param.is_some() && leaf.steps.is_empty();
+        // Of what is copied the copies may be what is in use.
         let sibling = pairs
             .iter()
             .filter(|(id, filters)| {
-                scope(**id)
+                !uses.copied
+                    && scope(**id)
                     && filters.iter().any(|pair| pair.verdict != Verdict::Missed)
                     && (!is_param_itself
                         || matches!(id, CycleId::Loop(id) if graph.loop_info(*id).rounds == Rounds::Unbounded))
@@ -172,7 +178,7 @@ impl Context<'_> {
             self.push_missed(facts, place, 0, CycleId::Loop(id), pairs);
             return;
         }
-        if info.param.is_some() || !self.is_built_here(graph, var) {
+        if info.param.is_some() || !self.is_built_here(graph, var) || uses.copied {
             return;
         }
         // Its scope holds a loop that never ends.
@@ -319,10 +325,12 @@ impl Context<'_> {
                 Effect::Reset { place, .. } => uses.written |= holds(place),
                 Effect::Write(write) => {
                     uses.written |= holds(&write.place);
-                    uses.leaves |= write.from.as_ref().is_some_and(&holds) && write.by_move;
+                    let leaves = write.from.as_ref().is_some_and(&holds) && write.transfer != Transfer::Borrow;
+                    uses.leaves |= leaves && write.transfer != Transfer::Copy;
+                    uses.copied |= leaves;
                 }
                 Effect::Set(set) => {
-                    uses.leaves |= set.by_move
+                    let leaves = set.transfer != Transfer::Borrow
                         && !is_lent
                         && set.from.as_ref().is_some_and(|from| {
                             facts.aliases.roots(from).iter().any(|root| {
@@ -331,6 +339,8 @@ impl Context<'_> {
                         })
                         && set.place.base != place.base
                         && self.is_real_move(facts, &set.place);
+                    uses.leaves |= leaves && set.transfer != Transfer::Copy;
+                    uses.copied |= leaves;
                 }
                 Effect::Return(value) => uses.leaves |= value.place.as_ref().is_some_and(&holds),
                 Effect::Use { place } => uses.read |= holds(place),
@@ -416,6 +426,8 @@ impl Context<'_> {
 struct Uses {
     /// It is moved, returned or handed to something unseen.
     leaves: bool,
+    /// Copies are made of it.
+    copied: bool,
     /// It is reset, or its state is written.
     written: bool,
     /// It is handed to a method that may change it.

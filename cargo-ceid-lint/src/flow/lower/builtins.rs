@@ -1,7 +1,7 @@
 //! Methods of the standard library that hand out, test, replace or visit what a wrapper holds.
 
 use super::{Builder, Value};
-use crate::flow::{Assignment, Effect, IndexKey, Place};
+use crate::flow::{Assignment, Effect, IndexKey, Place, Transfer};
 use crate::index::Ty;
 use crate::syntax::tree::ExprId;
 
@@ -320,7 +320,7 @@ impl Builder<'_> {
         let assignment = Assignment {
             place: Place::clone(place),
             from: given.place.clone(),
-            by_move: true,
+            transfer: Transfer::Move,
             rebinds: false,
             head: given.head.clone(),
             same_as: None,

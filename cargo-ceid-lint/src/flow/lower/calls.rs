@@ -2,7 +2,7 @@
 
 use super::laws::Law;
 use super::{Builder, Value};
-use crate::flow::{Argument, CallSite, Caller, Cause, Computed, Effect, IndexKey, Place, Var};
+use crate::flow::{Argument, CallSite, Caller, Cause, Computed, Effect, IndexKey, Place, Transfer, Var};
 use crate::index::{Def, FunctionId, Ty};
 use crate::syntax::tree::{ExprId, ExprKind};
 use crate::types::{Callee, Resolved};
@@ -170,6 +170,7 @@ impl Builder<'_> {
                 place: value.place.clone().filter(|_| !is_plain(self.ty(*expr))),
                 index: self.argument_index(*expr, value),
                 is_shared: self.is_shared(*expr),
+                is_copy: law_of.is_none() && value.is_owned && self.is_passed_copied(*expr, receiver, targets),
                 from: if receiver == Some(*expr) { Computed::default() } else { self.computed_from(*expr) },
             })
             .collect();
@@ -200,6 +201,14 @@ impl Builder<'_> {
         let site = CallSite { targets: targets.to_vec(), args, result, text, law_of, is_dispatched, fed, into, from };
         self.emit(Effect::Call(Box::new(site)), span);
         result
+    }
+
+    /// Whether what an argument names stays where it is, and the function gets a copy.
+    fn is_passed_copied(&self, expr: ExprId, receiver: Option<ExprId>, targets: &[FunctionId]) -> bool {
+        let by_value = |target: &FunctionId| {
+            self.program.index.function(*target).function.receiver == Some(crate::syntax::tree::Receiver::Value)
+        };
+        self.is_copied(self.ty(expr)) && (receiver != Some(expr) || targets.iter().all(by_value))
     }
 
     /// The index that an argument is, if it is a constant or a variable.
@@ -277,7 +286,7 @@ impl Builder<'_> {
     /// A place that something unseen may write.
     fn written_unseen(&mut self, place: Place, span: crate::source::Span) {
         let assignment =
-            crate::flow::Assignment { place, from: None, by_move: true, rebinds: true, head: None, same_as: None };
+            crate::flow::Assignment { place, from: None, transfer: Transfer::Move, rebinds: true, head: None, same_as: None };
         self.emit(Effect::Write(Box::new(assignment)), span);
     }
 

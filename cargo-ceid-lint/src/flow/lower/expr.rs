@@ -81,6 +81,7 @@ impl Builder<'_> {
             }
             ExprKind::Closure(_) => {
                 let closure = super::ClosureRef { frame: self.frame, expr: id };
+                self.copy_captured(closure, self.span(id));
                 Value { closure: Some(closure), ..Value::default() }
             }
             ExprKind::Struct { fields, rest, .. } => self.struct_value(id, fields, *rest),
@@ -204,7 +205,7 @@ impl Builder<'_> {
         let assignment = crate::flow::Assignment {
             place: part,
             from: value.place.clone(),
-            by_move: value.is_owned,
+            transfer: self.transfer(value, self.ty(expr)),
             rebinds: true,
             head: None,
             same_as: None,

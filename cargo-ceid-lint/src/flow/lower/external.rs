@@ -3,7 +3,7 @@
 use super::calls::{is_spawn, path_tail};
 use super::laws::Law;
 use super::{Builder, Value};
-use crate::flow::{Cause, Effect, Place, Rounds};
+use crate::flow::{Cause, Effect, Place, Rounds, Transfer};
 use crate::index::{Def, Ty};
 use crate::syntax::tree::{BlockKind, ExprId, ExprKind};
 
@@ -111,7 +111,7 @@ impl Builder<'_> {
                 let assignment = crate::flow::Assignment {
                     place,
                     from: Some(from),
-                    by_move: true,
+                    transfer: Transfer::Move,
                     rebinds: true,
                     head: None,
                     same_as: None,
@@ -134,7 +134,7 @@ impl Builder<'_> {
         let writes = crate::flow::Assignment {
             place,
             from: new.place,
-            by_move: true,
+            transfer: Transfer::Move,
             rebinds: false,
             head: new.head,
             same_as: None,

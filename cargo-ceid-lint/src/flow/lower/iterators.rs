@@ -1,7 +1,7 @@
 //! Iterators: what a chain of adaptors runs over, and what it does when it is consumed.
 
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Caller, CycleKind, Effect, IndexKey, LoopInfo, Place, Rounds, Section, Var};
+use crate::flow::{Caller, CycleKind, Effect, IndexKey, LoopInfo, Place, Rounds, Section, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
@@ -65,11 +65,16 @@ impl Source {
 impl Builder<'_> {
     /// What a `for` loop or consumer runs over; evaluates what the chain begins with.
     pub(super) fn source(&mut self, id: ExprId) -> Source {
+        self.source_of(id, false)
+    }
+
+    /// The same; a collection that is lent is not copied.
+    fn source_of(&mut self, id: ExprId, is_lent: bool) -> Source {
         let body = self.body();
         let mut source = match &body.expr(id).kind {
             ExprKind::MethodCall { receiver, method, args, .. } => self.adaptor(id, *receiver, method, args),
             ExprKind::Range { start, end, inclusive } => self.range(*start, *end, *inclusive),
-            ExprKind::Reference { value, .. } => self.source(*value),
+            ExprKind::Reference { value, .. } => self.source_of(*value, true),
             ExprKind::Await(inner) => {
                 let inner = self.source(*inner);
                 Source { rounds: Rounds::Unbounded, ..inner }
@@ -85,7 +90,7 @@ impl Builder<'_> {
                 let rounds = if matches!(item, Item::Element(_)) { Rounds::Bounded } else { Rounds::Constant(count) };
                 Source { item, rounds, ..Source::bounded() }
             }
-            _ => self.collection(id),
+            _ => self.collection(id, is_lent),
         };
         source.text = self.text(id);
         source.reads = self.reads_of(id);
@@ -93,12 +98,14 @@ impl Builder<'_> {
     }
 
     /// A place that is iterated over.
-    fn collection(&mut self, id: ExprId) -> Source {
+    fn collection(&mut self, id: ExprId, is_lent: bool) -> Source {
         let value = self.expr(id);
         let ty = self.ty(id).peel();
         let is_endless = is_endless_type(ty);
         let is_map = ty.external_name().is_some_and(|name| name.ends_with("Map"));
         let item = match value.place {
+            // The loop gets copies of them.
+            Some(_) if !is_lent && self.is_copied(self.ty(id)) => Item::Made,
             Some(place) if !is_map && self.may_hold_filter(ty) => Item::Element(place),
             _ => Item::Opaque,
         };
@@ -172,15 +179,20 @@ impl Builder<'_> {
                 ..Source::bounded()
             };
         }
-        self.collection(id)
+        self.collection(id, false)
     }
 
     fn adaptor(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Source {
         match method {
             "rev" => Source { in_order: false, ..self.source(receiver) },
-            "iter" | "iter_mut" | "into_iter" | "by_ref" | "peekable" | "fuse" | "copied" | "cloned" | "as_mut"
-            | "as_mut_slice" | "as_slice" | "as_ref" | "unwrap" | "each_mut" | "deref_mut" | "par_iter_mut"
-            | "into_iter_mut" => self.source(receiver),
+            "into_iter" | "peekable" | "fuse" | "unwrap" => self.source(receiver),
+            "iter" | "iter_mut" | "by_ref" | "as_mut" | "as_mut_slice" | "as_slice" | "as_ref" | "each_mut"
+            | "deref_mut" | "par_iter_mut" | "into_iter_mut" => self.source_of(receiver, true),
+            "copied" | "cloned" => {
+                let source = self.source(receiver);
+                let item = if matches!(source.item, Item::Element(_)) { Item::Made } else { source.item };
+                Source { item, ..source }
+            }
             "take" => {
                 let source = self.source(receiver);
                 let count = args.first().and_then(|arg| {
@@ -252,7 +264,7 @@ impl Builder<'_> {
                 source
             }
             "chunks_mut" | "chunks" | "chunks_exact_mut" | "chunks_exact" | "split_mut" => {
-                let source = self.source(receiver);
+                let source = self.source_of(receiver, true);
                 for arg in args {
                     self.expr(*arg);
                 }
@@ -274,7 +286,7 @@ impl Builder<'_> {
                 let rounds = if method == "try_iter" { Rounds::Bounded } else { Rounds::Unbounded };
                 Source { rounds, ..Source::bounded() }
             }
-            _ => self.collection(id),
+            _ => self.collection(id, false),
         }
     }
 
@@ -544,7 +556,7 @@ impl Builder<'_> {
                     let assignment = crate::flow::Assignment {
                         place: part,
                         from: value.place,
-                        by_move: value.is_owned,
+                        transfer: if value.is_owned { Transfer::Move } else { Transfer::Borrow },
                         rebinds: true,
                         head: None,
                         same_as: None,

@@ -7,6 +7,7 @@ mod changes;
 mod closures;
 mod conditions;
 mod constants;
+mod copies;
 mod debug_only;
 mod exits;
 mod expr;
@@ -153,6 +154,8 @@ struct Builder<'a> {
     initials: HashMap<Var, u64>,
     /// Variables that hold a state which a law returned: the half and the method.
     advanced: HashMap<Var, (usize, String)>,
+    /// The locals that a `move` closure has copies of, and the copies.
+    captures: HashMap<(usize, ExprId), Vec<(LocalId, Var)>>,
     guards_of: HashMap<Var, GuardId>,
     /// The variables that say whether a guard is alive.
     alive: HashMap<GuardId, Var>,
@@ -202,6 +205,7 @@ impl<'a> Builder<'a> {
             numbers: HashMap::new(),
             initials: HashMap::new(),
             advanced: HashMap::new(),
+            captures: HashMap::new(),
             guards_of: HashMap::new(),
             alive: HashMap::new(),
             guarded: HashMap::new(),
@@ -251,6 +255,7 @@ impl<'a> Builder<'a> {
     }
 
     fn finish(mut self) -> ControlFlowGraph {
+        self.settle_copies();
         self.copy_subjects();
         self.mark_debug_only();
         self.graph
@@ -409,7 +414,7 @@ impl<'a> Builder<'a> {
         let assignment = Assignment {
             place: Place::var(var),
             from: value.place.clone(),
-            by_move: value.is_owned,
+            transfer: self.transfer(value, &self.graph.var(var).ty),
             rebinds: true,
             head: value.head.clone(),
             same_as: value.same_as,
