@@ -183,9 +183,7 @@ impl Index {
                 (is_derived || self.implements(ty, &TraitName::External("std::marker::Copy".to_owned())))
                     && args.iter().all(|arg| self.is_copy(arg))
             }
-            Ty::Param(_) | Ty::Opaque(_) => {
-                self.implements(ty, &TraitName::External("std::marker::Copy".to_owned()))
-            }
+            Ty::Param(_) | Ty::Opaque(_) => self.implements(ty, &TraitName::External("std::marker::Copy".to_owned())),
             _ => false,
         }
     }

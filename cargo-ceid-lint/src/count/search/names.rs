@@ -3,7 +3,9 @@
 use super::run::Run;
 use super::{MAX_ROUNDS, Region, Search, State};
 use crate::count::aliases::Aliases;
-use crate::flow::{Assignment, CallSite, ControlFlowGraph, IndexKey, LoopId, Place, Projection, Relation, Rounds, Transfer, Var};
+use crate::flow::{
+    Assignment, CallSite, ControlFlowGraph, IndexKey, LoopId, Place, Projection, Relation, Rounds, Transfer, Var,
+};
 use std::collections::BTreeSet;
 
 impl Search<'_> {

@@ -22,7 +22,9 @@ impl Builder<'_> {
             return Value::default();
         }
         let body = self.frames[closure.frame].body;
-        let ExprKind::Closure(code) = &body.expr(closure.expr).kind else { return Value::default() };
+        let ExprKind::Closure(code) = &body.expr(closure.expr).kind else {
+            return self.call_item(closure, args, span);
+        };
         let first = self.graph.nodes.len();
         let outer = std::mem::replace(&mut self.frame, closure.frame);
         self.depth += 1;
@@ -95,14 +97,17 @@ impl Builder<'_> {
 
     /// A closure that runs in a thread of its own.
     pub(super) fn detach_closure(&mut self, closure: ClosureRef, span: Span) {
+        if self.is_item(closure) {
+            return;
+        }
         self.detached(span, |this| {
             this.inline_closure(closure, &[], span);
         });
     }
 
-    /// A closure that something unseen may run any number of times, perhaps once per cycle.
+    /// A closure that something unseen may run any number of times, perhaps once per cycle. A function is judged by itself.
     pub(super) fn closure_for_unseen(&mut self, closure: ClosureRef, cause: Cause, span: Span) {
-        if self.at.is_none() {
+        if self.at.is_none() || self.is_item(closure) {
             return;
         }
         let places = self.captured(closure);
@@ -114,6 +119,7 @@ impl Builder<'_> {
 
     /// A closure that is put somewhere, from where it may be called.
     pub(super) fn keep_closure(&mut self, value: &Value, span: Span) {
+        self.keep_iterator(value, &Cause::Code("an iterator that is kept for later".to_owned()), span);
         if let Some(closure) = value.closure {
             let cause = Cause::Code("a closure that is kept for later".to_owned());
             self.closure_for_unseen(closure, cause, span);
@@ -192,10 +198,10 @@ impl Builder<'_> {
     /// What of its surroundings a closure names that may hold a filter.
     fn captured(&mut self, closure: ClosureRef) -> Vec<Place> {
         let copies = self.captures.get(&(closure.frame, closure.expr));
-        let copy_of = |local: LocalId| copies.into_iter().flatten().find(|(own, _)| *own == local).map(|(_, copy)| *copy);
+        let copy_of =
+            |local: LocalId| copies.into_iter().flatten().find(|(own, _)| *own == local).map(|(_, copy)| *copy);
         let named = self.captured_locals(closure).into_iter();
-        let mut places: Vec<Place> =
-            named.map(|(local, var)| Place::var(copy_of(local).unwrap_or(var))).collect();
+        let mut places: Vec<Place> = named.map(|(local, var)| Place::var(copy_of(local).unwrap_or(var))).collect();
         places.sort();
         places.dedup();
         places
@@ -217,11 +223,7 @@ impl Builder<'_> {
     }
 
     /// Gives the locals that a closure has copies of these variables, or those of the copies; answers what they had.
-    fn swap_captured(
-        &mut self,
-        closure: ClosureRef,
-        vars: Option<Vec<(LocalId, Var)>>,
-    ) -> Option<Vec<(LocalId, Var)>> {
+    fn swap_captured(&mut self, closure: ClosureRef, vars: Option<Vec<(LocalId, Var)>>) -> Option<Vec<(LocalId, Var)>> {
         let vars = vars.or_else(|| self.captures.get(&(closure.frame, closure.expr)).cloned())?;
         let known = &mut self.frames[closure.frame].vars;
         Some(vars.into_iter().filter_map(|(local, var)| Some((local, known.insert(local, var)?))).collect())
