@@ -3,6 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod ci_formats;
 mod cli;
 mod configuration;
 mod documents;

@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 
 pub use error::LoadError;
 pub use load::load;
-pub use selection::{Features, Names, Selection, TargetFilter};
+pub use selection::{Features, Names, Partition, Selection, TargetFilter};
 
 use crate::diagnostic::Problem;
 

@@ -125,13 +125,18 @@ fn load_files(roots: &loose::Roots, selection: &Selection) -> Result<Vec<Project
     let target = cfg::read(&selection.current_dir, &config, selection.is_release);
     let everything = Selection { current_dir: selection.current_dir.clone(), workspace: true, ..Selection::default() };
     let mut parts = Vec::new();
-    for file in &roots.files {
+    let in_part = |(at, file): &(usize, &PathBuf)| is_in_part(selection, *at, &file.to_string_lossy());
+    for (_, file) in roots.files.iter().enumerate().filter(in_part) {
         let mut notices: Vec<String> = target.notice.clone().into_iter().collect();
         let mut part = select_in(&loose::package(file), &everything, &roots.only, &target.cfg, &mut notices)?;
         part.notices = notices;
         parts.push(part);
     }
     Ok(parts)
+}
+
+fn is_in_part(selection: &Selection, at: usize, name: &str) -> bool {
+    selection.partition.is_none_or(|part| part.holds(at, name))
 }
 
 fn select_in(
@@ -141,7 +146,9 @@ fn select_in(
     cfg: &super::CfgValues,
     notices: &mut Vec<String>,
 ) -> Result<Project, LoadError> {
-    let packages = select::packages(workspace, selection, only, notices)?;
+    let selected = select::packages(workspace, selection, only, notices)?.into_iter().enumerate();
+    let selected = selected.filter(|(at, package)| is_in_part(selection, *at, &workspace.packages[*package].name));
+    let packages: Vec<usize> = selected.map(|(_, package)| package).collect();
     let selected = select::targets(workspace, &packages, selection, only)?;
     for at in &packages {
         if !selected.iter().any(|(package, _)| package == at) {
