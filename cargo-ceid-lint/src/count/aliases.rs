@@ -86,8 +86,8 @@ impl Aliases {
         at: Option<LoopId>,
     ) {
         let is_reference = matches!(graph.var(var).ty, Ty::Ref(..));
-        // What is moved into a variable or a new value lives there from now on, and so does a copy.
-        let is_moved = matches!(transfer, Transfer::Move | Transfer::RoundTrip) && !is_reference;
+        // What is moved into a variable or a new value lives there from now on, and so does a copy that is not put back.
+        let is_moved = transfer == Transfer::Move && !is_reference;
         let is_value = |var: Var| matches!(graph.var(var).ty, Ty::Adt(..) | Ty::External(..) | Ty::Opaque(_));
         let is_part = !steps.is_empty() && from.steps.is_empty() && from.base_var().is_some_and(is_value);
         let has_own = !self.unnamed.contains(&var) || is_part;
