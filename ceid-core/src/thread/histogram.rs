@@ -39,7 +39,9 @@ impl<const BUCKETS: usize> Histogram<BUCKETS> {
     pub fn record(&mut self, ns: u64) {
         self.min_ns = self.min_ns.min(ns);
         self.max_ns = self.max_ns.max(ns);
-        let bucket = usize::try_from(ns / self.width_ns).ok().and_then(|bucket| self.buckets.get_mut(bucket));
+        // Without buckets there is nothing to divide for.
+        let bucket = if BUCKETS == 0 { None } else { usize::try_from(ns / self.width_ns).ok() };
+        let bucket = bucket.and_then(|bucket| self.buckets.get_mut(bucket));
         let count = bucket.unwrap_or(&mut self.beyond);
         *count = count.saturating_add(1);
     }
