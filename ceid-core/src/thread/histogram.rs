@@ -64,7 +64,7 @@ impl<const BUCKETS: usize> Histogram<BUCKETS> {
         self.width_ns
     }
 
-    /// The number of durations. Does not allocate, block or panic.
+    /// The number of durations. Does not allocate, block or panic; takes time for each bucket.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.buckets.iter().copied().map(u64::from).sum::<u64>() + u64::from(self.beyond)
@@ -85,7 +85,8 @@ impl<const BUCKETS: usize> Histogram<BUCKETS> {
     /// A duration that the share `quantile` of all durations does not exceed: the upper end of its bucket, or the
     /// longest duration if that is shorter or the bucket is the one beyond. `None` if there are no durations.
     ///
-    /// Does not allocate, block or panic: a quantile outside 0 to 1 is taken as the nearer of the two.
+    /// Does not allocate, block or panic: a quantile outside 0 to 1 is taken as the nearer of the two. Takes time for each
+    /// bucket.
     #[must_use]
     pub fn quantile_ns(&self, quantile: f64) -> Option<u64> {
         let count = self.count();

@@ -81,18 +81,18 @@ pub(crate) fn table() {
         exchange::<Locked<LockApi<parking_lot::RawMutex>>>,
         exchange::<Locked<PriorityInheriting>>,
     ]);
-    for (at, operation) in ["write", "read and copy"].into_iter().enumerate() {
+    for (at, operation) in ["write", "read and copied"].into_iter().enumerate() {
         let compare = |names: &str, one: [f64; 2], other: [f64; 2], bar| {
             compare(&format!("{operation}: {names}"), one[at], other[at], bar);
         };
-        compare("Latest / std Mutex", latest, mutex, Bar::None);
-        compare("Latest / triple_buffer 9", latest, triple, Bar::AtMost(1.10));
-        compare("Locked<StdMutex> / std Mutex", std, mutex, Bar::None);
-        compare("Locked<LockApi<parking_lot>> / std Mutex", parking_lot, mutex, Bar::None);
-        compare("Locked<PriorityInheriting> / std Mutex", inheriting, mutex, Bar::None);
+        compare("`Latest` / std `Mutex`", latest, mutex, Bar::None);
+        compare("`Latest` / `triple_buffer` 9", latest, triple, Bar::AtMost(1.10));
+        compare("`Locked<StdMutex>` / std `Mutex`", std, mutex, Bar::None);
+        compare("`Locked<LockApi<parking_lot>>` / std `Mutex`", parking_lot, mutex, Bar::None);
+        compare("`Locked<PriorityInheriting>` / std `Mutex`", inheriting, mutex, Bar::None);
     }
     let [[mutex, latest, inheriting, copy]] = fastest([in_place]);
-    compare("the copy alone / std Mutex in place", copy, mutex, Bar::None);
-    compare("read: Latest / std Mutex", latest, mutex, Bar::AtMost(0.10));
-    compare("lock: PriorityInheritingMutex / std Mutex", inheriting, mutex, Bar::AtMost(1.15));
+    compare("the copy alone / read in place: std `Mutex`", copy, mutex, Bar::None);
+    compare("read in place: `Latest` / std `Mutex`", latest, mutex, Bar::AtMost(0.10));
+    compare("read in place: `PriorityInheritingMutex` / std `Mutex`", inheriting, mutex, Bar::AtMost(1.15));
 }
