@@ -117,7 +117,11 @@ pub fn report(time: impl Time) -> Report {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { simulated, timed } = self;
-        writeln!(f, "virtual time: {} cycles, {} missed, path {:016x}", simulated.cycles, simulated.missed, simulated.hash)?;
+        writeln!(
+            f,
+            "virtual time: {} cycles, {} missed, path {:016x}",
+            simulated.cycles, simulated.missed, simulated.hash
+        )?;
         writeln!(f, "own time: {} releases", timed.cycles + timed.missed)?;
         writeln!(f, "of which missed: {}", timed.missed)
     }
