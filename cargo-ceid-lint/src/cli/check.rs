@@ -101,7 +101,7 @@ fn show_short(checked: &Checked, console: Console) {
     for diagnostic in checked.report.shown() {
         console.show(&short::diagnostic(&checked.report.sources, diagnostic));
     }
-    for problem in &checked.report.problems {
+    for problem in checked.report.errors() {
         console.show(&short::problem(&checked.report.sources, problem));
     }
 }

@@ -4,6 +4,7 @@ use super::Console;
 use super::args::{Build, Input, NoLoops, Scope};
 use super::console::Stream;
 use super::exit::ExitStatus;
+use super::unread;
 use crate::config::{self, Config, ConfigError, LevelOverrides};
 use crate::diagnostic::Problem;
 use crate::pipeline::{self, Report};
@@ -23,7 +24,8 @@ pub(super) struct Checked {
 
 /// Loads and checks; `None` if there is nothing to load, which was told.
 pub(super) fn check(input: &Input, overrides: LevelOverrides, console: Console, with_stats: bool) -> Option<Checked> {
-    let project = match project::load(&selection(input)) {
+    let selection = selection(input);
+    let mut project = match project::load(&selection) {
         Ok(project) => project,
         Err(error) => {
             console.error(&error.message, error.help.as_deref());
@@ -40,12 +42,24 @@ pub(super) fn check(input: &Input, overrides: LevelOverrides, console: Console, 
         let targets: Vec<String> = targets.map(|target| format!("{} `{}`", target.kind.name(), target.name)).collect();
         console.say_if_verbose(&format!("checking `{}` {}: {}", package.name, package.version, targets.join(", ")));
     }
-    let checked = configuration(&project, overrides).and_then(|config| pipeline::check(&project, &config));
-    let (mut report, is_config_wrong) = match checked {
-        Ok(report) => (report, false),
+    let mut checked = run(&project, &overrides);
+    if let Ok((_, report)) = &checked {
+        let alone = unread::files_of_no_target(&project, report);
+        if !alone.is_empty() {
+            project = match project::with_files(project, &alone, &selection) {
+                Ok(project) => project,
+                Err(error) => {
+                    console.error(&error.message, error.help.as_deref());
+                    return None;
+                }
+            };
+            checked = run(&project, &overrides);
+        }
+    }
+    let (report, is_config_wrong) = match checked {
+        Ok((config, report)) => (unread::with_unread(&project, &config, report), false),
         Err(error) => (of_wrong_configuration(&project, &error), true),
     };
-    report.problems.extend(project.problems.iter().cloned());
     if with_stats {
         console.show(&report::stats(&project, &report));
     }
@@ -79,26 +93,37 @@ impl Checked {
 
     /// Prints what could not be read, for people.
     pub(super) fn show_problems(&self, console: Console) {
-        for problem in &self.report.problems {
+        for problem in self.report.errors() {
             console.show(&text::problem(&self.report.sources, problem, console.style(Stream::Err)));
         }
     }
 
-    /// Prints the summary, unless there is nothing to sum up.
+    /// Prints what was left unread, and the summary, unless there is nothing to sum up.
     pub(super) fn say_summary(&self, console: Console) {
+        if let Some(unread) = report::unread(&self.report)
+            && !console.is_quiet()
+        {
+            console.warn(&unread);
+        }
         if !self.summary.is_nothing() && !self.is_config_wrong {
             console.say(&self.summary.line());
         }
     }
 }
 
-fn configuration(project: &Project, overrides: LevelOverrides) -> Result<Config, ConfigError> {
+fn run(project: &Project, overrides: &LevelOverrides) -> Result<(Config, Report), ConfigError> {
+    let config = configuration(project, overrides)?;
+    let report = pipeline::check(project, &config)?;
+    Ok((config, report))
+}
+
+fn configuration(project: &Project, overrides: &LevelOverrides) -> Result<Config, ConfigError> {
     let reported = || project.packages.iter().filter(|package| package.is_reported);
     let roots = reported().map(|package| package.workspace_root.as_path());
     let manifests =
         reported().filter(|package| package.metadata.is_some()).map(|package| package.manifest_path.as_path());
     let mut config = config::load(roots, manifests)?;
-    config.overrides = overrides;
+    config.overrides = overrides.clone();
     rules::validate(&config)?;
     Ok(config)
 }
@@ -106,8 +131,13 @@ fn configuration(project: &Project, overrides: LevelOverrides) -> Result<Config,
 /// A wrong configuration is reported like a file that cannot be parsed, so that editors show its place.
 fn of_wrong_configuration(project: &Project, error: &ConfigError) -> Report {
     let mut sources = SourceMap::new(project.root.clone());
-    let mut problem =
-        Problem { file: String::new(), span: None, message: error.message.clone(), help: error.help.clone() };
+    let mut problem = Problem {
+        file: String::new(),
+        span: None,
+        message: error.message.clone(),
+        help: error.help.clone(),
+        is_error: true,
+    };
     if let Some(place) = &error.place {
         problem.file = sources.display_name(&place.path);
         if let Some(text) = &error.text {

@@ -9,12 +9,14 @@ pub mod short;
 mod stats;
 mod summary;
 pub mod text;
+mod unread;
 
 #[cfg(test)]
 mod sample;
 
 pub use stats::stats;
 pub use summary::Summary;
+pub use unread::unread;
 
 /// How a text for people looks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -46,6 +46,7 @@ struct Unread<'a> {
     file: &'a str,
     line: u32,
     cause: &'a str,
+    help: Option<&'a str>,
 }
 
 /// The report as one JSON object.
@@ -93,7 +94,12 @@ fn pair_row(pair: &Pair) -> PairRow<'_> {
 }
 
 fn unread<'a>(sources: &SourceMap, problem: &'a Problem) -> Unread<'a> {
-    Unread { file: &problem.file, line: problem.span.map_or(1, |span| sources.line(span)), cause: &problem.message }
+    Unread {
+        file: &problem.file,
+        line: problem.span.map_or(1, |span| sources.line(span)),
+        cause: &problem.message,
+        help: problem.help.as_deref(),
+    }
 }
 
 /// The report for people: a line for each cycle, an aligned line for each filter, and the summary.
@@ -124,11 +130,12 @@ pub fn human(project: &Project, report: &Report, style: Style) -> String {
         }
     }
     for problem in &report.problems {
-        text += &format!(
-            "{} {}\n",
-            style.paint(Paint::Red, "unread:"),
-            super::short::problem(&report.sources, problem).trim_end()
-        );
+        let (paint, line) = if problem.is_error {
+            (Paint::Red, super::short::problem(&report.sources, problem))
+        } else {
+            (Paint::Yellow, super::unread::line(&report.sources, problem))
+        };
+        text += &format!("{} {}\n", style.paint(paint, "unread:"), line.trim_end());
     }
     text + &Summary::of(report).line() + "\n"
 }
