@@ -3,6 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod ci_formats;
 mod cli;
 mod configuration;
 mod documents;
@@ -16,6 +17,7 @@ mod presets;
 mod repositories;
 mod robustness;
 mod schema;
+mod snapshot_tests;
 mod suppressions;
 mod tidy;
 mod time_domain;

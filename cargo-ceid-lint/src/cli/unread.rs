@@ -17,19 +17,19 @@ pub(super) fn files_of_no_target(project: &Project, report: &Report) -> Vec<Path
     named.filter(|file| !is_read(file) && !is_left_out(file)).cloned().collect()
 }
 
-/// The report with what could not be loaded, and with what lies beside what was read.
-pub(super) fn with_unread(project: &Project, config: &Config, mut report: Report) -> Report {
-    let broken: Vec<PathBuf> = report.errors().map(|problem| project.root.join(&problem.file)).collect();
-    let seen = Seen { read: &files_read(&report), left_out: &report.left_out, broken: &broken };
-    let mut problems: Vec<Problem> = project.problems.clone();
+/// Adds what lies beside what was read.
+pub(super) fn add_unread(project: &Project, config: &Config, report: &mut Report) {
+    let broken: Vec<PathBuf> = report.problems.iter().map(|problem| project.root.join(&problem.file)).collect();
+    let seen = Seen { read: &files_read(report), left_out: &report.left_out, broken: &broken };
+    let mut unread: Vec<Problem> = Vec::new();
     for problem in project::strays(project, &seen) {
         let path = PathBuf::from(&problem.file);
         if project.is_wanted(&path) && !config.is_excluded(&path) {
-            problems.push(problem);
+            unread.push(problem);
         }
     }
     for file in project.only.iter().filter(|path| path.is_file() && report.left_out.contains(*path)) {
-        problems.push(Problem {
+        unread.push(Problem {
             file: file.to_string_lossy().into_owned(),
             span: None,
             message: "is no part of this build: `cfg` leaves its module out".to_owned(),
@@ -37,11 +37,10 @@ pub(super) fn with_unread(project: &Project, config: &Config, mut report: Report
             is_error: false,
         });
     }
-    for mut problem in problems {
+    for mut problem in unread {
         problem.file = report.sources.display_name(problem.file.as_ref());
-        report.problems.push(problem);
+        report.unread.push(problem);
     }
-    report
 }
 
 /// Every file that was read, by the one path that it has for the system.

@@ -21,8 +21,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 pub use error::LoadError;
-pub use load::{load, with_files};
-pub use selection::{Features, Names, Selection, TargetFilter};
+pub use load::{load, of_file, with_files};
+pub use selection::{Features, Names, Partition, Selection, TargetFilter};
 pub use strays::{Seen, strays};
 
 use crate::diagnostic::Problem;

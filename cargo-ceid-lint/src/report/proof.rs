@@ -55,7 +55,7 @@ pub fn json(project: &Project, report: &Report) -> String {
     let proof = Proof {
         schema: 1,
         cycles: report.cycles.iter().map(|cycle| cycle_row(project, &report.sources, cycle)).collect(),
-        unread: report.problems.iter().map(|problem| unread(&report.sources, problem)).collect(),
+        unread: report.problems.iter().chain(&report.unread).map(|problem| unread(&report.sources, problem)).collect(),
     };
     let mut text = serde_json::to_string_pretty(&proof).expect("strings and numbers are valid JSON");
     text.push('\n');
@@ -129,7 +129,7 @@ pub fn human(project: &Project, report: &Report, style: Style) -> String {
             text += &format!("  {}\n", line(pair, &widths, style).trim_end());
         }
     }
-    for problem in &report.problems {
+    for problem in report.problems.iter().chain(&report.unread) {
         let (paint, line) = if problem.is_error {
             (Paint::Red, super::short::problem(&report.sources, problem))
         } else {

@@ -37,7 +37,7 @@ impl Summary {
         let mut summary = Self {
             cycles: report.cycles.len(),
             filter_types: report.filter_types,
-            problems: report.errors().count(),
+            problems: report.problems.len(),
             ..Self::default()
         };
         for pair in report.cycles.iter().flat_map(|cycle| &cycle.filters) {

@@ -10,13 +10,13 @@ const MOST_LISTED: usize = 8;
 /// A line for each place that was left unread, below a heading; `None` if everything was read.
 #[must_use]
 pub fn unread(report: &Report) -> Option<String> {
-    let number = report.unread().count();
+    let number = report.unread.len();
     if number == 0 {
         return None;
     }
     let verb = if number == 1 { "was" } else { "were" };
     let mut text = format!("{} {verb} left unread:", super::count(number, "place"));
-    for problem in report.unread().take(MOST_LISTED) {
+    for problem in report.unread.iter().take(MOST_LISTED) {
         text += &format!("\n  {}", line(&report.sources, problem));
         text += &problem.help.as_ref().map_or_else(String::new, |help| format!("; {help}"));
     }
@@ -46,7 +46,7 @@ mod tests {
             help: Some("declare it".to_owned()),
             is_error: false,
         };
-        Report { problems: (0..number).map(problem).collect(), ..Report::default() }
+        Report { unread: (0..number).map(problem).collect(), ..Report::default() }
     }
 
     #[test]

@@ -91,7 +91,7 @@ pub fn messages(project: &Project, report: &Report, options: Options) -> String 
         let message = message::of_diagnostic(&report.sources, diagnostic, fingerprint, options.rendered);
         push_message(&mut text, project, at, message, options);
     }
-    for problem in report.errors() {
+    for problem in &report.problems {
         let at = owner(project, report, problem);
         unclean.insert(at);
         let message = message::of_problem(&report.sources, problem, options.rendered);

@@ -1,10 +1,14 @@
 //! From a project to a report: the one function to read first.
 
+mod configured;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
+pub use configured::{Configured, check_configured};
+
 use crate::config::{self, Config, ConfigError, Preset, Scope, Section};
-use crate::count::{Cycle, analyse};
+use crate::count::{Cycle, Pair, analyse};
 use crate::diagnostic::{Diagnostic, Level, Problem};
 use crate::flow::{Program, lower_function};
 use crate::index::{CrateId, CrateInput, EntryScope, Index};
@@ -23,8 +27,10 @@ pub struct Report {
     pub diagnostics: Vec<Diagnostic>,
     /// Every cycle with its filters and their verdicts, sorted by file and place.
     pub cycles: Vec<Cycle>,
-    /// What was not seen: what could not be read or parsed, and what was only left unread.
+    /// What could not be read or parsed.
     pub problems: Vec<Problem>,
+    /// What was not looked at, though nothing is wrong with it.
+    pub unread: Vec<Problem>,
     /// The files and directories of modules that are declared, and not there under this `cfg`.
     pub left_out: BTreeSet<PathBuf>,
     /// How many filter types were found.
@@ -35,16 +41,6 @@ impl Report {
     /// The findings that nothing suppresses: those that people see and that decide how a run ends.
     pub fn shown(&self) -> impl Iterator<Item = &Diagnostic> {
         self.diagnostics.iter().filter(|finding| finding.suppressed.is_none())
-    }
-
-    /// What is wrong with the input, so that the run is incomplete.
-    pub fn errors(&self) -> impl Iterator<Item = &Problem> {
-        self.problems.iter().filter(|problem| problem.is_error)
-    }
-
-    /// What was not looked at, though nothing is wrong with it.
-    pub fn unread(&self) -> impl Iterator<Item = &Problem> {
-        self.problems.iter().filter(|problem| !problem.is_error)
     }
 }
 
@@ -71,7 +67,7 @@ pub fn check_with(project: &Project, config: &Config, source: Box<dyn ReadSource
     let mut report = with_large_stack(|| analyse_all(project, config, inputs, sources, is_partial))?;
     let mut seen = BTreeSet::new();
     problems.retain(|problem: &Problem| seen.insert((problem.file.clone(), problem.span, problem.message.clone())));
-    report.problems = problems;
+    (report.problems, report.unread) = problems.into_iter().partition(|problem| problem.is_error);
     report.left_out = left_out;
     Ok(report)
 }
@@ -272,6 +268,16 @@ fn forbidden(project: &Project, config: &Config) -> BTreeSet<(usize, &'static st
     pairs.filter(|((_, package), rule)| is_forbidden(package, rule)).map(|((at, _), rule)| (at, rule.name)).collect()
 }
 
+/// Whether a finding is about a filter of a cycle.
+#[must_use]
+pub fn is_about(finding: &Diagnostic, cycle: &Cycle, pair: &Pair) -> bool {
+    finding.facts.cycle == Some(cycle.head) && names(finding, pair)
+}
+
+fn names(finding: &Diagnostic, pair: &Pair) -> bool {
+    finding.facts.filters.contains(&pair.name) && pair.rules.contains(&finding.rule)
+}
+
 /// Marks the pairs on which something was found that is suppressed, and nothing that is not.
 fn mark_suppressed(cycles: &mut [Cycle], findings: &[Diagnostic]) {
     let mut by_cycle: BTreeMap<Span, Vec<&Diagnostic>> = BTreeMap::new();
@@ -283,11 +289,8 @@ fn mark_suppressed(cycles: &mut [Cycle], findings: &[Diagnostic]) {
     for cycle in cycles {
         let found = by_cycle.get(&cycle.head).map_or(&[][..], Vec::as_slice);
         for pair in &mut cycle.filters {
-            let is_about = |finding: &&&Diagnostic| {
-                finding.facts.filters.contains(&pair.name) && pair.rules.contains(&finding.rule)
-            };
-            let reasons: Option<Vec<&String>> =
-                found.iter().filter(is_about).map(|finding| finding.suppressed.as_ref()).collect();
+            let about = found.iter().filter(|finding| names(finding, pair));
+            let reasons: Option<Vec<&String>> = about.map(|finding| finding.suppressed.as_ref()).collect();
             pair.suppressed = reasons.and_then(|reasons| reasons.first().map(|reason| (*reason).clone()));
         }
     }
