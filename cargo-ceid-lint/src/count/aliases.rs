@@ -33,6 +33,9 @@ fn may_match(steps: &[Projection], place: &[Projection]) -> bool {
 /// How long a chain of names is followed.
 const MAX_LINKS: u32 = 24;
 
+/// How many names are looked at for one place: variables that are given parts of each other have more with each link.
+const MAX_NAMES: usize = 1_000;
+
 impl Aliases {
     pub(super) fn of(graph: &ControlFlowGraph, summaries: &Summaries) -> Self {
         let mut aliases = Self::default();
@@ -165,7 +168,7 @@ impl Aliases {
     }
 
     fn follow(&self, place: &Place, links: u32, seen: &mut BTreeSet<Place>, found: &mut BTreeSet<Place>) {
-        if links > MAX_LINKS || !seen.insert(place.clone()) {
+        if links > MAX_LINKS || seen.len() > MAX_NAMES || !seen.insert(place.clone()) {
             return;
         }
         let Base::Var(var) = place.base else {
