@@ -75,7 +75,7 @@ pub(super) fn run(args: &InitArgs) -> Result<ExitStatus, String> {
         }
     }
     say_problems(&project.problems, &prospect, console);
-    if project.problems.len() + prospect.problems.len() > 0 {
+    if project.problems.iter().chain(&prospect.problems).any(|problem| problem.is_error) {
         status = ExitStatus::Incomplete;
     }
     Ok(status)

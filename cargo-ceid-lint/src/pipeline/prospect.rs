@@ -1,6 +1,6 @@
 //! From a project to what a first configuration of it could name.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use super::{add_entries, parse_all, paths_outside, scope_of};
@@ -33,7 +33,7 @@ pub struct Prospect {
 pub fn prospect(project: &Project) -> Result<Prospect, ConfigError> {
     let mut files = FileSet::new(SourceMap::new(project.root.clone()), Box::new(DiskSource));
     let mut problems = Vec::new();
-    let inputs = parse_all(project, &mut files, &mut problems);
+    let inputs = parse_all(project, &mut files, &mut problems, &mut BTreeSet::new());
     let sources = files.into_map();
     with_large_stack(|| prospect_all(project, inputs, sources, problems))
 }
