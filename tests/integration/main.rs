@@ -15,6 +15,7 @@ mod messages;
 mod presets;
 mod robustness;
 mod schema;
+mod snapshot_tests;
 mod suppressions;
 mod tidy;
 mod time_domain;

@@ -1,6 +1,10 @@
 //! From a project to a report: the one function to read first.
 
+mod configured;
+
 use std::collections::{BTreeMap, BTreeSet};
+
+pub use configured::{Configured, check_configured};
 
 use crate::config::{self, Config, ConfigError, Preset, Scope, Section};
 use crate::count::{Cycle, Pair, analyse};
