@@ -103,6 +103,7 @@ pub(super) fn report() -> (Project, Report) {
         cycles: cycles(head, &sources),
         problems,
         filter_types: 2,
+        presumed: 0,
         sources,
     };
     (project(), report)

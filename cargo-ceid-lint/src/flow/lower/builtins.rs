@@ -55,7 +55,7 @@ impl Builder<'_> {
             "as_mut" | "as_ref" | "as_deref_mut" | "as_deref" | "as_pin_mut" | "iter_mut" | "iter" | "as_mut_slice"
             | "as_slice" | "borrow_mut" | "borrow" | "try_borrow_mut" | "by_ref" | "deref_mut" | "deref"
             | "get_mut" | "lock" | "try_lock" | "write" | "read" | "try_write" | "get_unchecked_mut"
-            | "assume_init_mut" | "leak" | "into_iter"
+            | "assume_init_mut" | "leak" | "into_iter" | "each_mut" | "each_ref"
                 if args.is_empty() =>
             {
                 let keeps_head =
@@ -122,7 +122,10 @@ impl Builder<'_> {
                 }
                 Value::default()
             }
-            "lock" | "with" | "with_mut" | "lock_mut" | "with_lock" | "lock_ref_mut" | "access" if args.len() == 1 => {
+            "lock" | "with" | "with_mut" | "lock_mut" | "with_lock" | "lock_ref_mut" | "access" | "with_borrow"
+            | "with_borrow_mut"
+                if args.len() == 1 =>
+            {
                 let given = self.expr(args[0]);
                 match given.closure {
                     Some(closure) => {
@@ -191,6 +194,12 @@ impl Builder<'_> {
                 values.into_iter().next().unwrap_or_default()
             }
             "clone" if self.is_shared_handle(receiver) => Value { is_owned: false, ..value.clone() },
+            "fill_with" if args.len() == 1 => {
+                if let Some(closure) = self.expr(args[0]).closure {
+                    self.fill_loop(closure, span);
+                }
+                Value::default()
+            }
             name if super::calls::is_spawn(name) => self.spawn(id, name, args),
             _ => return None,
         })

@@ -36,6 +36,8 @@ pub(super) struct Source {
     pub(super) text: String,
     /// The variables that the items are computed from.
     pub(super) reads: Vec<Var>,
+    /// The collection that it begins with, if it has a name.
+    pub(super) over: Option<Place>,
 }
 
 /// What an adaptor does with its closure.
@@ -58,6 +60,7 @@ impl Source {
             stages: Vec::new(),
             text: String::new(),
             reads: Vec::new(),
+            over: None,
         }
     }
 }
@@ -98,6 +101,7 @@ impl Builder<'_> {
         let ty = self.ty(id).peel();
         let is_endless = is_endless_type(ty);
         let is_map = ty.external_name().is_some_and(|name| name.ends_with("Map"));
+        let over = value.place.clone();
         let item = match value.place {
             Some(place) if !is_map && self.may_hold_filter(ty) => Item::Element(place),
             _ => Item::Opaque,
@@ -110,7 +114,7 @@ impl Builder<'_> {
                 _ => Rounds::Bounded,
             }
         };
-        Source { item, rounds, ..Source::bounded() }
+        Source { item, rounds, over, ..Source::bounded() }
     }
 
     fn range(&mut self, start: Option<ExprId>, end: Option<ExprId>, inclusive: bool) -> Source {
@@ -213,6 +217,17 @@ impl Builder<'_> {
                     || (method != "chain" && matches!(source.item, Item::Element(_) | Item::Chunk(_)));
                 let item = if matches!(source.item, Item::Counter(_)) { Item::Opaque } else { source.item };
                 Source { item, rounds, passes_over, in_order: false, ..source }
+            }
+            "flatten" => {
+                let source = self.source(receiver);
+                let rows = matches!(self.ty(receiver), Ty::External(_, args)
+                    if matches!(args.first().map(Ty::peel), Some(Ty::Array(..) | Ty::Slice(_))));
+                match &source.item {
+                    Item::Element(place) if rows => {
+                        Source { item: Item::Element(place.element(IndexKey::Each)), rounds: Rounds::Bounded, ..source }
+                    }
+                    _ => self.collection(id),
+                }
             }
             "cycle" => Source { rounds: Rounds::Unbounded, in_order: false, ..self.source(receiver) },
             "enumerate" => {
@@ -405,6 +420,17 @@ impl Builder<'_> {
         });
     }
 
+    /// A closure that gives a value to each element: what it computes goes into the round's item.
+    pub(super) fn fill_loop(&mut self, closure: ClosureRef, span: Span) {
+        let bar = self.bar(closure);
+        self.run_loop(CycleKind::Closure, bar, None, Source::bounded(), |this, item, _| {
+            let filled = item.place.and_then(|place| place.base_var()).into_iter().collect();
+            let outer = std::mem::replace(&mut this.targets, filled);
+            this.inline_closure(closure, &[], span);
+            this.targets = outer;
+        });
+    }
+
     /// A counter that is handed to a closure keeps being one under its parameter's name.
     fn note_counter(&mut self, id: crate::flow::LoopId, closure: ClosureRef, param: usize, item: &Item) {
         let body = self.frames[closure.frame].body;
@@ -443,6 +469,8 @@ impl Builder<'_> {
             counter: None,
             bound: Vec::new(),
             indexes: Vec::new(),
+            sampled: Vec::new(),
+            over: source.over.clone(),
             passes_over: source.passes_over,
             in_order: source.in_order && !source.passes_over,
             drains: false,
@@ -522,6 +550,7 @@ impl Builder<'_> {
                     Item::Chunk(_) => place.slice(Section::chunk()),
                     _ => place.element(IndexKey::Each),
                 };
+                self.graph.derived.extend(reads.iter().map(|read| (var, *read)));
                 let info = &mut self.graph.loops[id.0 as usize];
                 info.items.push((var, source));
                 info.bound.push(var);
@@ -538,6 +567,7 @@ impl Builder<'_> {
             }
             Item::Tuple(items) => {
                 let var = self.temporary(Ty::Unknown, span);
+                self.graph.derived.extend(reads.iter().map(|read| (var, *read)));
                 for (number, item) in items.iter().enumerate() {
                     let value = self.item_value(id, item, reads, span);
                     let part = Place::var(var).field(&number.to_string());
