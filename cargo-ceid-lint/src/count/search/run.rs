@@ -431,9 +431,7 @@ impl<'s, 'a> Run<'s, 'a> {
             let before = self.search.rounds_before(&plain, id).filter(|before| *before < MAX_ROUNDS);
             rounds.retain(|(open, _)| *open != id);
             // Which number the instance's own round has is known where those before it are; that of a later one never is.
-            let mut passed = rounds.clone();
-            passed.push((id, BEYOND));
-            let passed = self.rounds.intern(passed);
+            let passed = self.rounds.intern(rounds.iter().copied().chain([(id, BEYOND)]).collect());
             rounds.push((id, if before.is_some() { done.saturating_add(1) } else { BEYOND }));
             let more = self.rounds.intern(rounds);
             if done == before.unwrap_or(0) {
@@ -483,7 +481,7 @@ impl<'s, 'a> Run<'s, 'a> {
         if let Some((counter, first)) = info.counter {
             after.masks = self.killed(after.masks, &Place::var(counter));
             if let (Some(first), Some(last), false) = (first, self.last_asked(counter), is_region || !info.in_order) {
-                // A counter has each number once: behind the last one that is asked for, no such question holds.
+                // Behind the last number that is asked for, no such question holds.
                 let now = if done < MAX_ROUNDS && first.saturating_add(done) <= last { done + 1 } else { BEYOND };
                 rounds.retain(|(open, _)| *open != id);
                 rounds.push((id, now));

@@ -218,16 +218,13 @@ impl Builder<'_> {
                 let item = if matches!(source.item, Item::Counter(_)) { Item::Opaque } else { source.item };
                 Source { item, rounds, passes_over, in_order: false, ..source }
             }
-            "flatten" => {
+            "flatten" if self.gives_rows(receiver) => {
                 let source = self.source(receiver);
-                let rows = matches!(self.ty(receiver), Ty::External(_, args)
-                    if matches!(args.first().map(Ty::peel), Some(Ty::Array(..) | Ty::Slice(_))));
-                match &source.item {
-                    Item::Element(place) if rows => {
-                        Source { item: Item::Element(place.element(IndexKey::Each)), rounds: Rounds::Bounded, ..source }
-                    }
-                    _ => self.collection(id),
-                }
+                let item = match source.item {
+                    Item::Element(place) => Item::Element(place.element(IndexKey::Each)),
+                    _ => Item::Opaque,
+                };
+                Source { item, rounds: Rounds::Bounded, ..source }
             }
             "cycle" => Source { rounds: Rounds::Unbounded, in_order: false, ..self.source(receiver) },
             "enumerate" => {
@@ -365,6 +362,12 @@ impl Builder<'_> {
             return matches!(consumer, "for_each" | "fold" | "try_for_each") || self.has_adaptor(id);
         }
         false
+    }
+
+    /// Whether each item of an iterator is an array or slice.
+    fn gives_rows(&self, id: ExprId) -> bool {
+        matches!(self.ty(id), Ty::External(_, args)
+            if matches!(args.first().map(Ty::peel), Some(Ty::Array(..) | Ty::Slice(_))))
     }
 
     fn has_adaptor(&self, id: ExprId) -> bool {
