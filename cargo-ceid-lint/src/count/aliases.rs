@@ -6,7 +6,10 @@ use std::rc::Rc;
 
 use super::given::{Given, place_of};
 use super::summary::{Summaries, Summary};
-use crate::flow::{Base, CallSite, ControlFlowGraph, Effect, IndexKey, LoopId, LoopInfo, Place, Projection, Var};
+use crate::flow::{
+    Base, CallSite, ControlFlowGraph, Effect, IndexKey, LoopId, LoopInfo, Place, Projection, Transfer, Var,
+};
+use crate::index::Ty;
 
 /// The names of a function's places.
 #[derive(Debug, Default)]
@@ -48,7 +51,7 @@ impl Aliases {
                 Effect::Set(set) => {
                     let Some(var) = set.place.base_var() else { continue };
                     match &set.from {
-                        Some(from) => aliases.add(graph, var, &set.place.steps, from, set.by_move, node.in_loop),
+                        Some(from) => aliases.add(graph, var, &set.place.steps, from, set.transfer, node.in_loop),
                         None => {
                             aliases.owning.insert(var);
                         }
@@ -56,13 +59,13 @@ impl Aliases {
                 }
                 Effect::Write(write) if write.rebinds => {
                     if let (Some(var), Some(from)) = (write.place.base_var(), &write.from) {
-                        aliases.add(graph, var, &write.place.steps, from, write.by_move, node.in_loop);
+                        aliases.add(graph, var, &write.place.steps, from, write.transfer, node.in_loop);
                     }
                 }
                 Effect::Call(site) => {
                     aliases.index_through(site, summaries);
                     for (part, from) in summaries.borrows(site) {
-                        aliases.add(graph, site.result, part, &from, false, node.in_loop);
+                        aliases.add(graph, site.result, part, &from, Transfer::Borrow, node.in_loop);
                     }
                 }
                 _ => {}
@@ -111,13 +114,19 @@ impl Aliases {
         var: Var,
         steps: &[Projection],
         from: &Place,
-        by_move: bool,
+        transfer: Transfer,
         at: Option<LoopId>,
     ) {
-        let is_reference = matches!(graph.var(var).ty, crate::index::Ty::Ref(..));
-        if by_move && !is_reference && !self.unnamed.contains(&var) && !self.keeps_moved(graph, from, at) {
-            // What is moved into a variable lives there from now on.
-            self.owning.insert(var);
+        let is_reference = matches!(graph.var(var).ty, Ty::Ref(..));
+        // What is moved into a variable or a new value lives there from now on, and so does a copy.
+        let is_moved = matches!(transfer, Transfer::Move | Transfer::RoundTrip) && !is_reference;
+        let is_value = |var: Var| matches!(graph.var(var).ty, Ty::Adt(..) | Ty::External(..) | Ty::Opaque(_));
+        let is_part = !steps.is_empty() && from.steps.is_empty() && from.base_var().is_some_and(is_value);
+        let has_own = !self.unnamed.contains(&var) || is_part;
+        if transfer == Transfer::Copy || (is_moved && has_own && !self.keeps_moved(graph, from, at)) {
+            if steps.is_empty() {
+                self.owning.insert(var);
+            }
             return;
         }
         let sources = self.sources.entry(var).or_default();

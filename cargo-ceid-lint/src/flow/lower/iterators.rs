@@ -1,7 +1,9 @@
 //! Iterators: what a chain of adaptors runs over, and what it does when it is consumed.
 
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Caller, CycleKind, Effect, IndexKey, LoopInfo, Place, Rounds, Section, Var};
+use crate::flow::{
+    Caller, Cause, CycleKind, Effect, IndexKey, LoopId, LoopInfo, Place, Rounds, Section, Transfer, Var,
+};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
@@ -20,8 +22,58 @@ pub(super) enum Item {
     Counter(Option<u64>),
     /// A value made in the round.
     Made,
+    /// The one thing at a place.
+    Same(Place),
+    /// One of these, those of the first kind before those of the next.
+    OneOf(Vec<Self>),
     /// Several at once.
     Tuple(Vec<Self>),
+}
+
+impl Item {
+    /// The places of which it is one in each round.
+    fn lends(&self, found: &mut Vec<Place>) {
+        match self {
+            Self::Element(place) => found.push(place.element(IndexKey::Each)),
+            Self::Chunk(place) => found.push(place.slice(Section::chunk())),
+            Self::Same(place) => found.push(place.clone()),
+            Self::OneOf(items) => items.iter().for_each(|item| item.lends(found)),
+            Self::Opaque | Self::Counter(_) | Self::Made | Self::Tuple(_) => {}
+        }
+    }
+
+    /// What a map gives: a key, and an element.
+    pub(super) fn entry(place: Place) -> Self {
+        Self::Tuple(vec![Self::Opaque, Self::Element(place)])
+    }
+
+    /// The values of such pairs.
+    pub(super) fn values(&self) -> Self {
+        match self {
+            Self::Tuple(parts) => parts.last().cloned().unwrap_or(Self::Opaque),
+            other => other.clone(),
+        }
+    }
+
+    /// One or the other; `None` if they have different shapes.
+    fn or(&self, other: &Self) -> Option<Self> {
+        match (self, other) {
+            (Self::Tuple(left), Self::Tuple(right)) if left.len() == right.len() => {
+                let parts = left.iter().zip(right).map(|(left, right)| left.or(right));
+                Some(Self::Tuple(parts.collect::<Option<_>>()?))
+            }
+            (Self::Tuple(_), _) | (_, Self::Tuple(_)) => None,
+            (Self::Counter(_), Self::Counter(_)) => Some(Self::Opaque),
+            _ => Some(Self::OneOf(vec![self.clone(), other.clone()])),
+        }
+    }
+
+    /// Whether it is such a place.
+    pub(super) fn is_lent(&self) -> bool {
+        let mut found = Vec::new();
+        self.lends(&mut found);
+        !found.is_empty()
+    }
 }
 
 /// What a chain of adaptors runs over.
@@ -33,11 +85,26 @@ pub(super) struct Source {
     pub(super) in_order: bool,
     /// Closures that run in each round before the item is there: `map`, `filter`, `inspect`.
     pub(super) stages: Vec<(Stage, ClosureRef)>,
+    /// Whether it is one of several, and which one is not known.
+    pub(super) is_choice: bool,
+    /// The innermost loop in which it was made.
+    pub(super) made_in: Option<LoopId>,
     pub(super) text: String,
     /// The variables that the items are computed from.
     pub(super) reads: Vec<Var>,
     /// The collection that it begins with, if it has a name.
     pub(super) over: Option<Place>,
+}
+
+/// What a consumer does with the items.
+#[derive(Clone, Copy, Debug)]
+struct Consumer {
+    /// Its closure gets a state first.
+    takes_state: bool,
+    /// It may stop before the last item.
+    stops: bool,
+    /// It gives them back, or some of them.
+    gathers: bool,
 }
 
 /// What an adaptor does with its closure.
@@ -58,6 +125,8 @@ impl Source {
             passes_over: false,
             in_order: true,
             stages: Vec::new(),
+            is_choice: false,
+            made_in: None,
             text: String::new(),
             reads: Vec::new(),
             over: None,
@@ -68,11 +137,16 @@ impl Source {
 impl Builder<'_> {
     /// What a `for` loop or consumer runs over; evaluates what the chain begins with.
     pub(super) fn source(&mut self, id: ExprId) -> Source {
+        self.source_of(id, false)
+    }
+
+    /// The same; a collection that is lent is not copied.
+    fn source_of(&mut self, id: ExprId, is_lent: bool) -> Source {
         let body = self.body();
         let mut source = match &body.expr(id).kind {
             ExprKind::MethodCall { receiver, method, args, .. } => self.adaptor(id, *receiver, method, args),
             ExprKind::Range { start, end, inclusive } => self.range(*start, *end, *inclusive),
-            ExprKind::Reference { value, .. } => self.source(*value),
+            ExprKind::Reference { value, .. } => self.source_of(*value, true),
             ExprKind::Await(inner) => {
                 let inner = self.source(*inner);
                 Source { rounds: Rounds::Unbounded, ..inner }
@@ -88,7 +162,7 @@ impl Builder<'_> {
                 let rounds = if matches!(item, Item::Element(_)) { Rounds::Bounded } else { Rounds::Constant(count) };
                 Source { item, rounds, ..Source::bounded() }
             }
-            _ => self.collection(id),
+            _ => self.collection(id, is_lent),
         };
         source.text = self.text(id);
         source.reads = self.reads_of(id);
@@ -96,14 +170,28 @@ impl Builder<'_> {
     }
 
     /// A place that is iterated over.
-    fn collection(&mut self, id: ExprId) -> Source {
+    fn collection(&mut self, id: ExprId, is_lent: bool) -> Source {
         let value = self.expr(id);
+        if let Some(source) = &value.iterator {
+            // What was made outside a loop is used up after the first of its rounds.
+            let is_older = source.made_in != self.loops.last().copied();
+            if source.is_choice || is_older {
+                let which = if is_older { "is made outside the loop" } else { "a condition chooses" };
+                let cause = Cause::Code(format!("an iterator that {which}"));
+                self.keep_iterator(&value, &cause, self.span(id));
+                return Source::bounded();
+            }
+            return Source::clone(source);
+        }
         let ty = self.ty(id).peel();
         let is_endless = is_endless_type(ty);
-        let is_map = ty.external_name().is_some_and(|name| name.ends_with("Map"));
+        let is_map = is_map(ty);
         let over = value.place.clone();
         let item = match value.place {
-            Some(place) if !is_map && self.may_hold_filter(ty) => Item::Element(place),
+            // The loop gets copies of them.
+            Some(_) if !is_lent && self.is_copied(self.ty(id)) => Item::Made,
+            Some(place) if is_map && self.may_hold_filter(ty) => Item::entry(place),
+            Some(place) if self.may_hold_filter(ty) => Item::Element(place),
             _ => Item::Opaque,
         };
         let rounds = if is_endless {
@@ -166,6 +254,20 @@ impl Builder<'_> {
             ExprKind::Path(path) => path.last().to_owned(),
             _ => String::new(),
         };
+        let is_std =
+            matches!(self.typed().callees.get(&id), Some(Callee::External(path)) if path.starts_with("std::iter::"));
+        match (name.as_str(), args) {
+            ("zip", [first, second]) if is_std => return self.zip(*first, Some(*second)),
+            ("once", [only]) if is_std => {
+                let value = self.expr(*only);
+                let item = match value.place {
+                    Some(place) if !value.is_owned && self.may_hold_filter(self.ty(*only)) => Item::Same(place),
+                    _ => Item::Made,
+                };
+                return Source { item, rounds: Rounds::Constant(1), ..Source::bounded() };
+            }
+            _ => {}
+        }
         if matches!(name.as_str(), "repeat_with" | "from_fn" | "repeat" | "successors") {
             let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
             let stages = values.iter().rev().find_map(|value| value.closure).map(|closure| (Stage::Make, closure));
@@ -176,15 +278,59 @@ impl Builder<'_> {
                 ..Source::bounded()
             };
         }
-        self.collection(id)
+        self.collection(id, false)
+    }
+
+    fn zip(&mut self, first: ExprId, second: Option<ExprId>) -> Source {
+        let source = self.source(first);
+        let other = second.map_or_else(Source::bounded, |second| self.source(second));
+        let rounds = match (&source.rounds, &other.rounds) {
+            (Rounds::Unbounded, rounds) | (rounds, Rounds::Unbounded) => rounds.clone(),
+            (Rounds::Constant(a), Rounds::Constant(b)) => Rounds::Constant(*a.min(b)),
+            _ => Rounds::Bounded,
+        };
+        let mut stages = source.stages;
+        stages.extend(other.stages);
+        let in_order = source.in_order && other.in_order;
+        let passes_over = source.passes_over || other.passes_over;
+        let item = Item::Tuple(vec![source.item, other.item]);
+        Source { item, rounds, passes_over, in_order, stages, ..Source::bounded() }
+    }
+
+    /// One iterator after the other. Where closures belong to one of them only, nothing is known of what both lend.
+    fn chain(&mut self, receiver: ExprId, args: &[ExprId]) -> Source {
+        let source = self.source(receiver);
+        let other = args.first().map_or_else(Source::bounded, |arg| self.source(*arg));
+        let rounds = match (&source.rounds, &other.rounds) {
+            (Rounds::Unbounded, _) | (_, Rounds::Unbounded) => Rounds::Unbounded,
+            (Rounds::Constant(a), Rounds::Constant(b)) => Rounds::Constant(a.saturating_add(*b)),
+            _ => Rounds::Bounded,
+        };
+        let passes_over = source.passes_over || other.passes_over;
+        let item = source.item.or(&other.item);
+        let Some(item) = item.filter(|_| source.stages.is_empty() && other.stages.is_empty()) else {
+            let cause = Cause::Code("a chain of iterators".to_owned());
+            for source in [source, other] {
+                let value = Value { iterator: Some(std::rc::Rc::new(source)), ..Value::default() };
+                self.keep_iterator(&value, &cause, self.span(receiver));
+            }
+            return Source { rounds, passes_over, in_order: false, ..Source::bounded() };
+        };
+        Source { item, rounds, passes_over, in_order: false, ..Source::bounded() }
     }
 
     fn adaptor(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Source {
         match method {
             "rev" => Source { in_order: false, ..self.source(receiver) },
-            "iter" | "iter_mut" | "into_iter" | "by_ref" | "peekable" | "fuse" | "copied" | "cloned" | "as_mut"
-            | "as_mut_slice" | "as_slice" | "as_ref" | "unwrap" | "each_mut" | "deref_mut" | "par_iter_mut"
-            | "into_iter_mut" => self.source(receiver),
+            "into_iter" | "peekable" | "fuse" | "unwrap" => self.source(receiver),
+            "by_ref" if self.iterates(self.ty(receiver)) => self.part_of(id, receiver),
+            "iter" | "iter_mut" | "by_ref" | "as_mut" | "as_mut_slice" | "as_slice" | "as_ref" | "each_mut"
+            | "deref_mut" | "par_iter_mut" | "into_iter_mut" => self.source_of(receiver, true),
+            "copied" | "cloned" => {
+                let source = self.source(receiver);
+                let item = if source.item.is_lent() { Item::Made } else { source.item };
+                Source { item, ..source }
+            }
             "take" => {
                 let source = self.source(receiver);
                 let count = args.first().and_then(|arg| {
@@ -198,7 +344,8 @@ impl Builder<'_> {
                 };
                 Source { rounds, ..source }
             }
-            "skip" | "step_by" | "chain" => {
+            "chain" => self.chain(receiver, args),
+            "skip" | "step_by" => {
                 let source = self.source(receiver);
                 let mut number = None;
                 for arg in args {
@@ -213,8 +360,7 @@ impl Builder<'_> {
                     (Rounds::Constant(count), "skip", Some(skipped)) => Rounds::Constant(count.saturating_sub(skipped)),
                     _ => Rounds::Bounded,
                 };
-                let passes_over = source.passes_over
-                    || (method != "chain" && matches!(source.item, Item::Element(_) | Item::Chunk(_)));
+                let passes_over = source.passes_over || source.item.is_lent();
                 let item = if matches!(source.item, Item::Counter(_)) { Item::Opaque } else { source.item };
                 Source { item, rounds, passes_over, in_order: false, ..source }
             }
@@ -231,25 +377,7 @@ impl Builder<'_> {
                 let source = self.source(receiver);
                 Source { item: Item::Tuple(vec![Item::Counter(Some(0)), source.item]), ..source }
             }
-            "zip" => {
-                let source = self.source(receiver);
-                let other = args.first().map_or_else(Source::bounded, |arg| self.source(*arg));
-                let rounds = match (&source.rounds, &other.rounds) {
-                    (Rounds::Unbounded, rounds) | (rounds, Rounds::Unbounded) => rounds.clone(),
-                    (Rounds::Constant(a), Rounds::Constant(b)) => Rounds::Constant(*a.min(b)),
-                    _ => Rounds::Bounded,
-                };
-                let mut stages = source.stages;
-                stages.extend(other.stages);
-                let in_order = source.in_order && other.in_order;
-                Source {
-                    item: Item::Tuple(vec![source.item, other.item]),
-                    rounds,
-                    in_order,
-                    stages,
-                    ..Source::bounded()
-                }
-            }
+            "zip" => self.zip(receiver, args.first().copied()),
             "map" | "filter" | "inspect" | "filter_map" | "take_while" | "skip_while" | "map_while" | "flat_map"
             | "scan" => {
                 let mut source = self.source(receiver);
@@ -264,7 +392,7 @@ impl Builder<'_> {
                 source
             }
             "chunks_mut" | "chunks" | "chunks_exact_mut" | "chunks_exact" | "split_mut" => {
-                let source = self.source(receiver);
+                let source = self.source_of(receiver, true);
                 for arg in args {
                     self.expr(*arg);
                 }
@@ -272,6 +400,11 @@ impl Builder<'_> {
                     Item::Element(place) => Item::Chunk(place),
                     other => other,
                 };
+                Source { item, ..source }
+            }
+            "values_mut" | "values" | "into_values" if is_map(self.ty(receiver).peel()) => {
+                let source = self.source_of(receiver, true);
+                let item = source.item.values();
                 Source { item, ..source }
             }
             "values_mut" | "values" | "drain" | "keys" | "windows" | "lines" | "chars" | "bytes" | "split" => {
@@ -286,7 +419,7 @@ impl Builder<'_> {
                 let rounds = if method == "try_iter" { Rounds::Bounded } else { Rounds::Unbounded };
                 Source { rounds, ..Source::bounded() }
             }
-            _ => self.collection(id),
+            _ => self.collection(id, false),
         }
     }
 
@@ -347,7 +480,8 @@ impl Builder<'_> {
             return Some(picked);
         }
         let takes_state = matches!(method, "fold" | "try_fold" | "reduce");
-        self.consume(id, source, closure, takes_state, stops);
+        let gathers = matches!(method, "collect" | "partition" | "unzip") || picks_one(method);
+        self.consume(id, source, closure, Consumer { takes_state, stops, gathers });
         Some(picked)
     }
 
@@ -390,12 +524,17 @@ impl Builder<'_> {
         }
     }
 
-    fn consume(&mut self, id: ExprId, source: Source, closure: Option<ClosureRef>, takes_state: bool, stops: bool) {
+    fn consume(&mut self, id: ExprId, source: Source, closure: Option<ClosureRef>, consumer: Consumer) {
         let span = self.span(id);
         let runs = closure.or_else(|| source.stages.last().map(|(_, closure)| *closure));
         let bar = runs.map_or(span, |closure| self.bar(closure));
         let kind = if source.stages.is_empty() { source.item.clone() } else { Item::Opaque };
+        let Consumer { takes_state, stops, gathers } = consumer;
+        let expr = id;
         self.run_loop(CycleKind::Closure, bar, None, source, |this, item, id| {
+            if gathers && this.at.is_some() {
+                this.keep(&item, expr);
+            }
             let Some(closure) = closure else { return };
             let mut args = vec![item];
             if takes_state {
@@ -435,7 +574,7 @@ impl Builder<'_> {
     }
 
     /// A counter that is handed to a closure keeps being one under its parameter's name.
-    fn note_counter(&mut self, id: crate::flow::LoopId, closure: ClosureRef, param: usize, item: &Item) {
+    fn note_counter(&mut self, id: LoopId, closure: ClosureRef, param: usize, item: &Item) {
         let body = self.frames[closure.frame].body;
         let ExprKind::Closure(code) = &body.expr(closure.expr).kind else { return };
         let Some((pat, _)) = code.params.get(param) else { return };
@@ -450,6 +589,14 @@ impl Builder<'_> {
         }
     }
 
+    /// Runs an iterator whose items go into a collection.
+    pub(super) fn gather(&mut self, id: ExprId, source: &Source) {
+        let consumer = Consumer { takes_state: false, stops: false, gathers: true };
+        if !source.stages.is_empty() && !source.is_choice {
+            self.consume(id, source.clone(), None, consumer);
+        }
+    }
+
     /// The loop over a source: the rounds, their items, and the closures of the chain.
     pub(super) fn run_loop(
         &mut self,
@@ -457,7 +604,7 @@ impl Builder<'_> {
         keyword: Span,
         label: Option<&String>,
         source: Source,
-        inside: impl FnOnce(&mut Self, Value, crate::flow::LoopId),
+        inside: impl FnOnce(&mut Self, Value, LoopId),
     ) {
         if self.at.is_none() {
             return;
@@ -539,7 +686,7 @@ impl Builder<'_> {
     }
 
     /// The value of a round's item, and what its variables name.
-    fn item_value(&mut self, id: crate::flow::LoopId, item: &Item, reads: &[Var], span: Span) -> Value {
+    fn item_value(&mut self, id: LoopId, item: &Item, reads: &[Var], span: Span) -> Value {
         match item {
             Item::Opaque | Item::Made => {
                 let var = self.temporary(Ty::Unknown, span);
@@ -547,15 +694,13 @@ impl Builder<'_> {
                 self.graph.loops[id.0 as usize].bound.push(var);
                 Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }
             }
-            Item::Element(place) | Item::Chunk(place) => {
+            Item::Element(_) | Item::Chunk(_) | Item::Same(_) | Item::OneOf(_) => {
                 let var = self.temporary(Ty::Unknown, span);
-                let source = match item {
-                    Item::Chunk(_) => place.slice(Section::chunk()),
-                    _ => place.element(IndexKey::Each),
-                };
+                let mut lent = Vec::new();
+                item.lends(&mut lent);
                 self.graph.derived.extend(reads.iter().map(|read| (var, *read)));
                 let info = &mut self.graph.loops[id.0 as usize];
-                info.items.push((var, source));
+                info.items.extend(lent.into_iter().map(|place| (var, place)));
                 info.bound.push(var);
                 Value { place: Some(Place::var(var)), is_owned: false, ..Value::default() }
             }
@@ -577,7 +722,7 @@ impl Builder<'_> {
                     let assignment = crate::flow::Assignment {
                         place: part,
                         from: value.place,
-                        by_move: value.is_owned,
+                        transfer: if value.is_owned { Transfer::Move } else { Transfer::Borrow },
                         rebinds: true,
                         head: None,
                         same_as: None,
@@ -590,7 +735,7 @@ impl Builder<'_> {
     }
 
     /// Binds the pattern of a `for` loop; a counter keeps being one under its own name.
-    pub(super) fn bind_item(&mut self, id: crate::flow::LoopId, pat: PatId, item: &Item, value: &Value) {
+    pub(super) fn bind_item(&mut self, id: LoopId, pat: PatId, item: &Item, value: &Value) {
         let mut counters: Vec<Var> = Vec::new();
         self.counter_names(pat, item, &mut counters);
         self.bind_pattern(pat, value);
@@ -621,6 +766,11 @@ impl Builder<'_> {
             _ => {}
         }
     }
+}
+
+/// Whether a type is a map: what it gives are pairs, and which one a key names depends on data.
+pub(super) fn is_map(ty: &Ty) -> bool {
+    ty.external_name().is_some_and(|name| name.ends_with("Map"))
 }
 
 /// Whether a consumer gives back one of the elements.
