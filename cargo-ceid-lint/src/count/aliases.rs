@@ -4,8 +4,11 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
 
-use super::summary::Summaries;
-use crate::flow::{Base, ControlFlowGraph, Effect, IndexKey, LoopId, Place, Projection, Transfer, Var};
+use super::given::{Given, place_of};
+use super::summary::{Summaries, Summary};
+use crate::flow::{
+    Base, CallSite, ControlFlowGraph, Effect, IndexKey, LoopId, LoopInfo, Place, Projection, Transfer, Var,
+};
 use crate::index::Ty;
 
 /// The names of a function's places.
@@ -18,6 +21,8 @@ pub(super) struct Aliases {
     owning: BTreeSet<Var>,
     /// Which variables were computed from which.
     derived: BTreeMap<Var, BTreeSet<Var>>,
+    /// Collections of which a call is told the number of an element by a variable.
+    indexed: Vec<(Var, Place)>,
     /// The roots of the places that were asked for.
     known: RefCell<HashMap<Place, Rc<[Place]>>>,
 }
@@ -61,6 +66,7 @@ impl Aliases {
                     }
                 }
                 Effect::Call(site) => {
+                    aliases.index_through(site, summaries);
                     for (part, from) in summaries.borrows(site) {
                         aliases.add(graph, site.result, part, &from, Transfer::Borrow, node.in_loop);
                     }
@@ -77,6 +83,32 @@ impl Aliases {
             aliases.derived.entry(*to).or_default().insert(*from);
         }
         aliases
+    }
+
+    /// Notes of which collections a callee takes the element that an argument numbers.
+    fn index_through(&mut self, site: &CallSite, summaries: &Summaries) {
+        for given in site.targets.iter().filter_map(|target| summaries.get(*target)).flat_map(Summary::given_places) {
+            for (at, step) in given.steps.iter().enumerate() {
+                let Some(IndexKey::Param(param)) = step.key() else { continue };
+                let Some(IndexKey::Var(var)) = site.args.get(*param).and_then(|arg| arg.index.as_ref()) else {
+                    continue;
+                };
+                let collection = Given { base: given.base, steps: given.steps[..at].to_vec() };
+                if let Some(place) = place_of(&collection, site) {
+                    let entry = (*var, place);
+                    if !self.indexed.contains(&entry) {
+                        self.indexed.push(entry);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The collections that are indexed with the counter of a loop, here or in what is called.
+    pub(super) fn indexed_by<'a>(&'a self, info: &'a LoopInfo) -> impl Iterator<Item = &'a Place> {
+        let counter = info.counter.map(|(counter, _)| counter);
+        let through = self.indexed.iter().filter(move |(var, _)| Some(*var) == counter).map(|(_, place)| place);
+        info.indexes.iter().chain(through)
     }
 
     fn add(

@@ -7,7 +7,7 @@ use super::aliases::Aliases;
 use super::cycles::{Instance, choose_cycles};
 use super::debug_only;
 use super::decide::{self, Decision};
-use super::functions::{FunctionKind, called_functions, function_kind, reached_from_cycles};
+use super::functions::{FunctionKind, called_functions, function_kind, is_law, reached_from_cycles};
 use super::given::place_of;
 use super::instances::{leaves, place_ty, settle_elements};
 use super::remarks::{Remark, Steps, Waiting};
@@ -31,6 +31,19 @@ pub struct Analysis {
     pub guards: Vec<GuardDefect>,
     /// What further rules say of the pairs and cycles.
     pub remarks: Vec<Remark>,
+    /// Functions that nothing calls and in which only repetitions are looked for, without one.
+    pub presumed: Vec<Presumed>,
+}
+
+/// A function that reaches filters and may or may not be called once per cycle.
+#[derive(Clone, Copy, Debug)]
+pub struct Presumed {
+    /// Index into the project's packages.
+    pub package: usize,
+    /// Index into the package's targets.
+    pub target: usize,
+    /// Its `fn`.
+    pub head: Span,
 }
 
 /// A filter that is built and then neither registered, updated, moved nor returned.
@@ -83,6 +96,8 @@ pub(super) struct FunctionFacts<'a> {
     /// The cycles of each instance that the function updates.
     pub(super) updated: Vec<Instance>,
     pub(super) kind: FunctionKind,
+    /// The text of its body.
+    pub(super) body: Span,
 }
 
 /// A field of a type, wherever a value of the type lives.
@@ -161,8 +176,11 @@ fn function_facts<'a>(
     }
     places.extend(states.iter().cloned());
     places.extend(debug_only::updates(graph, &aliases, summaries).into_iter().map(|update| update.place));
+    let own = own_filter(program.index, graph);
     places.retain(|place| {
-        is_instance(program.index, graph, place, states.contains(place)) && !is_debug_only(graph, place)
+        own.as_ref() != Some(place)
+            && is_instance(program.index, graph, place, states.contains(place))
+            && !is_debug_only(graph, place)
     });
     let mut updated = Vec::new();
     for place in settle_elements(program.index, graph, &places) {
@@ -173,12 +191,14 @@ fn function_facts<'a>(
             let search = Search::with_dependence(program, graph, &aliases, summaries, &place, law, dependence);
             let instance = choose_cycles(graph, &aliases, summaries, &search, kind, in_cycle);
             // How many halves there are of a state that lies in an argument, its calls tell.
-            if halves.is_some() || instance.is_updated {
+            if halves.is_some() || !search.updating().is_empty() {
                 updated.push(instance);
             }
         }
     }
-    FunctionFacts { graph, aliases, dependence, updated, kind }
+    let function = &program.index.function(graph.function).function;
+    let body = function.body.as_ref().map_or(function.head, |body| body.expr(body.root).span);
+    FunctionFacts { graph, aliases, dependence, updated, kind, body }
 }
 
 /// The filters that are or lie at a place.
@@ -215,6 +235,11 @@ fn is_instance(index: &Index, graph: &ControlFlowGraph, place: &Place, is_state:
             !info.name.is_empty() || info.param.is_some()
         }
     }
+}
+
+/// The filter whose law a function is: that the law runs another form of itself is a part of the one update.
+fn own_filter(index: &Index, graph: &ControlFlowGraph) -> Option<Place> {
+    is_law(index, graph.function).then(|| graph.params.first().copied().map(Place::var)).flatten()
 }
 
 /// Whether only a debug build has the variable in which a filter lives.
@@ -325,6 +350,11 @@ impl Context<'_> {
         super::remarks::add(self, facts, &mut pairs, analysis);
         let def = index.function(graph.function);
         let info = index.crate_of(def.module);
+        let is_silent = facts.kind == FunctionKind::Presumed && !pairs.contains_key(&CycleId::Function);
+        if is_silent && facts.updated.iter().any(|instance| instance.function) {
+            let head = def.function.keyword;
+            analysis.presumed.push(Presumed { package: info.package, target: info.target, head });
+        }
         for (id, mut filters) in pairs {
             filters.sort_by(|left, right| (&left.name, &left.law).cmp(&(&right.name, &right.law)));
             let head = match id {
@@ -431,6 +461,7 @@ impl Context<'_> {
             cause: decision.cause.map(|cause| cause.to_string()),
             witness: decision.witness,
             primary: decision.primary,
+            through: decision.through.into_iter().collect(),
             others: decision.others,
             updates: Vec::new(),
             suppressed: None,

@@ -6,7 +6,7 @@ use super::aliases::Aliases;
 use super::functions::FunctionKind;
 use super::search::Search;
 use super::summary::Summaries;
-use crate::flow::{CallSite, Caller, ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Var};
+use crate::flow::{CallSite, Caller, Computed, ControlFlowGraph, Effect, IndexKey, LoopId, NodeId, Place, Rounds, Var};
 use crate::index::FunctionId;
 use crate::syntax::CycleDirective;
 
@@ -146,14 +146,14 @@ fn feeds(
     id: LoopId,
 ) -> bool {
     let info = graph.loop_info(id);
-    if info.rounds == Rounds::Unbounded || info.bound.is_empty() {
+    if info.rounds == Rounds::Unbounded || info.bound.is_empty() || picks_round(graph, search, node, id) {
         return false;
     }
     // A counter is no sample, but what it indexes is one.
     let mut bound = info.bound.clone();
     if let Some((counter, _)) = info.counter {
         bound.retain(|var| *var != counter && !aliases.is_derived(counter, &[*var]));
-        let data = info.indexes.iter().filter(|collection| {
+        let data = info.indexes.iter().chain(&info.sampled).filter(|collection| {
             !aliases
                 .roots(collection)
                 .iter()
@@ -177,9 +177,28 @@ fn feeds(
         fed.iter().any(|var| aliases.is_derived(*var, &bound))
             || bound.iter().any(|var| aliases.is_derived(*var, into) && !into.is_empty())
     };
+    // What the round writes into memory that the law reads is fed as well.
+    let is_written = |from: &Computed| {
+        let roots: Vec<Place> = from.places.iter().flat_map(|place| aliases.roots(place)).collect();
+        let feeds = |root: &Place| {
+            let mut read = roots.iter().filter(|read| !read.steps.is_empty() && !read.overlaps(search.instance));
+            read.any(|read| read.overlaps(root) && read.steps.len() <= root.steps.len())
+        };
+        graph.node_ids().filter(inside).any(|other| match &graph.node(other).effect {
+            Effect::Write(write) => write.place.base_var().is_some_and(|var| {
+                // What a loop binds lies in what it runs over.
+                let loops = graph.loops_around(other).map(|id| graph.loop_info(id));
+                let over = loops.filter(|info| info.bound.contains(&var)).filter_map(|info| info.over.as_ref());
+                let mut roots = aliases.roots(&write.place);
+                roots.extend(over.flat_map(|place| aliases.roots(place)).map(|root| root.element(IndexKey::Each)));
+                aliases.is_derived(var, &bound) && roots.iter().any(feeds)
+            }),
+            _ => false,
+        })
+    };
     let at_update = match &graph.node(node).effect {
-        Effect::Update(update) => is_fed(&update.fed, &update.into),
-        Effect::Call(site) => is_fed(&site.fed, &site.into),
+        Effect::Update(update) => is_fed(&update.fed, &update.into) || is_written(&update.from),
+        Effect::Call(site) => is_fed(&site.fed, &site.into) || is_written(&site.from),
         _ => false,
     };
     at_update
@@ -202,6 +221,23 @@ fn feeds(
             }
             _ => false,
         })
+}
+
+/// Whether an update stands behind the question which round of a loop it is: `if channel == 0`.
+fn picks_round(graph: &ControlFlowGraph, search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
+    let Some((counter, _)) = graph.loop_info(id).counter else { return false };
+    let is_number = |head: &String| head.parse::<u64>().is_ok();
+    search.conditions_of(node).into_iter().any(|branch| match &graph.node(branch).effect {
+        Effect::Branch(test) => test.subject.is_some_and(|subject| {
+            let subject = &graph.subjects[subject.0 as usize];
+            let of_round =
+                subject.whole.as_ref().and_then(Place::base_var).is_some_and(|var| {
+                    search.aliases.is_derived(var, &[counter]) && subject.heads.iter().any(is_number)
+                });
+            of_round && (test.holds.count_ones() == 1 || test.fails.count_ones() == 1)
+        }),
+        _ => false,
+    })
 }
 
 fn concerns(aliases: &Aliases, search: &Search<'_>, place: &Place) -> bool {

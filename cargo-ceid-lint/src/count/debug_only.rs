@@ -1,11 +1,13 @@
 //! Updates that what is shipped does not have: in `debug_assert!`, in the arguments of a log macro, under
 //! `cfg(debug_assertions)`. They count for nothing, and are remembered for the rule that names them.
 
+use std::collections::BTreeSet;
+
 use super::aliases::Aliases;
 use super::counts::Count;
 use super::given::place_of;
 use super::summary::Summaries;
-use crate::flow::{ControlFlowGraph, Effect, NodeId, Place, Rounds};
+use crate::flow::{ControlFlowGraph, Effect, Node, NodeId, Place, Rounds};
 use crate::source::Span;
 
 /// What keeps an update from what is shipped.
@@ -33,7 +35,15 @@ pub(super) struct DebugUpdate {
 /// The updates of a function that only a debug build runs.
 pub(super) fn updates(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summaries) -> Vec<DebugUpdate> {
     let mut found = Vec::new();
-    for id in graph.node_ids() {
+    // A closure may be run both by what only a debug build has and by what stands in its place.
+    let shipped: BTreeSet<Span> = graph
+        .nodes
+        .iter()
+        .filter(|node| node.debug_only.is_none() && matches!(node.effect, Effect::Update(_) | Effect::Call(_)))
+        .map(|node| node.span)
+        .collect();
+    let is_shipped = |node: &Node| node.debug_only.is_some() && shipped.contains(&node.span);
+    for id in graph.node_ids().filter(|id| !is_shipped(graph.node(*id))) {
         let node = graph.node(id);
         let own = node.debug_only.and_then(|branch| match &graph.node(branch).effect {
             Effect::Branch(test) => Some(DebugOnly { span: node.span, by: test.text.clone() }),

@@ -7,7 +7,7 @@ use super::returned;
 use super::search::{End, EndKind, Exploration, Region, Search};
 use super::verdict::{Evidence, Gate, Verdict};
 use crate::diagnostic::WitnessStep;
-use crate::flow::{Cause, Effect, IndexKey, Mark, NodeId, Place};
+use crate::flow::{Cause, Effect, IndexKey, LoopId, Mark, NodeId, Place};
 use crate::source::Span;
 
 /// How many places are kept at which a filter is skipped, for the case that some of them are known to the user.
@@ -22,8 +22,47 @@ pub(super) struct Decision {
     pub(super) cause: Option<Cause>,
     pub(super) witness: Vec<WitnessStep>,
     pub(super) primary: Option<Span>,
+    /// The call through which the finding is shown in another function.
+    pub(super) through: Option<Span>,
     pub(super) others: Vec<Evidence>,
     pub(super) law: Option<String>,
+}
+
+/// How a function updates a filter twice, for those who call it.
+#[derive(Clone, Debug)]
+pub(super) struct Repeat {
+    /// The second update.
+    pub(super) primary: Span,
+    /// The steps that lead to it, the first update among them.
+    witness: Vec<WitnessStep>,
+}
+
+/// How the ways through a function come to a second update, if one does.
+pub(super) fn repeat_of(search: &Search<'_>, exploration: &Exploration) -> Option<Repeat> {
+    let end = shortest(exploration, exploration.ends.iter().filter(|end| end.state.count == Count::Many))?;
+    if asks_dropped(search, exploration, end) {
+        return None;
+    }
+    let path = exploration.path(end.at);
+    let mut witness = steps(search, Region::Function, exploration, end);
+    witness.remove(0);
+    if let Some(inner) = path.iter().find_map(|at| inner_repeat(search, exploration, *at)) {
+        return Some(Repeat { primary: inner.primary, witness });
+    }
+    let primary = path.iter().find_map(|at| second_update(search, exploration, *at))?;
+    Some(Repeat { primary, witness })
+}
+
+/// How a call comes to both updates, where a state behind it has seen two and the one before it none.
+fn inner_repeat<'s>(search: &'s Search<'_>, exploration: &Exploration, at: usize) -> Option<&'s Repeat> {
+    let before = &exploration.states[exploration.parent(at)?];
+    if before.count != Count::Zero || exploration.states[at].count != Count::Many {
+        return None;
+    }
+    match &search.graph.node(before.node).effect {
+        Effect::Call(site) => search.repeat_in(site),
+        _ => None,
+    }
 }
 
 /// Decides a pair of a cycle and an instance that some path of it updates.
@@ -53,6 +92,7 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
         cause: None,
         witness: Vec::new(),
         primary: None,
+        through: None,
         others: Vec::new(),
         law: law_name(search),
     };
@@ -113,11 +153,39 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
         let name = search.graph.place_name(search.program.index, search.instance);
         return Decision { verdict: Verdict::Unproved, cause: Some(Cause::Index(name)), ..base };
     }
+    // What updates it under another name only, as after a swap, may do so in another iteration.
+    if is_untouched && !search.is_updated_by_name() {
+        let cause = search.unknown_cause().unwrap_or_else(|| {
+            Cause::Code(format!(
+                "what stands in the place of `{}` by then",
+                search.graph.place_name(search.program.index, search.instance)
+            ))
+        });
+        return Decision { verdict: Verdict::Unproved, cause: Some(cause), ..base };
+    }
+    // Elements that are passed over have no samples in this round; those of the others are counted where their loop is.
+    let mut updating = ends.iter().filter(|end| end.state.count != Count::Zero);
+    if updating.all(|end| end.state.count == Count::PerSample)
+        && skipping.iter().all(|end| is_passed_over(search, &exploration, end))
+    {
+        return Decision { verdict: Verdict::PerSample, ..base };
+    }
     let decision = skipped(search, region, &exploration, &skipping, base);
     if is_untouched && decision.verdict == Verdict::Skipped {
         return missed(head_of(search, region), decision);
     }
     decision
+}
+
+/// Whether a way skips where an element is passed over: `for voice in voices.iter_mut().filter(|voice| voice.is_playing())`.
+fn is_passed_over(search: &Search<'_>, exploration: &Exploration, end: &End) -> bool {
+    let passes = |id: LoopId| search.covers(id) && search.graph.loop_info(id).passes_over;
+    match end.state.skipped_at {
+        Some(at) => search.graph.loops_around(at).any(passes),
+        None => exploration.path(end.at).iter().any(
+            |at| matches!(search.graph.node(exploration.states[*at].node).effect, Effect::LoopHead(id) if passes(id)),
+        ),
+    }
 }
 
 fn missed(head: Span, base: Decision) -> Decision {
@@ -201,16 +269,23 @@ fn repeated(search: &Search<'_>, region: Region, exploration: &Exploration, end:
     let witness = steps(search, region, exploration, end);
     let path = exploration.path(end.at);
     let second = path.iter().copied().find_map(|at| second_update(search, exploration, at));
+    let inner = path.iter().find_map(|at| inner_repeat(search, exploration, *at));
+    let through = inner.and(second);
+    let second = inner.map(|repeat| repeat.primary).or(second);
     let primary = second.or_else(|| path.last().map(|at| search.graph.node(exploration.states[*at].node).span));
     let mut others: Vec<Evidence> = Vec::new();
     for at in 0..exploration.states.len() {
         let Some(place) = second_update(search, exploration, at) else { continue };
-        if primary != Some(place) && others.iter().all(|other| other.primary != place) && others.len() < MOST_PLACES {
+        if primary != Some(place)
+            && through != Some(place)
+            && others.iter().all(|other| other.primary != place)
+            && others.len() < MOST_PLACES
+        {
             let end = End { at, state: exploration.states[at].clone(), ..end.clone() };
             others.push(Evidence { primary: place, witness: steps(search, region, exploration, &end) });
         }
     }
-    Decision { verdict: Verdict::Repeated, witness, primary, others, ..base }
+    Decision { verdict: Verdict::Repeated, witness, primary, through, others, ..base }
 }
 
 /// The place of the update behind which a state has seen two.
@@ -236,6 +311,7 @@ pub(super) fn decide_missed(search: &Search<'_>, region: Region, head: Span) -> 
         cause,
         witness: Vec::new(),
         primary: Some(head),
+        through: None,
         others: Vec::new(),
         law: law_name(search),
     };
@@ -319,8 +395,13 @@ fn steps(search: &Search<'_>, region: Region, exploration: &Exploration, end: &E
                 } else {
                     "updates it"
                 };
-                let message = format!("{} update: `{}` {often}", ordinal(updates), site.text);
+                let inner = next.and_then(|_| inner_repeat(search, exploration, path[number + 1]));
+                let message = match inner {
+                    Some(_) => format!("`{}` {often}", site.text),
+                    None => format!("{} update: `{}` {often}", ordinal(updates), site.text),
+                };
                 steps.push(WitnessStep { span: node.span, message });
+                steps.extend(inner.iter().flat_map(|repeat| repeat.witness.iter().cloned()));
             }
             Effect::Call(site) if state.skipped_at.is_none() && end.state.skipped_at == Some(state.node) => {
                 let message = format!("`{}` may return without the update", site.text);

@@ -11,6 +11,24 @@ pub(super) struct Given {
 }
 
 impl Given {
+    /// The elements that it stands for one by one, where it is each of a slice with known ends.
+    pub(super) fn numbered(self) -> Vec<Self> {
+        const MOST: u64 = 16;
+        let section = self.steps.iter().enumerate().find_map(|(at, step)| match step.key() {
+            Some(IndexKey::EachIn(section)) if section.is_exact => {
+                Some((at, section.from..section.to.filter(|to| to - section.from.min(*to) <= MOST)?))
+            }
+            _ => None,
+        });
+        let Some((at, numbers)) = section else { return vec![self] };
+        let with_number = |number| {
+            let mut given = self.clone();
+            given.steps[at] = given.steps[at].with_key(IndexKey::Number(number));
+            given
+        };
+        numbers.map(with_number).collect()
+    }
+
     /// Whether it is a parameter or a part of it.
     fn is_inside(&self, number: usize) -> bool {
         self.base == GivenBase::Param(number)

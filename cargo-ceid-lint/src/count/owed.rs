@@ -1,6 +1,6 @@
 //! Which filters a cycle owes an update although no path of it updates them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use super::analyse::{Analysis, Context, CycleId, FunctionFacts, Unregistered, field_key};
@@ -11,7 +11,7 @@ use super::instances::{self, leaves, place_ty};
 use super::search::{Region, Search};
 use super::verdict::{Pair, Verdict};
 use crate::config::Multiplicity;
-use crate::flow::{Caller, ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Transfer, Var};
+use crate::flow::{Base, Caller, ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::CycleDirective;
@@ -35,7 +35,9 @@ impl Context<'_> {
             {
                 continue;
             }
-            if super::analyse::is_debug_only(graph, &Place::var(var)) {
+            // What a function that is read here keeps for itself is its own affair.
+            let is_foreign = info.param.is_none() && !facts.body.contains(info.span);
+            if is_foreign || super::analyse::is_debug_only(graph, &Place::var(var)) {
                 continue;
             }
             // What a reference points to is owed nothing here, unless a caller lends it.
@@ -56,7 +58,29 @@ impl Context<'_> {
                     self.owed_after_all(facts, &place, pairs);
                     continue;
                 }
-                self.owed_instance(facts, var, &place, &leaf, pairs, analysis);
+                self.owed_instance(facts, Some(var), &place, &leaf, pairs, analysis);
+            }
+        }
+        self.owed_statics(facts, pairs, analysis);
+    }
+
+    /// The other filters of a static of which this function updates one.
+    fn owed_statics(
+        &self,
+        facts: &FunctionFacts<'_>,
+        pairs: &mut BTreeMap<CycleId, Vec<Pair>>,
+        analysis: &mut Analysis,
+    ) {
+        let bases =
+            facts.updated.iter().map(|instance| instance.place.base).filter(|base| matches!(base, Base::Static(_)));
+        for base in bases.collect::<BTreeSet<_>>() {
+            let whole = Place { base, steps: Vec::new() };
+            let ty = place_ty(self.program.index, facts.graph, &whole).unwrap_or(Ty::Unknown);
+            for leaf in leaves(self.program.index, &ty) {
+                let place = whole.join(&leaf.steps);
+                if !facts.updated.iter().any(|instance| instance.place.overlaps(&place)) {
+                    self.owed_instance(facts, None, &place, &leaf, pairs, analysis);
+                }
             }
         }
     }
@@ -133,7 +157,7 @@ impl Context<'_> {
     fn owed_instance(
         &self,
         facts: &FunctionFacts<'_>,
-        var: Var,
+        var: Option<Var>,
         place: &Place,
         leaf: &instances::Leaf,
         pairs: &mut BTreeMap<CycleId, Vec<Pair>>,
@@ -141,9 +165,10 @@ impl Context<'_> {
     ) {
         let graph = facts.graph;
         let index = self.program.index;
-        let info = graph.var(var);
+        let info = var.map(|var| graph.var(var));
+        let is_param = info.is_none_or(|info| info.param.is_some());
         // What lies in a parameter or static may be updated elsewhere; what lies in a local is updated here or handed on.
-        let is_local = info.param.is_none();
+        let is_local = !is_param;
         let key = field_key(index, graph, place);
         if !is_local && key.as_ref().is_some_and(|key| self.fields.contains_key(key) || self.anywhere.contains(key)) {
             return;
@@ -162,13 +187,13 @@ impl Context<'_> {
         // A cycle that updates a sibling owes this one an update, too.
         let scope = |id: CycleId| match id {
             CycleId::Loop(id) => {
-                info.in_loop.is_none_or(|declared| declared != id && graph.is_within(Some(id), declared))
-                    && (info.param.is_none() || leaf.steps.is_empty() || !leaf.steps.is_empty())
-                    && self.is_declared_before(graph, var, id)
+                let declared = info.and_then(|info| info.in_loop);
+                declared.is_none_or(|declared| declared != id && graph.is_within(Some(id), declared))
+                    && var.is_none_or(|var| self.is_declared_before(graph, var, id))
             }
-            CycleId::Function => info.param.is_some() && facts.kind == FunctionKind::Cycle,
+            CycleId::Function => is_param && facts.kind == FunctionKind::Cycle,
         };
-        let is_param_itself = info.param.is_some() && leaf.steps.is_empty();
+        let is_param_itself = is_param && leaf.steps.is_empty();
         // Of what is copied the copies may be what is in use.
         let sibling = pairs
             .iter()
@@ -190,9 +215,7 @@ impl Context<'_> {
             self.push_missed(facts, place, 0, CycleId::Loop(id), pairs);
             return;
         }
-        if info.param.is_some() || !self.is_built_here(graph, var) || uses.copied {
-            return;
-        }
+        let Some(var) = var.filter(|var| !is_param && self.is_built_here(graph, *var) && !uses.copied) else { return };
         // Its scope holds a loop that never ends.
         let endless = (0u32..).map(LoopId).zip(&graph.loops).find(|(id, own)| {
             own.is_endless() && own.directive != Some(CycleDirective::NotACycle) && scope(CycleId::Loop(*id))

@@ -6,6 +6,7 @@ use std::rc::Rc;
 use super::aliases::Aliases;
 use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
+use super::decide::Repeat;
 use super::given::{Given, GivenBase, given, instance_of, place_of};
 use super::returned;
 use super::search::{Region, Search};
@@ -76,14 +77,39 @@ pub(super) struct Summary {
     pub(super) feeds: BTreeMap<Given, BTreeSet<usize>>,
     /// What it reads or feeds without updating it.
     pub(super) uses: BTreeSet<Given>,
+    /// How it updates filters twice, with the half of the law.
+    pub(super) repeats: Repeats,
     /// What only a debug build updates, with the half of the law.
     pub(super) debug_only: BTreeMap<(Given, usize), DebugOnly>,
+}
+
+/// What a reader is shown of second updates. It decides nothing, so that it keeps no recursion from settling.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Repeats(BTreeMap<(Given, usize), Repeat>);
+
+impl PartialEq for Repeats {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Eq for Repeats {}
+
+impl Repeats {
+    pub(super) fn iter(&self) -> impl Iterator<Item = (&(Given, usize), &Repeat)> {
+        self.0.iter()
+    }
 }
 
 impl Summary {
     /// The ways through it for one half of the law.
     pub(super) fn outcomes(&self, law: usize) -> impl Iterator<Item = (&Given, &Vec<Outcome>)> {
         self.halves.get(law).into_iter().flatten()
+    }
+
+    /// The places that it has ways for.
+    pub(super) fn given_places(&self) -> impl Iterator<Item = &Given> {
+        self.halves.iter().flat_map(BTreeMap::keys)
     }
 
     /// The same ways for all halves.
@@ -292,6 +318,7 @@ impl Summaries {
             return;
         }
         let dependence = Rc::new(ControlDependence::of(graph));
+        touched = touched.into_iter().flat_map(Given::numbered).collect();
         if touched.len() > 4 * MAX_PLACES {
             let cause = Cause::Limit("a helper has too many places to do with".to_owned());
             bound(&mut touched);
@@ -331,8 +358,9 @@ impl Summaries {
                 let outcomes = if self.states.get() > MAX_STATES {
                     vec![Outcome::unknown(Cause::Limit(TOO_RECURSIVE.to_owned()))]
                 } else {
-                    let (outcomes, states) = search.outcomes(Region::Function);
+                    let (outcomes, states, repeat) = search.outcomes(Region::Function);
                     self.states.set(self.states.get() + states);
+                    summary.repeats.0.extend(repeat.map(|repeat| ((given.clone(), law), repeat)));
                     outcomes
                 };
                 summary.halves[law].insert(given.clone(), outcomes);

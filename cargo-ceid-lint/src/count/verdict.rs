@@ -146,6 +146,8 @@ pub struct Pair {
     pub witness: Vec<WitnessStep>,
     /// Where the finding is shown: the second update, the statement that skips, the head of the cycle.
     pub primary: Option<Span>,
+    /// The call through which that is another function's, if it is.
+    pub through: Vec<Span>,
     /// Further paths that show the verdict, each at another place, the shortest first.
     pub others: Vec<Evidence>,
     /// Where the cycle updates it.

@@ -76,6 +76,10 @@ pub struct LoopInfo {
     pub bound: Vec<Var>,
     /// Collections that are indexed with the counter.
     pub indexes: Vec<Place>,
+    /// The collection that it runs over, if it has a name.
+    pub over: Option<Place>,
+    /// What is asked for something by the counter: `input.at(i)`.
+    pub sampled: Vec<Place>,
     /// Whether an item may be passed over (`filter`), so that its round does not take place.
     pub passes_over: bool,
     /// Whether its items are the elements of a collection from the first one on, none left out.

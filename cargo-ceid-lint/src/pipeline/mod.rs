@@ -37,6 +37,8 @@ pub struct Report {
     pub left_out: BTreeSet<PathBuf>,
     /// How many filter types were found.
     pub filter_types: usize,
+    /// How many functions were only searched for repetitions, as nothing calls them, and have none.
+    pub presumed: usize,
 }
 
 impl Report {
@@ -173,6 +175,7 @@ fn analyse_all(
     let mut hygiene = rules::hygiene(&known);
     hygiene.retain(|finding| is_shown(finding.package, finding.target, finding.primary.span));
     analysis.cycles.retain(|cycle| is_shown(cycle.package, cycle.target, cycle.head));
+    analysis.presumed.retain(|function| is_shown(function.package, function.target, function.head));
     analysis.unregistered.retain(|filter| is_shown(filter.package, filter.target, filter.span));
     analysis.guards.retain(|guard| is_shown(guard.package, guard.target, guard.span));
     analysis.remarks.retain(|remark| is_shown(remark.package, remark.target, remark.span));
@@ -184,7 +187,8 @@ fn analyse_all(
     mark_suppressed(&mut analysis.cycles, &findings);
     let diagnostics = with_levels(project, config, findings);
     let filter_types = index.filter_type_count();
-    Ok(Report { diagnostics, cycles: analysis.cycles, filter_types, sources, ..Report::default() })
+    let presumed = analysis.presumed.iter().map(|function| function.head).collect::<BTreeSet<_>>().len();
+    Ok(Report { diagnostics, cycles: analysis.cycles, filter_types, presumed, sources, ..Report::default() })
 }
 
 /// The paths that entries name in crates whose sources are perhaps not read.

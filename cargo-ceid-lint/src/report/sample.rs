@@ -105,6 +105,7 @@ pub(super) fn report() -> (Project, Report) {
         cycles: cycles(head, &sources),
         problems,
         filter_types: 2,
+        presumed: 0,
         sources,
         ..Report::default()
     };
@@ -124,6 +125,7 @@ fn cycles(head: Span, sources: &SourceMap) -> Vec<Cycle> {
         left_out: Vec::new(),
         cause: None,
         witness: Vec::new(),
+        through: Vec::new(),
         primary: None,
         others: Vec::new(),
         updates: Vec::new(),

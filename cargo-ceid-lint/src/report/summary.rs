@@ -22,6 +22,8 @@ pub struct Summary {
     pub unproved: usize,
     /// How many filter types were found.
     pub filter_types: usize,
+    /// How many functions were only searched for repetitions, and have none.
+    pub presumed: usize,
     /// How many findings decide the exit code.
     pub errors: usize,
     /// How many findings do not.
@@ -37,6 +39,7 @@ impl Summary {
         let mut summary = Self {
             cycles: report.cycles.len(),
             filter_types: report.filter_types,
+            presumed: report.presumed,
             problems: report.problems.len(),
             ..Self::default()
         };
@@ -73,6 +76,13 @@ impl Summary {
             line += &format!(
                 ": {} proved, {} violated, {} unproved ({decided} % decided)",
                 self.proved, self.violated, self.unproved
+            );
+        }
+        if self.cycles == 0 && self.presumed > 0 {
+            line += &format!(
+                "; searched {} that nothing calls for repeated updates only: name what runs once per cycle with \
+                 `[[cycle]]` or `// ceid: cycle`",
+                count(self.presumed, "function")
             );
         }
         if self.suppressed > 0 {

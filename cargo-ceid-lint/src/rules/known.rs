@@ -70,7 +70,8 @@ impl<'a> Known<'a> {
     }
 }
 
-/// The calls that a finding on a pair is about wherever it is shown. A repetition is shown at the call that is too much.
+/// The calls that a finding on a pair is about wherever it is shown. A repetition is shown at the call that is too much, and is
+/// about the call of the function that has both.
 pub(super) fn calls_of<'p>(pair: &'p Pair, rule: &str) -> &'p [Span] {
-    if rule == "repeated_update" { &[] } else { &pair.updates }
+    if rule == "repeated_update" { &pair.through } else { &pair.updates }
 }

@@ -364,6 +364,7 @@ fn iterator_method(item: &Ty, method: &str, args: &[Ty], closure: Option<&Ty>) -
         "rev" | "skip" | "take" | "step_by" | "cycle" | "filter" | "by_ref" | "chain" | "peekable" | "inspect"
         | "take_while" | "skip_while" | "fuse" | "into_iter" | "cloned" | "copied" => iterator(item.clone()),
         "map" => iterator(closure.cloned().unwrap_or(Ty::Unknown)),
+        "flatten" => iterator(item_of(item, false).unwrap_or(Ty::Unknown)),
         "filter_map" | "flat_map" | "map_while" | "scan" => {
             iterator(closure.and_then(|ty| item_of(ty, false)).unwrap_or(Ty::Unknown))
         }

@@ -157,6 +157,15 @@ impl Infer<'_> {
         let is_builtin = matches!(ty, Ty::Int | Ty::Float | Ty::Bool | Ty::Str | Ty::Char | Ty::Tuple(_));
         self.typed.callees.insert(id, if is_builtin { Callee::Builtin } else { Callee::Unknown });
         match (ty, method) {
+            // Whatever it is zipped with, the items of what is known are known.
+            (_, "zip") => {
+                let other =
+                    args.first().map_or(Ty::Unknown, |arg| self.shallow_deep(&self.typed.expr_ty[arg.0 as usize]));
+                match builtin::item_of(&other, false) {
+                    Some(item) => builtin::iterator(Ty::Tuple(vec![Ty::Unknown, item])),
+                    None => Ty::Unknown,
+                }
+            }
             (_, "next_cycle") => Ty::std("std::option::Option", vec![Ty::std("ceid_core::Cycle", Vec::new())]),
             (_, "clone" | "to_owned") => ty.clone(),
             (Ty::Int | Ty::Float, _) if !method.starts_with("is_") => ty.clone(),

@@ -149,6 +149,10 @@ impl<'s, 'a> Gates<'s, 'a> {
         if about.is_constant {
             return Some(Gate::Config);
         }
+        // A function that does not call its closure in this round begins no cycle of the closure.
+        if self.is_around_closure(at) {
+            return Some(Gate::Event);
+        }
         if about.is_event {
             return Some(Gate::Event);
         }
@@ -158,7 +162,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         // A lock that is not waited for fails while another holds it: that is no setting.
         let is_tried = about.names.iter().any(|name| name.starts_with("try_"));
         let is_there = about.is_presence && !is_tried && self.is_presence_of_filter(test);
-        if is_there || self.asks_only_filter(test) {
+        if is_there || self.asks_only_filter(test) || self.asks_sibling_too(test, at, way) {
             return Some(Gate::Config);
         }
         if self.is_latch(test, at) || self.is_first(test) {
@@ -288,6 +292,15 @@ impl<'s, 'a> Gates<'s, 'a> {
                 edges.filter(|(_, next)| **next == start).any(|(edge, _)| follows(id, edge))
             }
         })
+    }
+
+    /// Whether a node belongs to the function that calls the closure whose cycle this is, not to the closure.
+    fn is_around_closure(&self, at: NodeId) -> bool {
+        let graph = self.search.graph;
+        let Region::Loop(own) = self.region else { return false };
+        let body = self.search.program.index.function(graph.function).function.body.as_ref();
+        graph.loop_info(own).is_foreign
+            && body.is_some_and(|body| !body.expr(body.root).span.contains(graph.node(at).span))
     }
 
     fn is_instance(&self, place: &Place) -> bool {

@@ -1,11 +1,11 @@
 //! What calls and assignments do to a state: counts, names, and what is known of conditions.
 
-use super::State;
-use super::run::Run;
+use super::run::{BEYOND, Run};
+use super::{MAX_ROUNDS, State};
 use crate::count::counts::Count;
 use crate::count::returned;
 use crate::count::summary::Outcome;
-use crate::flow::{Assignment, CallSite, Cause, OTHER_HEADS, Place, Relation, Var};
+use crate::flow::{Assignment, CallSite, Cause, LoopId, OTHER_HEADS, Place, Relation, Var};
 
 impl Run<'_, '_> {
     pub(super) fn call(&mut self, at: usize, state: &State, site: &CallSite) {
@@ -211,7 +211,52 @@ impl Run<'_, '_> {
                 next.masks = self.masks.intern(all);
             }
         }
+        if let Some(var) = set.place.base_var().filter(|_| set.place.steps.is_empty()) {
+            next.masks = self.renumbered(next.masks, state, var);
+        }
         self.everywhere(at, &next);
+    }
+
+    /// A variable that counts the rounds of a loop has the number of the round at hand, under whatever name the pattern binds it.
+    fn renumbered(&mut self, masks: u32, state: &State, var: Var) -> u32 {
+        let graph = self.search.graph;
+        let is_counter = |id: LoopId| graph.loop_info(id).counter.is_some_and(|(counter, _)| counter == var);
+        let open = self.rounds.get(state.rounds).iter().find(|(id, _)| is_counter(*id)).copied();
+        match (open, self.number(state, var)) {
+            (Some((id, BEYOND)), _) if !self.search.covers(id) => self.without_numbers(masks, var, MAX_ROUNDS),
+            (Some(_), Some(number)) => self.with_number(masks, var, number),
+            _ => masks,
+        }
+    }
+
+    /// The greatest of the numbers that conditions compare a counter with, if they do.
+    pub(super) fn last_asked(&self, counter: Var) -> Option<u64> {
+        let subject = self.subject_of_counter(counter)?;
+        subject.heads.iter().filter_map(|head| head.parse().ok()).max()
+    }
+
+    /// A counter has none of the numbers that conditions compare it with, as far as they are below a limit.
+    pub(super) fn without_numbers(&mut self, masks: u32, counter: Var, below: u64) -> u32 {
+        let Some(subject) = self.subject_of_counter(counter) else { return masks };
+        let is_known = |head: &str| head.parse().is_ok_and(|number: u64| number < below);
+        let known = subject.heads.iter().filter(|head| is_known(head)).fold(0, |mask, head| mask | subject.bit(head));
+        let rest = subject.anything() & !known;
+        let place = Place::var(counter);
+        let graph = self.search.graph;
+        let mut all = self.masks.get(masks).clone();
+        for (at, id) in self.tracked.subjects.iter().enumerate() {
+            if graph.subjects[id.0 as usize].whole.as_ref() == Some(&place) {
+                all[at] = rest;
+            }
+        }
+        self.masks.intern(all)
+    }
+
+    fn subject_of_counter(&self, counter: Var) -> Option<&crate::flow::Subject> {
+        let place = Place::var(counter);
+        let graph = self.search.graph;
+        let all = self.tracked.subjects.iter().map(|id| &graph.subjects[id.0 as usize]);
+        all.into_iter().find(|subject| subject.whole.as_ref() == Some(&place))
     }
 
     /// A counter has a number.

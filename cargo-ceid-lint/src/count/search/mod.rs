@@ -20,7 +20,8 @@ use run::Run;
 
 use super::aliases::Aliases;
 use super::counts::Count;
-use super::given::place_of;
+use super::decide::Repeat;
+use super::given::{Given, place_of};
 use super::returned;
 use super::slice::{self, ControlDependence, tracked};
 use super::summary::{Outcome, Summaries};
@@ -170,6 +171,11 @@ impl<'a> Search<'a> {
         self.covers(id) || indexes_instance(self.aliases, self.graph.loop_info(id), self.instance)
     }
 
+    /// The branches that decide whether a node is reached.
+    pub(super) fn conditions_of(&self, node: NodeId) -> impl Iterator<Item = NodeId> + '_ {
+        self.dependence.of_node(node).iter().copied().map(NodeId)
+    }
+
     /// Loops of a called function that are cycles of their own: those whose number of rounds is not known.
     fn own_cycles(&self) -> BTreeSet<LoopId> {
         (0u32..)
@@ -187,6 +193,16 @@ impl<'a> Search<'a> {
     /// The nodes that may update it.
     pub(super) fn updating(&self) -> BTreeSet<NodeId> {
         self.graph.node_ids().filter(|id| self.touches(*id, false)).collect()
+    }
+
+    /// Whether something updates it by a name that nothing else has.
+    pub(super) fn is_updated_by_name(&self) -> bool {
+        let is_name = |place: &Place| self.aliases.shared_roots(place).len() == 1 && self.may_be(place, true);
+        self.updating().into_iter().any(|id| match &self.graph.node(id).effect {
+            Effect::Update(update) => is_name(&update.place),
+            Effect::Call(site) => self.summaries.updates(site).any(|place| is_name(&place)),
+            _ => false,
+        })
     }
 
     /// The nodes behind which nothing is known of it.
@@ -264,8 +280,17 @@ impl<'a> Search<'a> {
         })
     }
 
+    /// How a callee updates the instance twice, if it does so alone.
+    pub(super) fn repeat_in(&self, site: &CallSite) -> Option<&Repeat> {
+        site.targets.iter().filter_map(|target| self.summaries.get(*target)).find_map(|summary| {
+            let repeats = summary.repeats.iter().filter(|((_, law), _)| *law == self.law);
+            let is_it = |given: &Given| place_of(given, site).is_some_and(|place| self.may_be(&place, true));
+            repeats.filter(|((given, _), _)| is_it(given)).map(|(_, repeat)| repeat).next()
+        })
+    }
+
     /// The ways through the whole function, as its callers see them, and how many states it took to find them.
-    pub(super) fn outcomes(&self, region: Region) -> (Vec<Outcome>, usize) {
+    pub(super) fn outcomes(&self, region: Region) -> (Vec<Outcome>, usize, Option<Repeat>) {
         let around = self.updating().into_iter().flat_map(|node| self.graph.loops_around(node));
         let own: BTreeSet<LoopId> = around.filter(|id| self.sample_loops.contains(id)).collect();
         let exploration = self.explore_from(region, &self.starts(region), own);
@@ -287,7 +312,8 @@ impl<'a> Search<'a> {
         if exploration.limit {
             outcomes.insert(Outcome::unknown(Cause::Limit("the function has too many paths".to_owned())));
         }
-        (merge(outcomes), exploration.states.len())
+        let repeat = super::decide::repeat_of(self, &exploration);
+        (merge(outcomes), exploration.states.len(), repeat)
     }
 
     /// Searches a region. Each start is a node with the names that the instance has there, or its own name.

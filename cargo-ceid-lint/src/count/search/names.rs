@@ -187,7 +187,7 @@ fn element_rest(source: &Place, name: &Place) -> Option<Vec<Projection>> {
 
 /// Whether a loop's counter is the index of the instance.
 pub(super) fn indexes_instance(aliases: &Aliases, info: &crate::flow::LoopInfo, instance: &Place) -> bool {
-    info.indexes.iter().flat_map(|collection| aliases.roots(collection)).any(|root| {
+    aliases.indexed_by(info).flat_map(|collection| aliases.roots(collection)).any(|root| {
         // An index of an outer loop is one of the instance's own.
         let is_same = |(left, right): (&Projection, &Projection)| {
             left == right || matches!((left.key(), right.key()), (Some(IndexKey::Var(_)), Some(_)))
@@ -202,7 +202,7 @@ pub(super) fn indexes_instance(aliases: &Aliases, info: &crate::flow::LoopInfo, 
 /// Whether a loop's counter begins behind the element that the instance is.
 fn begins_behind(aliases: &Aliases, info: &crate::flow::LoopInfo, instance: &Place) -> bool {
     let Some((_, Some(first))) = info.counter else { return false };
-    info.indexes.iter().flat_map(|collection| aliases.roots(collection)).any(|root| {
+    aliases.indexed_by(info).flat_map(|collection| aliases.roots(collection)).any(|root| {
         let step = instance.steps.get(root.steps.len()).filter(|_| root.base == instance.base);
         matches!(step.and_then(Projection::key), Some(IndexKey::Number(number)) if *number < first)
     })

@@ -31,6 +31,9 @@ impl<T: Clone + Eq + std::hash::Hash> Interner<T> {
     }
 }
 
+/// The round of a loop whose counter has passed every number that is asked for.
+pub(super) const BEYOND: u64 = u64::MAX;
+
 /// How far each loop that is counted has come.
 pub(super) type RoundsDone = Vec<(LoopId, u64)>;
 
@@ -272,7 +275,7 @@ impl<'s, 'a> Run<'s, 'a> {
         let rounds = self.rounds.get(state.rounds);
         rounds.iter().find_map(|(id, done)| {
             let (counter, first) = self.search.graph.loop_info(*id).counter?;
-            (counter == var && *done > 0).then_some(first? + done - 1)
+            (counter == var && *done > 0 && *done != BEYOND).then_some(first?.saturating_add(done - 1))
         })
     }
 
@@ -427,7 +430,9 @@ impl<'s, 'a> Run<'s, 'a> {
             // The rounds before the instance's own: their number if it is known, or else any.
             let before = self.search.rounds_before(&plain, id).filter(|before| *before < MAX_ROUNDS);
             rounds.retain(|(open, _)| *open != id);
-            rounds.push((id, done + 1));
+            // Which number the instance's own round has is known where those before it are; that of a later one never is.
+            let passed = self.rounds.intern(rounds.iter().copied().chain([(id, BEYOND)]).collect());
+            rounds.push((id, if before.is_some() { done.saturating_add(1) } else { BEYOND }));
             let more = self.rounds.intern(rounds);
             if done == before.unwrap_or(0) {
                 self.follow(at, State { names: own, rounds: more, ..state.clone() }, *round);
@@ -435,7 +440,8 @@ impl<'s, 'a> Run<'s, 'a> {
             match before {
                 Some(before) if done < before => self.follow(at, State { rounds: more, ..state.clone() }, *round),
                 Some(before) if done == before => {}
-                _ => self.follow(at, state.clone(), *round),
+                None if done == 0 => self.follow(at, state.clone(), *round),
+                _ => self.follow(at, State { rounds: passed, ..state.clone() }, *round),
             }
             if done > before.unwrap_or(0) || info.passes_over {
                 for to in rest {
@@ -472,8 +478,19 @@ impl<'s, 'a> Run<'s, 'a> {
             return;
         }
         let mut after = state.clone();
-        if let Some((counter, _)) = info.counter {
+        if let Some((counter, first)) = info.counter {
             after.masks = self.killed(after.masks, &Place::var(counter));
+            if let (Some(first), Some(last), false) = (first, self.last_asked(counter), is_region || !info.in_order) {
+                // Behind the last number that is asked for, no such question holds.
+                let now = if done < MAX_ROUNDS && first.saturating_add(done) <= last { done + 1 } else { BEYOND };
+                rounds.retain(|(open, _)| *open != id);
+                rounds.push((id, now));
+                after.rounds = self.rounds.intern(rounds);
+                after.masks = match now {
+                    BEYOND => self.without_numbers(after.masks, counter, MAX_ROUNDS),
+                    now => self.with_number(after.masks, counter, first + now - 1),
+                };
+            }
         }
         self.follow(at, after, *round);
         for to in rest {

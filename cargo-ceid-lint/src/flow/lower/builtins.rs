@@ -70,7 +70,7 @@ impl Builder<'_> {
             "as_mut" | "as_ref" | "as_deref_mut" | "as_deref" | "as_pin_mut" | "iter_mut" | "iter" | "as_mut_slice"
             | "as_slice" | "borrow_mut" | "borrow" | "try_borrow_mut" | "by_ref" | "deref_mut" | "deref"
             | "get_mut" | "lock" | "try_lock" | "write" | "read" | "try_write" | "get_unchecked_mut"
-            | "assume_init_mut" | "leak" | "into_iter"
+            | "assume_init_mut" | "leak" | "into_iter" | "each_mut" | "each_ref"
                 if args.is_empty() =>
             {
                 let keeps_head =
@@ -218,6 +218,12 @@ impl Builder<'_> {
                 values.into_iter().next().unwrap_or_default()
             }
             "clone" if self.is_shared_handle(receiver) => Value { is_owned: false, ..value.clone() },
+            "fill_with" if args.len() == 1 => {
+                if let Some(closure) = self.expr(args[0]).closure {
+                    self.fill_loop(closure, span);
+                }
+                Value::default()
+            }
             "clone" if self.program.index.holds_filter(self.ty(id)) && !matches!(self.ty(id), Ty::Ref(..)) => {
                 self.copy_of(value, self.ty(id).clone(), span)
             }

@@ -60,15 +60,16 @@ impl Builder<'_> {
             }
             ExprKind::Not(_) => self.condition_value(id),
             ExprKind::Negate(inner) => {
-                self.expr(*inner);
+                let value = self.expr(*inner);
+                self.operands(id, &[*inner], &[value]);
                 Value { head: self.constant_head(id), ..Value::default() }
             }
             ExprKind::Binary { op: "&&" | "||" | "==" | "!=" | "<" | "<=" | ">" | ">=", .. } => {
                 self.condition_value(id)
             }
             ExprKind::Binary { lhs, rhs, .. } => {
-                self.expr(*lhs);
-                self.expr(*rhs);
+                let values = [self.expr(*lhs), self.expr(*rhs)];
+                self.operands(id, &[*lhs, *rhs], &values);
                 Value::default()
             }
             ExprKind::Assign { place, value } => self.assign(id, *place, *value),
@@ -93,8 +94,12 @@ impl Builder<'_> {
                 self.expr(*len);
                 Value::default()
             }
-            ExprKind::Cast { value, .. } => {
-                let value = self.expr(*value);
+            ExprKind::Cast { value: inner, .. } => {
+                let value = self.expr(*inner);
+                if self.is_reinterpreted(id, *inner) {
+                    let var = self.temporary(self.ty(id).clone(), self.span(id));
+                    return Value { place: Some(Place::var(var)), ..Value::default() };
+                }
                 Value { closure: None, iterator: None, ..value }
             }
             ExprKind::Try(inner) => self.try_expr(id, *inner),
@@ -116,6 +121,29 @@ impl Builder<'_> {
                 Value::default()
             }
         }
+    }
+
+    /// An operator of another type than a number's takes a filter by value: where it is from then on is not known.
+    pub(super) fn operands(&mut self, id: ExprId, operands: &[ExprId], values: &[Value]) {
+        let holds = |operand: &ExprId| {
+            let ty = self.ty(*operand);
+            !matches!(ty, Ty::Ref(..)) && self.program.index.holds_filter(ty)
+        };
+        let taken = operands.iter().zip(values).filter(|(operand, _)| holds(operand));
+        let places: Vec<Place> = taken.filter_map(|(_, value)| value.place.clone()).collect();
+        if !places.is_empty() && self.at.is_some() {
+            self.emit(Effect::Unknown { places, cause: Cause::Call(self.text(id)) }, self.span(id));
+        }
+    }
+
+    /// Whether a cast makes a pointer to another type of what a pointer of an unknown type names: the value behind it is
+    /// another one than the fields of that type would tell.
+    fn is_reinterpreted(&self, id: ExprId, inner: ExprId) -> bool {
+        let is_known = |ty: &Ty| match ty {
+            Ty::Pointer(to) => matches!(to.peel(), Ty::Adt(..) | Ty::Array(..) | Ty::Slice(_) | Ty::Param(_)),
+            ty => matches!(ty, Ty::Ref(..)),
+        };
+        matches!(self.ty(id), Ty::Pointer(_)) && is_known(self.ty(id)) && !is_known(self.ty(inner))
     }
 
     fn path_value(&mut self, id: ExprId) -> Value {

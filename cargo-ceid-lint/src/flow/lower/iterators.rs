@@ -71,6 +71,7 @@ impl Builder<'_> {
         let ty = self.ty(id).peel();
         let is_endless = is_endless_type(ty);
         let is_map = is_map(ty);
+        let over = value.place.clone();
         let item = match value.place {
             // The loop gets copies of them.
             Some(_) if !is_lent && self.is_copied(self.ty(id)) => Item::Made,
@@ -86,7 +87,7 @@ impl Builder<'_> {
                 _ => Rounds::Bounded,
             }
         };
-        Source { item, rounds, ..Source::bounded() }
+        Source { item, rounds, over, ..Source::bounded() }
     }
 
     fn range(&mut self, start: Option<ExprId>, end: Option<ExprId>, inclusive: bool) -> Source {
@@ -248,6 +249,14 @@ impl Builder<'_> {
                 let item = if matches!(source.item, Item::Counter(_)) { Item::Opaque } else { source.item };
                 Source { item, rounds, passes_over, in_order: false, ..source }
             }
+            "flatten" if self.gives_rows(receiver) => {
+                let source = self.source(receiver);
+                let item = match source.item {
+                    Item::Element(place) => Item::Element(place.element(IndexKey::Each)),
+                    _ => Item::Opaque,
+                };
+                Source { item, rounds: Rounds::Bounded, ..source }
+            }
             "cycle" => Source { rounds: Rounds::Unbounded, in_order: false, ..self.source(receiver) },
             "enumerate" => {
                 let source = self.source(receiver);
@@ -375,6 +384,12 @@ impl Builder<'_> {
         false
     }
 
+    /// Whether each item of an iterator is an array or slice.
+    fn gives_rows(&self, id: ExprId) -> bool {
+        matches!(self.ty(id), Ty::External(_, args)
+            if matches!(args.first().map(Ty::peel), Some(Ty::Array(..) | Ty::Slice(_))))
+    }
+
     fn has_adaptor(&self, id: ExprId) -> bool {
         match &self.body().expr(id).kind {
             ExprKind::MethodCall { method, .. } => matches!(
@@ -433,6 +448,17 @@ impl Builder<'_> {
         });
     }
 
+    /// A closure that gives a value to each element: what it computes goes into the round's item.
+    pub(super) fn fill_loop(&mut self, closure: ClosureRef, span: Span) {
+        let bar = self.bar(closure);
+        self.run_loop(CycleKind::Closure, bar, None, Source::bounded(), |this, item, _| {
+            let filled = item.place.and_then(|place| place.base_var()).into_iter().collect();
+            let outer = std::mem::replace(&mut this.targets, filled);
+            this.inline_closure(closure, &[], span);
+            this.targets = outer;
+        });
+    }
+
     /// A counter that is handed to a closure keeps being one under its parameter's name.
     fn note_counter(&mut self, id: LoopId, closure: ClosureRef, param: usize, item: &Item) {
         let body = self.frames[closure.frame].body;
@@ -479,6 +505,8 @@ impl Builder<'_> {
             counter: None,
             bound: Vec::new(),
             indexes: Vec::new(),
+            sampled: Vec::new(),
+            over: source.over.clone(),
             passes_over: source.passes_over,
             in_order: source.in_order && !source.passes_over,
             drains: false,
@@ -560,6 +588,7 @@ impl Builder<'_> {
                 let var = self.temporary(Ty::Unknown, span);
                 let mut lent = Vec::new();
                 item.lends(&mut lent);
+                self.graph.derived.extend(reads.iter().map(|read| (var, *read)));
                 let info = &mut self.graph.loops[id.0 as usize];
                 info.items.extend(lent.into_iter().map(|place| (var, place)));
                 info.bound.push(var);
@@ -576,6 +605,7 @@ impl Builder<'_> {
             }
             Item::Tuple(items) => {
                 let var = self.temporary(Ty::Unknown, span);
+                self.graph.derived.extend(reads.iter().map(|read| (var, *read)));
                 for (number, item) in items.iter().enumerate() {
                     let value = self.item_value(id, item, reads, span);
                     let part = Place::var(var).field(&number.to_string());

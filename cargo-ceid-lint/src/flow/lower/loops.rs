@@ -1,5 +1,7 @@
 //! Loops: how often they run, and what their heads bind.
 
+use std::collections::BTreeSet;
+
 use super::{Builder, Scope, ScopeKind, Value};
 use crate::flow::{Caller, CycleKind, Effect, LoopId, LoopInfo, NodeId, Place, Rounds, Var};
 use crate::index::Ty;
@@ -52,6 +54,8 @@ impl Builder<'_> {
             counter: None,
             bound: Vec::new(),
             indexes: Vec::new(),
+            sampled: Vec::new(),
+            over: None,
             passes_over: false,
             in_order: false,
             drains: false,
@@ -119,6 +123,7 @@ impl Builder<'_> {
             self.condition(condition, done);
         }
         self.note_bound(this_loop, condition);
+        self.note_sampled(this_loop, body);
         self.expr(body);
         self.close_block(keyword);
         self.pop_loop_scope();
@@ -189,10 +194,55 @@ impl Builder<'_> {
         self.run_loop(CycleKind::For, keyword, label, source, |this, value, this_loop| {
             let item = if is_mapped { super::sources::Item::Opaque } else { item };
             this.bind_item(this_loop, pat, &item, &value);
+            this.note_sampled(this_loop, body);
             this.expr(body);
         });
         let _ = id;
         Value::default()
+    }
+
+    /// Notes what is asked for something by the counter of a loop: `input.at(i)`.
+    fn note_sampled(&mut self, this_loop: LoopId, inside: ExprId) {
+        let Some((counter, _)) = self.graph.loop_info(this_loop).counter else { return };
+        let tree = self.body();
+        let span = tree.expr(inside).span;
+        // What only tells something the number asks for nothing.
+        let statements = tree.exprs.iter().filter_map(|expr| match &expr.kind {
+            ExprKind::Block(block) => Some(&block.stmts),
+            _ => None,
+        });
+        let told: BTreeSet<Span> = statements
+            .flatten()
+            .filter_map(|stmt| match &stmt.kind {
+                StmtKind::Expr { expr, .. } => Some(tree.expr(*expr).span),
+                StmtKind::Let { .. } => None,
+            })
+            .collect();
+        for expr in tree.exprs.iter().filter(|expr| span.contains(expr.span)) {
+            let ExprKind::MethodCall { receiver, args, .. } = &expr.kind else { continue };
+            let is_plain = matches!(self.ty(*receiver).peel(), Ty::Int | Ty::Float | Ty::Bool);
+            if is_plain || told.contains(&expr.span) || !args.iter().any(|arg| self.counts_with(*arg, counter)) {
+                continue;
+            }
+            if let Some(place) = self.static_place(*receiver) {
+                self.graph.loops[this_loop.0 as usize].sampled.push(place);
+            }
+        }
+    }
+
+    /// Whether an expression is a counter, or a number away from it.
+    fn counts_with(&self, id: ExprId, counter: Var) -> bool {
+        match &self.body().expr(id).kind {
+            ExprKind::Path(_) => {
+                let local = self.typed().expr_local.get(&id);
+                local.and_then(|local| self.frames[self.frame].vars.get(local)) == Some(&counter)
+            }
+            ExprKind::Cast { value, .. } | ExprKind::Reference { value, .. } => self.counts_with(*value, counter),
+            ExprKind::Binary { op: "+" | "-", lhs, rhs } => {
+                self.counts_with(*lhs, counter) || self.counts_with(*rhs, counter)
+            }
+            _ => false,
+        }
     }
 
     /// `while i < n { …; i += 1 }` counts; any other `while` is unbounded.

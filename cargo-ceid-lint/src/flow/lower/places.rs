@@ -294,8 +294,9 @@ impl Builder<'_> {
         let bases = self.assigned_vars(target);
         self.derive(&bases, value);
         let outer = std::mem::replace(&mut self.targets, bases);
-        self.expr(value);
+        let given = self.expr(value);
         self.targets = outer;
+        self.operands(id, &[value], &[given]);
         let span = self.span(id);
         let place = self.expr(target).place;
         if let Some(place) = place

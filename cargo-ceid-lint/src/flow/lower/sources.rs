@@ -87,6 +87,8 @@ pub(super) struct Source {
     pub(super) text: String,
     /// The variables that the items are computed from.
     pub(super) reads: Vec<Var>,
+    /// The collection that it begins with, if it has a name.
+    pub(super) over: Option<Place>,
 }
 
 /// What an adaptor does with its closure.
@@ -113,6 +115,7 @@ impl Source {
             made_in: None,
             text: String::new(),
             reads: Vec::new(),
+            over: None,
         }
     }
 }
