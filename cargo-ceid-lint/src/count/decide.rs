@@ -221,7 +221,8 @@ fn skipped(
         Some(end) if asks_dropped(search, exploration, end) => too_many_conditions(base),
         Some(end) => {
             let witness = steps(search, region, exploration, end);
-            let primary = skip_span(search, exploration, end);
+            // Where no statement skips, a loop over filtered items does so by having no round.
+            let primary = skip_span(search, exploration, end).or_else(|| Some(head_of(search, region)));
             let others = other_skips(search, region, exploration, unexplained, primary);
             Decision { verdict: Verdict::Skipped, witness, primary, others, ..base }
         }

@@ -61,6 +61,7 @@ const CEID_CORE: &[&str] = &[
     "Overrun",
     "Sample",
     "Unregistered",
+    "OnlyInCeid",
     "RealtimeFunctionality",
     "RealtimeThread",
     "Flow",

@@ -41,7 +41,16 @@ pub fn is_transparent(name: &str) -> bool {
         || is_cell(name)
         || matches!(
             name,
-            "Option" | "Result" | "MaybeUninit" | "Poll" | "OnceCell" | "OnceLock" | "StaticCell" | "LocalKey"
+            "Option"
+                | "Result"
+                | "MaybeUninit"
+                | "Poll"
+                | "OnceCell"
+                | "OnceLock"
+                | "StaticCell"
+                | "LocalKey"
+                | "Unregistered"
+                | "OnlyInCeid"
         )
 }
 
@@ -215,6 +224,7 @@ fn ceid_method(path: &str, params: &[Ty], receiver: &Ty, method: &str, args: &[T
         (_, "take") => Ty::std("ceid_core::Take", Vec::new()),
         (_, "by_ref" | "clock") => reference(receiver.clone()),
         ("Cyclic", "run") => option(Ty::Unknown),
+        ("Unregistered", "only_in_ceid") => Ty::std("ceid_core::OnlyInCeid", vec![set]),
         ("Tick", "then" | "each" | "every") => receiver.clone(),
         ("Tick", "done") => Ty::unit(),
         ("Tick", "dt" | "dt_f32") => Ty::Float,
