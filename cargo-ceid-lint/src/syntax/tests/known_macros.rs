@@ -78,7 +78,7 @@ fn values_and_patterns() {
 fn statics_declared_by_macros() {
     check_items(
         "thread_local! { static A: RefCell<u8> = const { b() }; pub static C: D = e }",
-        "static A:RefCell<u8>={b()}, pub static C:D=e",
+        "static A:std::thread::LocalKey<RefCell<u8>>={b()}, pub static C:std::thread::LocalKey<D>=e",
     );
     check_items("lazy_static! { /// Doc.\n pub static ref A: Mutex<Kf> = b(); }", "pub static A:Mutex<Kf>=b()");
     check("thread_local!(static A: u8 = 1); b", "item A;b");
