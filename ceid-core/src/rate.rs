@@ -36,11 +36,7 @@ pub trait Rate: Copy + Debug + Send + Sync + 'static {
     #[inline]
     fn release_ns(n: u64) -> u64 {
         let hz = u64::from(Self::HZ);
-        if NS_PER_S % hz == 0 {
-            return n.saturating_mul(NS_PER_S / hz);
-        }
-        // Whole seconds and the rest apart: both products fit in 64 bits, where `n * 10^9` would not.
-        (n / hz).saturating_mul(NS_PER_S).saturating_add((n % hz) * NS_PER_S / hz)
+        if NS_PER_S % hz == 0 { n.saturating_mul(NS_PER_S / hz) } else { release_ns(hz, n) }
     }
 
     /// How many releases are due by `ns` nanoseconds after release 0: release 0 and one due at `ns` are among them.
@@ -50,11 +46,25 @@ pub trait Rate: Copy + Debug + Send + Sync + 'static {
     #[must_use]
     #[inline]
     fn released_by(ns: u64) -> u64 {
-        let hz = u64::from(Self::HZ);
-        // Rounded up, because release times are rounded down.
-        let in_last_second = ((ns % NS_PER_S + 1) * hz).div_ceil(NS_PER_S);
-        (ns / NS_PER_S).saturating_mul(hz).saturating_add(in_last_second)
+        released_by(u64::from(Self::HZ), ns)
     }
+}
+
+// Functions of their own, so that a program for AVR, which has no division, has this code once and not for each rate.
+
+#[cfg_attr(not(target_arch = "avr"), inline)]
+#[cfg_attr(target_arch = "avr", inline(never))]
+fn release_ns(hz: u64, n: u64) -> u64 {
+    // Whole seconds and the rest apart: both products fit in 64 bits, where `n * 10^9` would not.
+    (n / hz).saturating_mul(NS_PER_S).saturating_add((n % hz) * NS_PER_S / hz)
+}
+
+#[cfg_attr(not(target_arch = "avr"), inline)]
+#[cfg_attr(target_arch = "avr", inline(never))]
+fn released_by(hz: u64, ns: u64) -> u64 {
+    // Rounded up, because release times are rounded down.
+    let in_last_second = ((ns % NS_PER_S + 1) * hz).div_ceil(NS_PER_S);
+    (ns / NS_PER_S).saturating_mul(hz).saturating_add(in_last_second)
 }
 
 /// A rate of `N` releases per second.
