@@ -4,9 +4,10 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
 
+use super::instances::place_ty;
 use super::summary::Summaries;
 use crate::flow::{Base, ControlFlowGraph, Effect, IndexKey, LoopId, Place, Projection, Transfer, Var};
-use crate::index::Ty;
+use crate::index::{Index, Ty};
 
 /// The names of a function's places.
 #[derive(Debug, Default)]
@@ -34,7 +35,7 @@ fn may_match(steps: &[Projection], place: &[Projection]) -> bool {
 const MAX_LINKS: u32 = 24;
 
 impl Aliases {
-    pub(super) fn of(graph: &ControlFlowGraph, summaries: &Summaries) -> Self {
+    pub(super) fn of(index: &Index, graph: &ControlFlowGraph, summaries: &Summaries) -> Self {
         let mut aliases = Self::default();
         for (number, info) in (0u32..).zip(&graph.vars) {
             if info.name.is_empty() && info.param.is_none() {
@@ -46,7 +47,10 @@ impl Aliases {
                 Effect::Set(set) => {
                     let Some(var) = set.place.base_var() else { continue };
                     match &set.from {
-                        Some(from) => aliases.add(graph, var, &set.place.steps, from, set.transfer, node.in_loop),
+                        Some(from) => {
+                            aliases.add(index, graph, var, &set.place.steps, from, set.transfer, node.in_loop)
+                        }
+                        None if index.refers_to_filters(&graph.var(var).ty) => {}
                         None => {
                             aliases.owning.insert(var);
                         }
@@ -54,12 +58,12 @@ impl Aliases {
                 }
                 Effect::Write(write) if write.rebinds => {
                     if let (Some(var), Some(from)) = (write.place.base_var(), &write.from) {
-                        aliases.add(graph, var, &write.place.steps, from, write.transfer, node.in_loop);
+                        aliases.add(index, graph, var, &write.place.steps, from, write.transfer, node.in_loop);
                     }
                 }
                 Effect::Call(site) => {
-                    for (part, from) in summaries.borrows(site) {
-                        aliases.add(graph, site.result, part, &from, Transfer::Borrow, node.in_loop);
+                    for (part, from, transfer) in summaries.gives(site) {
+                        aliases.add(index, graph, site.result, part, &from, transfer, node.in_loop);
                     }
                 }
                 _ => {}
@@ -78,6 +82,7 @@ impl Aliases {
 
     fn add(
         &mut self,
+        index: &Index,
         graph: &ControlFlowGraph,
         var: Var,
         steps: &[Projection],
@@ -85,7 +90,8 @@ impl Aliases {
         transfer: Transfer,
         at: Option<LoopId>,
     ) {
-        let is_reference = matches!(graph.var(var).ty, Ty::Ref(..));
+        let lends = || place_ty(index, graph, from).is_some_and(|ty| index.refers_to_filters(&ty));
+        let is_reference = matches!(graph.var(var).ty, Ty::Ref(..)) || lends();
         // What is moved into a variable or a new value lives there from now on, and so does a copy.
         let is_moved = matches!(transfer, Transfer::Move | Transfer::RoundTrip) && !is_reference;
         let is_value = |var: Var| matches!(graph.var(var).ty, Ty::Adt(..) | Ty::External(..) | Ty::Opaque(_));
@@ -150,12 +156,15 @@ impl Aliases {
         while let Some((part, place, links)) = open.pop() {
             let Some(var) = place.base_var().filter(|_| links < 6) else { continue };
             for (steps, source) in self.sources.get(&var).into_iter().flatten() {
-                if steps.len() > place.steps.len() && steps[..place.steps.len()] == place.steps[..] {
+                if !may_match(steps, &place.steps) {
+                    continue;
+                }
+                if steps.len() > place.steps.len() {
                     let mut inner: Vec<Projection> = Clone::clone(&part);
                     inner.extend_from_slice(&steps[place.steps.len()..]);
                     found.extend(self.roots(source).into_iter().map(|root| (inner.clone(), root)));
-                } else if steps.is_empty() {
-                    open.push((part.clone(), source.join(&place.steps), links + 1));
+                } else {
+                    open.push((part.clone(), source.join(&place.steps[steps.len()..]), links + 1));
                 }
             }
         }

@@ -17,7 +17,7 @@ use super::summary::Summaries;
 use super::verdict::{Cycle, Pair, Verdict};
 use crate::config::Multiplicity;
 use crate::flow::{Base, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection};
-use crate::index::{FunctionId, Index, Ty, TypeId};
+use crate::index::{FunctionId, Index, Shape, Ty, TypeId};
 use crate::source::Span;
 
 /// What the analysis found out about a workspace.
@@ -129,7 +129,7 @@ fn function_facts<'a>(
     kind: FunctionKind,
     in_cycle: &BTreeSet<FunctionId>,
 ) -> FunctionFacts<'a> {
-    let aliases = Aliases::of(graph, summaries);
+    let aliases = Aliases::of(program.index, graph, summaries);
     let dependence = Rc::new(ControlDependence::of(graph));
     let mut places: BTreeSet<Place> = BTreeSet::new();
     // A law may have its state in an argument, whatever the argument's type.
@@ -197,10 +197,14 @@ fn is_instance(index: &Index, graph: &ControlFlowGraph, place: &Place, is_state:
             (Projection::Field(_), Some(ty)) => matches!(ty, Ty::Opaque(_) | Ty::Param(_)),
             _ => false,
         };
-        if is_in_some {
+        let inner = at.join(std::slice::from_ref(step));
+        // What a generic function does to another type's fields does not happen where the type is known.
+        let is_others = matches!((step, place_ty(index, graph, &at)), (Projection::Field(_), Some(Ty::Adt(id, _)))
+            if matches!(index.type_def(id).shape, Shape::Struct(_)) && place_ty(index, graph, &inner).is_none());
+        if is_in_some || is_others {
             return false;
         }
-        at = at.join(std::slice::from_ref(step));
+        at = inner;
     }
     match place.base {
         Base::Static(_) => true,

@@ -11,7 +11,7 @@ use super::returned;
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
 use super::verdict::Gate;
-use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, Place, Program, Projection};
+use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, Place, Program, Projection, Transfer};
 use crate::index::FunctionId;
 
 /// One way through a function, as far as one place goes.
@@ -133,14 +133,23 @@ impl Summaries {
         self.open == Some(id) && !self.of.contains_key(&id)
     }
 
-    /// What the result of a call may borrow: the steps into the result, and the place.
+    /// What the result of a call may borrow or be made of: the steps into the result, and the place.
     pub(super) fn borrows<'a>(&'a self, site: &'a CallSite) -> impl Iterator<Item = (&'a [Projection], Place)> + 'a {
+        self.gives(site).map(|(part, place, _)| (part, place))
+    }
+
+    /// The same, with how each instance gets there.
+    pub(super) fn gives<'a>(
+        &'a self,
+        site: &'a CallSite,
+    ) -> impl Iterator<Item = (&'a [Projection], Place, Transfer)> + 'a {
         let returns = site.targets.iter().filter_map(|target| self.of.get(target)).flat_map(|summary| &summary.returns);
         // What lies inside a receiver whose type is not known has no name here.
         returns.filter(|borrow| !site.is_dispatched || borrow.param > 0 || borrow.steps.is_empty()).filter_map(
             |borrow| {
-                let place = site.args.get(borrow.param)?.place.as_ref()?;
-                Some((borrow.part.as_slice(), place.join(&borrow.steps)))
+                let arg = site.args.get(borrow.param)?;
+                let transfer = if arg.is_moved { Transfer::Move } else { Transfer::Borrow };
+                Some((borrow.part.as_slice(), arg.place.as_ref()?.join(&borrow.steps), transfer))
             },
         )
     }
@@ -188,7 +197,7 @@ impl Summaries {
     }
 
     fn summarise(&self, program: &Program<'_>, graph: &ControlFlowGraph) -> Summary {
-        let aliases = Aliases::of(graph, self);
+        let aliases = Aliases::of(program.index, graph, self);
         let halves = vec![BTreeMap::new(); program.index.halves()];
         let mut summary = Summary { halves, ..Summary::default() };
         let mut touched: BTreeSet<Given> = BTreeSet::new();

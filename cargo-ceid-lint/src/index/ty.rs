@@ -225,7 +225,8 @@ impl Index {
             TypeRef::Array(inner, length) => Ty::Array(Box::new(go(inner)), self.length(length, scope)),
             TypeRef::Slice(inner) => Ty::Slice(Box::new(go(inner))),
             TypeRef::ImplTrait(bounds) | TypeRef::DynTrait(bounds) => {
-                Ty::Opaque(Arc::new(self.lower_bounds(bounds, scope, depth + 1)))
+                let bounds = self.lower_bounds(bounds, scope, depth + 1);
+                self.resource(&bounds).unwrap_or_else(|| Ty::Opaque(Arc::new(bounds)))
             }
             TypeRef::FnPointer(params, output) => Ty::Function(params.iter().map(go).collect(), Box::new(go(output))),
             TypeRef::Never => Ty::Never,
@@ -414,7 +415,21 @@ impl Index {
                 }
             }
         }
-        found.then(|| Ty::Param(Arc::new(ParamTy { name: name.to_owned(), bounds })))
+        found.then(|| {
+            self.resource(&bounds).unwrap_or_else(|| Ty::Param(Arc::new(ParamTy { name: name.to_owned(), bounds })))
+        })
+    }
+
+    /// What stands for a resource that is known by its lock alone: `M: Mutex<T = Ekf>`, where `lock` lends the `Ekf`.
+    fn resource(&self, bounds: &[TraitRef]) -> Option<Ty> {
+        bounds.iter().find_map(|bound| {
+            let [(_, ty)] = bound.assoc.as_slice() else { return None };
+            let is_mutex = match &bound.name {
+                TraitName::External(path) => path.rsplit("::").next() == Some("Mutex"),
+                TraitName::Local(id) => self.trait_def(*id).methods.contains_key("lock"),
+            };
+            is_mutex.then(|| Ty::std(super::SHARED_RESOURCE, vec![ty.clone()]))
+        })
     }
 
     fn project_in(&self, base: &Ty, name: &str, scope: &TyScope<'_>, depth: u32) -> Ty {

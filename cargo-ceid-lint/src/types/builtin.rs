@@ -138,7 +138,7 @@ pub(super) fn item_of(ty: &Ty, by_ref: bool) -> Option<Ty> {
         Ty::Ref(_, inner) => item_of(inner, true),
         Ty::Array(inner, _) | Ty::Slice(inner) => Some(wrap((**inner).clone())),
         Ty::External(path, args) => match path.rsplit("::").next().unwrap_or("") {
-            "Iterator" | "Range" => Some(arg(args, 0)),
+            "Iterator" | "Range" | "Receiver" | "UnboundedReceiver" => Some(arg(args, 0)),
             "Vec" | "VecDeque" | "ArrayVec" | "SmallVec" | "Option" | "HashSet" | "BTreeSet" | "LinkedList"
             | "BinaryHeap" | "Deque" => Some(wrap(arg(args, 0))),
             "HashMap" | "BTreeMap" | "IndexMap" | "FnvIndexMap" | "LinearMap" => {

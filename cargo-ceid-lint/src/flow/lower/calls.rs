@@ -170,7 +170,10 @@ impl Builder<'_> {
                 place: value.place.clone().filter(|_| !is_plain(self.ty(*expr))),
                 index: self.argument_index(*expr, value),
                 is_shared: self.is_shared(*expr),
-                is_copy: law_of.is_none() && value.is_owned && self.is_passed_copied(*expr, receiver, targets),
+                is_moved: self.is_passed_by_value(*expr, value, receiver, targets),
+                is_copy: law_of.is_none()
+                    && self.is_passed_by_value(*expr, value, receiver, targets)
+                    && self.is_copied(self.ty(*expr)),
                 from: if receiver == Some(*expr) { Computed::default() } else { self.computed_from(*expr) },
             })
             .collect();
@@ -203,12 +206,19 @@ impl Builder<'_> {
         result
     }
 
-    /// Whether what an argument names stays where it is, and the function gets a copy.
-    fn is_passed_copied(&self, expr: ExprId, receiver: Option<ExprId>, targets: &[FunctionId]) -> bool {
+    /// Whether a function gets what an argument names, or a copy of it, and not a reference to it.
+    fn is_passed_by_value(
+        &self,
+        expr: ExprId,
+        value: &Value,
+        receiver: Option<ExprId>,
+        targets: &[FunctionId],
+    ) -> bool {
         let by_value = |target: &FunctionId| {
             self.program.index.function(*target).function.receiver == Some(crate::syntax::tree::Receiver::Value)
         };
-        self.is_copied(self.ty(expr)) && (receiver != Some(expr) || targets.iter().all(by_value))
+        let is_reference = matches!(self.ty(expr), Ty::Ref(..));
+        value.is_owned && !is_reference && (receiver != Some(expr) || targets.iter().all(by_value))
     }
 
     /// The index that an argument is, if it is a constant or a variable.
@@ -285,8 +295,14 @@ impl Builder<'_> {
 
     /// A place that something unseen may write.
     fn written_unseen(&mut self, place: Place, span: crate::source::Span) {
-        let assignment =
-            crate::flow::Assignment { place, from: None, transfer: Transfer::Move, rebinds: true, head: None, same_as: None };
+        let assignment = crate::flow::Assignment {
+            place,
+            from: None,
+            transfer: Transfer::Move,
+            rebinds: true,
+            head: None,
+            same_as: None,
+        };
         self.emit(Effect::Write(Box::new(assignment)), span);
     }
 

@@ -192,10 +192,10 @@ impl Builder<'_> {
     /// What of its surroundings a closure names that may hold a filter.
     fn captured(&mut self, closure: ClosureRef) -> Vec<Place> {
         let copies = self.captures.get(&(closure.frame, closure.expr));
-        let copy_of = |local: LocalId| copies.into_iter().flatten().find(|(own, _)| *own == local).map(|(_, copy)| *copy);
+        let copy_of =
+            |local: LocalId| copies.into_iter().flatten().find(|(own, _)| *own == local).map(|(_, copy)| *copy);
         let named = self.captured_locals(closure).into_iter();
-        let mut places: Vec<Place> =
-            named.map(|(local, var)| Place::var(copy_of(local).unwrap_or(var))).collect();
+        let mut places: Vec<Place> = named.map(|(local, var)| Place::var(copy_of(local).unwrap_or(var))).collect();
         places.sort();
         places.dedup();
         places
@@ -217,11 +217,7 @@ impl Builder<'_> {
     }
 
     /// Gives the locals that a closure has copies of these variables, or those of the copies; answers what they had.
-    fn swap_captured(
-        &mut self,
-        closure: ClosureRef,
-        vars: Option<Vec<(LocalId, Var)>>,
-    ) -> Option<Vec<(LocalId, Var)>> {
+    fn swap_captured(&mut self, closure: ClosureRef, vars: Option<Vec<(LocalId, Var)>>) -> Option<Vec<(LocalId, Var)>> {
         let vars = vars.or_else(|| self.captures.get(&(closure.frame, closure.expr)).cloned())?;
         let known = &mut self.frames[closure.frame].vars;
         Some(vars.into_iter().filter_map(|(local, var)| Some((local, known.insert(local, var)?))).collect())

@@ -65,7 +65,8 @@ impl Builder<'_> {
             _ => None,
         };
         if self.at.is_some() {
-            let assignment = Assignment { place, from: None, transfer: Transfer::Move, rebinds: false, head, same_as: None };
+            let assignment =
+                Assignment { place, from: None, transfer: Transfer::Move, rebinds: false, head, same_as: None };
             self.emit(Effect::Write(Box::new(assignment)), span);
         }
         Some(Value::default())

@@ -75,7 +75,14 @@ impl Builder<'_> {
     }
 
     fn lend(&mut self, place: Place, from: Place, at: ExprId) {
-        let set = Assignment { place, from: Some(from), transfer: Transfer::Borrow, rebinds: true, head: None, same_as: None };
+        let set = Assignment {
+            place,
+            from: Some(from),
+            transfer: Transfer::Borrow,
+            rebinds: true,
+            head: None,
+            same_as: None,
+        };
         self.emit(Effect::Set(Box::new(set)), self.span(at));
     }
 

@@ -1,7 +1,7 @@
 //! Iterators: what a chain of adaptors runs over, and what it does when it is consumed.
 
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Caller, CycleKind, Effect, IndexKey, LoopInfo, Place, Rounds, Section, Transfer, Var};
+use crate::flow::{Caller, Computed, CycleKind, Effect, IndexKey, LoopInfo, Place, Rounds, Section, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
@@ -12,6 +12,8 @@ use crate::types::Callee;
 pub(super) enum Item {
     /// Something that is no filter's place.
     Opaque,
+    /// The same, from what it is known to be computed from.
+    Drawn(Vec<Var>, Computed),
     /// An element of a collection.
     Element(Place),
     /// A part of a collection: the element is in exactly one of them.
@@ -31,6 +33,8 @@ pub(super) struct Source {
     pub(super) rounds: Rounds,
     pub(super) passes_over: bool,
     pub(super) in_order: bool,
+    /// Whether it takes what is there from a queue.
+    pub(super) drains: bool,
     /// Closures that run in each round before the item is there: `map`, `filter`, `inspect`.
     pub(super) stages: Vec<(Stage, ClosureRef)>,
     pub(super) text: String,
@@ -55,6 +59,7 @@ impl Source {
             rounds: Rounds::Bounded,
             passes_over: false,
             in_order: true,
+            drains: false,
             stages: Vec::new(),
             text: String::new(),
             reads: Vec::new(),
@@ -94,6 +99,9 @@ impl Builder<'_> {
         };
         source.text = self.text(id);
         source.reads = self.reads_of(id);
+        if matches!(source.item, Item::Opaque) {
+            source.item = Item::Drawn(source.reads.clone(), self.computed_from(id));
+        }
         source
     }
 
@@ -107,6 +115,12 @@ impl Builder<'_> {
             // The loop gets copies of them.
             Some(_) if !is_lent && self.is_copied(self.ty(id)) => Item::Made,
             Some(place) if !is_map && self.may_hold_filter(ty) => Item::Element(place),
+            _ if is_receiver(ty) => {
+                // Iterating over a receiver receives.
+                let mut computed = self.computed_from(id);
+                computed.calls.push("recv".to_owned());
+                Item::Drawn(self.reads_of(id), computed)
+            }
             _ => Item::Opaque,
         };
         let rounds = if is_endless {
@@ -279,12 +293,13 @@ impl Builder<'_> {
                 for arg in args {
                     self.expr(*arg);
                 }
-                Source::bounded()
+                Source { drains: method == "drain", ..Source::bounded() }
             }
             "iter_from" | "incoming" | "try_iter" | "recv_iter" => {
                 self.expr(receiver);
-                let rounds = if method == "try_iter" { Rounds::Bounded } else { Rounds::Unbounded };
-                Source { rounds, ..Source::bounded() }
+                let drains = method == "try_iter";
+                let rounds = if drains { Rounds::Bounded } else { Rounds::Unbounded };
+                Source { rounds, drains, ..Source::bounded() }
             }
             _ => self.collection(id, false),
         }
@@ -457,7 +472,7 @@ impl Builder<'_> {
             indexes: Vec::new(),
             passes_over: source.passes_over,
             in_order: source.in_order && !source.passes_over,
-            drains: false,
+            drains: source.drains,
             is_foreign: self.is_foreign(),
             closure: None,
             caller: Caller::Code,
@@ -522,8 +537,15 @@ impl Builder<'_> {
     /// The value of a round's item, and what its variables name.
     fn item_value(&mut self, id: crate::flow::LoopId, item: &Item, reads: &[Var], span: Span) -> Value {
         match item {
-            Item::Opaque | Item::Made => {
+            Item::Opaque | Item::Made | Item::Drawn(..) => {
                 let var = self.temporary(Ty::Unknown, span);
+                let reads = match item {
+                    Item::Drawn(reads, computed) => {
+                        self.graph.computed.insert(var, computed.clone());
+                        reads
+                    }
+                    _ => reads,
+                };
                 self.graph.derived.extend(reads.iter().map(|read| (var, *read)));
                 self.graph.loops[id.0 as usize].bound.push(var);
                 Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }
@@ -605,6 +627,11 @@ impl Builder<'_> {
 /// Whether a consumer gives back one of the elements.
 fn picks_one(method: &str) -> bool {
     ["min", "max"].iter().any(|name| method.starts_with(name)) || matches!(method, "find" | "last" | "nth" | "reduce")
+}
+
+/// Whether a value of the type is the end of a channel at which messages arrive.
+fn is_receiver(ty: &Ty) -> bool {
+    matches!(ty.external_name(), Some("Receiver" | "UnboundedReceiver" | "Subscriber"))
 }
 
 /// Whether iterating over a value of the type only ends when the other side does.

@@ -190,6 +190,10 @@ impl Builder<'_> {
         self.run_loop(CycleKind::For, keyword, label, source, |this, value, this_loop| {
             let item = if is_mapped { super::iterators::Item::Opaque } else { item };
             this.bind_item(this_loop, pat, &item, &value);
+            if is_mapped {
+                let names: Vec<Var> = this.locals_of(pat).into_iter().map(|local| this.var_of(local)).collect();
+                this.derive(&names, iterable);
+            }
             this.expr(body);
         });
         let _ = id;

@@ -304,8 +304,14 @@ impl Builder<'_> {
             if let Some(var) = place.base_var() {
                 self.numbers.remove(&var);
             }
-            let assignment =
-                crate::flow::Assignment { place, from: None, transfer: Transfer::Move, rebinds: false, head: None, same_as: None };
+            let assignment = crate::flow::Assignment {
+                place,
+                from: None,
+                transfer: Transfer::Move,
+                rebinds: false,
+                head: None,
+                same_as: None,
+            };
             self.emit(Effect::Write(Box::new(assignment)), span);
             self.note_change(target, value, Some(op));
         }
