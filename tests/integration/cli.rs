@@ -83,3 +83,16 @@ fn package_can_be_chosen() {
     let run = run(&directory, ["-p", "estimators", "--message-format", "json"]);
     assert_eq!(run.findings().expect("the package is readable"), []);
 }
+
+#[test]
+fn shells_and_man_learn_every_flag() {
+    let directory = committed("figure3_legacy");
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let script = run(&directory, ["completions", shell]);
+        let text = &script.assert_code(0).stdout;
+        assert!(text.contains("message-format") && text.contains("partition"), "{shell}: {text}");
+    }
+    let page = run(&directory, ["man"]);
+    assert!(page.assert_code(0).stdout.contains("\\-\\-partition"), "{}", page.stdout);
+    run(&directory, ["completions", "tcsh"]).assert_code(2);
+}

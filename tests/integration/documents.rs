@@ -72,3 +72,35 @@ fn every_exit_code_is_documented() {
         }
     }
 }
+
+/// The arguments of every `cargo ceid-lint` that a document shows.
+fn shown_commands(path: &str) -> Vec<Vec<String>> {
+    let text = read(path);
+    let commands =
+        text.lines().filter_map(|line| line.trim_start_matches([' ', '-']).trim().strip_prefix("cargo ceid-lint"));
+    let commands = commands.map(|args| args.split(" > ").next().unwrap_or(args));
+    commands.map(|args| args.split_whitespace().map(str::to_owned).collect()).collect()
+}
+
+#[test]
+fn commands_of_the_documents_are_understood() {
+    let mut seen = 0;
+    for path in ["README.md", "cargo-ceid-lint/docs/continuous-integration.md"] {
+        for args in shown_commands(path) {
+            let directory = workspace::temporary_package("documents", &[("src/lib.rs", workspace::GUILTY.as_bytes())]);
+            let run = run(&directory, &args);
+            assert!(matches!(run.code, Some(0 | 100)), "{path}: {args:?}\n{}", run.stderr);
+            seen += 1;
+        }
+    }
+    assert!(seen > 5, "{seen}");
+}
+
+#[test]
+fn action_runs_what_the_page_shows() {
+    let action = read(".github/actions/ceid-lint/action.yml");
+    let flags = "--output github=- --output sarif=";
+    assert!(action.contains(flags) && read("cargo-ceid-lint/docs/continuous-integration.md").contains(flags));
+    let path = "cargo-ceid-lint";
+    assert!(action.contains(&format!("/../../../{path}")) && root().join(path).join("Cargo.toml").is_file());
+}

@@ -3,6 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod ci_formats;
 mod cli;
 mod configuration;
 mod documents;
@@ -14,6 +15,7 @@ mod messages;
 mod presets;
 mod robustness;
 mod schema;
+mod snapshot_tests;
 mod suppressions;
 mod tidy;
 mod time_domain;

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::project::Partition;
+
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 
 const ABOUT: &str = "Proves or refutes that every sampled-time filter is updated exactly once per control cycle.";
@@ -50,6 +52,10 @@ pub(super) enum Command {
     Explain(ExplainArgs),
     /// Print the table of rules, their groups and default levels.
     Rules(RulesArgs),
+    /// Print the completions for a shell.
+    Completions(CompletionsArgs),
+    /// Print the manual page, in roff.
+    Man,
 }
 
 #[derive(Debug, Args)]
@@ -63,6 +69,9 @@ pub(super) struct CheckArgs {
     /// How findings are printed.
     #[arg(long, value_name = "FORMAT", value_enum, value_delimiter = ',', help_heading = "Output")]
     pub(super) message_format: Vec<MessageFormat>,
+    /// Write the chosen format, or the one named before `=`, to a file as well (`-` is stdout); may be given several times.
+    #[arg(long, value_name = "[FORMAT=]FILE", help_heading = "Output")]
+    pub(super) output: Vec<String>,
     /// Levels again, as for clippy: `-- -W ceid::gated_update`.
     #[arg(last = true, value_name = "LEVELS", help_heading = "Levels")]
     pub(super) rest: Vec<String>,
@@ -98,6 +107,13 @@ pub(super) struct RulesArgs {
     /// Whether colours are used.
     #[arg(long, value_name = "WHEN", value_enum)]
     pub(super) color: Option<ColorChoice>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CompletionsArgs {
+    /// The shell.
+    #[arg(value_name = "SHELL", value_enum)]
+    pub(super) shell: clap_complete::Shell,
 }
 
 /// What is checked.
@@ -162,6 +178,10 @@ pub(super) struct Scope {
     /// Path of the `Cargo.toml`.
     #[arg(long, value_name = "PATH")]
     pub(super) manifest_path: Option<PathBuf>,
+    /// Check one part of the selected packages, to share them among machines: `slice:1/3` takes every third package,
+    /// `hash:1/3` a third that stays the same when packages are added.
+    #[arg(long, value_name = "KIND:M/N")]
+    pub(super) partition: Option<Partition>,
 }
 
 #[derive(Debug, Args)]
@@ -302,6 +322,14 @@ pub(super) enum MessageFormat {
     JsonDiagnosticRenderedAnsi,
     /// cargo's JSON messages without findings, which are printed for people.
     JsonRenderDiagnostics,
+    /// SARIF 2.1.0, for code scanning.
+    Sarif,
+    /// Annotations of GitHub Actions, and a table in the summary of the step.
+    Github,
+    /// GitLab's code quality report.
+    Gitlab,
+    /// JUnit's XML.
+    Junit,
 }
 
 #[cfg(test)]

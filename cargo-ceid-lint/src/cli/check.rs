@@ -1,15 +1,16 @@
 //! `cargo ceid-lint`, and `cargo ceid-lint check`.
 
 use std::collections::BTreeSet;
+use std::path::PathBuf;
 
 use clap::ArgMatches;
 
-use super::args::{CheckArgs, MessageFormat};
+use super::args::CheckArgs;
 use super::console::Stream;
+use super::format::{Format, OutputFile, add_step_summary};
 use super::input::{self, Checked};
 use super::{Console, ExitStatus, levels};
-use crate::report::json::{self, Options, Rendered};
-use crate::report::{short, text};
+use crate::report::{Outcome, Service, text};
 
 /// Runs the check.
 ///
@@ -17,75 +18,52 @@ use crate::report::{short, text};
 /// What is wrong with the arguments.
 pub(super) fn run(mut args: CheckArgs, matches: &ArgMatches) -> Result<ExitStatus, String> {
     let console = Console::new(&args.talk);
-    let format = format(&args.message_format)?;
+    let format = Format::read(&args.message_format)?;
+    let files: Vec<OutputFile> =
+        args.output.iter().map(|text| OutputFile::read(text, format)).collect::<Result<_, _>>()?;
+    // What goes into a file without a name of its own is not printed as well.
+    let is_in_file = files.iter().any(|file| !file.is_named);
+    let printed = if is_in_file { Format::Human } else { format };
     let overrides = levels::read(matches, &args.levels, &mut args.input.build.features, &args.rest)?;
-    let Some(checked) = input::check(&args.input, overrides, console, args.talk.stats) else {
-        if let Format::Json(_) = format {
-            console.print("{\"reason\":\"build-finished\",\"success\":false}\n");
+    let (checked, mut status) = match input::check(&args.input, overrides, console, args.talk.stats) {
+        Ok(checked) => {
+            show(&checked, printed, console);
+            checked.say_summary(console);
+            let status = checked.status(&args.input, console);
+            (checked, status)
         }
-        return Ok(ExitStatus::Incomplete);
+        Err(error) => (Checked::of_failed_load(error), ExitStatus::Incomplete),
     };
-    match format {
-        Format::Human => show(&checked, console),
-        Format::Short => show_short(&checked, console),
-        Format::Json(options) if options.without_diagnostics => show(&checked, console),
-        Format::Json(_) => {}
+    let part = args.input.scope.partition.map(|part| part.to_string());
+    let outcome = Outcome { exit_code: status.code(), part };
+    if let Format::Json(_) | Format::Service(_) = printed {
+        console.print(&printed.render(&checked, &outcome));
     }
-    checked.say_summary(console);
-    let status = checked.status(args.input.no_loops, console);
-    if let Format::Json(options) = format {
-        let success = status == ExitStatus::Clean;
-        let without_artifacts = checked.is_config_wrong;
-        console.print(&json::messages(
-            &checked.project,
-            &checked.report,
-            Options { success, without_artifacts, ..options },
-        ));
+    let mut results: Vec<Result<(), String>> =
+        files.iter().map(|file| file.write(&checked, &outcome, console)).collect();
+    let is_for_github = |format: Format| matches!(format, Format::Service(Service::Github));
+    let summary = std::env::var_os("GITHUB_STEP_SUMMARY").filter(|path| !path.is_empty()).map(PathBuf::from);
+    if is_for_github(printed) || files.iter().any(|file| is_for_github(file.format)) {
+        results.extend(summary.map(|path| add_step_summary(&checked, &path)));
+    }
+    for error in results.into_iter().filter_map(Result::err) {
+        console.error(&error, None);
+        status = ExitStatus::Incomplete;
     }
     Ok(status)
 }
 
-enum Format {
-    Human,
-    Short,
-    Json(Options),
-}
-
-/// Puts together what was asked for, as cargo does: several words may describe the JSON, but only one the kind.
-fn format(words: &[MessageFormat]) -> Result<Format, String> {
-    let mut kinds = Vec::new();
-    let mut options = Options::default();
-    for word in words {
-        let kind = match word {
-            MessageFormat::Human => "human",
-            MessageFormat::Short => "short",
-            MessageFormat::Json => "json",
-            MessageFormat::JsonDiagnosticShort => {
-                options.rendered = Rendered::Short;
-                "json"
-            }
-            MessageFormat::JsonDiagnosticRenderedAnsi => {
-                options.rendered = Rendered::Ansi;
-                "json"
-            }
-            MessageFormat::JsonRenderDiagnostics => {
-                options.without_diagnostics = true;
-                "json"
-            }
-        };
-        if !kinds.contains(&kind) {
-            kinds.push(kind);
-        }
-    }
-    match kinds.as_slice() {
-        [] | ["human"] => Ok(Format::Human),
-        ["short"] => Ok(Format::Short),
-        ["json"] => Ok(Format::Json(options)),
-        _ => Err(format!("cannot print in two kinds of format at once: {}", kinds.join(", "))),
+/// Shows the findings to people, where that is what was asked for.
+fn show(checked: &Checked, printed: Format, console: Console) {
+    match printed {
+        Format::Human => show_with_source(checked, console),
+        Format::Json(options) if options.without_diagnostics => show_with_source(checked, console),
+        Format::Short => console.show(&Format::Short.render(checked, &Outcome::default())),
+        Format::Json(_) | Format::Service(_) => {}
     }
 }
 
-fn show(checked: &Checked, console: Console) {
+fn show_with_source(checked: &Checked, console: Console) {
     for diagnostic in checked.report.shown() {
         console.show(&text::diagnostic(&checked.report.sources, diagnostic, console.style(Stream::Err)));
     }
@@ -94,28 +72,5 @@ fn show(checked: &Checked, console: Console) {
     if let Some(first) = checked.report.shown().next() {
         let what = if rules.len() == 1 { "this rule" } else { "a rule" };
         console.say(&format!("for more about {what}, run `cargo ceid-lint explain {}`", first.rule));
-    }
-}
-
-fn show_short(checked: &Checked, console: Console) {
-    for diagnostic in checked.report.shown() {
-        console.show(&short::diagnostic(&checked.report.sources, diagnostic));
-    }
-    for problem in &checked.report.problems {
-        console.show(&short::problem(&checked.report.sources, problem));
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn words_about_json_can_be_combined() {
-        let words = [MessageFormat::JsonDiagnosticRenderedAnsi, MessageFormat::JsonRenderDiagnostics];
-        let Ok(Format::Json(options)) = format(&words) else { panic!("it is JSON") };
-        assert!(options.without_diagnostics && options.rendered == Rendered::Ansi);
-        assert!(format(&[MessageFormat::Json, MessageFormat::Human]).is_err());
-        assert!(matches!(format(&[]), Ok(Format::Human)));
     }
 }

@@ -15,13 +15,19 @@ pub(super) enum ExitStatus {
     Usage,
 }
 
+impl ExitStatus {
+    pub(super) fn code(self) -> u8 {
+        match self {
+            Self::Clean => 0,
+            Self::Findings => 100,
+            Self::Incomplete => 101,
+            Self::Usage => 2,
+        }
+    }
+}
+
 impl From<ExitStatus> for ExitCode {
     fn from(status: ExitStatus) -> Self {
-        Self::from(match status {
-            ExitStatus::Clean => 0,
-            ExitStatus::Findings => 100,
-            ExitStatus::Incomplete => 101,
-            ExitStatus::Usage => 2,
-        })
+        Self::from(status.code())
     }
 }

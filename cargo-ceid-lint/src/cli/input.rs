@@ -4,30 +4,37 @@ use super::Console;
 use super::args::{Build, Input, NoLoops, Scope};
 use super::console::Stream;
 use super::exit::ExitStatus;
-use crate::config::{self, Config, ConfigError, LevelOverrides};
+use crate::config::LevelOverrides;
 use crate::diagnostic::Problem;
-use crate::pipeline::{self, Report};
-use crate::project::{self, Features, Names, Project, Selection, TargetFilter};
+use crate::pipeline::{self, Configured, Report};
+use crate::project::{self, Features, LoadError, Names, Project, Selection, TargetFilter};
 use crate::report::{self, Summary, text};
-use crate::rules;
-use crate::source::{SourceMap, Span};
+use crate::source::DiskSource;
 
 /// What a run came to.
 pub(super) struct Checked {
     pub(super) project: Project,
     pub(super) report: Report,
     pub(super) summary: Summary,
-    /// Whether the configuration was wrong, so that nothing was checked.
-    pub(super) is_config_wrong: bool,
+    /// Whether nothing was checked, because there was nothing to load or the configuration was wrong.
+    pub(super) is_unchecked: bool,
 }
 
-/// Loads and checks; `None` if there is nothing to load, which was told.
-pub(super) fn check(input: &Input, overrides: LevelOverrides, console: Console, with_stats: bool) -> Option<Checked> {
+/// Loads and checks.
+///
+/// # Errors
+/// Why nothing could be loaded, which was told.
+pub(super) fn check(
+    input: &Input,
+    overrides: LevelOverrides,
+    console: Console,
+    with_stats: bool,
+) -> Result<Checked, LoadError> {
     let project = match project::load(&selection(input)) {
         Ok(project) => project,
         Err(error) => {
             console.error(&error.message, error.help.as_deref());
-            return None;
+            return Err(error);
         }
     };
     for notice in &project.notices {
@@ -40,32 +47,42 @@ pub(super) fn check(input: &Input, overrides: LevelOverrides, console: Console, 
         let targets: Vec<String> = targets.map(|target| format!("{} `{}`", target.kind.name(), target.name)).collect();
         console.say_if_verbose(&format!("checking `{}` {}: {}", package.name, package.version, targets.join(", ")));
     }
-    let checked = configuration(&project, overrides).and_then(|config| pipeline::check(&project, &config));
-    let (mut report, is_config_wrong) = match checked {
-        Ok(report) => (report, false),
-        Err(error) => (of_wrong_configuration(&project, &error), true),
-    };
-    report.problems.extend(project.problems.iter().cloned());
+    let Configured { report, is_config_wrong: is_unchecked } =
+        pipeline::check_configured(&project, overrides, Box::new(DiskSource));
     if with_stats {
         console.show(&report::stats(&project, &report));
     }
     let summary = Summary::of(&report);
-    Some(Checked { project, report, summary, is_config_wrong })
+    Ok(Checked { project, report, summary, is_unchecked })
 }
 
 impl Checked {
+    /// What a run came to that found nothing to load.
+    pub(super) fn of_failed_load(error: LoadError) -> Self {
+        let problem = Problem { file: "Cargo.toml".to_owned(), span: None, message: error.message, help: error.help };
+        let report = Report { problems: vec![problem], ..Report::default() };
+        let root = std::env::current_dir().unwrap_or_default();
+        let summary = Summary::of(&report);
+        Self { project: Project { root, ..Project::default() }, report, summary, is_unchecked: true }
+    }
+
     /// How the run ends, telling loudly when nothing was checked.
-    pub(super) fn status(&self, no_loops: NoLoops, console: Console) -> ExitStatus {
-        if self.is_config_wrong || self.summary.problems > 0 {
+    pub(super) fn status(&self, input: &Input, console: Console) -> ExitStatus {
+        if self.is_unchecked || self.summary.problems > 0 {
             return ExitStatus::Incomplete;
         }
+        let packages = self.project.packages.iter().filter(|package| package.is_reported).count();
+        // The packages of a workspace may be fewer than the machines.
+        if packages == 0 && input.scope.partition.is_some() {
+            console.say("this part of the workspace holds no package");
+            return ExitStatus::Clean;
+        }
         if self.summary.is_nothing() {
-            let packages = self.project.packages.iter().filter(|package| package.is_reported).count();
             let what =
                 format!("nothing to check: there is no cycle and no filter in {}", report::count(packages, "package"));
             let help =
                 "a filter is a type with `impl SampledFilter`, or one that a `[[filter]]` of `ceid-lint.toml` names";
-            match no_loops {
+            match input.no_loops {
                 NoLoops::Fail => {
                     console.error(&what, Some(help));
                     return ExitStatus::Findings;
@@ -86,37 +103,10 @@ impl Checked {
 
     /// Prints the summary, unless there is nothing to sum up.
     pub(super) fn say_summary(&self, console: Console) {
-        if !self.summary.is_nothing() && !self.is_config_wrong {
+        if !self.summary.is_nothing() && !self.is_unchecked {
             console.say(&self.summary.line());
         }
     }
-}
-
-fn configuration(project: &Project, overrides: LevelOverrides) -> Result<Config, ConfigError> {
-    let reported = || project.packages.iter().filter(|package| package.is_reported);
-    let roots = reported().map(|package| package.workspace_root.as_path());
-    let manifests =
-        reported().filter(|package| package.metadata.is_some()).map(|package| package.manifest_path.as_path());
-    let mut config = config::load(roots, manifests)?;
-    config.overrides = overrides;
-    rules::validate(&config)?;
-    Ok(config)
-}
-
-/// A wrong configuration is reported like a file that cannot be parsed, so that editors show its place.
-fn of_wrong_configuration(project: &Project, error: &ConfigError) -> Report {
-    let mut sources = SourceMap::new(project.root.clone());
-    let mut problem =
-        Problem { file: String::new(), span: None, message: error.message.clone(), help: error.help.clone() };
-    if let Some(place) = &error.place {
-        problem.file = sources.display_name(&place.path);
-        if let Some(text) = &error.text {
-            let offset = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
-            let file = sources.add(&place.path, text.clone());
-            problem.span = Some(Span::new(file, offset(place.range.start), offset(place.range.end)));
-        }
-    }
-    Report { sources, problems: vec![problem], ..Report::default() }
 }
 
 fn selection(input: &Input) -> Selection {
@@ -128,6 +118,7 @@ fn selection(input: &Input) -> Selection {
         packages: scope.package.clone(),
         workspace: scope.workspace,
         exclude: scope.exclude.clone(),
+        partition: scope.partition,
         targets: targets(scope),
         features: features(build),
         target: build.target.first().cloned(),

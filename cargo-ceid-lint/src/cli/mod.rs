@@ -3,9 +3,11 @@
 mod args;
 mod bug;
 mod check;
+mod command;
 mod console;
 mod exit;
 mod explain;
+mod format;
 mod input;
 mod levels;
 mod report;
@@ -50,6 +52,8 @@ fn run_caught(args: Vec<OsString>) -> ExitStatus {
         Some(Command::Report(args)) => report::run(*args, of_subcommand(&matches)),
         Some(Command::Explain(args)) => explain::run(&args),
         Some(Command::Rules(args)) => Ok(rules::run(&args)),
+        Some(Command::Completions(args)) => command::completions(&args),
+        Some(Command::Man) => command::manual(),
     };
     result.unwrap_or_else(|message| usage(&Cli::command().error(clap::error::ErrorKind::InvalidValue, message)))
 }

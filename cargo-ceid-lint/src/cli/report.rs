@@ -14,10 +14,10 @@ use crate::report::proof;
 pub(super) fn run(mut args: ReportArgs, matches: &ArgMatches) -> Result<ExitStatus, String> {
     let console = Console::new(&args.talk);
     let overrides = levels::read(matches, &args.levels, &mut args.input.build.features, &args.rest)?;
-    let Some(mut checked) = input::check(&args.input, overrides, console, args.talk.stats) else {
+    let Ok(mut checked) = input::check(&args.input, overrides, console, args.talk.stats) else {
         return Ok(ExitStatus::Incomplete);
     };
-    if checked.is_config_wrong {
+    if checked.is_unchecked {
         checked.show_problems(console);
         return Ok(ExitStatus::Incomplete);
     }
@@ -26,5 +26,5 @@ pub(super) fn run(mut args: ReportArgs, matches: &ArgMatches) -> Result<ExitStat
         DataFormat::Json => proof::json(&checked.project, &checked.report),
     });
     checked.summary.errors = 0;
-    Ok(checked.status(args.input.no_loops, console))
+    Ok(checked.status(&args.input, console))
 }

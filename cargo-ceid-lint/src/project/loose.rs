@@ -120,11 +120,10 @@ fn modules_of(file: &Path) -> Vec<PathBuf> {
 }
 
 /// A package for a file outside any package: edition 2024, no dependencies.
-pub(super) fn package(file: &Path) -> Workspace {
+pub(super) fn package(file: &Path, text: &str) -> Workspace {
     let directory = file.parent().unwrap_or(Path::new("")).to_owned();
     let name = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-    let has_main = std::fs::read_to_string(file).is_ok_and(|text| text.contains("fn main("));
-    let (kind, word) = if has_main { (TargetKind::Bin, "bin") } else { (TargetKind::Lib, "lib") };
+    let (kind, word) = if text.contains("fn main(") { (TargetKind::Bin, "bin") } else { (TargetKind::Lib, "lib") };
     let kinds = [word.to_owned()];
     let target = FoundTarget {
         name: name.clone(),

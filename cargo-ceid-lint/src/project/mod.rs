@@ -20,8 +20,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 pub use error::LoadError;
-pub use load::load;
-pub use selection::{Features, Names, Selection, TargetFilter};
+pub use load::{load, of_file};
+pub use selection::{Features, Names, Partition, Selection, TargetFilter};
 
 use crate::diagnostic::Problem;
 

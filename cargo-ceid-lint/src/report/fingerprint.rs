@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::diagnostic::Diagnostic;
-use crate::source::SourceMap;
+use crate::source::{SourceMap, stable_hash};
 
 /// One fingerprint for each finding, in their order.
 pub(super) fn fingerprints(sources: &SourceMap, diagnostics: &[Diagnostic]) -> Vec<String> {
@@ -14,27 +14,21 @@ pub(super) fn fingerprints(sources: &SourceMap, diagnostics: &[Diagnostic]) -> V
         let facts = &diagnostic.facts;
         let key = [diagnostic.rule, file, &facts.function, &facts.filters.join("\u{1f}")].join("\u{1e}");
         let ordinal = seen.entry(key.clone()).or_default();
-        fingerprints.push(format!("{:016x}", fnv1a(format!("{key}\u{1e}{ordinal}").as_bytes())));
+        fingerprints.push(of_text(&format!("{key}\u{1e}{ordinal}")));
         *ordinal += 1;
     }
     fingerprints
 }
 
-/// The 64-bit FNV-1a hash, which is the same on every machine and in every version.
-fn fnv1a(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
+/// The fingerprint of whatever the text tells apart.
+pub(super) fn of_text(text: &str) -> String {
+    format!("{:016x}", stable_hash(text.as_bytes()))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::report::sample;
-
-    #[test]
-    fn the_hash_is_the_published_one() {
-        assert_eq!(fnv1a(b""), 0xcbf2_9ce4_8422_2325);
-        assert_eq!(fnv1a(b"foobar"), 0x8594_4171_f739_67e8);
-    }
 
     #[test]
     fn equal_findings_are_told_apart_and_lines_do_not_matter() {

@@ -2,9 +2,15 @@
 
 mod files;
 mod fingerprint;
+pub mod github;
+mod gitlab;
 pub mod json;
+mod junit;
+mod line_hash;
 pub mod proof;
+mod repository;
 pub mod rule_table;
+mod sarif;
 pub mod short;
 mod stats;
 mod summary;
@@ -15,6 +21,42 @@ mod sample;
 
 pub use stats::stats;
 pub use summary::Summary;
+
+use crate::pipeline::Report;
+use crate::project::Project;
+
+/// A form for a service that shows findings: one document for the whole run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Service {
+    /// SARIF 2.1.0, for code scanning.
+    Sarif,
+    /// Workflow commands of GitHub Actions.
+    Github,
+    /// GitLab's code quality report.
+    Gitlab,
+    /// JUnit's XML.
+    Junit,
+}
+
+/// How the run came out, for the forms that tell it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Outcome {
+    /// The exit code.
+    pub exit_code: u8,
+    /// The part of the workspace that was checked, if not the whole: `slice-1-of-3`.
+    pub part: Option<String>,
+}
+
+/// The run in the form of a service.
+#[must_use]
+pub fn document(service: Service, project: &Project, report: &Report, outcome: &Outcome) -> String {
+    match service {
+        Service::Sarif => sarif::document(project, report, outcome),
+        Service::Github => github::annotations(project, report),
+        Service::Gitlab => gitlab::document(project, report),
+        Service::Junit => junit::document(project, report),
+    }
+}
 
 /// How a text for people looks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -53,6 +95,17 @@ impl Style {
         };
         if self.color { format!("\x1b[{code}m{text}\x1b[0m") } else { text.to_owned() }
     }
+}
+
+/// A text without line breaks.
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// The text with its first letter as a capital.
+fn capitalized(text: &str) -> String {
+    let mut characters = text.chars();
+    characters.next().map_or(String::new(), |first| first.to_uppercase().collect::<String>() + characters.as_str())
 }
 
 /// `1 file`, `2 files`

@@ -1,5 +1,6 @@
 //! One line a finding: `file:line:column: error[ceid::rule]: message`.
 
+use super::one_line;
 use crate::diagnostic::{Diagnostic, Problem, Severity};
 use crate::source::SourceMap;
 
@@ -22,10 +23,6 @@ pub fn problem(sources: &SourceMap, problem: &Problem) -> String {
         Some(place) => format!("{}:{}:{}: error: {message}\n", problem.file, place.line, place.column),
         None => format!("{}: error: {message}\n", problem.file),
     }
-}
-
-fn one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]

@@ -2,12 +2,14 @@
 
 mod line_index;
 mod read;
+mod stable_hash;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 pub use line_index::{LineColumn, LineIndex};
 pub use read::{DiskSource, FileSet, MAX_FILE_BYTES, MemorySource, ReadError, ReadSource};
+pub use stable_hash::stable_hash;
 
 /// A file of a [`SourceMap`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -121,17 +121,37 @@ fn load_files(roots: &loose::Roots, selection: &Selection) -> Result<Vec<Project
     if roots.files.is_empty() {
         return Ok(Vec::new());
     }
+    let in_part = |(at, file): &(usize, &PathBuf)| is_in_part(selection, *at, &file.to_string_lossy());
+    let files = roots.files.iter().enumerate().filter(in_part);
+    let texts = files.map(|(_, file)| (file, std::fs::read_to_string(file).unwrap_or_default()));
+    let target = target_of(selection);
+    texts.map(|(file, text)| load_file(file, &text, &roots.only, &target)).collect()
+}
+
+/// The project of one file outside any package, whose text is known.
+///
+/// # Errors
+/// Never; all selections of one file hold it.
+pub fn of_file(file: &Path, text: &str) -> Result<Project, LoadError> {
+    load_file(file, text, &[], &target_of(&Selection::default()))
+}
+
+/// What the build context says where there is no package.
+fn target_of(selection: &Selection) -> cfg::TargetCfg {
     let config = cargo_config::read(&selection.current_dir, &selection.cargo_options, selection.target.as_deref());
-    let target = cfg::read(&selection.current_dir, &config, selection.is_release);
-    let everything = Selection { current_dir: selection.current_dir.clone(), workspace: true, ..Selection::default() };
-    let mut parts = Vec::new();
-    for file in &roots.files {
-        let mut notices: Vec<String> = target.notice.clone().into_iter().collect();
-        let mut part = select_in(&loose::package(file), &everything, &roots.only, &target.cfg, &mut notices)?;
-        part.notices = notices;
-        parts.push(part);
-    }
-    Ok(parts)
+    cfg::read(&selection.current_dir, &config, selection.is_release)
+}
+
+fn load_file(file: &Path, text: &str, only: &[PathBuf], target: &cfg::TargetCfg) -> Result<Project, LoadError> {
+    let everything = Selection { workspace: true, ..Selection::default() };
+    let mut notices: Vec<String> = target.notice.clone().into_iter().collect();
+    let mut project = select_in(&loose::package(file, text), &everything, only, &target.cfg, &mut notices)?;
+    project.notices = notices;
+    Ok(project)
+}
+
+fn is_in_part(selection: &Selection, at: usize, name: &str) -> bool {
+    selection.partition.is_none_or(|part| part.holds(at, name))
 }
 
 fn select_in(
@@ -141,7 +161,9 @@ fn select_in(
     cfg: &super::CfgValues,
     notices: &mut Vec<String>,
 ) -> Result<Project, LoadError> {
-    let packages = select::packages(workspace, selection, only, notices)?;
+    let selected = select::packages(workspace, selection, only, notices)?.into_iter().enumerate();
+    let selected = selected.filter(|(at, package)| is_in_part(selection, *at, &workspace.packages[*package].name));
+    let packages: Vec<usize> = selected.map(|(_, package)| package).collect();
     let selected = select::targets(workspace, &packages, selection, only)?;
     for at in &packages {
         if !selected.iter().any(|(package, _)| package == at) {

@@ -1,9 +1,13 @@
 //! From a project to a report: the one function to read first.
 
+mod configured;
+
 use std::collections::{BTreeMap, BTreeSet};
 
+pub use configured::{Configured, check_configured};
+
 use crate::config::{self, Config, ConfigError, Preset, Scope, Section};
-use crate::count::{Cycle, analyse};
+use crate::count::{Cycle, Pair, analyse};
 use crate::diagnostic::{Diagnostic, Level, Problem};
 use crate::flow::{Program, lower_function};
 use crate::index::{CrateId, CrateInput, EntryScope, Index};
@@ -251,6 +255,16 @@ fn forbidden(project: &Project, config: &Config) -> BTreeSet<(usize, &'static st
     pairs.filter(|((_, package), rule)| is_forbidden(package, rule)).map(|((at, _), rule)| (at, rule.name)).collect()
 }
 
+/// Whether a finding is about a filter of a cycle.
+#[must_use]
+pub fn is_about(finding: &Diagnostic, cycle: &Cycle, pair: &Pair) -> bool {
+    finding.facts.cycle == Some(cycle.head) && names(finding, pair)
+}
+
+fn names(finding: &Diagnostic, pair: &Pair) -> bool {
+    finding.facts.filters.contains(&pair.name) && pair.rules.contains(&finding.rule)
+}
+
 /// Marks the pairs on which something was found that is suppressed, and nothing that is not.
 fn mark_suppressed(cycles: &mut [Cycle], findings: &[Diagnostic]) {
     let mut by_cycle: BTreeMap<Span, Vec<&Diagnostic>> = BTreeMap::new();
@@ -262,11 +276,8 @@ fn mark_suppressed(cycles: &mut [Cycle], findings: &[Diagnostic]) {
     for cycle in cycles {
         let found = by_cycle.get(&cycle.head).map_or(&[][..], Vec::as_slice);
         for pair in &mut cycle.filters {
-            let is_about = |finding: &&&Diagnostic| {
-                finding.facts.filters.contains(&pair.name) && pair.rules.contains(&finding.rule)
-            };
-            let reasons: Option<Vec<&String>> =
-                found.iter().filter(is_about).map(|finding| finding.suppressed.as_ref()).collect();
+            let about = found.iter().filter(|finding| names(finding, pair));
+            let reasons: Option<Vec<&String>> = about.map(|finding| finding.suppressed.as_ref()).collect();
             pair.suppressed = reasons.and_then(|reasons| reasons.first().map(|reason| (*reason).clone()));
         }
     }
