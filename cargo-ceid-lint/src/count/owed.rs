@@ -120,7 +120,12 @@ impl Context<'_> {
         if is_in_cycle || elsewhere {
             return;
         }
-        if let Some(id) = self.using_loop(facts, place) {
+        // What is made inside the iteration owes nothing.
+        let is_outside = |id: LoopId| {
+            let declared = place.base_var().and_then(|var| graph.var(var).in_loop);
+            declared.is_none_or(|declared| declared != id && graph.is_within(Some(id), declared))
+        };
+        if let Some(id) = self.using_loop(facts, place).filter(|id| is_outside(*id)) {
             self.push_missed(facts, place, 0, CycleId::Loop(id), pairs);
         }
     }
@@ -144,6 +149,13 @@ impl Context<'_> {
             return;
         }
         let uses = self.uses(facts, place);
+        // A guard that never ends is what is wrong with what it holds.
+        let is_forgotten = graph.guards.iter().filter(|guard| guard.forgotten.is_some()).any(|guard| {
+            guard.updates.iter().any(|held| facts.aliases.roots(held).iter().any(|root| root.overlaps(place)))
+        });
+        if is_forgotten {
+            return;
+        }
         if uses.leaves || (leaf.is_uncertain && !uses.copied) {
             return;
         }
@@ -218,9 +230,15 @@ impl Context<'_> {
         info.param.is_some() || info.declared < graph.loop_info(id).head
     }
 
-    /// Whether a variable gets a value of its own in this function, not one that a closure or pattern was handed.
+    /// Whether a variable gets a value of its own in this function, not one that a closure or pattern was handed, nor a copy
+    /// of another variable's.
     fn is_built_here(&self, graph: &ControlFlowGraph, var: Var) -> bool {
-        !matches!(graph.var(var).ty, Ty::Ref(..))
+        let is_copy = |node: &crate::flow::Node| {
+            matches!(&node.effect, Effect::Set(set)
+                if set.place == Place::var(var) && set.transfer == Transfer::Copy && is_named(graph, set.from.as_ref()))
+        };
+        let is_item = graph.loops.iter().any(|info| info.bound.contains(&var));
+        !matches!(graph.var(var).ty, Ty::Ref(..)) && !is_item && !graph.nodes.iter().any(is_copy)
     }
 
     fn push_missed(
@@ -244,8 +262,11 @@ impl Context<'_> {
         };
         let decision = self.decide_unseen(facts, place, law, id, head);
         let pair = self.pair(facts, place, law, decision);
+        // Another variable of the same name may have an entry, too.
+        let is_updated = facts.updated.iter().any(|instance| instance.place == *place && instance.law == law);
         let filters = pairs.entry(id).or_default();
-        if !filters.iter().any(|other| other.name == pair.name && other.half == law) {
+        let is_known = |other: &Pair| other.name == pair.name && other.half == law;
+        if !filters.iter().any(|other| is_known(other) && (is_updated || other.verdict == Verdict::Missed)) {
             filters.push(pair);
         }
     }
@@ -419,6 +440,11 @@ impl Context<'_> {
             cycle,
         });
     }
+}
+
+/// Whether a place has a name in the source, and is no value in between.
+fn is_named(graph: &ControlFlowGraph, place: Option<&Place>) -> bool {
+    place.is_some_and(|place| place.base_var().is_none_or(|var| !graph.var(var).name.is_empty()))
 }
 
 /// What a function does with an instance.

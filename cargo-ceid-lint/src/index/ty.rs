@@ -121,6 +121,19 @@ impl Ty {
         }
     }
 
+    /// What a parameter or `impl Trait` gives in each round, if its bounds say that it is an iterator or can become one.
+    #[must_use]
+    pub fn items(&self) -> Option<&Self> {
+        let bounds = match self {
+            Self::Param(param) => &param.bounds,
+            Self::Opaque(bounds) => bounds.as_ref(),
+            _ => return None,
+        };
+        let iterates = |bound: &&TraitRef| matches!(&bound.name, TraitName::External(path) if path.starts_with("std::iter::") && path.ends_with("Iterator"));
+        let mut named = bounds.iter().filter(iterates).flat_map(|bound| &bound.assoc);
+        named.find(|(name, _)| name == "Item").map(|(_, item)| item)
+    }
+
     /// The same type with parameters replaced by name.
     #[must_use]
     pub fn substitute(&self, map: &[(String, Self)]) -> Self {
@@ -226,7 +239,7 @@ impl Index {
             TypeRef::Slice(inner) => Ty::Slice(Box::new(go(inner))),
             TypeRef::ImplTrait(bounds) | TypeRef::DynTrait(bounds) => {
                 let bounds = self.lower_bounds(bounds, scope, depth + 1);
-                self.resource(&bounds).unwrap_or_else(|| Ty::Opaque(Arc::new(bounds)))
+                self.shared_resource(&bounds).unwrap_or_else(|| Ty::Opaque(Arc::new(bounds)))
             }
             TypeRef::FnPointer(params, output) => Ty::Function(params.iter().map(go).collect(), Box::new(go(output))),
             TypeRef::Never => Ty::Never,
@@ -416,19 +429,8 @@ impl Index {
             }
         }
         found.then(|| {
-            self.resource(&bounds).unwrap_or_else(|| Ty::Param(Arc::new(ParamTy { name: name.to_owned(), bounds })))
-        })
-    }
-
-    /// What stands for a resource that is known by its lock alone: `M: Mutex<T = Ekf>`, where `lock` lends the `Ekf`.
-    fn resource(&self, bounds: &[TraitRef]) -> Option<Ty> {
-        bounds.iter().find_map(|bound| {
-            let [(_, ty)] = bound.assoc.as_slice() else { return None };
-            let is_mutex = match &bound.name {
-                TraitName::External(path) => path.rsplit("::").next() == Some("Mutex"),
-                TraitName::Local(id) => self.trait_def(*id).methods.contains_key("lock"),
-            };
-            is_mutex.then(|| Ty::std(super::SHARED_RESOURCE, vec![ty.clone()]))
+            let resource = self.shared_resource(&bounds);
+            resource.unwrap_or_else(|| Ty::Param(Arc::new(ParamTy { name: name.to_owned(), bounds })))
         })
     }
 

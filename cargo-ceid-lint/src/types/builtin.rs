@@ -39,7 +39,10 @@ pub fn is_pointer(name: &str) -> bool {
 pub fn is_transparent(name: &str) -> bool {
     is_pointer(name)
         || is_cell(name)
-        || matches!(name, "Option" | "Result" | "MaybeUninit" | "Poll" | "OnceCell" | "OnceLock" | "StaticCell")
+        || matches!(
+            name,
+            "Option" | "Result" | "MaybeUninit" | "Poll" | "OnceCell" | "OnceLock" | "StaticCell" | "LocalKey"
+        )
 }
 
 /// Whether a type is a cell or lock, behind references and handles: a shared reference to it is enough to write what it holds.
@@ -147,6 +150,7 @@ pub(super) fn item_of(ty: &Ty, by_ref: bool) -> Option<Ty> {
             "Box" | "Pin" | "Arc" | "Rc" | "MutexGuard" | "RefMut" | "LockResult" => item_of(&arg(args, 0), by_ref),
             _ => None,
         },
+        Ty::Param(_) | Ty::Opaque(_) => ty.items().cloned(),
         _ => None,
     }
 }
@@ -173,6 +177,7 @@ pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&
                     optional_method(name, &inner, params, method, args, closure)
                 }
                 "Iterator" | "Range" => iterator_method(&inner, method, args, closure),
+                "Receiver" => receiver_method(path, &inner, method),
                 "Vec" | "VecDeque" | "ArrayVec" | "SmallVec" | "Deque" => sequence_method(&inner, method, closure),
                 "HashMap" | "BTreeMap" | "IndexMap" | "FnvIndexMap" | "LinearMap" => {
                     map_method(&inner, &arg(params, 1), method)
@@ -190,9 +195,22 @@ pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&
                     matches!(method, "assume_init_mut" | "write" | "assume_init_ref" | "as_mut_ptr" | "assume_init")
                         .then(|| reference(inner))
                 }
+                "LocalKey" => key_method(&inner, method, closure),
                 _ if is_cell(name) => cell_method(&inner, method, closure),
                 _ => None,
             }
+        }
+        _ => None,
+    }
+}
+
+/// The end of a channel at which messages arrive.
+fn receiver_method(path: &str, message: &Ty, method: &str) -> Option<Ty> {
+    let is_blocking = ["std::sync::", "crossbeam", "flume"].iter().any(|start| path.starts_with(start));
+    match method {
+        "iter" | "try_iter" | "into_iter" => Some(iterator(message.clone())),
+        "recv" | "try_recv" | "recv_timeout" | "recv_deadline" if is_blocking => {
+            Some(Ty::std("std::result::Result", vec![message.clone(), Ty::Unknown]))
         }
         _ => None,
     }
@@ -210,6 +228,10 @@ fn ceid_method(path: &str, params: &[Ty], receiver: &Ty, method: &str, args: &[T
         (_, "take") => Ty::std("ceid_core::Take", Vec::new()),
         (_, "by_ref" | "clock") => reference(receiver.clone()),
         ("Cyclic", "run") => option(Ty::Unknown),
+        ("Tick", "then" | "each" | "every") => receiver.clone(),
+        ("Tick", "done") => Ty::unit(),
+        ("Tick", "dt" | "dt_f32") => Ty::Float,
+        ("Tick", "hz") => Ty::Int,
         _ => return None,
     })
 }
@@ -236,6 +258,15 @@ fn opens_option(method: &str) -> bool {
 
 fn is_cell_type(ty: &Ty) -> bool {
     ty.external_name().is_some_and(is_cell)
+}
+
+/// The key of a thread-local value lends it to a closure, and opens the cell that it may be.
+fn key_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty> {
+    match (method, inner) {
+        ("with" | "with_borrow" | "with_borrow_mut", _) => Some(closure.cloned().unwrap_or(Ty::Unknown)),
+        ("take" | "replace" | "get", Ty::External(_, args)) => Some(arg(args, 0)),
+        _ => None,
+    }
 }
 
 fn cell_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty> {
@@ -382,6 +413,8 @@ pub(super) fn closure_params(receiver: &Ty, method: &str, args: &[Ty]) -> Vec<Ty
         return vec![reference(inner)];
     }
     match (name, method) {
+        ("LocalKey", "with") => vec![Ty::Ref(false, Box::new(inner))],
+        ("LocalKey", "with_borrow" | "with_borrow_mut") => closure_params(&inner, method, args),
         ("Iterator" | "Range", "fold" | "try_fold" | "scan") => {
             vec![args.first().cloned().unwrap_or(Ty::Unknown), inner]
         }

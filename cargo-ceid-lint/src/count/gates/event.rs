@@ -42,8 +42,15 @@ impl Gates<'_, '_> {
         if test.about.is_presence && test.about.names.iter().any(|name| EVENTS.contains(&name.as_str())) {
             return true;
         }
-        let compares = is_choice || test.about.is_comparison || self.is_guard_of_event(test);
+        let compares = is_choice || test.about.is_comparison || self.is_guard_of_event(test) || self.asks_kind(test);
         compares && test.about.reads.iter().any(|place| self.is_received(place))
+    }
+
+    /// A question of a message about itself: `if key.is_pressed()`.
+    fn asks_kind(&self, test: &Test) -> bool {
+        let ([place], [name]) = (test.about.reads.as_slice(), test.about.names.as_slice()) else { return false };
+        name.starts_with("is_")
+            && !matches!(self.ty(place).as_ref().map(Ty::peel), Some(Ty::Float | Ty::Int | Ty::Bool))
     }
 
     /// Whether a place holds what was received in this iteration, or what a handler is called with.

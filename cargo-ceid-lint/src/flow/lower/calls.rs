@@ -75,6 +75,9 @@ impl Builder<'_> {
         if let Some(value) = self.iterator_call(id, receiver, method, args) {
             return value;
         }
+        if let Some(value) = self.lazy_call(id, receiver, method) {
+            return value;
+        }
         match self.typed().callees.get(&id) {
             Some(Callee::Resolved(resolved)) => {
                 let resolved = resolved.clone();
@@ -105,12 +108,12 @@ impl Builder<'_> {
             return self.law_call(id, law, exprs, values);
         }
         if let Some(place) = &self_place
-            && let Some(full) = self.resets(id, resolved)
+            && let Some(full) = self.resets(self.called_name(id), resolved)
         {
             self.emit(Effect::Reset { place: place.clone(), full }, span);
             return Value::default();
         }
-        if values.iter().any(|value| value.closure.is_some()) {
+        if values.iter().any(|value| value.closure.is_some() || value.iterator.is_some()) {
             let keeps = |target: &FunctionId| self.takes_callback(id) && !self.calls_parameter(*target);
             if let [target] = resolved.targets.as_slice()
                 && !keeps(target)
@@ -196,8 +199,13 @@ impl Builder<'_> {
             let ty = self.ty(id).clone();
             self.note_given_step(*target, result, &ty, exprs);
         }
-        // Many bodies tell nothing of what lies inside the one receiver that is meant.
-        let is_dispatched = targets.len() > super::laws::MAX_DISPATCHED
+        // Many bodies tell nothing of what lies inside the one receiver that is meant, and what lies inside a filter is its own
+        // law's business.
+        let is_known = match law_of {
+            Some(_) => targets.len() == 1 && targets[0] != self.graph.function,
+            None => targets.len() <= super::laws::MAX_DISPATCHED,
+        };
+        let is_dispatched = !is_known
             && exprs
                 .get(law_of.unwrap_or(0))
                 .is_some_and(|first| matches!(self.ty(*first).peel(), Ty::Param(_) | Ty::Opaque(_)));
@@ -253,13 +261,14 @@ impl Builder<'_> {
         let mut places = Vec::new();
         for (expr, value) in exprs.iter().zip(values) {
             if let Some(closure) = value.closure {
-                if std::mem::take(&mut takes_callback) {
+                if !self.is_item(closure) && std::mem::take(&mut takes_callback) {
                     self.callback(closure, Caller::Framework, span);
                 } else {
                     self.closure_for_unseen(closure, Cause::Closure(path_tail(&text)), span);
                 }
                 continue;
             }
+            self.keep_iterator(value, &Cause::Call(text.clone()), span);
             if let Some(place) = &value.place
                 && (!self.is_shared(*expr) || crate::types::is_lock(self.ty(*expr)))
             {
@@ -337,6 +346,10 @@ impl Builder<'_> {
         let is_own = matches!(ty, Ty::Adt(..)) && self.program.index.opaque_items.is_empty();
         // What a state hands out when it is asked for nothing is no update of it: its law is known, and takes it as an argument.
         let reads_only = reads_only || (args.is_empty() && self.is_state_apart(ty));
+        if matches!(method, "into" | "try_into") && value.is_owned {
+            // What it becomes cannot be seen, but it is there no more.
+            self.keep(&value, receiver);
+        }
         let mut exprs = Vec::new();
         let mut all = Vec::new();
         if !reads_only && !is_own {

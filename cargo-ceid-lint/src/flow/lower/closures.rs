@@ -22,7 +22,9 @@ impl Builder<'_> {
             return Value::default();
         }
         let body = self.frames[closure.frame].body;
-        let ExprKind::Closure(code) = &body.expr(closure.expr).kind else { return Value::default() };
+        let ExprKind::Closure(code) = &body.expr(closure.expr).kind else {
+            return self.call_item(closure, args, span);
+        };
         let first = self.graph.nodes.len();
         let outer = std::mem::replace(&mut self.frame, closure.frame);
         self.depth += 1;
@@ -95,14 +97,17 @@ impl Builder<'_> {
 
     /// A closure that runs in a thread of its own.
     pub(super) fn detach_closure(&mut self, closure: ClosureRef, span: Span) {
+        if self.is_item(closure) {
+            return;
+        }
         self.detached(span, |this| {
             this.inline_closure(closure, &[], span);
         });
     }
 
-    /// A closure that something unseen may run any number of times, perhaps once per cycle.
+    /// A closure that something unseen may run any number of times, perhaps once per cycle. A function is judged by itself.
     pub(super) fn closure_for_unseen(&mut self, closure: ClosureRef, cause: Cause, span: Span) {
-        if self.at.is_none() {
+        if self.at.is_none() || self.is_item(closure) {
             return;
         }
         let places = self.captured(closure);
@@ -114,6 +119,7 @@ impl Builder<'_> {
 
     /// A closure that is put somewhere, from where it may be called.
     pub(super) fn keep_closure(&mut self, value: &Value, span: Span) {
+        self.keep_iterator(value, &Cause::Code("an iterator that is kept for later".to_owned()), span);
         if let Some(closure) = value.closure {
             let cause = Cause::Code("a closure that is kept for later".to_owned());
             self.closure_for_unseen(closure, cause, span);

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Effect, NodeId, Place, Transfer, Var};
+use crate::flow::{Assignment, Effect, NodeId, Place, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::ExprKind;
@@ -22,6 +22,18 @@ impl Builder<'_> {
     pub(super) fn is_copied(&self, ty: &Ty) -> bool {
         let index = self.program.index;
         index.holds_filter(ty) && index.is_copy(ty)
+    }
+
+    /// Another instance with the same state.
+    pub(super) fn copy_of(&mut self, value: &Value, ty: Ty, span: Span) -> Value {
+        let copy = self.temporary(ty, span);
+        if let (Some(from), true) = (value.place.clone(), self.at.is_some()) {
+            let place = Place::var(copy);
+            let transfer = Transfer::Copy;
+            let set = Assignment { place, from: Some(from), transfer, rebinds: true, head: None, same_as: None };
+            self.emit(Effect::Set(Box::new(set)), span);
+        }
+        Value { place: Some(Place::var(copy)), is_owned: true, ..Value::default() }
     }
 
     /// The copies that a `move` closure takes of what it names: it goes on with them from call to call.
@@ -73,17 +85,18 @@ impl Builder<'_> {
         }
         let mut on_the_way = BTreeSet::new();
         for (_, var, from) in &copies {
-            on_the_way.extend(self.way_back(*var, from));
+            let way = self.way_back(*var, from);
+            on_the_way.extend(way.filter(|way| self.is_changed(way)).into_iter().flatten());
         }
         for (id, number, result, from) in calls {
             let way = self.way_back(result, &from);
-            if way.is_empty()
+            if way.is_none()
                 && let Effect::Call(site) = &mut self.graph.nodes[id.0 as usize].effect
             {
                 // The function has a copy, and what it does with it is its own business.
                 site.args[number].place = None;
             }
-            on_the_way.extend(way);
+            on_the_way.extend(way.into_iter().flatten());
         }
         for node in &mut self.graph.nodes {
             let (Effect::Set(set) | Effect::Write(set)) = &mut node.effect else { continue };
@@ -94,8 +107,22 @@ impl Builder<'_> {
         }
     }
 
-    /// The variables through which what a variable holds gets back to a place; none if it does not.
-    fn way_back(&self, start: Var, origin: &Place) -> BTreeSet<Var> {
+    /// Whether something may update what one of the variables holds.
+    fn is_changed(&self, vars: &BTreeSet<Var>) -> bool {
+        let is_one = |place: &Place| place.base_var().is_some_and(|var| vars.contains(&var));
+        self.graph.nodes.iter().any(|node| match &node.effect {
+            Effect::Update(update) => is_one(&update.place),
+            Effect::Call(site) => {
+                site.args.iter().filter(|arg| !arg.is_shared).filter_map(|arg| arg.place.as_ref()).any(is_one)
+            }
+            Effect::Unknown { places, .. } => places.iter().any(is_one),
+            Effect::Set(set) => set.transfer == Transfer::Borrow && set.from.as_ref().is_some_and(is_one),
+            _ => false,
+        })
+    }
+
+    /// The variables through which what a variable holds gets back to a place; `None` if it does not.
+    fn way_back(&self, start: Var, origin: &Place) -> Option<BTreeSet<Var>> {
         let mut way = BTreeSet::from([start]);
         let mut returns = false;
         loop {
@@ -127,6 +154,6 @@ impl Builder<'_> {
                 break;
             }
         }
-        if returns { way } else { BTreeSet::new() }
+        returns.then_some(way)
     }
 }

@@ -66,7 +66,17 @@ impl Builder<'_> {
             }
             return Value::default();
         }
+        if matches!(path, "std::iter::once" | "std::iter::zip") {
+            let source = self.source(id);
+            return self.iterator_value(source);
+        }
         let values = self.values(args);
+        if last == "from_iter"
+            && let Some(source) = values.first().and_then(|value| value.iterator.clone())
+        {
+            self.gather(id, &source);
+            return Value::default();
+        }
         let owner = path.rsplit("::").nth(1).unwrap_or("");
         let wraps = crate::types::is_transparent(owner)
             && matches!(
@@ -92,6 +102,9 @@ impl Builder<'_> {
             return value;
         }
         if path.starts_with("std::") && values.iter().all(|value| value.closure.is_none()) {
+            for value in &values {
+                self.keep_iterator(value, &Cause::Call(path_tail(path)), span);
+            }
             return Value::default();
         }
         self.unknown_call(id, path_tail(path), args, &values)

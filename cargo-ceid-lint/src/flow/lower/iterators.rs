@@ -1,7 +1,9 @@
 //! Iterators: what a chain of adaptors runs over, and what it does when it is consumed.
 
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Caller, Computed, CycleKind, Effect, IndexKey, LoopInfo, Place, Rounds, Section, Transfer, Var};
+use crate::flow::{
+    Caller, Cause, Computed, CycleKind, Effect, IndexKey, LoopId, LoopInfo, Place, Rounds, Section, Transfer, Var,
+};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
@@ -14,6 +16,8 @@ pub(super) enum Item {
     Opaque,
     /// The same, from what it is known to be computed from.
     Drawn(Vec<Var>, Computed),
+    /// What closures make of it.
+    Staged(Box<Self>, Vec<(Stage, ClosureRef)>),
     /// An element of a collection.
     Element(Place),
     /// A part of a collection: the element is in exactly one of them.
@@ -22,8 +26,59 @@ pub(super) enum Item {
     Counter(Option<u64>),
     /// A value made in the round.
     Made,
+    /// The one thing at a place.
+    Same(Place),
+    /// One of these, those of the first kind before those of the next.
+    OneOf(Vec<Self>),
     /// Several at once.
     Tuple(Vec<Self>),
+}
+
+impl Item {
+    /// The places of which it is one in each round.
+    fn lends(&self, found: &mut Vec<Place>) {
+        match self {
+            Self::Element(place) => found.push(place.element(IndexKey::Each)),
+            Self::Chunk(place) => found.push(place.slice(Section::chunk())),
+            Self::Same(place) => found.push(place.clone()),
+            Self::OneOf(items) => items.iter().for_each(|item| item.lends(found)),
+            Self::Staged(item, _) => item.lends(found),
+            Self::Opaque | Self::Drawn(..) | Self::Counter(_) | Self::Made | Self::Tuple(_) => {}
+        }
+    }
+
+    /// What a map gives: a key, and an element.
+    pub(super) fn entry(place: Place) -> Self {
+        Self::Tuple(vec![Self::Opaque, Self::Element(place)])
+    }
+
+    /// The values of such pairs.
+    pub(super) fn values(&self) -> Self {
+        match self {
+            Self::Tuple(parts) => parts.last().cloned().unwrap_or(Self::Opaque),
+            other => other.clone(),
+        }
+    }
+
+    /// One or the other; `None` if they have different shapes.
+    fn or(&self, other: &Self) -> Option<Self> {
+        match (self, other) {
+            (Self::Tuple(left), Self::Tuple(right)) if left.len() == right.len() => {
+                let parts = left.iter().zip(right).map(|(left, right)| left.or(right));
+                Some(Self::Tuple(parts.collect::<Option<_>>()?))
+            }
+            (Self::Tuple(_), _) | (_, Self::Tuple(_)) => None,
+            (Self::Counter(_), Self::Counter(_)) => Some(Self::Opaque),
+            _ => Some(Self::OneOf(vec![self.clone(), other.clone()])),
+        }
+    }
+
+    /// Whether it is such a place.
+    pub(super) fn is_lent(&self) -> bool {
+        let mut found = Vec::new();
+        self.lends(&mut found);
+        !found.is_empty()
+    }
 }
 
 /// What a chain of adaptors runs over.
@@ -37,9 +92,24 @@ pub(super) struct Source {
     pub(super) drains: bool,
     /// Closures that run in each round before the item is there: `map`, `filter`, `inspect`.
     pub(super) stages: Vec<(Stage, ClosureRef)>,
+    /// Whether it is one of several, and which one is not known.
+    pub(super) is_choice: bool,
+    /// The innermost loop in which it was made.
+    pub(super) made_in: Option<LoopId>,
     pub(super) text: String,
     /// The variables that the items are computed from.
     pub(super) reads: Vec<Var>,
+}
+
+/// What a consumer does with the items.
+#[derive(Clone, Copy, Debug)]
+struct Consumer {
+    /// Its closure gets a state first.
+    takes_state: bool,
+    /// It may stop before the last item.
+    stops: bool,
+    /// It gives them back, or some of them.
+    gathers: bool,
 }
 
 /// What an adaptor does with its closure.
@@ -53,6 +123,11 @@ pub(super) enum Stage {
 }
 
 impl Source {
+    /// Its item together with its closures, which are its own where several iterators go side by side.
+    fn staged(self) -> Item {
+        if self.stages.is_empty() { self.item } else { Item::Staged(Box::new(self.item), self.stages) }
+    }
+
     pub(super) fn bounded() -> Self {
         Self {
             item: Item::Opaque,
@@ -61,6 +136,8 @@ impl Source {
             in_order: true,
             drains: false,
             stages: Vec::new(),
+            is_choice: false,
+            made_in: None,
             text: String::new(),
             reads: Vec::new(),
         }
@@ -108,13 +185,25 @@ impl Builder<'_> {
     /// A place that is iterated over.
     fn collection(&mut self, id: ExprId, is_lent: bool) -> Source {
         let value = self.expr(id);
+        if let Some(source) = &value.iterator {
+            // What was made outside a loop is used up after the first of its rounds.
+            let is_older = source.made_in != self.loops.last().copied();
+            if source.is_choice || is_older {
+                let which = if is_older { "is made outside the loop" } else { "a condition chooses" };
+                let cause = Cause::Code(format!("an iterator that {which}"));
+                self.keep_iterator(&value, &cause, self.span(id));
+                return Source::bounded();
+            }
+            return Source::clone(source);
+        }
         let ty = self.ty(id).peel();
         let is_endless = is_endless_type(ty);
-        let is_map = ty.external_name().is_some_and(|name| name.ends_with("Map"));
+        let is_map = is_map(ty);
         let item = match value.place {
             // The loop gets copies of them.
             Some(_) if !is_lent && self.is_copied(self.ty(id)) => Item::Made,
-            Some(place) if !is_map && self.may_hold_filter(ty) => Item::Element(place),
+            Some(place) if is_map && self.may_hold_filter(ty) => Item::entry(place),
+            Some(place) if self.may_hold_filter(ty) => Item::Element(place),
             _ if is_receiver(ty) => {
                 // Iterating over a receiver receives.
                 let mut computed = self.computed_from(id);
@@ -183,6 +272,20 @@ impl Builder<'_> {
             ExprKind::Path(path) => path.last().to_owned(),
             _ => String::new(),
         };
+        let is_std =
+            matches!(self.typed().callees.get(&id), Some(Callee::External(path)) if path.starts_with("std::iter::"));
+        match (name.as_str(), args) {
+            ("zip", [first, second]) if is_std => return self.zip(*first, Some(*second)),
+            ("once", [only]) if is_std => {
+                let value = self.expr(*only);
+                let item = match value.place {
+                    Some(place) if !value.is_owned && self.may_hold_filter(self.ty(*only)) => Item::Same(place),
+                    _ => Item::Made,
+                };
+                return Source { item, rounds: Rounds::Constant(1), ..Source::bounded() };
+            }
+            _ => {}
+        }
         if matches!(name.as_str(), "repeat_with" | "from_fn" | "repeat" | "successors") {
             let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
             let stages = values.iter().rev().find_map(|value| value.closure).map(|closure| (Stage::Make, closure));
@@ -196,15 +299,52 @@ impl Builder<'_> {
         self.collection(id, false)
     }
 
+    fn zip(&mut self, first: ExprId, second: Option<ExprId>) -> Source {
+        let source = self.source(first);
+        let other = second.map_or_else(Source::bounded, |second| self.source(second));
+        let rounds = match (&source.rounds, &other.rounds) {
+            (Rounds::Unbounded, rounds) | (rounds, Rounds::Unbounded) => rounds.clone(),
+            (Rounds::Constant(a), Rounds::Constant(b)) => Rounds::Constant(*a.min(b)),
+            _ => Rounds::Bounded,
+        };
+        let in_order = source.in_order && other.in_order;
+        let passes_over = source.passes_over || other.passes_over;
+        let item = Item::Tuple(vec![source.staged(), other.staged()]);
+        Source { item, rounds, passes_over, in_order, ..Source::bounded() }
+    }
+
+    /// One iterator after the other. Where closures belong to one of them only, nothing is known of what both lend.
+    fn chain(&mut self, receiver: ExprId, args: &[ExprId]) -> Source {
+        let source = self.source(receiver);
+        let other = args.first().map_or_else(Source::bounded, |arg| self.source(*arg));
+        let rounds = match (&source.rounds, &other.rounds) {
+            (Rounds::Unbounded, _) | (_, Rounds::Unbounded) => Rounds::Unbounded,
+            (Rounds::Constant(a), Rounds::Constant(b)) => Rounds::Constant(a.saturating_add(*b)),
+            _ => Rounds::Bounded,
+        };
+        let passes_over = source.passes_over || other.passes_over;
+        let item = source.item.or(&other.item);
+        let Some(item) = item.filter(|_| source.stages.is_empty() && other.stages.is_empty()) else {
+            let cause = Cause::Code("a chain of iterators".to_owned());
+            for source in [source, other] {
+                let value = Value { iterator: Some(std::rc::Rc::new(source)), ..Value::default() };
+                self.keep_iterator(&value, &cause, self.span(receiver));
+            }
+            return Source { rounds, passes_over, in_order: false, ..Source::bounded() };
+        };
+        Source { item, rounds, passes_over, in_order: false, ..Source::bounded() }
+    }
+
     fn adaptor(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Source {
         match method {
             "rev" => Source { in_order: false, ..self.source(receiver) },
             "into_iter" | "peekable" | "fuse" | "unwrap" => self.source(receiver),
+            "by_ref" if self.iterates(self.ty(receiver)) => self.part_of(id, receiver),
             "iter" | "iter_mut" | "by_ref" | "as_mut" | "as_mut_slice" | "as_slice" | "as_ref" | "each_mut"
             | "deref_mut" | "par_iter_mut" | "into_iter_mut" => self.source_of(receiver, true),
             "copied" | "cloned" => {
                 let source = self.source(receiver);
-                let item = if matches!(source.item, Item::Element(_)) { Item::Made } else { source.item };
+                let item = if source.item.is_lent() { Item::Made } else { source.item };
                 Source { item, ..source }
             }
             "take" => {
@@ -220,7 +360,8 @@ impl Builder<'_> {
                 };
                 Source { rounds, ..source }
             }
-            "skip" | "step_by" | "chain" => {
+            "chain" => self.chain(receiver, args),
+            "skip" | "step_by" => {
                 let source = self.source(receiver);
                 let mut number = None;
                 for arg in args {
@@ -235,8 +376,7 @@ impl Builder<'_> {
                     (Rounds::Constant(count), "skip", Some(skipped)) => Rounds::Constant(count.saturating_sub(skipped)),
                     _ => Rounds::Bounded,
                 };
-                let passes_over = source.passes_over
-                    || (method != "chain" && matches!(source.item, Item::Element(_) | Item::Chunk(_)));
+                let passes_over = source.passes_over || source.item.is_lent();
                 let item = if matches!(source.item, Item::Counter(_)) { Item::Opaque } else { source.item };
                 Source { item, rounds, passes_over, in_order: false, ..source }
             }
@@ -245,25 +385,7 @@ impl Builder<'_> {
                 let source = self.source(receiver);
                 Source { item: Item::Tuple(vec![Item::Counter(Some(0)), source.item]), ..source }
             }
-            "zip" => {
-                let source = self.source(receiver);
-                let other = args.first().map_or_else(Source::bounded, |arg| self.source(*arg));
-                let rounds = match (&source.rounds, &other.rounds) {
-                    (Rounds::Unbounded, rounds) | (rounds, Rounds::Unbounded) => rounds.clone(),
-                    (Rounds::Constant(a), Rounds::Constant(b)) => Rounds::Constant(*a.min(b)),
-                    _ => Rounds::Bounded,
-                };
-                let mut stages = source.stages;
-                stages.extend(other.stages);
-                let in_order = source.in_order && other.in_order;
-                Source {
-                    item: Item::Tuple(vec![source.item, other.item]),
-                    rounds,
-                    in_order,
-                    stages,
-                    ..Source::bounded()
-                }
-            }
+            "zip" => self.zip(receiver, args.first().copied()),
             "map" | "filter" | "inspect" | "filter_map" | "take_while" | "skip_while" | "map_while" | "flat_map"
             | "scan" => {
                 let mut source = self.source(receiver);
@@ -286,6 +408,11 @@ impl Builder<'_> {
                     Item::Element(place) => Item::Chunk(place),
                     other => other,
                 };
+                Source { item, ..source }
+            }
+            "values_mut" | "values" | "into_values" if is_map(self.ty(receiver).peel()) => {
+                let source = self.source_of(receiver, true);
+                let item = source.item.values();
                 Source { item, ..source }
             }
             "values_mut" | "values" | "drain" | "keys" | "windows" | "lines" | "chars" | "bytes" | "split" => {
@@ -362,7 +489,8 @@ impl Builder<'_> {
             return Some(picked);
         }
         let takes_state = matches!(method, "fold" | "try_fold" | "reduce");
-        self.consume(id, source, closure, takes_state, stops);
+        let gathers = matches!(method, "collect" | "partition" | "unzip") || picks_one(method);
+        self.consume(id, source, closure, Consumer { takes_state, stops, gathers });
         Some(picked)
     }
 
@@ -399,12 +527,17 @@ impl Builder<'_> {
         }
     }
 
-    fn consume(&mut self, id: ExprId, source: Source, closure: Option<ClosureRef>, takes_state: bool, stops: bool) {
+    fn consume(&mut self, id: ExprId, source: Source, closure: Option<ClosureRef>, consumer: Consumer) {
         let span = self.span(id);
         let runs = closure.or_else(|| source.stages.last().map(|(_, closure)| *closure));
         let bar = runs.map_or(span, |closure| self.bar(closure));
         let kind = if source.stages.is_empty() { source.item.clone() } else { Item::Opaque };
+        let Consumer { takes_state, stops, gathers } = consumer;
+        let expr = id;
         self.run_loop(CycleKind::Closure, bar, None, source, |this, item, id| {
+            if gathers && this.at.is_some() {
+                this.keep(&item, expr);
+            }
             let Some(closure) = closure else { return };
             let mut args = vec![item];
             if takes_state {
@@ -433,7 +566,7 @@ impl Builder<'_> {
     }
 
     /// A counter that is handed to a closure keeps being one under its parameter's name.
-    fn note_counter(&mut self, id: crate::flow::LoopId, closure: ClosureRef, param: usize, item: &Item) {
+    fn note_counter(&mut self, id: LoopId, closure: ClosureRef, param: usize, item: &Item) {
         let body = self.frames[closure.frame].body;
         let ExprKind::Closure(code) = &body.expr(closure.expr).kind else { return };
         let Some((pat, _)) = code.params.get(param) else { return };
@@ -448,6 +581,14 @@ impl Builder<'_> {
         }
     }
 
+    /// Runs an iterator whose items go into a collection.
+    pub(super) fn gather(&mut self, id: ExprId, source: &Source) {
+        let consumer = Consumer { takes_state: false, stops: false, gathers: true };
+        if !source.stages.is_empty() && !source.is_choice {
+            self.consume(id, source.clone(), None, consumer);
+        }
+    }
+
     /// The loop over a source: the rounds, their items, and the closures of the chain.
     pub(super) fn run_loop(
         &mut self,
@@ -455,7 +596,7 @@ impl Builder<'_> {
         keyword: Span,
         label: Option<&String>,
         source: Source,
-        inside: impl FnOnce(&mut Self, Value, crate::flow::LoopId),
+        inside: impl FnOnce(&mut Self, Value, LoopId),
     ) {
         if self.at.is_none() {
             return;
@@ -520,11 +661,11 @@ impl Builder<'_> {
             Stage::Inspect => item,
             Stage::Filter => {
                 if self.at.is_some() {
-                    let (passes, skipped) = self.opaque_branch(
-                        span,
-                        "the item passes the filter".to_owned(),
-                        crate::flow::About::default(),
-                    );
+                    // What the closure answers is a condition like any other.
+                    let is_truth = |var: &Var| self.graph.var(*var).ty == Ty::Bool;
+                    let truth = Value { same_as: made.same_as.filter(is_truth), ..Value::default() };
+                    let (text, about) = ("the item passes the filter".to_owned(), crate::flow::About::default());
+                    let (passes, skipped) = self.branch_on_head(&truth, "true", "false", span, text, about);
                     self.resume(skipped);
                     self.jump(head);
                     self.resume(passes);
@@ -535,7 +676,7 @@ impl Builder<'_> {
     }
 
     /// The value of a round's item, and what its variables name.
-    fn item_value(&mut self, id: crate::flow::LoopId, item: &Item, reads: &[Var], span: Span) -> Value {
+    fn item_value(&mut self, id: LoopId, item: &Item, reads: &[Var], span: Span) -> Value {
         match item {
             Item::Opaque | Item::Made | Item::Drawn(..) => {
                 let var = self.temporary(Ty::Unknown, span);
@@ -550,16 +691,26 @@ impl Builder<'_> {
                 self.graph.loops[id.0 as usize].bound.push(var);
                 Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }
             }
-            Item::Element(place) | Item::Chunk(place) => {
+            Item::Element(_) | Item::Chunk(_) | Item::Same(_) | Item::OneOf(_) => {
                 let var = self.temporary(Ty::Unknown, span);
-                let source = match item {
-                    Item::Chunk(_) => place.slice(Section::chunk()),
-                    _ => place.element(IndexKey::Each),
-                };
+                let mut lent = Vec::new();
+                item.lends(&mut lent);
                 let info = &mut self.graph.loops[id.0 as usize];
-                info.items.push((var, source));
+                info.items.extend(lent.into_iter().map(|place| (var, place)));
                 info.bound.push(var);
                 Value { place: Some(Place::var(var)), is_owned: false, ..Value::default() }
+            }
+            Item::Staged(inner, stages) => {
+                let mut value = self.item_value(id, inner, reads, span);
+                for (stage, closure) in stages {
+                    let args = if *stage == Stage::Make { Vec::new() } else { vec![value.clone()] };
+                    let made = self.inline_closure(*closure, &args, span);
+                    if matches!(stage, Stage::Map | Stage::Make) {
+                        self.note_made_from(id, &made, &value);
+                        value = made;
+                    }
+                }
+                value
             }
             Item::Counter(first) => {
                 let var = self.temporary(Ty::Int, span);
@@ -590,8 +741,18 @@ impl Builder<'_> {
         }
     }
 
+    /// Notes that an item is computed from another one.
+    fn note_made_from(&mut self, id: LoopId, made: &Value, from: &Value) {
+        let Some(to) = made.place.as_ref().and_then(Place::base_var) else { return };
+        self.graph.loops[id.0 as usize].bound.push(to);
+        if let Some(from) = &from.place {
+            self.graph.derived.extend(from.base_var().map(|from| (to, from)));
+            self.graph.computed.entry(to).or_default().places.push(from.clone());
+        }
+    }
+
     /// Binds the pattern of a `for` loop; a counter keeps being one under its own name.
-    pub(super) fn bind_item(&mut self, id: crate::flow::LoopId, pat: PatId, item: &Item, value: &Value) {
+    pub(super) fn bind_item(&mut self, id: LoopId, pat: PatId, item: &Item, value: &Value) {
         let mut counters: Vec<Var> = Vec::new();
         self.counter_names(pat, item, &mut counters);
         self.bind_pattern(pat, value);
@@ -622,6 +783,11 @@ impl Builder<'_> {
             _ => {}
         }
     }
+}
+
+/// Whether a type is a map: what it gives are pairs, and which one a key names depends on data.
+pub(super) fn is_map(ty: &Ty) -> bool {
+    ty.external_name().is_some_and(|name| name.ends_with("Map"))
 }
 
 /// Whether a consumer gives back one of the elements.

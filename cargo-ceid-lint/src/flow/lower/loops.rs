@@ -158,8 +158,7 @@ impl Builder<'_> {
         let tree = self.body();
         let ExprKind::Let { pat, value } = &tree.expr(condition).kind else { return None };
         let ExprKind::MethodCall { receiver, method, args, .. } = &tree.expr(*value).kind else { return None };
-        let is_iterator = matches!(self.ty(*receiver).peel().external_name(), Some("Iterator" | "Range"));
-        if method != "next" || !args.is_empty() || !is_iterator {
+        if method != "next" || !args.is_empty() || !self.iterates(self.ty(*receiver)) {
             return None;
         }
         let crate::syntax::tree::PatKind::TupleStruct(_, inner) = &tree.pat(*pat).kind else { return None };

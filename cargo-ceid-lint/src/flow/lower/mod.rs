@@ -15,8 +15,10 @@ mod external;
 mod flags;
 mod guards;
 mod halves;
+mod items;
 mod iterators;
 mod laws;
+mod lazy;
 mod loops;
 mod macros;
 mod patterns;
@@ -25,11 +27,13 @@ mod reads;
 mod resets;
 mod subjects;
 mod switches;
+mod ticks;
 mod values;
 mod waits;
 
 pub use flags::is_flag;
 use std::collections::{HashMap, HashSet};
+use std::rc::Rc;
 
 use super::{
     Assignment, Cause, ControlFlowGraph, Effect, GuardId, Head, LoopId, LoopInfo, Node, NodeId, Place, Program, Var,
@@ -132,8 +136,10 @@ struct Value {
     head: Option<Head>,
     /// A variable with the same head.
     same_as: Option<Var>,
-    /// The closure it is.
+    /// The closure it is, or the function by its name.
     closure: Option<ClosureRef>,
+    /// What it runs over, if it is an iterator that nothing has consumed yet.
+    iterator: Option<Rc<iterators::Source>>,
 }
 
 struct Builder<'a> {
@@ -148,6 +154,8 @@ struct Builder<'a> {
     at: Option<NodeId>,
     /// Which successor of `at` the next node becomes.
     closures: HashMap<Var, ClosureRef>,
+    /// Which variables hold iterators.
+    iterators: HashMap<Var, Rc<iterators::Source>>,
     /// Whole numbers that variables are known to have at this point of the text.
     numbers: HashMap<Var, u64>,
     /// The numbers that variables were declared with, even if they change.
@@ -202,6 +210,7 @@ impl<'a> Builder<'a> {
             loops: Vec::new(),
             at: None,
             closures: HashMap::new(),
+            iterators: HashMap::new(),
             numbers: HashMap::new(),
             initials: HashMap::new(),
             advanced: HashMap::new(),
@@ -396,6 +405,10 @@ impl<'a> Builder<'a> {
         } else {
             self.closures.remove(&var);
         }
+        match &value.iterator {
+            Some(source) => self.iterators.insert(var, Rc::clone(source)),
+            None => self.iterators.remove(&var),
+        };
         self.numbers.remove(&var);
         if let Some(number) = value.head.as_deref().and_then(|head| head.parse().ok()) {
             self.initials.entry(var).or_insert(number);

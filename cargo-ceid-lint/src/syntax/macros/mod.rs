@@ -127,7 +127,7 @@ impl Lowerer<'_, '_> {
     pub(super) fn known_item_macro(&mut self, mac: &syn::Macro, out: &mut Vec<Item>) -> bool {
         match self.known_name(mac).as_deref() {
             Some("cfg_if") => self.cfg_if_items(mac, out),
-            Some("thread_local" | "lazy_static") => self.macro_statics(mac, out),
+            Some(name @ ("thread_local" | "lazy_static")) => self.macro_statics(mac, name == "thread_local", out),
             Some("filters") => self.filter_sets(mac, out),
             Some("include") => self.include_items(mac, out),
             _ => false,
