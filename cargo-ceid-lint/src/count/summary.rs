@@ -76,6 +76,8 @@ pub(super) struct Summary {
     pub(super) feeds: BTreeMap<Given, BTreeSet<usize>>,
     /// What it reads or feeds without updating it.
     pub(super) uses: BTreeSet<Given>,
+    /// The parameters that it puts into what another one of them leads to.
+    pub(super) keeps: BTreeSet<usize>,
     /// What only a debug build updates, with the half of the law.
     pub(super) debug_only: BTreeMap<(Given, usize), DebugOnly>,
 }
@@ -233,6 +235,7 @@ impl Summaries {
                 _ => {}
             }
         }
+        summary.keeps = self.kept_params(graph, &aliases);
         summary.uses.retain(|given| holds_filter_at(program, graph, &instance_of(graph, given)));
         if summary.returns.len() > MAX_PLACES {
             let whole = |borrow: &Borrow| Borrow { part: Vec::new(), param: borrow.param, steps: Vec::new() };
@@ -250,6 +253,36 @@ impl Summaries {
         }
         self.judge(program, graph, &aliases, touched, unknown, &mut summary);
         summary
+    }
+
+    /// The parameters that a function puts into what another one of them leads to: `self.all.push(filter)`.
+    fn kept_params(&self, graph: &ControlFlowGraph, aliases: &Aliases) -> BTreeSet<usize> {
+        let params = |places: &mut dyn Iterator<Item = Place>| -> BTreeSet<usize> {
+            let bases = places.filter_map(|place| given(graph, &place)).map(|given| given.base);
+            bases.filter_map(|base| if let GivenBase::Param(param) = base { Some(param) } else { None }).collect()
+        };
+        let mut kept = BTreeSet::new();
+        for node in &graph.nodes {
+            match &node.effect {
+                Effect::Set(set) | Effect::Write(set) if !set.place.steps.is_empty() => {
+                    let Some(from) = &set.from else { continue };
+                    let owner = Place { base: set.place.base, steps: Vec::new() };
+                    let owners = params(&mut aliases.roots(&owner).into_iter());
+                    let given = params(&mut aliases.parts(from).into_iter().map(|(_, root)| root));
+                    if !owners.is_empty() {
+                        kept.extend(given.difference(&owners));
+                    }
+                }
+                Effect::Call(site) => {
+                    let callees = site.targets.iter().filter_map(|target| self.get(*target));
+                    for place in callees.flat_map(|callee| &callee.keeps).filter_map(|number| site.args.get(*number)) {
+                        kept.extend(place.place.iter().flat_map(|place| params(&mut aliases.roots(place).into_iter())));
+                    }
+                }
+                _ => {}
+            }
+        }
+        kept
     }
 
     /// What a call passes on from its callees.
