@@ -4,6 +4,7 @@ use super::Console;
 use super::args::{Build, Input, NoLoops, Scope};
 use super::console::Stream;
 use super::exit::ExitStatus;
+use super::unread;
 use crate::config::LevelOverrides;
 use crate::diagnostic::Problem;
 use crate::pipeline::{self, Configured, Report};
@@ -30,7 +31,8 @@ pub(super) fn check(
     console: Console,
     with_stats: bool,
 ) -> Result<Checked, LoadError> {
-    let project = match project::load(&selection(input)) {
+    let selection = selection(input);
+    let mut project = match project::load(&selection) {
         Ok(project) => project,
         Err(error) => {
             console.error(&error.message, error.help.as_deref());
@@ -47,8 +49,16 @@ pub(super) fn check(
         let targets: Vec<String> = targets.map(|target| format!("{} `{}`", target.kind.name(), target.name)).collect();
         console.say_if_verbose(&format!("checking `{}` {}: {}", package.name, package.version, targets.join(", ")));
     }
-    let Configured { report, is_config_wrong: is_unchecked } =
-        pipeline::check_configured(&project, overrides, Box::new(DiskSource));
+    let mut checked = pipeline::check_configured(&project, overrides.clone(), Box::new(DiskSource));
+    let alone = unread::files_of_no_target(&project, &checked.report);
+    if !alone.is_empty() && !checked.is_config_wrong {
+        project = project::with_files(project, &alone, &selection)?;
+        checked = pipeline::check_configured(&project, overrides, Box::new(DiskSource));
+    }
+    let Configured { mut report, is_config_wrong: is_unchecked, config } = checked;
+    if !is_unchecked {
+        unread::add_unread(&project, &config, &mut report);
+    }
     if with_stats {
         console.show(&report::stats(&project, &report));
     }
@@ -59,7 +69,13 @@ pub(super) fn check(
 impl Checked {
     /// What a run came to that found nothing to load.
     pub(super) fn of_failed_load(error: LoadError) -> Self {
-        let problem = Problem { file: "Cargo.toml".to_owned(), span: None, message: error.message, help: error.help };
+        let problem = Problem {
+            file: "Cargo.toml".to_owned(),
+            span: None,
+            message: error.message,
+            help: error.help,
+            is_error: true,
+        };
         let report = Report { problems: vec![problem], ..Report::default() };
         let root = std::env::current_dir().unwrap_or_default();
         let summary = Summary::of(&report);
@@ -101,8 +117,13 @@ impl Checked {
         }
     }
 
-    /// Prints the summary, unless there is nothing to sum up.
+    /// Prints what was left unread, and the summary, unless there is nothing to sum up.
     pub(super) fn say_summary(&self, console: Console) {
+        if let Some(unread) = report::unread(&self.report)
+            && !console.is_quiet()
+        {
+            console.warn(&unread);
+        }
         if !self.summary.is_nothing() && !self.is_unchecked {
             console.say(&self.summary.line());
         }

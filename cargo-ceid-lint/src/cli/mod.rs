@@ -12,6 +12,7 @@ mod input;
 mod levels;
 mod report;
 mod rules;
+mod unread;
 
 use std::ffi::OsString;
 use std::process::ExitCode;

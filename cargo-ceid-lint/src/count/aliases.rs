@@ -34,6 +34,9 @@ fn may_match(steps: &[Projection], place: &[Projection]) -> bool {
 /// How long a chain of names is followed.
 const MAX_LINKS: u32 = 24;
 
+/// How many names are looked at for one place: variables that are given parts of each other have more with each link.
+const MAX_NAMES: usize = 1_000;
+
 impl Aliases {
     pub(super) fn of(index: &Index, graph: &ControlFlowGraph, summaries: &Summaries) -> Self {
         let mut aliases = Self::default();
@@ -92,8 +95,8 @@ impl Aliases {
     ) {
         let lends = || place_ty(index, graph, from).is_some_and(|ty| index.refers_to_filters(&ty));
         let is_reference = matches!(graph.var(var).ty, Ty::Ref(..)) || lends();
-        // What is moved into a variable or a new value lives there from now on, and so does a copy.
-        let is_moved = matches!(transfer, Transfer::Move | Transfer::RoundTrip) && !is_reference;
+        // What is moved into a variable or a new value lives there from now on, and so does a copy that is not put back.
+        let is_moved = transfer == Transfer::Move && !is_reference;
         let is_value = |var: Var| matches!(graph.var(var).ty, Ty::Adt(..) | Ty::External(..) | Ty::Opaque(_));
         let is_part = !steps.is_empty() && from.steps.is_empty() && from.base_var().is_some_and(is_value);
         let has_own = !self.unnamed.contains(&var) || is_part;
@@ -174,7 +177,7 @@ impl Aliases {
     }
 
     fn follow(&self, place: &Place, links: u32, seen: &mut BTreeSet<Place>, found: &mut BTreeSet<Place>) {
-        if links > MAX_LINKS || !seen.insert(place.clone()) {
+        if links > MAX_LINKS || seen.len() > MAX_NAMES || !seen.insert(place.clone()) {
             return;
         }
         let Base::Var(var) = place.base else {

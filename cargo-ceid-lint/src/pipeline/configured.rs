@@ -14,18 +14,25 @@ pub struct Configured {
     pub report: Report,
     /// Whether the configuration was wrong, so that nothing was checked.
     pub is_config_wrong: bool,
+    /// The configuration.
+    pub config: Config,
 }
 
 /// Checks a project with its own configuration. What could not be loaded is among the problems.
 #[must_use]
 pub fn check_configured(project: &Project, overrides: LevelOverrides, source: Box<dyn ReadSource>) -> Configured {
-    let checked = configuration(project, overrides).and_then(|config| check_with(project, &config, source));
-    let (mut report, is_config_wrong) = match checked {
-        Ok(report) => (report, false),
-        Err(error) => (of_wrong_configuration(project, &error), true),
+    let checked =
+        configuration(project, overrides).and_then(|config| Ok((check_with(project, &config, source)?, config)));
+    let (mut report, is_config_wrong, config) = match checked {
+        Ok((report, config)) => (report, false, config),
+        Err(error) => (of_wrong_configuration(project, &error), true, Config::default()),
     };
-    report.problems.extend(project.problems.iter().cloned());
-    Configured { report, is_config_wrong }
+    for problem in &project.problems {
+        let file = report.sources.display_name(problem.file.as_ref());
+        let list = if problem.is_error { &mut report.problems } else { &mut report.unread };
+        list.push(Problem { file, ..problem.clone() });
+    }
+    Configured { report, is_config_wrong, config }
 }
 
 fn configuration(project: &Project, overrides: LevelOverrides) -> Result<Config, ConfigError> {
@@ -42,8 +49,13 @@ fn configuration(project: &Project, overrides: LevelOverrides) -> Result<Config,
 /// A wrong configuration is reported like a file that cannot be parsed, so that editors show its place.
 fn of_wrong_configuration(project: &Project, error: &ConfigError) -> Report {
     let mut sources = SourceMap::new(project.root.clone());
-    let mut problem =
-        Problem { file: String::new(), span: None, message: error.message.clone(), help: error.help.clone() };
+    let mut problem = Problem {
+        file: String::new(),
+        span: None,
+        message: error.message.clone(),
+        help: error.help.clone(),
+        is_error: true,
+    };
     if let Some(place) = &error.place {
         problem.file = sources.display_name(&place.path);
         if let Some(text) = &error.text {

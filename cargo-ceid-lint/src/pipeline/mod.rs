@@ -3,6 +3,7 @@
 mod configured;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
 
 pub use configured::{Configured, check_configured};
 
@@ -28,6 +29,10 @@ pub struct Report {
     pub cycles: Vec<Cycle>,
     /// What could not be read or parsed.
     pub problems: Vec<Problem>,
+    /// What was not looked at, though nothing is wrong with it.
+    pub unread: Vec<Problem>,
+    /// The files and directories of modules that are declared, and not there under this `cfg`.
+    pub left_out: BTreeSet<PathBuf>,
     /// How many filter types were found.
     pub filter_types: usize,
 }
@@ -54,19 +59,26 @@ pub fn check(project: &Project, config: &Config) -> Result<Report, ConfigError> 
 pub fn check_with(project: &Project, config: &Config, source: Box<dyn ReadSource>) -> Result<Report, ConfigError> {
     let mut files = FileSet::new(SourceMap::new(project.root.clone()), source);
     let mut problems = Vec::new();
-    let inputs = parse_all(project, &mut files, &mut problems);
+    let mut left_out = BTreeSet::new();
+    let inputs = parse_all(project, &mut files, &mut problems, &mut left_out);
     let sources = files.into_map();
     // Expressions nest as deep as the parser allows, and the walks over them with them.
-    let is_partial = !problems.is_empty();
+    let is_partial = !problems.is_empty() || !project.problems.is_empty();
     let mut report = with_large_stack(|| analyse_all(project, config, inputs, sources, is_partial))?;
     let mut seen = BTreeSet::new();
     problems.retain(|problem: &Problem| seen.insert((problem.file.clone(), problem.span, problem.message.clone())));
-    report.problems = problems;
+    (report.problems, report.unread) = problems.into_iter().partition(|problem| problem.is_error);
+    report.left_out = left_out;
     Ok(report)
 }
 
 /// Parses every crate root with its modules.
-fn parse_all(project: &Project, files: &mut FileSet, problems: &mut Vec<Problem>) -> Vec<CrateInput> {
+fn parse_all(
+    project: &Project,
+    files: &mut FileSet,
+    problems: &mut Vec<Problem>,
+    left_out: &mut BTreeSet<PathBuf>,
+) -> Vec<CrateInput> {
     let mut inputs: Vec<CrateInput> = Vec::new();
     let mut libs: BTreeMap<usize, usize> = BTreeMap::new();
     for (package_number, package) in project.packages.iter().enumerate() {
@@ -79,6 +91,7 @@ fn parse_all(project: &Project, files: &mut FileSet, problems: &mut Vec<Problem>
                 libs.insert(package_number, inputs.len());
             }
             let root = parse_root(&target.src_path, &target.edition, &cfg, files, problems);
+            left_out.extend(root.left_out);
             inputs.push(CrateInput {
                 package: package_number,
                 target: target_number,
@@ -169,7 +182,7 @@ fn analyse_all(
     mark_suppressed(&mut analysis.cycles, &findings);
     let diagnostics = with_levels(project, config, findings);
     let filter_types = index.filter_type_count();
-    Ok(Report { diagnostics, cycles: analysis.cycles, filter_types, problems: Vec::new(), sources })
+    Ok(Report { diagnostics, cycles: analysis.cycles, filter_types, sources, ..Report::default() })
 }
 
 /// The paths that entries name in crates whose sources are perhaps not read.

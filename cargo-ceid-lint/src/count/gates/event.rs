@@ -85,10 +85,12 @@ impl Gates<'_, '_> {
                 return true;
             }
             // What it was given as it was.
-            open.extend(self.assignments.of(&Place::var(var)).iter().filter_map(|id| match &graph.node(*id).effect {
-                Effect::Set(set) | Effect::Write(set) => set.from.as_ref().and_then(Place::base_var),
-                _ => None,
-            }));
+            open.extend(self.assignments().of(&Place::var(var)).iter().filter_map(
+                |id| match &graph.node(*id).effect {
+                    Effect::Set(set) | Effect::Write(set) => set.from.as_ref().and_then(Place::base_var),
+                    _ => None,
+                },
+            ));
         }
         false
     }

@@ -16,6 +16,7 @@ impl Builder<'_> {
         }
         let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
         let span = self.span(id);
+        self.keep_iterator(&value, &Cause::Call(self.text(id)), span);
         match method {
             "push" | "push_back" | "push_front" => {
                 if let (Some(place), Some(given)) = (&value.place, values.first()) {
@@ -36,7 +37,7 @@ impl Builder<'_> {
                     self.keep_iterator(value, &Cause::Call(self.text(id)), span);
                 }
                 if let Some(closure) = values.iter().find_map(|value| value.closure) {
-                    self.closure_loop(closure, super::iterators::Source::bounded(), span);
+                    self.closure_loop(closure, super::sources::Source::bounded(), span);
                 }
                 Value::default()
             }
@@ -58,7 +59,7 @@ impl Builder<'_> {
         }
         Some(match method {
             "iter_mut" | "iter" | "into_iter" | "values_mut" | "values" | "into_values"
-                if value.place.is_some() && super::iterators::is_map(self.ty(receiver).peel()) =>
+                if value.place.is_some() && super::sources::is_map(self.ty(receiver).peel()) =>
             {
                 self.map_items(method, value)
             }
@@ -193,7 +194,10 @@ impl Builder<'_> {
                 let key = IndexKey::Data(format!("{method}()").into());
                 Value { place: value.place.as_ref().map(|place| place.element(key)), ..Value::default() }
             }
-            "next" | "next_back" | "nth" if self.iterates(self.ty(receiver)) && self.may_hold_filter(self.ty(id)) => {
+            "next" | "next_back" | "nth"
+                if self.iterates(self.ty(receiver))
+                    && (value.iterator.is_some() || self.may_hold_filter(self.ty(id))) =>
+            {
                 for arg in args {
                     self.expr(*arg);
                 }

@@ -135,7 +135,7 @@ impl Builder<'_> {
         self.detached(span, |this| {
             // What its parameters lend it lives on between its calls.
             this.closure_vars(closure);
-            let source = super::iterators::Source { rounds, text, ..super::iterators::Source::bounded() };
+            let source = super::sources::Source { rounds, text, ..super::sources::Source::bounded() };
             this.run_loop(CycleKind::Closure, bar, None, source, |this, _, id| {
                 this.graph.loops[id.0 as usize].caller = caller;
                 let value = this.inline_closure(closure, &[], span);

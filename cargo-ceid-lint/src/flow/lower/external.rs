@@ -60,8 +60,8 @@ impl Builder<'_> {
                     Ty::Array(_, length) => length.value.map_or(Rounds::Bounded, Rounds::Constant),
                     _ => Rounds::Bounded,
                 };
-                let item = super::iterators::Item::Counter(Some(0));
-                let source = super::iterators::Source { item, rounds, ..super::iterators::Source::bounded() };
+                let item = super::sources::Item::Counter(Some(0));
+                let source = super::sources::Source { item, rounds, ..super::sources::Source::bounded() };
                 self.closure_loop(closure, source, span);
             }
             return Value::default();

@@ -1,105 +1,12 @@
 //! Iterators: what a chain of adaptors runs over, and what it does when it is consumed.
 
+use super::sources::{Item, Source, Stage, is_map};
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{
-    Caller, Cause, Computed, CycleKind, Effect, IndexKey, LoopId, LoopInfo, Place, Rounds, Section, Transfer, Var,
-};
+use crate::flow::{Caller, Cause, CycleKind, Effect, IndexKey, LoopId, LoopInfo, Place, Rounds, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
 use crate::types::Callee;
-
-/// What an iterator gives in each round.
-#[derive(Clone, Debug)]
-pub(super) enum Item {
-    /// Something that is no filter's place.
-    Opaque,
-    /// The same, from what it is known to be computed from.
-    Drawn(Vec<Var>, Computed),
-    /// What closures make of it.
-    Staged(Box<Self>, Vec<(Stage, ClosureRef)>),
-    /// An element of a collection.
-    Element(Place),
-    /// A part of a collection: the element is in exactly one of them.
-    Chunk(Place),
-    /// The number of the round, from a first value that may be known.
-    Counter(Option<u64>),
-    /// A value made in the round.
-    Made,
-    /// The one thing at a place.
-    Same(Place),
-    /// One of these, those of the first kind before those of the next.
-    OneOf(Vec<Self>),
-    /// Several at once.
-    Tuple(Vec<Self>),
-}
-
-impl Item {
-    /// The places of which it is one in each round.
-    fn lends(&self, found: &mut Vec<Place>) {
-        match self {
-            Self::Element(place) => found.push(place.element(IndexKey::Each)),
-            Self::Chunk(place) => found.push(place.slice(Section::chunk())),
-            Self::Same(place) => found.push(place.clone()),
-            Self::OneOf(items) => items.iter().for_each(|item| item.lends(found)),
-            Self::Staged(item, _) => item.lends(found),
-            Self::Opaque | Self::Drawn(..) | Self::Counter(_) | Self::Made | Self::Tuple(_) => {}
-        }
-    }
-
-    /// What a map gives: a key, and an element.
-    pub(super) fn entry(place: Place) -> Self {
-        Self::Tuple(vec![Self::Opaque, Self::Element(place)])
-    }
-
-    /// The values of such pairs.
-    pub(super) fn values(&self) -> Self {
-        match self {
-            Self::Tuple(parts) => parts.last().cloned().unwrap_or(Self::Opaque),
-            other => other.clone(),
-        }
-    }
-
-    /// One or the other; `None` if they have different shapes.
-    fn or(&self, other: &Self) -> Option<Self> {
-        match (self, other) {
-            (Self::Tuple(left), Self::Tuple(right)) if left.len() == right.len() => {
-                let parts = left.iter().zip(right).map(|(left, right)| left.or(right));
-                Some(Self::Tuple(parts.collect::<Option<_>>()?))
-            }
-            (Self::Tuple(_), _) | (_, Self::Tuple(_)) => None,
-            (Self::Counter(_), Self::Counter(_)) => Some(Self::Opaque),
-            _ => Some(Self::OneOf(vec![self.clone(), other.clone()])),
-        }
-    }
-
-    /// Whether it is such a place.
-    pub(super) fn is_lent(&self) -> bool {
-        let mut found = Vec::new();
-        self.lends(&mut found);
-        !found.is_empty()
-    }
-}
-
-/// What a chain of adaptors runs over.
-#[derive(Clone, Debug)]
-pub(super) struct Source {
-    pub(super) item: Item,
-    pub(super) rounds: Rounds,
-    pub(super) passes_over: bool,
-    pub(super) in_order: bool,
-    /// Whether it takes what is there from a queue.
-    pub(super) drains: bool,
-    /// Closures that run in each round before the item is there: `map`, `filter`, `inspect`.
-    pub(super) stages: Vec<(Stage, ClosureRef)>,
-    /// Whether it is one of several, and which one is not known.
-    pub(super) is_choice: bool,
-    /// The innermost loop in which it was made.
-    pub(super) made_in: Option<LoopId>,
-    pub(super) text: String,
-    /// The variables that the items are computed from.
-    pub(super) reads: Vec<Var>,
-}
 
 /// What a consumer does with the items.
 #[derive(Clone, Copy, Debug)]
@@ -110,38 +17,6 @@ struct Consumer {
     stops: bool,
     /// It gives them back, or some of them.
     gathers: bool,
-}
-
-/// What an adaptor does with its closure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Stage {
-    Map,
-    Filter,
-    Inspect,
-    /// Makes the item from nothing.
-    Make,
-}
-
-impl Source {
-    /// Its item together with its closures, which are its own where several iterators go side by side.
-    fn staged(self) -> Item {
-        if self.stages.is_empty() { self.item } else { Item::Staged(Box::new(self.item), self.stages) }
-    }
-
-    pub(super) fn bounded() -> Self {
-        Self {
-            item: Item::Opaque,
-            rounds: Rounds::Bounded,
-            passes_over: false,
-            in_order: true,
-            drains: false,
-            stages: Vec::new(),
-            is_choice: false,
-            made_in: None,
-            text: String::new(),
-            reads: Vec::new(),
-        }
-    }
 }
 
 impl Builder<'_> {
@@ -391,7 +266,8 @@ impl Builder<'_> {
                 let mut source = self.source(receiver);
                 let closure = args.iter().map(|arg| self.expr(*arg)).filter_map(|value| value.closure).last();
                 let stage = match method {
-                    "map" | "scan" | "flat_map" => Stage::Map,
+                    "map" | "scan" => Stage::Map,
+                    "flat_map" => Stage::Flatten,
                     "inspect" => Stage::Inspect,
                     _ => Stage::Filter,
                 };
@@ -658,6 +534,7 @@ impl Builder<'_> {
         let made = self.inline_closure(closure, &args, span);
         match stage {
             Stage::Map | Stage::Make => made,
+            Stage::Flatten => self.flattened(made, span),
             Stage::Inspect => item,
             Stage::Filter => {
                 if self.at.is_some() {
@@ -673,6 +550,12 @@ impl Builder<'_> {
                 item
             }
         }
+    }
+
+    /// An item of the iterator that a closure gives for each item.
+    fn flattened(&mut self, made: Value, span: Span) -> Value {
+        self.keep_iterator(&made, &Cause::Code("an iterator of iterators".to_owned()), span);
+        Value { iterator: None, ..made }
     }
 
     /// The value of a round's item, and what its variables name.
@@ -705,9 +588,11 @@ impl Builder<'_> {
                 for (stage, closure) in stages {
                     let args = if *stage == Stage::Make { Vec::new() } else { vec![value.clone()] };
                     let made = self.inline_closure(*closure, &args, span);
-                    if matches!(stage, Stage::Map | Stage::Make) {
-                        self.note_made_from(id, &made, &value);
-                        value = made;
+                    self.note_made_from(id, &made, &value);
+                    match stage {
+                        Stage::Map | Stage::Make => value = made,
+                        Stage::Flatten => value = self.flattened(made, span),
+                        Stage::Inspect | Stage::Filter => {}
                     }
                 }
                 value
@@ -783,11 +668,6 @@ impl Builder<'_> {
             _ => {}
         }
     }
-}
-
-/// Whether a type is a map: what it gives are pairs, and which one a key names depends on data.
-pub(super) fn is_map(ty: &Ty) -> bool {
-    ty.external_name().is_some_and(|name| name.ends_with("Map"))
 }
 
 /// Whether a consumer gives back one of the elements.

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use super::iterators::{Item, Source};
+use super::sources::{Item, Source};
 use super::{Builder, Value};
 use crate::flow::{Cause, Effect, IndexKey, Place, Var};
 use crate::index::{TraitName, Ty};

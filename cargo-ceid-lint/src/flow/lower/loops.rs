@@ -187,7 +187,7 @@ impl Builder<'_> {
         let item = source.item.clone();
         let is_mapped = !source.stages.is_empty();
         self.run_loop(CycleKind::For, keyword, label, source, |this, value, this_loop| {
-            let item = if is_mapped { super::iterators::Item::Opaque } else { item };
+            let item = if is_mapped { super::sources::Item::Opaque } else { item };
             this.bind_item(this_loop, pat, &item, &value);
             if is_mapped {
                 let names: Vec<Var> = this.locals_of(pat).into_iter().map(|local| this.var_of(local)).collect();

@@ -25,6 +25,7 @@ mod patterns;
 mod places;
 mod reads;
 mod resets;
+mod sources;
 mod subjects;
 mod switches;
 mod ticks;
@@ -139,7 +140,7 @@ struct Value {
     /// The closure it is, or the function by its name.
     closure: Option<ClosureRef>,
     /// What it runs over, if it is an iterator that nothing has consumed yet.
-    iterator: Option<Rc<iterators::Source>>,
+    iterator: Option<Rc<sources::Source>>,
 }
 
 struct Builder<'a> {
@@ -155,7 +156,7 @@ struct Builder<'a> {
     /// Which successor of `at` the next node becomes.
     closures: HashMap<Var, ClosureRef>,
     /// Which variables hold iterators.
-    iterators: HashMap<Var, Rc<iterators::Source>>,
+    iterators: HashMap<Var, Rc<sources::Source>>,
     /// Whole numbers that variables are known to have at this point of the text.
     numbers: HashMap<Var, u64>,
     /// The numbers that variables were declared with, even if they change.

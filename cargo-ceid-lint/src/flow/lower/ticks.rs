@@ -1,7 +1,7 @@
 //! `tick.then(&mut self.first).each(&mut self.rest).done()`: ceid-core's own way to run the laws of a composite's parts.
 
-use super::iterators::Source;
 use super::laws::Law;
+use super::sources::Source;
 use super::{Builder, Value};
 use crate::flow::CycleKind;
 use crate::index::{FunctionId, MethodOwner, Ty};
