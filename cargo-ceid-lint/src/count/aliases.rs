@@ -50,9 +50,7 @@ impl Aliases {
                 Effect::Set(set) => {
                     let Some(var) = set.place.base_var() else { continue };
                     match &set.from {
-                        Some(from) => {
-                            aliases.add(index, graph, var, &set.place.steps, from, set.transfer, node.in_loop)
-                        }
+                        Some(from) => aliases.add(index, graph, &set.place, from, set.transfer, node.in_loop),
                         None if index.refers_to_filters(&graph.var(var).ty) => {}
                         None => {
                             aliases.owning.insert(var);
@@ -60,13 +58,14 @@ impl Aliases {
                     }
                 }
                 Effect::Write(write) if write.rebinds => {
-                    if let (Some(var), Some(from)) = (write.place.base_var(), &write.from) {
-                        aliases.add(index, graph, var, &write.place.steps, from, write.transfer, node.in_loop);
+                    if let Some(from) = &write.from {
+                        aliases.add(index, graph, &write.place, from, write.transfer, node.in_loop);
                     }
                 }
                 Effect::Call(site) => {
                     for (part, from, transfer) in summaries.gives(site) {
-                        aliases.add(index, graph, site.result, part, &from, transfer, node.in_loop);
+                        let to = Place::var(site.result).join(part);
+                        aliases.add(index, graph, &to, &from, transfer, node.in_loop);
                     }
                 }
                 _ => {}
@@ -87,12 +86,12 @@ impl Aliases {
         &mut self,
         index: &Index,
         graph: &ControlFlowGraph,
-        var: Var,
-        steps: &[Projection],
+        to: &Place,
         from: &Place,
         transfer: Transfer,
         at: Option<LoopId>,
     ) {
+        let (Some(var), steps) = (to.base_var(), &to.steps) else { return };
         let lends = || place_ty(index, graph, from).is_some_and(|ty| index.refers_to_filters(&ty));
         let is_reference = matches!(graph.var(var).ty, Ty::Ref(..)) || lends();
         // What is moved into a variable or a new value lives there from now on, and so does a copy that is not put back.
@@ -107,7 +106,7 @@ impl Aliases {
             return;
         }
         let sources = self.sources.entry(var).or_default();
-        let entry = (steps.to_vec(), from.clone());
+        let entry = (steps.clone(), from.clone());
         if !sources.contains(&entry) {
             sources.push(entry);
         }
