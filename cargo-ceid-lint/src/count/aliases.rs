@@ -5,11 +5,12 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
 
 use super::given::{Given, place_of};
+use super::instances::place_ty;
 use super::summary::{Summaries, Summary};
 use crate::flow::{
     Base, CallSite, ControlFlowGraph, Effect, IndexKey, LoopId, LoopInfo, Place, Projection, Transfer, Var,
 };
-use crate::index::Ty;
+use crate::index::{Index, Ty};
 
 /// The names of a function's places.
 #[derive(Debug, Default)]
@@ -42,7 +43,7 @@ const MAX_LINKS: u32 = 24;
 const MAX_NAMES: usize = 1_000;
 
 impl Aliases {
-    pub(super) fn of(graph: &ControlFlowGraph, summaries: &Summaries) -> Self {
+    pub(super) fn of(index: &Index, graph: &ControlFlowGraph, summaries: &Summaries) -> Self {
         let mut aliases = Self::default();
         for (number, info) in (0u32..).zip(&graph.vars) {
             if info.name.is_empty() && info.param.is_none() {
@@ -54,21 +55,23 @@ impl Aliases {
                 Effect::Set(set) => {
                     let Some(var) = set.place.base_var() else { continue };
                     match &set.from {
-                        Some(from) => aliases.add(graph, var, &set.place.steps, from, set.transfer, node.in_loop),
+                        Some(from) => aliases.add(index, graph, &set.place, from, set.transfer, node.in_loop),
+                        None if index.refers_to_filters(&graph.var(var).ty) => {}
                         None => {
                             aliases.owning.insert(var);
                         }
                     }
                 }
                 Effect::Write(write) if write.rebinds => {
-                    if let (Some(var), Some(from)) = (write.place.base_var(), &write.from) {
-                        aliases.add(graph, var, &write.place.steps, from, write.transfer, node.in_loop);
+                    if let Some(from) = &write.from {
+                        aliases.add(index, graph, &write.place, from, write.transfer, node.in_loop);
                     }
                 }
                 Effect::Call(site) => {
                     aliases.index_through(site, summaries);
-                    for (part, from) in summaries.borrows(site) {
-                        aliases.add(graph, site.result, part, &from, Transfer::Borrow, node.in_loop);
+                    for (part, from, transfer) in summaries.gives(site) {
+                        let to = Place::var(site.result).join(part);
+                        aliases.add(index, graph, &to, &from, transfer, node.in_loop);
                     }
                 }
                 _ => {}
@@ -113,14 +116,16 @@ impl Aliases {
 
     fn add(
         &mut self,
+        index: &Index,
         graph: &ControlFlowGraph,
-        var: Var,
-        steps: &[Projection],
+        to: &Place,
         from: &Place,
         transfer: Transfer,
         at: Option<LoopId>,
     ) {
-        let is_reference = matches!(graph.var(var).ty, Ty::Ref(..));
+        let (Some(var), steps) = (to.base_var(), &to.steps) else { return };
+        let lends = || place_ty(index, graph, from).is_some_and(|ty| index.refers_to_filters(&ty));
+        let is_reference = matches!(graph.var(var).ty, Ty::Ref(..)) || lends();
         // What is moved into a variable or a new value lives there from now on, and so does a copy that is not put back.
         let is_moved = transfer == Transfer::Move && !is_reference;
         let is_value = |var: Var| matches!(graph.var(var).ty, Ty::Adt(..) | Ty::External(..) | Ty::Opaque(_));
@@ -133,7 +138,7 @@ impl Aliases {
             return;
         }
         let sources = self.sources.entry(var).or_default();
-        let entry = (steps.to_vec(), from.clone());
+        let entry = (steps.clone(), from.clone());
         if !sources.contains(&entry) {
             sources.push(entry);
         }
@@ -185,12 +190,15 @@ impl Aliases {
         while let Some((part, place, links)) = open.pop() {
             let Some(var) = place.base_var().filter(|_| links < 6) else { continue };
             for (steps, source) in self.sources.get(&var).into_iter().flatten() {
-                if steps.len() > place.steps.len() && steps[..place.steps.len()] == place.steps[..] {
+                if !may_match(steps, &place.steps) {
+                    continue;
+                }
+                if steps.len() > place.steps.len() {
                     let mut inner: Vec<Projection> = Clone::clone(&part);
                     inner.extend_from_slice(&steps[place.steps.len()..]);
                     found.extend(self.roots(source).into_iter().map(|root| (inner.clone(), root)));
-                } else if steps.is_empty() {
-                    open.push((part.clone(), source.join(&place.steps), links + 1));
+                } else {
+                    open.push((part.clone(), source.join(&place.steps[steps.len()..]), links + 1));
                 }
             }
         }

@@ -17,7 +17,7 @@ use super::summary::Summaries;
 use super::verdict::{Cycle, Pair, Verdict};
 use crate::config::Multiplicity;
 use crate::flow::{Base, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection};
-use crate::index::{FunctionId, Index, Ty, TypeId};
+use crate::index::{FunctionId, Index, Shape, Ty, TypeId};
 use crate::source::Span;
 
 /// What the analysis found out about a workspace.
@@ -144,7 +144,7 @@ fn function_facts<'a>(
     kind: FunctionKind,
     in_cycle: &BTreeSet<FunctionId>,
 ) -> FunctionFacts<'a> {
-    let aliases = Aliases::of(graph, summaries);
+    let aliases = Aliases::of(program.index, graph, summaries);
     let dependence = Rc::new(ControlDependence::of(graph));
     let mut places: BTreeSet<Place> = BTreeSet::new();
     // A law may have its state in an argument, whatever the argument's type.
@@ -220,12 +220,19 @@ fn is_instance(index: &Index, graph: &ControlFlowGraph, place: &Place, is_state:
     // What only some of the types behind a trait have is never judged.
     let mut at = Place { base: place.base, steps: Vec::new() };
     for step in &place.steps {
-        if matches!(step, Projection::Field(_))
-            && matches!(place_ty(index, graph, &at), Some(Ty::Opaque(_) | Ty::Param(_)))
-        {
+        let owner = place_ty(index, graph, &at).filter(|_| matches!(step, Projection::Field(_)));
+        at = at.join(std::slice::from_ref(step));
+        let is_others = match &owner {
+            Some(Ty::Opaque(_) | Ty::Param(_)) => true,
+            // What a generic function does to another type's fields does not happen where the type is known.
+            Some(Ty::Adt(id, _)) => {
+                matches!(index.type_def(*id).shape, Shape::Struct(_)) && place_ty(index, graph, &at).is_none()
+            }
+            _ => false,
+        };
+        if is_others {
             return false;
         }
-        at = at.join(std::slice::from_ref(step));
     }
     match place.base {
         Base::Static(_) => true,

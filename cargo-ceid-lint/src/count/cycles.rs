@@ -109,7 +109,7 @@ fn choose(
     // A loop over samples that are fed to the instance is its cycle, inside whatever else is one.
     let inner = &around[..unbounded.unwrap_or(around.len())];
     for id in inner {
-        if feeds(graph, aliases, summaries, search, node, *id) {
+        if feeds(graph, aliases, summaries, search, node, *id) || chooses(graph, aliases, search, node, *id) {
             let is_nested = around.iter().any(|other| other != id && graph.is_within(Some(*id), *other));
             if is_nested || is_helper || kind == FunctionKind::Cycle {
                 sample_loops.insert(*id);
@@ -238,6 +238,23 @@ fn picks_round(graph: &ControlFlowGraph, search: &Search<'_>, node: NodeId, id: 
         }),
         _ => false,
     })
+}
+
+/// Whether what a loop takes from a queue is an event that chooses whether an update runs: each event of its kind is one cycle.
+fn chooses(graph: &ControlFlowGraph, aliases: &Aliases, search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
+    let info = graph.loop_info(id);
+    info.drains
+        && search.branches_before(node).into_iter().any(|branch| match &graph.node(branch).effect {
+            Effect::Branch(test) => {
+                let is_choice =
+                    !test.about.heads.is_empty() && !test.about.heads.iter().any(|head| head == "+" || head == "-");
+                let mut reads = test.about.reads.iter().filter_map(Place::base_var);
+                is_choice
+                    && graph.is_within(graph.node(branch).in_loop, id)
+                    && reads.any(|var| aliases.is_derived(var, &info.bound))
+            }
+            _ => false,
+        })
 }
 
 fn concerns(aliases: &Aliases, search: &Search<'_>, place: &Place) -> bool {

@@ -394,7 +394,10 @@ impl Context<'_> {
                         if !holds(own) {
                             continue;
                         }
-                        if !is_lent && self.takes_by_value(site, number) {
+                        let keeps = |target: &crate::index::FunctionId| {
+                            self.summaries.get(*target).is_some_and(|callee| callee.keeps.contains(&number))
+                        };
+                        if (!is_lent && self.takes_by_value(site, number)) || site.targets.iter().any(keeps) {
                             uses.leaves = true;
                         } else if arg.is_shared || self.reads_only(site, number) {
                             uses.read = true;

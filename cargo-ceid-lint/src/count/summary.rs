@@ -12,7 +12,7 @@ use super::returned;
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
 use super::verdict::Gate;
-use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, Place, Program, Projection};
+use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, Place, Program, Projection, Transfer};
 use crate::index::FunctionId;
 
 /// One way through a function, as far as one place goes.
@@ -79,6 +79,8 @@ pub(super) struct Summary {
     pub(super) uses: BTreeSet<Given>,
     /// How it updates filters twice, with the half of the law.
     pub(super) repeats: Repeats,
+    /// The parameters that it puts into what another one of them leads to.
+    pub(super) keeps: BTreeSet<usize>,
     /// What only a debug build updates, with the half of the law.
     pub(super) debug_only: BTreeMap<(Given, usize), DebugOnly>,
 }
@@ -159,14 +161,23 @@ impl Summaries {
         self.open == Some(id) && !self.of.contains_key(&id)
     }
 
-    /// What the result of a call may borrow: the steps into the result, and the place.
+    /// What the result of a call may borrow or be made of: the steps into the result, and the place.
     pub(super) fn borrows<'a>(&'a self, site: &'a CallSite) -> impl Iterator<Item = (&'a [Projection], Place)> + 'a {
+        self.gives(site).map(|(part, place, _)| (part, place))
+    }
+
+    /// The same, with how each instance gets there.
+    pub(super) fn gives<'a>(
+        &'a self,
+        site: &'a CallSite,
+    ) -> impl Iterator<Item = (&'a [Projection], Place, Transfer)> + 'a {
         let returns = site.targets.iter().filter_map(|target| self.of.get(target)).flat_map(|summary| &summary.returns);
         // What lies inside a receiver whose type is not known has no name here.
         returns.filter(|borrow| !site.is_dispatched || borrow.param > 0 || borrow.steps.is_empty()).filter_map(
             |borrow| {
-                let place = site.args.get(borrow.param)?.place.as_ref()?;
-                Some((borrow.part.as_slice(), place.join(&borrow.steps)))
+                let arg = site.args.get(borrow.param)?;
+                let transfer = if arg.is_moved { Transfer::Move } else { Transfer::Borrow };
+                Some((borrow.part.as_slice(), arg.place.as_ref()?.join(&borrow.steps), transfer))
             },
         )
     }
@@ -214,7 +225,7 @@ impl Summaries {
     }
 
     fn summarise(&self, program: &Program<'_>, graph: &ControlFlowGraph) -> Summary {
-        let aliases = Aliases::of(graph, self);
+        let aliases = Aliases::of(program.index, graph, self);
         let halves = vec![BTreeMap::new(); program.index.halves()];
         let mut summary = Summary { halves, ..Summary::default() };
         let mut touched: BTreeSet<Given> = BTreeSet::new();
@@ -250,6 +261,7 @@ impl Summaries {
                 _ => {}
             }
         }
+        summary.keeps = self.kept_params(graph, &aliases);
         summary.uses.retain(|given| holds_filter_at(program, graph, &instance_of(graph, given)));
         if summary.returns.len() > MAX_PLACES {
             let whole = |borrow: &Borrow| Borrow { part: Vec::new(), param: borrow.param, steps: Vec::new() };
@@ -267,6 +279,36 @@ impl Summaries {
         }
         self.judge(program, graph, &aliases, touched, unknown, &mut summary);
         summary
+    }
+
+    /// The parameters that a function puts into what another one of them leads to: `self.all.push(filter)`.
+    fn kept_params(&self, graph: &ControlFlowGraph, aliases: &Aliases) -> BTreeSet<usize> {
+        let params = |places: &mut dyn Iterator<Item = Place>| -> BTreeSet<usize> {
+            let bases = places.filter_map(|place| given(graph, &place)).map(|given| given.base);
+            bases.filter_map(|base| if let GivenBase::Param(param) = base { Some(param) } else { None }).collect()
+        };
+        let mut kept = BTreeSet::new();
+        for node in &graph.nodes {
+            match &node.effect {
+                Effect::Set(set) | Effect::Write(set) if !set.place.steps.is_empty() => {
+                    let Some(from) = &set.from else { continue };
+                    let owner = Place { base: set.place.base, steps: Vec::new() };
+                    let owners = params(&mut aliases.roots(&owner).into_iter());
+                    let given = params(&mut aliases.parts(from).into_iter().map(|(_, root)| root));
+                    if !owners.is_empty() {
+                        kept.extend(given.difference(&owners));
+                    }
+                }
+                Effect::Call(site) => {
+                    let callees = site.targets.iter().filter_map(|target| self.get(*target));
+                    for place in callees.flat_map(|callee| &callee.keeps).filter_map(|number| site.args.get(*number)) {
+                        kept.extend(place.place.iter().flat_map(|place| params(&mut aliases.roots(place).into_iter())));
+                    }
+                }
+                _ => {}
+            }
+        }
+        kept
     }
 
     /// What a call passes on from its callees.

@@ -293,6 +293,8 @@ pub struct Argument {
     pub index: Option<IndexKey>,
     /// Whether it is a shared reference, through which nothing is updated.
     pub is_shared: bool,
+    /// Whether it is passed by value, so that it is in what the function makes of it from then on.
+    pub is_moved: bool,
     /// Whether it is passed by value and its type is `Copy`: what is done to it is done to another instance.
     pub is_copy: bool,
     /// What it reads and calls; nothing for `self`.

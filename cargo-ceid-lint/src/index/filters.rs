@@ -163,6 +163,34 @@ impl Index {
         }
     }
 
+    /// Whether the filters that a value of the type leads to all lie behind references, so that moving it moves none of them.
+    #[must_use]
+    pub fn refers_to_filters(&self, ty: &Ty) -> bool {
+        self.holds_filter(ty) && self.only_refers(ty, 0)
+    }
+
+    fn only_refers(&self, ty: &Ty, depth: u32) -> bool {
+        const MAX_DEPTH: u32 = 6;
+        if depth > MAX_DEPTH {
+            return false;
+        }
+        let go = |ty: &Ty| !self.holds_filter(ty) || self.only_refers(ty, depth + 1);
+        match ty {
+            Ty::Ref(..) => true,
+            _ if self.filter_spec(ty).is_some() => false,
+            Ty::Array(inner, _) | Ty::Slice(inner) => go(inner),
+            Ty::Tuple(parts) => parts.iter().all(go),
+            Ty::External(_, args) => args.iter().all(go),
+            Ty::Adt(id, _) => match &self.type_def(*id).shape {
+                super::Shape::Struct(fields) => {
+                    fields.fields.iter().filter_map(|field| self.field_ty(ty, None, &field.name)).all(|ty| go(&ty))
+                }
+                super::Shape::Enum(_) => false,
+            },
+            _ => false,
+        }
+    }
+
     /// Whether a value of the type is copied where another one would be moved, as far as the analysed code tells.
     #[must_use]
     pub fn is_copy(&self, ty: &Ty) -> bool {

@@ -14,14 +14,11 @@ impl super::Index {
     /// What `impl Mutex<T = Filter>` stands for: a resource that is locked with a closure, whoever wrote the trait.
     pub(super) fn shared_resource(&self, bounds: &[TraitRef]) -> Option<Ty> {
         let is_mutex = |name: &TraitName| match name {
-            TraitName::Local(id) => {
-                let def = self.trait_def(*id);
-                def.name == "Mutex" && def.methods.contains_key("lock")
-            }
+            TraitName::Local(id) => self.trait_def(*id).methods.contains_key("lock"),
             TraitName::External(path) => path.ends_with("::Mutex"),
         };
         let bound = bounds.iter().find(|bound| is_mutex(&bound.name))?;
-        let (_, inner) = bound.assoc.iter().find(|(name, _)| name == "T")?;
+        let [(_, inner)] = bound.assoc.as_slice() else { return None };
         Some(Ty::External(SHARED_RESOURCE.to_owned(), vec![inner.clone()]))
     }
 }

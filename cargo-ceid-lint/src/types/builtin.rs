@@ -150,7 +150,7 @@ pub(super) fn item_of(ty: &Ty, by_ref: bool) -> Option<Ty> {
         Ty::Ref(_, inner) => item_of(inner, true),
         Ty::Array(inner, _) | Ty::Slice(inner) => Some(wrap((**inner).clone())),
         Ty::External(path, args) => match path.rsplit("::").next().unwrap_or("") {
-            "Iterator" | "Range" => Some(arg(args, 0)),
+            "Iterator" | "Range" | "Receiver" | "UnboundedReceiver" => Some(arg(args, 0)),
             "Vec" | "VecDeque" | "ArrayVec" | "SmallVec" | "Option" | "HashSet" | "BTreeSet" | "LinkedList"
             | "BinaryHeap" | "Deque" => Some(wrap(arg(args, 0))),
             "HashMap" | "BTreeMap" | "IndexMap" | "FnvIndexMap" | "LinearMap" => {
@@ -186,6 +186,7 @@ pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&
                     optional_method(name, &inner, params, method, args, closure)
                 }
                 "Iterator" | "Range" => iterator_method(&inner, method, args, closure),
+                "Receiver" => receiver_method(path, &inner, method),
                 "Vec" | "VecDeque" | "ArrayVec" | "SmallVec" | "Deque" => sequence_method(&inner, method, closure),
                 "HashMap" | "BTreeMap" | "IndexMap" | "FnvIndexMap" | "LinearMap" => {
                     map_method(&inner, &arg(params, 1), method)
@@ -207,6 +208,18 @@ pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&
                 _ if is_cell(name) => cell_method(&inner, method, closure),
                 _ => None,
             }
+        }
+        _ => None,
+    }
+}
+
+/// The end of a channel at which messages arrive.
+fn receiver_method(path: &str, message: &Ty, method: &str) -> Option<Ty> {
+    let is_blocking = ["std::sync::", "crossbeam", "flume"].iter().any(|start| path.starts_with(start));
+    match method {
+        "iter" | "try_iter" | "into_iter" => Some(iterator(message.clone())),
+        "recv" | "try_recv" | "recv_timeout" | "recv_deadline" if is_blocking => {
+            Some(Ty::std("std::result::Result", vec![message.clone(), Ty::Unknown]))
         }
         _ => None,
     }

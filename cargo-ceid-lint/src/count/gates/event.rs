@@ -1,5 +1,7 @@
 //! Gates of events: what was received in this iteration, and flags that are raised elsewhere.
 
+use std::collections::BTreeSet;
+
 use super::Gates;
 use crate::count::search::Region;
 use crate::flow::{Effect, Place, Test, Var};
@@ -25,19 +27,30 @@ const EVENTS: &[&str] = &[
     "read_event",
     "get_event",
     "try_next",
+    "try_iter",
+    "drain",
 ];
 
 impl Gates<'_, '_> {
     /// A choice on a value that was received in this iteration, or on the event that a handler is called with.
     pub(super) fn is_event(&self, test: &Test) -> bool {
         let is_choice = !test.about.heads.is_empty() && !test.about.heads.iter().any(|head| head == "+" || head == "-");
-        if test.about.is_presence {
-            // `if let Event::Tick = rx.recv()?`
-            return is_choice && test.about.names.iter().any(|name| EVENTS.contains(&name.as_str()));
+        if test.about.is_presence && !is_choice {
+            return false;
         }
-        let reads = &test.about.reads;
-        let compares = is_choice || test.about.is_comparison || self.is_guard_of_event(test);
-        compares && reads.iter().any(|place| self.is_received(place))
+        // `if let Event::Tick = rx.recv()?`
+        if test.about.is_presence && test.about.names.iter().any(|name| EVENTS.contains(&name.as_str())) {
+            return true;
+        }
+        let compares = is_choice || test.about.is_comparison || self.is_guard_of_event(test) || self.asks_kind(test);
+        compares && test.about.reads.iter().any(|place| self.is_received(place))
+    }
+
+    /// A question of a message about itself: `if key.is_pressed()`.
+    fn asks_kind(&self, test: &Test) -> bool {
+        let ([place], [name]) = (test.about.reads.as_slice(), test.about.names.as_slice()) else { return false };
+        name.starts_with("is_")
+            && !matches!(self.ty(place).as_ref().map(Ty::peel), Some(Ty::Float | Ty::Int | Ty::Bool))
     }
 
     /// Whether a place holds what was received in this iteration, or what a handler is called with.
@@ -51,18 +64,35 @@ impl Gates<'_, '_> {
         is_event_parameter || self.is_message(var)
     }
 
-    /// Whether a variable holds what was received in this iteration.
+    /// Whether a variable holds what was received in this iteration, or a part of it.
     pub(super) fn is_message(&self, var: Var) -> bool {
         let graph = self.search.graph;
-        let is_inside = match self.region {
-            Region::Loop(own) => graph.is_within(graph.var(var).in_loop, own),
-            Region::Function => true,
-        };
-        let is_received = graph.computed.get(&var).is_some_and(|computed| {
-            let awaits = computed.calls.iter().any(|name| name == "await") && self.is_choice(&Place::var(var));
-            awaits || computed.calls.iter().any(|name| EVENTS.contains(&name.as_str()))
-        });
-        is_inside && (is_received || self.is_bound_by_event(var))
+        let mut seen = BTreeSet::new();
+        let mut open = vec![var];
+        while let Some(var) = open.pop() {
+            let is_inside = match self.region {
+                Region::Loop(own) => graph.is_within(graph.var(var).in_loop, own),
+                Region::Function => true,
+            };
+            if !is_inside || !seen.insert(var) {
+                continue;
+            }
+            let is_received = graph.computed.get(&var).is_some_and(|computed| {
+                let awaits = computed.calls.iter().any(|name| name == "await") && self.is_choice(&Place::var(var));
+                awaits || computed.calls.iter().any(|name| EVENTS.contains(&name.as_str()))
+            });
+            if is_received || self.is_bound_by_event(var) {
+                return true;
+            }
+            // What it was given as it was.
+            open.extend(self.assignments().of(&Place::var(var)).iter().filter_map(
+                |id| match &graph.node(*id).effect {
+                    Effect::Set(set) | Effect::Write(set) => set.from.as_ref().and_then(Place::base_var),
+                    _ => None,
+                },
+            ));
+        }
+        false
     }
 
     /// Whether an arm of a choice between events binds a variable.

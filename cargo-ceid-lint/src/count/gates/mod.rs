@@ -102,7 +102,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         let gate = match &self.search.graph.node(at).effect {
             Effect::Branch(test) => self.of_branch(test, at, &way),
             Effect::Call(site) => end.state.helper_gate.or_else(|| self.of_call(site, at)),
-            Effect::LoopHead(id) => self.of_loop(*id),
+            Effect::LoopHead(id) => self.of_loop(*id).or_else(|| self.of_rounds(*id, &way)),
             _ => None,
         };
         let gate = gate.or_else(|| self.of_payload(&way)).or_else(|| self.leaves_mode(&way));
@@ -168,10 +168,13 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.is_latch(test, at) || self.is_first(test) {
             return Some(Gate::Startup);
         }
+        if self.is_event(test) {
+            return Some(Gate::Event);
+        }
         if about.is_presence && self.feeds_sample(test) {
             return Some(Gate::Sample);
         }
-        if self.is_event(test) || self.is_flag_of_others(test) {
+        if self.is_flag_of_others(test) {
             return Some(Gate::Event);
         }
         if self.asks_moment(test) {
@@ -224,6 +227,36 @@ impl<'s, 'a> Gates<'s, 'a> {
         // A helper's own loop over samples has no round where there is no sample.
         let is_own = self.search.sample_loops.contains(&id);
         (info.drains || is_own || self.feeds_any(&info.bound)).then_some(Gate::Sample)
+    }
+
+    /// An inner loop whose rounds all end without an update: `for _ in 0..3 { if let Ok(z) = imu.read() { …; break } }`. It skips
+    /// for what every one of them waits for.
+    fn of_rounds(&self, id: LoopId, way: &Way) -> Option<Gate> {
+        let graph = self.search.graph;
+        let info = graph.loop_info(id);
+        let is_within = |node: NodeId| graph.is_within(graph.node(node).in_loop, id);
+        let reach = self.search.reach(Region::Loop(id));
+        let mut found: Option<Gate> = None;
+        let mut is_decided = true;
+        for (at, next) in way.nodes.iter().zip(way.nodes.iter().skip(1)) {
+            if *at == info.head {
+                // The round before it updated nothing, for no reason that is known.
+                if !std::mem::replace(&mut is_decided, !is_within(*next)) {
+                    return None;
+                }
+                continue;
+            }
+            if !is_within(*at) || is_decided || !reach[at.0 as usize] || (is_within(*next) && reach[next.0 as usize]) {
+                continue;
+            }
+            let Effect::Branch(test) = &graph.node(*at).effect else { return None };
+            let gate = self.of_branch(test, *at, way)?;
+            if *found.get_or_insert(gate) != gate {
+                return None;
+            }
+            is_decided = true;
+        }
+        found
     }
 
     /// The nodes of the region.

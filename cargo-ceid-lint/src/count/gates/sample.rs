@@ -173,6 +173,8 @@ impl Gates<'_, '_> {
                 && about.names.iter().filter(|name| is_asked(name)).all(|name| computed.calls.contains(name))
                 && about.reads.iter().all(|place| computed.places.contains(place))
                 && !about.reads.is_empty()
+                // What the filter gave is not what feeds it.
+                && !computed.places.iter().any(|place| self.lies_in_instance(place))
         });
         let into: Vec<Var> = into.map(|(var, _)| *var).collect();
         if !into.is_empty() {

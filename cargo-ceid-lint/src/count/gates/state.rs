@@ -13,22 +13,41 @@ impl Gates<'_, '_> {
             return false;
         }
         let mut heads: Vec<&str> = Vec::new();
+        let mut computed: Vec<NodeId> = Vec::new();
         for id in self.nodes() {
             if let Effect::Write(write) | Effect::Set(write) = &graph.node(id).effect
                 && write.place == *place
             {
                 match &write.head {
                     Some(head) => heads.push(head),
-                    None => return false,
+                    None => computed.push(id),
                 }
             }
         }
         // What is set opens the way to the update; a latch that closes it for good is no start-up.
         let opens = self.opening_heads(test, at);
-        !heads.is_empty()
-            && heads.iter().all(|head| *head == heads[0])
-            && opens.iter().any(|head| head == heads[0])
+        let is_opened = match (heads.first(), opens.as_slice()) {
+            (Some(first), _) => heads.iter().all(|head| head == first) && opens.iter().any(|head| head == first),
+            (None, [_]) => !computed.is_empty(),
+            (None, _) => false,
+        };
+        is_opened
+            && (computed.is_empty() || !self.reaches_with(test, heads.first().unwrap_or(&opens[0].as_str()), &computed))
             && !self.calls_write(place)
+    }
+
+    /// Whether an iteration comes to one of the nodes where the state that a test asks for has a head from the beginning.
+    fn reaches_with(&self, test: &Test, head: &str, nodes: &[NodeId]) -> bool {
+        let graph = self.search.graph;
+        let Some(id) = test.subject else { return true };
+        let bit = graph.subjects[id.0 as usize].bit(head);
+        let reached = self.reached(|node, edge| match &graph.node(node).effect {
+            Effect::Branch(other) if other.subject == Some(id) => {
+                (if edge == 0 { other.holds } else { other.fails }) & bit != 0
+            }
+            _ => true,
+        });
+        nodes.iter().any(|node| reached[node.0 as usize])
     }
 
     /// `let Some(before) = self.previous.replace(sample) else { … }`: nothing was there before the first sample.

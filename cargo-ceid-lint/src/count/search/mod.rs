@@ -222,6 +222,17 @@ impl<'a> Search<'a> {
         self.graph.node_ids().filter(|id| self.graph.node(*id).debug_only.is_none()).filter(is_unknown).collect()
     }
 
+    /// The branches that decide whether a node is reached, at any depth.
+    pub(super) fn branches_before(&self, node: NodeId) -> BTreeSet<NodeId> {
+        let mut found = BTreeSet::new();
+        let mut open = vec![node];
+        while let Some(node) = open.pop() {
+            let branches = self.dependence.of_node(node).iter().copied().map(NodeId);
+            open.extend(branches.filter(|branch| found.insert(*branch)));
+        }
+        found
+    }
+
     /// The nodes at which only a debug build updates it.
     pub(super) fn debug_only(&self) -> BTreeSet<NodeId> {
         let updates = super::debug_only::updates(self.graph, self.aliases, self.summaries);

@@ -215,7 +215,7 @@ pub(super) fn covering_loops(graph: &ControlFlowGraph, aliases: &Aliases, instan
         let of_items = info
             .items
             .iter()
-            .any(|(_, source)| aliases.roots(source).iter().any(|root| element_rest(root, instance).is_some()));
+            .any(|(_, source)| aliases.parts(source).iter().any(|(_, root)| element_rest(root, instance).is_some()));
         // A loop that counts to a constant and does not stand for each element is followed round by round.
         let exact = matches!(info.rounds, Rounds::Constant(count) if count <= MAX_ROUNDS)
             && info.counter.is_some_and(|(_, first)| first.is_some())

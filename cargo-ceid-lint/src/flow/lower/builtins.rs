@@ -18,10 +18,11 @@ impl Builder<'_> {
         let span = self.span(id);
         self.keep_iterator(&value, &Cause::Call(self.text(id)), span);
         match method {
-            "push" | "push_back" | "push_front" => {
-                if let (Some(place), Some(given)) = (&value.place, values.first()) {
+            // `push(value)`, and `insert(key, value)` of a map.
+            "push" | "push_back" | "push_front" | "insert" => {
+                if let (Some(place), Some(given), Some(arg)) = (&value.place, values.last(), args.last()) {
                     let part = place.element(IndexKey::Data("the new element".into()));
-                    self.place_part(part, given, args[0]);
+                    self.place_part(part, given, *arg);
                 }
                 Value::default()
             }

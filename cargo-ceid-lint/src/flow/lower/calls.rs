@@ -173,7 +173,10 @@ impl Builder<'_> {
                 place: value.place.clone().filter(|_| !is_plain(self.ty(*expr))),
                 index: self.argument_index(*expr, value),
                 is_shared: self.is_shared(*expr),
-                is_copy: law_of.is_none() && value.is_owned && self.is_passed_copied(*expr, receiver, targets),
+                is_moved: self.is_passed_by_value(*expr, value, receiver, targets),
+                is_copy: law_of.is_none()
+                    && self.is_passed_by_value(*expr, value, receiver, targets)
+                    && self.is_copied(self.ty(*expr)),
                 from: if receiver == Some(*expr) { Computed::default() } else { self.computed_from(*expr) },
             })
             .collect();
@@ -196,8 +199,13 @@ impl Builder<'_> {
             let ty = self.ty(id).clone();
             self.note_given_step(*target, result, &ty, exprs);
         }
-        // Many bodies tell nothing of what lies inside the one receiver that is meant.
-        let is_dispatched = targets.len() > super::laws::MAX_DISPATCHED
+        // Many bodies tell nothing of what lies inside the one receiver that is meant, and what lies inside a filter is its own
+        // law's business.
+        let is_known = match law_of {
+            Some(_) => targets.len() == 1 && targets[0] != self.graph.function,
+            None => targets.len() <= super::laws::MAX_DISPATCHED,
+        };
+        let is_dispatched = !is_known
             && exprs
                 .get(law_of.unwrap_or(0))
                 .is_some_and(|first| matches!(self.ty(*first).peel(), Ty::Param(_) | Ty::Opaque(_)));
@@ -206,12 +214,19 @@ impl Builder<'_> {
         result
     }
 
-    /// Whether what an argument names stays where it is, and the function gets a copy.
-    fn is_passed_copied(&self, expr: ExprId, receiver: Option<ExprId>, targets: &[FunctionId]) -> bool {
+    /// Whether a function gets what an argument names, or a copy of it, and not a reference to it.
+    fn is_passed_by_value(
+        &self,
+        expr: ExprId,
+        value: &Value,
+        receiver: Option<ExprId>,
+        targets: &[FunctionId],
+    ) -> bool {
         let by_value = |target: &FunctionId| {
             self.program.index.function(*target).function.receiver == Some(crate::syntax::tree::Receiver::Value)
         };
-        self.is_copied(self.ty(expr)) && (receiver != Some(expr) || targets.iter().all(by_value))
+        let is_reference = matches!(self.ty(expr), Ty::Ref(..));
+        value.is_owned && !is_reference && (receiver != Some(expr) || targets.iter().all(by_value))
     }
 
     /// The index that an argument is, if it is a constant or a variable.
@@ -331,6 +346,10 @@ impl Builder<'_> {
         let is_own = matches!(ty, Ty::Adt(..)) && self.program.index.opaque_items.is_empty();
         // What a state hands out when it is asked for nothing is no update of it: its law is known, and takes it as an argument.
         let reads_only = reads_only || (args.is_empty() && self.is_state_apart(ty));
+        if matches!(method, "into" | "try_into") && value.is_owned {
+            // What it becomes cannot be seen, but it is there no more.
+            self.keep(&value, receiver);
+        }
         let mut exprs = Vec::new();
         let mut all = Vec::new();
         if !reads_only && !is_own {

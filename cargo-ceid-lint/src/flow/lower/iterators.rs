@@ -51,6 +51,9 @@ impl Builder<'_> {
         };
         source.text = self.text(id);
         source.reads = self.reads_of(id);
+        if matches!(source.item, Item::Opaque) {
+            source.item = Item::Drawn(source.reads.clone(), self.computed_from(id));
+        }
         source
     }
 
@@ -77,6 +80,12 @@ impl Builder<'_> {
             Some(_) if !is_lent && self.is_copied(self.ty(id)) => Item::Made,
             Some(place) if is_map && self.may_hold_filter(ty) => Item::entry(place),
             Some(place) if self.may_hold_filter(ty) => Item::Element(place),
+            _ if is_receiver(ty) => {
+                // Iterating over a receiver receives.
+                let mut computed = self.computed_from(id);
+                computed.calls.push("recv".to_owned());
+                Item::Drawn(self.reads_of(id), computed)
+            }
             _ => Item::Opaque,
         };
         let rounds = if is_endless {
@@ -174,12 +183,10 @@ impl Builder<'_> {
             (Rounds::Constant(a), Rounds::Constant(b)) => Rounds::Constant(*a.min(b)),
             _ => Rounds::Bounded,
         };
-        let mut stages = source.stages;
-        stages.extend(other.stages);
         let in_order = source.in_order && other.in_order;
         let passes_over = source.passes_over || other.passes_over;
-        let item = Item::Tuple(vec![source.item, other.item]);
-        Source { item, rounds, passes_over, in_order, stages, ..Source::bounded() }
+        let item = Item::Tuple(vec![source.staged(), other.staged()]);
+        Source { item, rounds, passes_over, in_order, ..Source::bounded() }
     }
 
     /// One iterator after the other. Where closures belong to one of them only, nothing is known of what both lend.
@@ -298,12 +305,13 @@ impl Builder<'_> {
                 for arg in args {
                     self.expr(*arg);
                 }
-                Source::bounded()
+                Source { drains: method == "drain", ..Source::bounded() }
             }
             "iter_from" | "incoming" | "try_iter" | "recv_iter" => {
                 self.expr(receiver);
-                let rounds = if method == "try_iter" { Rounds::Bounded } else { Rounds::Unbounded };
-                Source { rounds, ..Source::bounded() }
+                let drains = method == "try_iter";
+                let rounds = if drains { Rounds::Bounded } else { Rounds::Unbounded };
+                Source { rounds, drains, ..Source::bounded() }
             }
             _ => self.collection(id, false),
         }
@@ -509,7 +517,7 @@ impl Builder<'_> {
             over: source.over.clone(),
             passes_over: source.passes_over,
             in_order: source.in_order && !source.passes_over,
-            drains: false,
+            drains: source.drains,
             is_foreign: self.is_foreign(),
             closure: None,
             caller: Caller::Code,
@@ -554,18 +562,15 @@ impl Builder<'_> {
         let made = self.inline_closure(closure, &args, span);
         match stage {
             Stage::Map | Stage::Make => made,
-            Stage::Flatten => {
-                self.keep_iterator(&made, &Cause::Code("an iterator of iterators".to_owned()), span);
-                Value { iterator: None, ..made }
-            }
+            Stage::Flatten => self.flattened(made, span),
             Stage::Inspect => item,
             Stage::Filter => {
                 if self.at.is_some() {
-                    let (passes, skipped) = self.opaque_branch(
-                        span,
-                        "the item passes the filter".to_owned(),
-                        crate::flow::About::default(),
-                    );
+                    // What the closure answers is a condition like any other.
+                    let is_truth = |var: &Var| self.graph.var(*var).ty == Ty::Bool;
+                    let truth = Value { same_as: made.same_as.filter(is_truth), ..Value::default() };
+                    let (text, about) = ("the item passes the filter".to_owned(), crate::flow::About::default());
+                    let (passes, skipped) = self.branch_on_head(&truth, "true", "false", span, text, about);
                     self.resume(skipped);
                     self.jump(head);
                     self.resume(passes);
@@ -575,11 +580,24 @@ impl Builder<'_> {
         }
     }
 
+    /// An item of the iterator that a closure gives for each item.
+    fn flattened(&mut self, made: Value, span: Span) -> Value {
+        self.keep_iterator(&made, &Cause::Code("an iterator of iterators".to_owned()), span);
+        Value { iterator: None, ..made }
+    }
+
     /// The value of a round's item, and what its variables name.
     fn item_value(&mut self, id: LoopId, item: &Item, reads: &[Var], span: Span) -> Value {
         match item {
-            Item::Opaque | Item::Made => {
+            Item::Opaque | Item::Made | Item::Drawn(..) => {
                 let var = self.temporary(Ty::Unknown, span);
+                let reads = match item {
+                    Item::Drawn(reads, computed) => {
+                        self.graph.computed.insert(var, computed.clone());
+                        reads
+                    }
+                    _ => reads,
+                };
                 self.graph.derived.extend(reads.iter().map(|read| (var, *read)));
                 self.graph.loops[id.0 as usize].bound.push(var);
                 Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }
@@ -593,6 +611,20 @@ impl Builder<'_> {
                 info.items.extend(lent.into_iter().map(|place| (var, place)));
                 info.bound.push(var);
                 Value { place: Some(Place::var(var)), is_owned: false, ..Value::default() }
+            }
+            Item::Staged(inner, stages) => {
+                let mut value = self.item_value(id, inner, reads, span);
+                for (stage, closure) in stages {
+                    let args = if *stage == Stage::Make { Vec::new() } else { vec![value.clone()] };
+                    let made = self.inline_closure(*closure, &args, span);
+                    self.note_made_from(id, &made, &value);
+                    match stage {
+                        Stage::Map | Stage::Make => value = made,
+                        Stage::Flatten => value = self.flattened(made, span),
+                        Stage::Inspect | Stage::Filter => {}
+                    }
+                }
+                value
             }
             Item::Counter(first) => {
                 let var = self.temporary(Ty::Int, span);
@@ -621,6 +653,16 @@ impl Builder<'_> {
                 }
                 Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }
             }
+        }
+    }
+
+    /// Notes that an item is computed from another one.
+    fn note_made_from(&mut self, id: LoopId, made: &Value, from: &Value) {
+        let Some(to) = made.place.as_ref().and_then(Place::base_var) else { return };
+        self.graph.loops[id.0 as usize].bound.push(to);
+        if let Some(from) = &from.place {
+            self.graph.derived.extend(from.base_var().map(|from| (to, from)));
+            self.graph.computed.entry(to).or_default().places.push(from.clone());
         }
     }
 
@@ -661,6 +703,11 @@ impl Builder<'_> {
 /// Whether a consumer gives back one of the elements.
 fn picks_one(method: &str) -> bool {
     ["min", "max"].iter().any(|name| method.starts_with(name)) || matches!(method, "find" | "last" | "nth" | "reduce")
+}
+
+/// Whether a value of the type is the end of a channel at which messages arrive.
+fn is_receiver(ty: &Ty) -> bool {
+    matches!(ty.external_name(), Some("Receiver" | "UnboundedReceiver" | "Subscriber"))
 }
 
 /// Whether iterating over a value of the type only ends when the other side does.

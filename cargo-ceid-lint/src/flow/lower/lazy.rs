@@ -91,27 +91,32 @@ impl Builder<'_> {
     /// An iterator that is put or handed somewhere, from where it may be consumed or not.
     pub(super) fn keep_iterator(&mut self, value: &Value, cause: &Cause, span: Span) {
         let Some(source) = value.iterator.clone() else { return };
-        let mut places = Vec::new();
-        lent_places(&source.item, &mut places);
+        let (mut places, mut closures) = (Vec::new(), Vec::new());
+        lent_places(&source.item, &mut places, &mut closures);
+        closures.extend(source.stages.iter().map(|(_, closure)| *closure));
         if !places.is_empty() && self.at.is_some() {
             self.emit(Effect::Unknown { places, cause: cause.clone() }, span);
         }
-        for (_, closure) in &source.stages {
-            self.closure_for_unseen(*closure, cause.clone(), span);
+        for closure in closures {
+            self.closure_for_unseen(closure, cause.clone(), span);
         }
     }
 }
 
-/// The places whose elements an iterator gives.
-fn lent_places(item: &Item, found: &mut Vec<Place>) {
+/// The places whose elements an iterator gives, and the closures that make something of them.
+fn lent_places(item: &Item, found: &mut Vec<Place>, closures: &mut Vec<super::ClosureRef>) {
     match item {
         Item::Element(place) | Item::Chunk(place) | Item::Same(place) => found.push(place.clone()),
         Item::Tuple(items) | Item::OneOf(items) => {
             for item in items {
-                lent_places(item, found);
+                lent_places(item, found, closures);
             }
         }
-        Item::Opaque | Item::Counter(_) | Item::Made => {}
+        Item::Staged(item, stages) => {
+            closures.extend(stages.iter().map(|(_, closure)| *closure));
+            lent_places(item, found, closures);
+        }
+        Item::Opaque | Item::Drawn(..) | Item::Counter(_) | Item::Made => {}
     }
 }
 

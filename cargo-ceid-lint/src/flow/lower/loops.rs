@@ -195,6 +195,10 @@ impl Builder<'_> {
             let item = if is_mapped { super::sources::Item::Opaque } else { item };
             this.bind_item(this_loop, pat, &item, &value);
             this.note_sampled(this_loop, body);
+            if is_mapped {
+                let names: Vec<Var> = this.locals_of(pat).into_iter().map(|local| this.var_of(local)).collect();
+                this.derive(&names, iterable);
+            }
             this.expr(body);
         });
         let _ = id;

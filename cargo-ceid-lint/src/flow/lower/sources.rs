@@ -1,7 +1,7 @@
 //! What an iterator gives in each round, and what a chain of adaptors makes of it. Lowers nothing.
 
 use super::ClosureRef;
-use crate::flow::{IndexKey, LoopId, Place, Rounds, Section, Var};
+use crate::flow::{Computed, IndexKey, LoopId, Place, Rounds, Section, Var};
 use crate::index::Ty;
 
 /// What an iterator gives in each round.
@@ -9,6 +9,10 @@ use crate::index::Ty;
 pub(super) enum Item {
     /// Something that is no filter's place.
     Opaque,
+    /// The same, from what it is known to be computed from.
+    Drawn(Vec<Var>, Computed),
+    /// What closures make of it.
+    Staged(Box<Self>, Vec<(Stage, ClosureRef)>),
     /// An element of a collection.
     Element(Place),
     /// A part of a collection: the element is in exactly one of them.
@@ -33,7 +37,8 @@ impl Item {
             Self::Chunk(place) => found.push(place.slice(Section::chunk())),
             Self::Same(place) => found.push(place.clone()),
             Self::OneOf(items) => items.iter().for_each(|item| item.lends(found)),
-            Self::Opaque | Self::Counter(_) | Self::Made | Self::Tuple(_) => {}
+            Self::Staged(item, _) => item.lends(found),
+            Self::Opaque | Self::Drawn(..) | Self::Counter(_) | Self::Made | Self::Tuple(_) => {}
         }
     }
 
@@ -57,7 +62,7 @@ impl Item {
                 let parts = left.iter().zip(right).map(|(left, right)| left.or(right));
                 Some(Self::Tuple(parts.collect::<Option<_>>()?))
             }
-            (Self::Tuple(_), _) | (_, Self::Tuple(_)) => None,
+            (Self::Tuple(_) | Self::Staged(..), _) | (_, Self::Tuple(_) | Self::Staged(..)) => None,
             (Self::Counter(_), Self::Counter(_)) => Some(Self::Opaque),
             _ => Some(Self::OneOf(vec![self.clone(), other.clone()])),
         }
@@ -78,6 +83,8 @@ pub(super) struct Source {
     pub(super) rounds: Rounds,
     pub(super) passes_over: bool,
     pub(super) in_order: bool,
+    /// Whether it takes what is there from a queue.
+    pub(super) drains: bool,
     /// Closures that run in each round before the item is there: `map`, `filter`, `inspect`.
     pub(super) stages: Vec<(Stage, ClosureRef)>,
     /// Whether it is one of several, and which one is not known.
@@ -104,12 +111,18 @@ pub(super) enum Stage {
 }
 
 impl Source {
+    /// Its item together with its closures, which are its own where several iterators go side by side.
+    pub(super) fn staged(self) -> Item {
+        if self.stages.is_empty() { self.item } else { Item::Staged(Box::new(self.item), self.stages) }
+    }
+
     pub(super) fn bounded() -> Self {
         Self {
             item: Item::Opaque,
             rounds: Rounds::Bounded,
             passes_over: false,
             in_order: true,
+            drains: false,
             stages: Vec::new(),
             is_choice: false,
             made_in: None,
