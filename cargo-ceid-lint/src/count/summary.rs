@@ -6,7 +6,7 @@ use std::rc::Rc;
 use super::aliases::Aliases;
 use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
-use super::given::{Given, GivenBase, given, instance_of, place_of};
+use super::given::{Given, GivenBase, given, instance_of, place_of, steps_at};
 use super::returned;
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
@@ -140,7 +140,7 @@ impl Summaries {
         returns.filter(|borrow| !site.is_dispatched || borrow.param > 0 || borrow.steps.is_empty()).filter_map(
             |borrow| {
                 let place = site.args.get(borrow.param)?.place.as_ref()?;
-                Some((borrow.part.as_slice(), place.join(&borrow.steps)))
+                Some((borrow.part.as_slice(), place.join(&steps_at(&borrow.steps, site))))
             },
         )
     }

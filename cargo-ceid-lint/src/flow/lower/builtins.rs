@@ -1,7 +1,7 @@
 //! Methods of the standard library that hand out, test, replace or visit what a wrapper holds.
 
-use super::{Builder, Value};
-use crate::flow::{Assignment, Cause, Effect, IndexKey, Place, Transfer};
+use super::{Builder, ClosureRef, Value};
+use crate::flow::{Assignment, Cause, Effect, IndexKey, NodeId, Place, Transfer};
 use crate::index::Ty;
 use crate::syntax::tree::ExprId;
 
@@ -16,12 +16,26 @@ impl Builder<'_> {
         }
         let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
         let span = self.span(id);
+        if self.is_future(&value) {
+            self.keep_closure(&value, span);
+        }
+        if let Some(value) = self.runs_given(id, &values) {
+            return value;
+        }
         self.keep_iterator(&value, &Cause::Call(self.text(id)), span);
         match method {
             "push" | "push_back" | "push_front" => {
                 if let (Some(place), Some(given)) = (&value.place, values.first()) {
                     let part = place.element(IndexKey::Data("the new element".into()));
                     self.place_part(part, given, args[0]);
+                }
+                Value::default()
+            }
+            // `map.insert(key, filter)`, `bank.resize(4, filter)`
+            "insert" | "resize" if args.len() == 2 => {
+                if let (Some(place), Some(given)) = (&value.place, values.get(1)) {
+                    let part = place.element(IndexKey::Data("the new element".into()));
+                    self.place_part(part, given, args[1]);
                 }
                 Value::default()
             }
@@ -36,7 +50,11 @@ impl Builder<'_> {
                 for value in &values {
                     self.keep_iterator(value, &Cause::Call(self.text(id)), span);
                 }
-                if let Some(closure) = values.iter().find_map(|value| value.closure) {
+                for value in values.iter().filter(|value| self.is_future(value)).cloned().collect::<Vec<_>>() {
+                    self.keep_closure(&value, span);
+                }
+                let is_run = |closure: &ClosureRef| !self.is_of_future(*closure);
+                if let Some(closure) = values.iter().filter_map(|value| value.closure).find(is_run) {
                     self.closure_loop(closure, super::sources::Source::bounded(), span);
                 }
                 Value::default()
@@ -54,6 +72,12 @@ impl Builder<'_> {
         value: &Value,
     ) -> Option<Value> {
         let span = self.span(id);
+        if self.is_future(value) && super::futures::keeps_future(method) {
+            return Some(value.clone());
+        }
+        if self.is_future(value) && super::futures::blocks_on(method) {
+            return Some(self.awaited(value.clone(), span));
+        }
         if let Some(found) = self.flag_method(receiver, method, args, value, span) {
             return Some(found);
         }
@@ -67,10 +91,10 @@ impl Builder<'_> {
                 self.assume_present(value, receiver, span);
                 Value { head: None, same_as: None, ..value.clone() }
             }
-            "as_mut" | "as_ref" | "as_deref_mut" | "as_deref" | "as_pin_mut" | "iter_mut" | "iter" | "as_mut_slice"
-            | "as_slice" | "borrow_mut" | "borrow" | "try_borrow_mut" | "by_ref" | "deref_mut" | "deref"
-            | "get_mut" | "lock" | "try_lock" | "write" | "read" | "try_write" | "get_unchecked_mut"
-            | "assume_init_mut" | "leak" | "into_iter"
+            "as_mut" | "each_mut" | "each_ref" | "as_ref" | "as_deref_mut" | "as_deref" | "as_pin_mut" | "iter_mut"
+            | "iter" | "as_mut_slice" | "as_slice" | "borrow_mut" | "borrow" | "try_borrow_mut" | "by_ref"
+            | "deref_mut" | "deref" | "get_mut" | "lock" | "try_lock" | "write" | "read" | "try_write"
+            | "get_unchecked_mut" | "assume_init_mut" | "leak" | "into_iter"
                 if args.is_empty() =>
             {
                 let keeps_head =
@@ -108,8 +132,12 @@ impl Builder<'_> {
             "get_or_insert_with" | "or_insert_with" | "get_or_insert" | "or_insert" | "get_or_init" => {
                 let given = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
                 if let Some(closure) = given.closure {
+                    let is_filled = self.is_optional(receiver);
                     self.on_absent(value, receiver, span, |this| {
-                        this.inline_closure(closure, &[], span);
+                        let made = this.inline_closure(closure, &[], span);
+                        if is_filled {
+                            this.write_whole(value, &Value { head: Some("+".to_owned()), ..made }, span);
+                        }
                     });
                 }
                 Value { is_owned: false, head: None, same_as: None, ..value.clone() }
@@ -123,10 +151,10 @@ impl Builder<'_> {
                 }
                 Value { head: None, same_as: None, ..value.clone() }
             }
-            "map" | "and_then" | "map_or" | "is_some_and" | "is_ok_and" | "map_or_else" | "inspect"
+            "map" | "and_then" | "map_or" | "is_some_and" | "is_ok_and" | "is_none_or" | "map_or_else" | "inspect"
                 if self.is_optional(receiver) =>
             {
-                self.map_payload(id, receiver, args, value)
+                self.map_payload(id, receiver, method, args, value)
             }
             "then" if *self.ty(receiver) == Ty::Bool => {
                 let given = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
@@ -241,7 +269,7 @@ impl Builder<'_> {
         }
     }
 
-    fn is_optional(&self, id: ExprId) -> bool {
+    pub(super) fn is_optional(&self, id: ExprId) -> bool {
         matches!(self.ty(id).peel().external_name(), Some("Option" | "Result" | "LockResult" | "Poll"))
     }
 
@@ -307,7 +335,7 @@ impl Builder<'_> {
     }
 
     /// `option.map(|x| …)`: the closure runs where the value is there.
-    fn map_payload(&mut self, id: ExprId, receiver: ExprId, args: &[ExprId], value: &Value) -> Value {
+    fn map_payload(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId], value: &Value) -> Value {
         let span = self.span(id);
         let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
         let closures: Vec<_> = values.iter().filter_map(|value| value.closure).collect();
@@ -315,10 +343,41 @@ impl Builder<'_> {
         if self.at.is_none() {
             return Value::default();
         }
+        let (present, absent) = self.branch_on_payload(receiver, closure, value, span);
+        let join = self.new_join(self.ty(id).clone(), span);
+        self.resume(present);
+        let payload = Value { head: None, same_as: None, ..value.clone() };
+        let result = self.inline_closure(closure, &[payload], span);
+        let result = match method {
+            // The closure says what there is.
+            "and_then" | "map_or" | "map_or_else" | "is_some_and" | "is_ok_and" | "is_none_or" => result,
+            _ => Value { head: Some("+".to_owned()), same_as: None, ..result },
+        };
+        self.end_branch(&join, &result, span);
+        self.resume(absent);
+        let head = |head: &str| Value { head: Some(head.to_owned()), ..Value::default() };
+        let instead = match (method, closures.as_slice()) {
+            ("map_or", _) => values.into_iter().next().unwrap_or_default(),
+            ("map_or_else", [first, _]) => self.inline_closure(*first, &[Value::default()], span),
+            ("is_some_and" | "is_ok_and", _) => head("false"),
+            ("is_none_or", _) => head("true"),
+            _ => head("-"),
+        };
+        self.end_branch(&join, &instead, span);
+        self.close_join(&join)
+    }
+
+    /// Asks whether an option or result holds the value that a closure then gets.
+    pub(super) fn branch_on_payload(
+        &mut self,
+        receiver: ExprId,
+        closure: ClosureRef,
+        value: &Value,
+        span: crate::source::Span,
+    ) -> (NodeId, NodeId) {
         let binds = self.closure_vars(closure);
         let about = self.about_presence(receiver, binds);
-        let pure = self.pure(receiver);
-        let (present, absent) = match pure {
+        match self.pure(receiver) {
             Some(pure) => {
                 let subject = self.subject(pure, Some(vec!["+".to_owned(), "-".to_owned()]));
                 self.head_bit(subject, "+");
@@ -326,23 +385,12 @@ impl Builder<'_> {
                 self.branch_on_subject(subject, &["+".to_owned()], true, span, self.text(receiver), about)
             }
             None => self.branch_on_head(value, "+", "-", span, self.text(receiver), about),
-        };
-        let join = self.new_join(self.ty(id).clone(), span);
-        self.resume(present);
-        let payload = Value { head: None, same_as: None, ..value.clone() };
-        let result = self.inline_closure(closure, &[payload], span);
-        let result = Value { head: Some("+".to_owned()), same_as: None, ..result };
-        self.end_branch(&join, &result, span);
-        self.resume(absent);
-        if let [first, _] = closures.as_slice() {
-            self.inline_closure(*first, &[Value::default()], span);
         }
-        self.end_branch(&join, &Value { head: Some("-".to_owned()), ..Value::default() }, span);
-        self.close_join(&join)
     }
 
     /// The whole content of a wrapper is replaced.
     fn write_whole(&mut self, value: &Value, given: &Value, span: crate::source::Span) {
+        self.keep_closure(given, span);
         let Some(place) = &value.place else { return };
         if self.at.is_none() {
             return;
