@@ -120,10 +120,8 @@ impl Checked {
 
     /// Prints what was left unread, and the summary, unless there is nothing to sum up.
     pub(super) fn say_summary(&self, console: Console) {
-        if let Some(unread) = report::unread(&self.report)
-            && !console.is_quiet()
-        {
-            console.warn(&unread);
+        if let Some(unread) = report::unread(&self.report) {
+            console.say(&format!("note: {unread}"));
         }
         if !self.summary.is_nothing() && !self.is_unchecked {
             console.say(&self.summary.line());

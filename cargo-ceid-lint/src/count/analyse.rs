@@ -281,12 +281,12 @@ fn updated_fields(
 fn touched_fields(index: &Index, facts: &[FunctionFacts<'_>]) -> BTreeSet<FieldKey> {
     let mut found = BTreeSet::new();
     for function in facts.iter().filter(|function| function.kind != FunctionKind::Outside) {
-        for node in &function.graph.nodes {
-            let places: &[Place] = match &node.effect {
-                Effect::Unknown { places, .. } => places,
-                _ => &[],
-            };
-            for place in places {
+        let unknown = function.graph.nodes.iter().flat_map(|node| match &node.effect {
+            Effect::Unknown { places, .. } => places.as_slice(),
+            _ => &[],
+        });
+        {
+            for place in unknown.chain(&function.graph.cloned) {
                 for root in function.aliases.roots(place) {
                     for leaf in place_ty(index, function.graph, &root).map(|ty| leaves(index, &ty)).unwrap_or_default()
                     {

@@ -84,6 +84,18 @@ pub(super) fn instance_of(graph: &ControlFlowGraph, given: &Given) -> Place {
     }
 }
 
+/// The steps of a callee's place at a call of it: an index that is a parameter is the argument.
+pub(super) fn steps_at(steps: &[Projection], site: &CallSite) -> Vec<Projection> {
+    let at_call = |step: &Projection| match step.key() {
+        Some(IndexKey::Param(param)) => {
+            let key = site.args.get(*param).and_then(|arg| arg.index.clone());
+            step.with_key(key.unwrap_or_else(|| IndexKey::Data("the argument".into())))
+        }
+        _ => step.clone(),
+    };
+    steps.iter().map(at_call).collect()
+}
+
 /// The place at a call that a callee knows as given.
 pub(super) fn place_of(given: &Given, site: &CallSite) -> Option<Place> {
     // A law that hands on to another one of the same filter is one update, and what lies inside a filter whose type is not known
@@ -92,17 +104,7 @@ pub(super) fn place_of(given: &Given, site: &CallSite) -> Option<Place> {
     if is_first && (site.is_dispatched && !given.steps.is_empty() || site.law_of.is_some() && given.steps.is_empty()) {
         return None;
     }
-    let steps: Vec<Projection> = given
-        .steps
-        .iter()
-        .map(|step| match step.key() {
-            Some(IndexKey::Param(param)) => {
-                let key = site.args.get(*param).and_then(|arg| arg.index.clone());
-                step.with_key(key.unwrap_or_else(|| IndexKey::Data("the argument".into())))
-            }
-            _ => step.clone(),
-        })
-        .collect();
+    let steps = steps_at(&given.steps, site);
     match given.base {
         GivenBase::Param(param) => Some(site.args.get(param)?.place.as_ref()?.join(&steps)),
         GivenBase::Static(id) => Some(Place { base: Base::Static(id), steps }),

@@ -315,6 +315,9 @@ impl Context<'_> {
     /// The loop that uses an instance and therefore owes it an update.
     fn using_loop(&self, facts: &FunctionFacts<'_>, place: &Place) -> Option<LoopId> {
         let graph = facts.graph;
+        // A filter that is made inside the iteration is owed nothing by it.
+        let made_in = place.base_var().and_then(|var| graph.var(var).in_loop);
+        let made_within = |id: LoopId| graph.is_within(made_in, id);
         for id in graph.node_ids() {
             if !self.node_uses(facts, id, place) {
                 continue;
@@ -322,6 +325,7 @@ impl Context<'_> {
             let around = graph.loops_around(id).find(|id| {
                 let info = graph.loop_info(*id);
                 info.rounds == Rounds::Unbounded
+                    && !made_within(*id)
                     && !info.is_foreign
                     && info.directive != Some(CycleDirective::NotACycle)
             });
@@ -387,7 +391,11 @@ impl Context<'_> {
                     uses.copied |= leaves;
                 }
                 Effect::Return(value) => uses.leaves |= value.place.as_ref().is_some_and(&holds),
-                Effect::Use { place } => uses.read |= holds(place),
+                Effect::Use { place: used } => {
+                    uses.read |= holds(used);
+                    let is_part = |root: &Place| root.overlaps(place) && root.steps.len() > place.steps.len();
+                    uses.looked_into |= facts.aliases.roots(used).iter().any(is_part);
+                }
                 Effect::Call(site) => {
                     for (number, arg) in site.args.iter().enumerate() {
                         let Some(own) = &arg.place else { continue };
@@ -401,6 +409,7 @@ impl Context<'_> {
                             uses.leaves = true;
                         } else if arg.is_shared || self.reads_only(site, number) {
                             uses.read = true;
+                            uses.looked_into |= !self.is_clone(site);
                         } else {
                             uses.fed = true;
                         }
@@ -409,7 +418,14 @@ impl Context<'_> {
                 _ => {}
             }
         }
+        // A template lives on in its clones.
+        let is_template = !uses.looked_into && !uses.fed;
+        uses.leaves |= is_template && facts.graph.cloned.iter().any(holds);
         uses
+    }
+
+    fn is_clone(&self, site: &crate::flow::CallSite) -> bool {
+        site.targets.iter().all(|target| self.program.index.function(*target).name == "clone")
     }
 
     /// Whether a variable that something is moved into has a name, or is a part of a new value.
@@ -486,4 +502,6 @@ struct Uses {
     fed: bool,
     /// It is read.
     read: bool,
+    /// A part of it is read, or a method of its own.
+    looked_into: bool,
 }

@@ -7,7 +7,7 @@ use super::aliases::Aliases;
 use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
 use super::decide::Repeat;
-use super::given::{Given, GivenBase, given, instance_of, place_of};
+use super::given::{Given, GivenBase, given, instance_of, place_of, steps_at};
 use super::returned;
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
@@ -177,7 +177,7 @@ impl Summaries {
             |borrow| {
                 let arg = site.args.get(borrow.param)?;
                 let transfer = if arg.is_moved { Transfer::Move } else { Transfer::Borrow };
-                Some((borrow.part.as_slice(), arg.place.as_ref()?.join(&borrow.steps), transfer))
+                Some((borrow.part.as_slice(), arg.place.as_ref()?.join(&steps_at(&borrow.steps, site)), transfer))
             },
         )
     }

@@ -69,6 +69,8 @@ pub struct ControlFlowGraph {
     pub steps: std::collections::BTreeMap<Var, Step>,
     /// Handles whose clones share one value (`Rc`, `Arc`), given to something unseen that may keep them.
     pub kept: Vec<(Place, Cause)>,
+    /// Filters, and owners of filters, that are cloned somewhere.
+    pub cloned: Vec<Place>,
     /// Set if the function was too large or too deep to be followed to its end.
     pub truncated: Option<Cause>,
 }

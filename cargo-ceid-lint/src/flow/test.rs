@@ -130,6 +130,10 @@ pub struct About {
     pub is_event: bool,
     /// Whether it is a constant expression, or asks for `#[cfg]`.
     pub is_constant: bool,
+    /// What it is, if it is a constant whose value is written out.
+    pub constant: Option<bool>,
+    /// The places that a call in it gets by `&mut`, to write what it reads.
+    pub lent: Vec<Place>,
     /// Whether it holds in a debug build, or while a log level is on, and never in what is shipped.
     pub is_debug: bool,
     /// The heads asked for, if it is a pattern or comparison with a constant.

@@ -4,33 +4,38 @@ use crate::diagnostic::Problem;
 use crate::pipeline::Report;
 use crate::source::SourceMap;
 
-/// How many places are listed; the proof report lists all.
-const MOST_LISTED: usize = 8;
-
-/// A line for each place that was left unread, below a heading; `None` if everything was read.
+/// A line for each cause, below a heading; `None` if everything was read. The proof report lists all places.
 #[must_use]
 pub fn unread(report: &Report) -> Option<String> {
+    let mut causes: Vec<(&Problem, usize)> = Vec::new();
+    for problem in &report.unread {
+        match causes.iter_mut().find(|(first, _)| first.message == problem.message) {
+            Some((_, number)) => *number += 1,
+            None => causes.push((problem, 1)),
+        }
+    }
     let number = report.unread.len();
-    if number == 0 {
-        return None;
-    }
     let verb = if number == 1 { "was" } else { "were" };
-    let mut text = format!("{} {verb} left unread:", super::count(number, "place"));
-    for problem in report.unread.iter().take(MOST_LISTED) {
-        text += &format!("\n  {}", line(&report.sources, problem));
-        text += &problem.help.as_ref().map_or_else(String::new, |help| format!("; {help}"));
+    let list = if number > causes.len() { ", which `cargo ceid-lint report` lists" } else { "" };
+    let mut text = format!("{} {verb} left unread{list}:", super::count(number, "place"));
+    for (first, number) in &causes {
+        let place = place(&report.sources, first);
+        let others = if *number > 1 { format!(" and {} more", number - 1) } else { String::new() };
+        text += &format!("\n  {place}{others}: {}", first.message);
+        text += &first.help.as_ref().map_or_else(String::new, |help| format!("; {help}"));
     }
-    if number > MOST_LISTED {
-        text += &format!("\n  and {} more, which `cargo ceid-lint report` lists", number - MOST_LISTED);
-    }
-    Some(text)
+    (number > 0).then_some(text)
 }
 
 /// The place and the cause.
 pub(super) fn line(sources: &SourceMap, problem: &Problem) -> String {
+    format!("{}: {}", place(sources, problem), problem.message)
+}
+
+fn place(sources: &SourceMap, problem: &Problem) -> String {
     match problem.span {
-        Some(span) => format!("{}:{}: {}", problem.file, sources.line(span), problem.message),
-        None => format!("{}: {}", problem.file, problem.message),
+        Some(span) => format!("{}:{}", problem.file, sources.line(span)),
+        None => problem.file.clone(),
     }
 }
 
@@ -57,9 +62,15 @@ mod tests {
     }
 
     #[test]
-    fn long_lists_end_in_a_number() {
-        let text = unread(&report(20)).unwrap();
-        assert_eq!(text.lines().count(), 1 + MOST_LISTED + 1);
-        assert!(text.ends_with("and 12 more, which `cargo ceid-lint report` lists"), "{text}");
+    fn a_cause_is_told_once() {
+        let mut report = report(20);
+        report.unread.push(Problem {
+            message: "is made by a build script".to_owned(),
+            help: None,
+            ..report.unread[0].clone()
+        });
+        let expected = "21 places were left unread, which `cargo ceid-lint report` lists:\n  \
+                        src/old_0.rs and 19 more: belongs to no target; declare it\n  src/old_0.rs: is made by a build script";
+        assert_eq!(unread(&report).as_deref(), Some(expected));
     }
 }

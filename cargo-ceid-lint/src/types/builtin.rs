@@ -168,6 +168,9 @@ pub(super) fn item_of(ty: &Ty, by_ref: bool) -> Option<Ty> {
 /// `closure` is what the first closure among the arguments gives back; `args` are the types of the arguments.
 pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&Ty>) -> Option<Ty> {
     match receiver {
+        Ty::Array(inner, length) if matches!(method, "each_mut" | "each_ref") => {
+            Some(Ty::Array(Box::new(Ty::Ref(method == "each_mut", inner.clone())), length.clone()))
+        }
         Ty::Array(inner, _) | Ty::Slice(inner) => sequence_method(inner, method, closure),
         // Several resources are locked at once.
         Ty::Tuple(_) if method == "lock" => closure.cloned(),

@@ -144,7 +144,13 @@ impl Infer<'_> {
                 }
                 Ty::std("std::ops::Range", vec![item])
             }
-            ExprKind::Closure(closure) => self.closure(id, closure, &[]),
+            ExprKind::Closure(closure) => {
+                let params = match expected.map(|ty| self.variables.shallow(ty)) {
+                    Some(Ty::Function(params, _)) => params,
+                    _ => Vec::new(),
+                };
+                self.closure(id, closure, &params)
+            }
             ExprKind::Struct { path, fields, rest } => self.struct_expr(id, path, fields, *rest, expected),
             ExprKind::Tuple(parts) => {
                 let wanted = match expected.map(|ty| self.variables.shallow(ty)) {
@@ -186,6 +192,12 @@ impl Infer<'_> {
         match (self.variables.shallow(left), self.variables.shallow(right)) {
             (Ty::Never, other) | (other, Ty::Never) => other,
             (Ty::Unknown, other) => other,
+            // One function or closure or another: what is called is not known by the type.
+            (left @ (Ty::FunctionItem(_) | Ty::Closure(_)), right @ (Ty::FunctionItem(_) | Ty::Closure(_)))
+                if left != right =>
+            {
+                Ty::Function(Vec::new(), Box::new(Ty::Unknown))
+            }
             (left, right) => {
                 self.variables.unify(&left, &right);
                 left

@@ -114,7 +114,9 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.is_measured(&way) {
             return Some(Gate::Measured);
         }
-        (gate.is_none() && self.is_before_closed_gate(&way)).then_some(Gate::Time)
+        // Another gate that opened on the way is no reason why this one should not stay closed.
+        let is_other = gate.is_none_or(|gate| gate == Gate::Time);
+        (is_other && self.is_before_closed_gate(&way)).then_some(Gate::Time)
     }
 
     /// What a condition waits for; a claimed rate gate must be one of that rate.
@@ -176,6 +178,11 @@ impl<'s, 'a> Gates<'s, 'a> {
         }
         if self.is_flag_of_others(test) {
             return Some(Gate::Event);
+        }
+        // `match port.read() { Reading::Fresh(sample) => …, Reading::Stale => … }`
+        let is_reading = !about.heads.is_empty() && !about.binds.is_empty() && !about.names.is_empty();
+        if is_reading && self.feeds_sample(test) {
+            return Some(Gate::Sample);
         }
         if self.asks_moment(test) {
             return Some(Gate::Time);

@@ -164,6 +164,11 @@ impl Gates<'_, '_> {
         if direct {
             return true;
         }
+        // `bus.read(&mut buffer)`: what the call writes is the sample.
+        let fed = &self.fed().places;
+        if !about.lent.is_empty() && about.lent.iter().all(|place| fed.iter().any(|other| other.overlaps(place))) {
+            return true;
+        }
         if !about.binds.is_empty() {
             return self.feeds_any(&about.binds);
         }
@@ -191,9 +196,20 @@ impl Gates<'_, '_> {
 
     /// A readiness test of the very object that the fed sample is read from.
     pub(super) fn is_readiness(&self, test: &Test) -> bool {
-        let asks = |parts: &[&str]| test.about.names.iter().any(|name| parts.iter().any(|part| name.contains(part)));
+        let asks = |parts: &[&str]| {
+            let asks_part = |name: &str| parts.iter().any(|part| name.contains(part));
+            test.about.names.iter().any(|name| asks_part(&name.to_lowercase()))
+        };
+        if test.about.is_presence {
+            return false;
+        }
+        if self.is_marked(test) {
+            return true;
+        }
         let asks_amount = asks(&["is_empty", "len", "is_full"]);
-        if test.about.is_presence || !(asks_amount || (asks(READINESS) && !test.about.is_comparison)) {
+        // A bit of a status register.
+        let asks_bit = test.about.is_masked && asks(&["status", "flags", "state", "isr"]);
+        if !(asks_amount || ((asks_bit || asks(READINESS)) && !test.about.is_comparison)) {
             return false;
         }
         test.about.reads.iter().any(|place| {
@@ -201,6 +217,35 @@ impl Gates<'_, '_> {
                 place.steps.is_empty() && place.base_var().is_some_and(|var| self.search.graph.var(var).name == "self");
             !whole_self && self.fed().places.contains(place)
         })
+    }
+}
+
+impl Gates<'_, '_> {
+    /// A truth value that came with the sample and says whether it is one: `if !packet.valid { continue; }`.
+    fn is_marked(&self, test: &Test) -> bool {
+        let graph = self.search.graph;
+        let [place] = test.about.reads.as_slice() else { return false };
+        let Some(var) = place.base_var() else { return false };
+        let is_truth = matches!(self.ty(place), Some(crate::index::Ty::Bool));
+        let made_by = graph.computed.get(&var).filter(|computed| !computed.calls.is_empty());
+        let Some(made_by) = made_by.filter(|_| is_truth && test.about.names.is_empty() && !self.outlives(place)) else {
+            return false;
+        };
+        let fed = &self.fed().places;
+        if !place.steps.is_empty() {
+            return fed.iter().any(|other| other.base == place.base && !other.steps.is_empty() && other != place);
+        }
+        // `let (is_valid, sample) = imu.read();`
+        let is_beside = |other: &Place| {
+            other.base_var().is_some_and(|other| {
+                let (own, beside) = (graph.var(var), graph.var(other));
+                let computed = graph.computed.get(&other);
+                other != var
+                    && own.declared <= beside.declared
+                    && computed.is_some_and(|own| own.calls == made_by.calls && own.places == made_by.places)
+            })
+        };
+        fed.iter().any(is_beside) && !fed.contains(place)
     }
 }
 

@@ -97,6 +97,22 @@ impl Gates<'_, '_> {
         if place.steps.is_empty() && place.base_var().is_some_and(is_own_number) {
             return true;
         }
+        // A field of an element keeps its value where nothing writes that of any.
+        let roots = self.search.aliases.roots(place);
+        let is_of_element = place.base_var().is_some_and(|var| {
+            graph.loops.iter().any(|info| info.items.iter().any(|(item, _)| self.is_named_after(var, *item)))
+        });
+        if is_of_element && !place.steps.is_empty() && !roots.contains(place) {
+            return roots.iter().all(|root| {
+                self.is_setting(root)
+                    && !self.nodes().any(|id| match &graph.node(id).effect {
+                        Effect::Write(write) | Effect::Set(write) if !write.place.steps.is_empty() => {
+                            self.search.aliases.roots(&write.place).iter().any(|written| written.overlaps(root))
+                        }
+                        _ => false,
+                    })
+            });
+        }
         let declared_inside = match (self.region, place.base_var()) {
             (Region::Loop(own), Some(var)) => graph.is_within(graph.var(var).in_loop, own),
             // A parameter of a cycle function may be another value in each cycle.
@@ -110,6 +126,11 @@ impl Gates<'_, '_> {
         // What a field of a caller's is between two calls is not known here.
         let is_given = self.is_helper && !place.steps.is_empty();
         !declared_inside && !is_written && !is_given && !self.calls_write(place)
+    }
+
+    /// Whether a variable is another name of an item of a loop.
+    fn is_named_after(&self, var: Var, item: Var) -> bool {
+        var == item || self.search.aliases.is_derived(var, &[item])
     }
 
     /// Whether a function leaves a place as its caller gave it.

@@ -51,6 +51,9 @@ impl Search<'_> {
         let mut found = Vec::new();
         let mut seen: BTreeSet<Reached> = BTreeSet::new();
         for reached in self.explore_to(head, &starts) {
+            if !self.is_own_round(&reached.0, id) {
+                continue;
+            }
             if seen.insert(reached.clone()) {
                 found.push(Entry { names: reached.0, doubt: reached.1 });
             }
@@ -59,6 +62,17 @@ impl Search<'_> {
             found.push(Entry { names: vec![self.instance.clone()], doubt: None });
         }
         found
+    }
+
+    /// Whether a loop is entered in the round of the loops around it that is the instance's own. In the other rounds their items
+    /// are other elements.
+    fn is_own_round(&self, names: &[Place], id: LoopId) -> bool {
+        let graph = self.graph;
+        let around = std::iter::successors(graph.loop_info(id).parent, |id| graph.loop_info(*id).parent);
+        around.filter(|id| self.covers(*id)).all(|id| {
+            let is_lent = !graph.loop_info(id).items.is_empty() || self.instance.stands_for_each();
+            !is_lent || self.without_items(names, id).len() < names.len()
+        })
     }
 
     /// Where the instance begins to exist: the function's entry, or the nodes that give its variable a value.

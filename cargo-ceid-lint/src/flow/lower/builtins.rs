@@ -1,7 +1,7 @@
 //! Methods of the standard library that hand out, test, replace or visit what a wrapper holds.
 
-use super::{Builder, Value};
-use crate::flow::{Assignment, Cause, Effect, IndexKey, Place, Transfer};
+use super::{Builder, ClosureRef, Value};
+use crate::flow::{Assignment, Cause, Effect, IndexKey, NodeId, Place, Transfer};
 use crate::index::Ty;
 use crate::syntax::tree::ExprId;
 
@@ -16,10 +16,16 @@ impl Builder<'_> {
         }
         let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
         let span = self.span(id);
+        if self.is_future(&value) {
+            self.keep_closure(&value, span);
+        }
+        if let Some(value) = self.runs_given(id, &values) {
+            return value;
+        }
         self.keep_iterator(&value, &Cause::Call(self.text(id)), span);
         match method {
-            // `push(value)`, and `insert(key, value)` of a map.
-            "push" | "push_back" | "push_front" | "insert" => {
+            // `push(value)`, `map.insert(key, value)`, `bank.resize(4, value)`
+            "push" | "push_back" | "push_front" | "insert" | "resize" => {
                 if let (Some(place), Some(given), Some(arg)) = (&value.place, values.last(), args.last()) {
                     let part = place.element(IndexKey::Data("the new element".into()));
                     self.place_part(part, given, *arg);
@@ -37,7 +43,11 @@ impl Builder<'_> {
                 for value in &values {
                     self.keep_iterator(value, &Cause::Call(self.text(id)), span);
                 }
-                if let Some(closure) = values.iter().find_map(|value| value.closure) {
+                for value in values.iter().filter(|value| self.is_future(value)).cloned().collect::<Vec<_>>() {
+                    self.keep_closure(&value, span);
+                }
+                let is_run = |closure: &ClosureRef| !self.is_of_future(*closure);
+                if let Some(closure) = values.iter().filter_map(|value| value.closure).find(is_run) {
                     self.closure_loop(closure, super::sources::Source::bounded(), span);
                 }
                 Value::default()
@@ -55,6 +65,12 @@ impl Builder<'_> {
         value: &Value,
     ) -> Option<Value> {
         let span = self.span(id);
+        if self.is_future(value) && super::futures::keeps_future(method) {
+            return Some(value.clone());
+        }
+        if self.is_future(value) && super::futures::blocks_on(method) {
+            return Some(self.awaited(value.clone(), span));
+        }
         if let Some(found) = self.flag_method(receiver, method, args, value, span) {
             return Some(found);
         }
@@ -109,8 +125,12 @@ impl Builder<'_> {
             "get_or_insert_with" | "or_insert_with" | "get_or_insert" | "or_insert" | "get_or_init" => {
                 let given = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
                 if let Some(closure) = given.closure {
+                    let is_filled = self.is_optional(receiver);
                     self.on_absent(value, receiver, span, |this| {
-                        this.inline_closure(closure, &[], span);
+                        let made = this.inline_closure(closure, &[], span);
+                        if is_filled {
+                            this.write_whole(value, &Value { head: Some("+".to_owned()), ..made }, span);
+                        }
                     });
                 }
                 Value { is_owned: false, head: None, same_as: None, ..value.clone() }
@@ -124,10 +144,10 @@ impl Builder<'_> {
                 }
                 Value { head: None, same_as: None, ..value.clone() }
             }
-            "map" | "and_then" | "map_or" | "is_some_and" | "is_ok_and" | "map_or_else" | "inspect"
+            "map" | "and_then" | "map_or" | "is_some_and" | "is_ok_and" | "is_none_or" | "map_or_else" | "inspect"
                 if self.is_optional(receiver) =>
             {
-                self.map_payload(id, receiver, args, value)
+                self.map_payload(id, receiver, method, args, value)
             }
             "then" if *self.ty(receiver) == Ty::Bool => {
                 let given = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
@@ -248,7 +268,7 @@ impl Builder<'_> {
         }
     }
 
-    fn is_optional(&self, id: ExprId) -> bool {
+    pub(super) fn is_optional(&self, id: ExprId) -> bool {
         matches!(self.ty(id).peel().external_name(), Some("Option" | "Result" | "LockResult" | "Poll"))
     }
 
@@ -314,7 +334,7 @@ impl Builder<'_> {
     }
 
     /// `option.map(|x| …)`: the closure runs where the value is there.
-    fn map_payload(&mut self, id: ExprId, receiver: ExprId, args: &[ExprId], value: &Value) -> Value {
+    fn map_payload(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId], value: &Value) -> Value {
         let span = self.span(id);
         let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
         let closures: Vec<_> = values.iter().filter_map(|value| value.closure).collect();
@@ -322,10 +342,41 @@ impl Builder<'_> {
         if self.at.is_none() {
             return Value::default();
         }
+        let (present, absent) = self.branch_on_payload(receiver, closure, value, span);
+        let join = self.new_join(self.ty(id).clone(), span);
+        self.resume(present);
+        let payload = Value { head: None, same_as: None, ..value.clone() };
+        let result = self.inline_closure(closure, &[payload], span);
+        let result = match method {
+            // The closure says what there is.
+            "and_then" | "map_or" | "map_or_else" | "is_some_and" | "is_ok_and" | "is_none_or" => result,
+            _ => Value { head: Some("+".to_owned()), same_as: None, ..result },
+        };
+        self.end_branch(&join, &result, span);
+        self.resume(absent);
+        let head = |head: &str| Value { head: Some(head.to_owned()), ..Value::default() };
+        let instead = match (method, closures.as_slice()) {
+            ("map_or", _) => values.into_iter().next().unwrap_or_default(),
+            ("map_or_else", [first, _]) => self.inline_closure(*first, &[Value::default()], span),
+            ("is_some_and" | "is_ok_and", _) => head("false"),
+            ("is_none_or", _) => head("true"),
+            _ => head("-"),
+        };
+        self.end_branch(&join, &instead, span);
+        self.close_join(&join)
+    }
+
+    /// Asks whether an option or result holds the value that a closure then gets.
+    pub(super) fn branch_on_payload(
+        &mut self,
+        receiver: ExprId,
+        closure: ClosureRef,
+        value: &Value,
+        span: crate::source::Span,
+    ) -> (NodeId, NodeId) {
         let binds = self.closure_vars(closure);
         let about = self.about_presence(receiver, binds);
-        let pure = self.pure(receiver);
-        let (present, absent) = match pure {
+        match self.pure(receiver) {
             Some(pure) => {
                 let subject = self.subject(pure, Some(vec!["+".to_owned(), "-".to_owned()]));
                 self.head_bit(subject, "+");
@@ -333,23 +384,12 @@ impl Builder<'_> {
                 self.branch_on_subject(subject, &["+".to_owned()], true, span, self.text(receiver), about)
             }
             None => self.branch_on_head(value, "+", "-", span, self.text(receiver), about),
-        };
-        let join = self.new_join(self.ty(id).clone(), span);
-        self.resume(present);
-        let payload = Value { head: None, same_as: None, ..value.clone() };
-        let result = self.inline_closure(closure, &[payload], span);
-        let result = Value { head: Some("+".to_owned()), same_as: None, ..result };
-        self.end_branch(&join, &result, span);
-        self.resume(absent);
-        if let [first, _] = closures.as_slice() {
-            self.inline_closure(*first, &[Value::default()], span);
         }
-        self.end_branch(&join, &Value { head: Some("-".to_owned()), ..Value::default() }, span);
-        self.close_join(&join)
     }
 
     /// The whole content of a wrapper is replaced.
     fn write_whole(&mut self, value: &Value, given: &Value, span: crate::source::Span) {
+        self.keep_closure(given, span);
         let Some(place) = &value.place else { return };
         if self.at.is_none() {
             return;

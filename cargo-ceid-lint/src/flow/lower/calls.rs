@@ -18,14 +18,17 @@ impl Builder<'_> {
                 let value = self.expr(callee);
                 let values = self.values(args);
                 match value.closure {
-                    Some(closure) => self.inline_closure(closure, &values, self.span(id)),
+                    Some(closure) => self.call_closure(id, closure, values),
                     None => self.unknown_call(id, self.text(callee), args, &values),
                 }
             }
             Some(Callee::Resolved(resolved)) => {
                 let resolved = resolved.clone();
                 let values = self.values(args);
-                self.resolved_call(id, &resolved, args, &values)
+                match self.deferred_call(id, &resolved, args, &values) {
+                    Some(future) => future,
+                    None => self.resolved_call(id, &resolved, args, &values),
+                }
             }
             Some(Callee::External(path)) => {
                 let path = path.clone();
@@ -35,7 +38,7 @@ impl Builder<'_> {
                 let value = self.expr(callee);
                 let values = self.values(args);
                 match value.closure {
-                    Some(closure) => self.inline_closure(closure, &values, self.span(id)),
+                    Some(closure) => self.call_closure(id, closure, values),
                     None => self.unknown_call(id, self.text(callee), args, &values),
                 }
             }
@@ -69,6 +72,7 @@ impl Builder<'_> {
 
     pub(super) fn method_expr(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
         self.note_method_wait(id, receiver, method, args);
+        self.note_clone(id, receiver, method, args);
         if let Some(value) = self.guard_call(id, receiver, method, args) {
             return value;
         }
@@ -89,7 +93,10 @@ impl Builder<'_> {
                 values.extend(self.values(args));
                 let mut exprs = vec![receiver];
                 exprs.extend_from_slice(args);
-                self.resolved_call(id, &resolved, &exprs, &values)
+                match self.deferred_call(id, &resolved, &exprs, &values) {
+                    Some(future) => future,
+                    None => self.resolved_call(id, &resolved, &exprs, &values),
+                }
             }
             Some(Callee::Builtin) => self.builtin_method(id, receiver, method, args),
             _ => self.unseen_method(id, receiver, method, args),
@@ -97,7 +104,13 @@ impl Builder<'_> {
     }
 
     /// A call of analysed code; `exprs` and `values` begin with `self` if there is one.
-    fn resolved_call(&mut self, id: ExprId, resolved: &Resolved, exprs: &[ExprId], values: &[Value]) -> Value {
+    pub(super) fn resolved_call(
+        &mut self,
+        id: ExprId,
+        resolved: &Resolved,
+        exprs: &[ExprId],
+        values: &[Value],
+    ) -> Value {
         if self.at.is_none() {
             return Value::default();
         }
@@ -114,6 +127,9 @@ impl Builder<'_> {
             return Value::default();
         }
         if values.iter().any(|value| value.closure.is_some() || value.iterator.is_some()) {
+            if let Some(value) = self.runs_given(id, values) {
+                return value;
+            }
             let keeps = |target: &FunctionId| self.takes_callback(id) && !self.calls_parameter(*target);
             if let [target] = resolved.targets.as_slice()
                 && !keeps(target)
@@ -121,6 +137,11 @@ impl Builder<'_> {
             {
                 return value;
             }
+            return self.unknown_call(id, self.text(id), exprs, values);
+        }
+        let has_body = |target: &FunctionId| self.program.index.function(*target).function.body.is_some();
+        if resolved.owner.is_none() && !resolved.targets.iter().any(has_body) {
+            // Declared in an `extern` block: its body is somewhere else.
             return self.unknown_call(id, self.text(id), exprs, values);
         }
         if resolved.targets.is_empty() {
@@ -257,11 +278,15 @@ impl Builder<'_> {
             return Value::default();
         }
         let span = self.span(id);
+        if let Some(value) = self.runs_given(id, values) {
+            return value;
+        }
         let mut takes_callback = self.takes_callback(id);
         let mut places = Vec::new();
         for (expr, value) in exprs.iter().zip(values) {
             if let Some(closure) = value.closure {
-                if !self.is_item(closure) && std::mem::take(&mut takes_callback) {
+                let is_future = self.is_of_future(closure);
+                if !is_future && !self.is_item(closure) && std::mem::take(&mut takes_callback) {
                     self.callback(closure, Caller::Framework, span);
                 } else {
                     self.closure_for_unseen(closure, Cause::Closure(path_tail(&text)), span);

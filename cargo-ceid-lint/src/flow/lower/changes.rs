@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::Builder;
-use crate::flow::{Change, ChangeKind, Effect, Place};
+use super::{Builder, Value};
+use crate::flow::{Change, ChangeKind, Effect, Place, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
@@ -43,6 +43,16 @@ impl Builder<'_> {
             && let Some(place) = self.static_place(value)
         {
             self.graph.copies.insert(at, place);
+        }
+    }
+
+    /// Notes that the last node gives a variable the state that a part of a value holds.
+    pub(super) fn note_copied_part(&mut self, var: Var, value: &Value) {
+        let is_state = self.is_state(&self.graph.var(var).ty) && !matches!(self.graph.var(var).ty, Ty::Ref(..));
+        if let (Some(at), Some(place)) = (self.at.filter(|_| is_state && value.same_as.is_none()), &value.place)
+            && !place.steps.is_empty()
+        {
+            self.graph.copies.insert(at, place.clone());
         }
     }
 

@@ -1,13 +1,13 @@
 //! Closures and functions whose bodies are read where they run, and code that runs elsewhere.
 
 use super::{Builder, ClosureRef, Frame, MAX_INLINE, Value};
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 
 use crate::flow::{About, Caller, Cause, CycleKind, Effect, Place, Rounds, Var};
 use crate::index::FunctionId;
 use crate::source::Span;
-use crate::syntax::tree::ExprKind;
-use crate::types::LocalId;
+use crate::syntax::tree::{Body, ExprKind, Stmt, StmtKind};
+use crate::types::{LocalId, TypedBody};
 
 impl Builder<'_> {
     /// Runs a closure here.
@@ -21,9 +21,15 @@ impl Builder<'_> {
             self.emit(Effect::Unknown { places, cause }, span);
             return Value::default();
         }
+        if self.is_of_future(closure) {
+            return self.run_future(closure, span);
+        }
         let body = self.frames[closure.frame].body;
         let ExprKind::Closure(code) = &body.expr(closure.expr).kind else {
-            return self.call_item(closure, args, span);
+            return match self.choices.get(&(closure.frame, closure.expr)).cloned() {
+                Some(choices) => self.run_one_of(&choices, args, span),
+                None => self.call_item(closure, args, span),
+            };
         };
         let first = self.graph.nodes.len();
         let outer = std::mem::replace(&mut self.frame, closure.frame);
@@ -101,7 +107,8 @@ impl Builder<'_> {
             return;
         }
         self.detached(span, |this| {
-            this.inline_closure(closure, &[], span);
+            let value = this.inline_closure(closure, &[], span);
+            this.awaited(value, span);
         });
     }
 
@@ -110,11 +117,35 @@ impl Builder<'_> {
         if self.at.is_none() || self.is_item(closure) {
             return;
         }
+        if let Some(choices) = self.choices.get(&(closure.frame, closure.expr)).cloned() {
+            for choice in choices {
+                self.closure_for_unseen(choice, cause.clone(), span);
+            }
+            return;
+        }
         let places = self.captured(closure);
         if !places.is_empty() {
             self.emit(Effect::Unknown { places, cause }, span);
         }
         self.callback(closure, Caller::Unseen, span);
+    }
+
+    /// A variable gets a closure. Which one it holds is not known where it gets another one somewhere.
+    pub(super) fn hold_closure(&mut self, var: Var, value: &Value, span: Span) {
+        let frame = &self.frames[self.frame];
+        let is_given_anew = frame.vars.iter().any(|(local, own)| *own == var && frame.given_anew.contains(local));
+        match value.closure {
+            Some(_) if is_given_anew => {
+                self.keep_closure(&Value { closure: value.closure, ..Value::default() }, span);
+                self.closures.remove(&var);
+            }
+            Some(closure) => {
+                self.closures.insert(var, closure);
+            }
+            None => {
+                self.closures.remove(&var);
+            }
+        }
     }
 
     /// A closure that is put somewhere, from where it may be called.
@@ -139,6 +170,7 @@ impl Builder<'_> {
             this.run_loop(CycleKind::Closure, bar, None, source, |this, _, id| {
                 this.graph.loops[id.0 as usize].caller = caller;
                 let value = this.inline_closure(closure, &[], span);
+                let value = this.awaited(value, span);
                 this.end_on_failure(&value, span);
             });
         });
@@ -196,7 +228,10 @@ impl Builder<'_> {
     }
 
     /// What of its surroundings a closure names that may hold a filter.
-    fn captured(&mut self, closure: ClosureRef) -> Vec<Place> {
+    pub(super) fn captured(&self, closure: ClosureRef) -> Vec<Place> {
+        if let Some(given) = self.given_to_future(closure) {
+            return given;
+        }
         let copies = self.captures.get(&(closure.frame, closure.expr));
         let copy_of =
             |local: LocalId| copies.into_iter().flatten().find(|(own, _)| *own == local).map(|(_, copy)| *copy);
@@ -228,4 +263,21 @@ impl Builder<'_> {
         let known = &mut self.frames[closure.frame].vars;
         Some(vars.into_iter().filter_map(|(local, var)| Some((local, known.insert(local, var)?))).collect())
     }
+}
+
+/// The locals of a body that are given a value in several places.
+pub(super) fn given_anew(body: &Body, typed: &TypedBody) -> HashSet<LocalId> {
+    let assigned = body.exprs.iter().flat_map(|expr| match &expr.kind {
+        ExprKind::Assign { place, .. } => typed.expr_local.get(place).copied().into_iter().collect(),
+        ExprKind::Block(block) => {
+            let begins = |stmt: &Stmt| match &stmt.kind {
+                StmtKind::Let { pat, init: Some(_), .. } => typed.pat_local.get(pat).copied(),
+                _ => None,
+            };
+            block.stmts.iter().filter_map(begins).collect::<Vec<_>>()
+        }
+        _ => Vec::new(),
+    });
+    let mut seen = HashSet::new();
+    assigned.filter(|local| !seen.insert(*local)).collect()
 }

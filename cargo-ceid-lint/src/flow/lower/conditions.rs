@@ -1,6 +1,7 @@
 //! Conditions: `if`, `&&`, `||`, `!`, comparisons, patterns in conditions, each leaf a branch of its own.
 
 use super::subjects::Pure;
+use super::values::Join;
 use super::{Builder, Value};
 use crate::flow::{About, Head, NodeId};
 use crate::index::Ty;
@@ -12,7 +13,7 @@ type Compared = (Pure, Option<Vec<Head>>);
 impl Builder<'_> {
     pub(super) fn if_expr(&mut self, id: ExprId, condition: ExprId, then: ExprId, otherwise: Option<ExprId>) -> Value {
         let span = self.span(id);
-        let join = self.new_join(self.ty(id).clone(), span);
+        let join = Join { chooses: Some(id), ..self.new_join(self.ty(id).clone(), span) };
         let no = self.add_node(crate::flow::Effect::Nothing, self.span(condition));
         self.open_block();
         self.condition(condition, no);
@@ -87,6 +88,8 @@ impl Builder<'_> {
             {
                 self.presence(id, *receiver, method, no);
             }
+            ExprKind::MethodCall { receiver, method, args, .. }
+                if self.payload_condition(id, *receiver, method, args, no) => {}
             ExprKind::MethodCall { receiver, args, .. } if self.spoken_condition(id, *receiver, args, no) => {}
             _ => self.truth(id, no),
         }
@@ -207,6 +210,50 @@ impl Builder<'_> {
         };
         self.link(failed, no);
         self.resume(yes);
+    }
+
+    /// `x.is_some_and(|x| …)` and its kin: what the closure asks is asked here. Answers whether it is one.
+    fn payload_condition(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId], no: NodeId) -> bool {
+        let (default, closure) = match (method, args) {
+            ("is_some_and" | "is_ok_and", [closure]) => (false, *closure),
+            ("is_none_or", [closure]) => (true, *closure),
+            ("map_or", [default, closure]) => match self.constant_head(*default).as_deref() {
+                Some("true") => (true, *closure),
+                Some("false") => (false, *closure),
+                _ => return false,
+            },
+            _ => return false,
+        };
+        let body = self.body();
+        let ExprKind::Closure(code) = &body.expr(closure).kind else { return false };
+        let leaves = |kind: &ExprKind| matches!(kind, ExprKind::Return(_) | ExprKind::Try(_) | ExprKind::Await(_));
+        let inside = self.span(code.body);
+        if !self.is_optional(receiver)
+            || code.is_async
+            || self.depth >= super::MAX_INLINE
+            || body.exprs.iter().any(|expr| inside.contains(expr.span) && leaves(&expr.kind))
+        {
+            return false;
+        }
+        let value = self.expr(receiver);
+        if self.at.is_none() {
+            return true;
+        }
+        let span = self.span(id);
+        let closure = super::ClosureRef { frame: self.frame, expr: closure };
+        let (present, absent) = self.branch_on_payload(receiver, closure, &value, span);
+        let holds = self.add_node(crate::flow::Effect::Nothing, span);
+        self.link(absent, if default { holds } else { no });
+        self.resume(present);
+        self.depth += 1;
+        if let Some((pat, _)) = code.params.first() {
+            self.bind_pattern(*pat, &Value { head: None, same_as: None, ..value });
+        }
+        self.condition(code.body, no);
+        self.depth -= 1;
+        self.jump(holds);
+        self.resume_if_reached(holds);
+        true
     }
 
     /// A condition whose truth is a value: `let ready = a && b;`

@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Assignment, Effect, NodeId, Place, Transfer, Var};
+use crate::flow::{Assignment, Effect, NodeId, Place, Rounds, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
-use crate::syntax::tree::ExprKind;
+use crate::syntax::tree::{ExprId, ExprKind};
 
 impl Builder<'_> {
     /// How the instances that a value of a type carries get to another place.
@@ -22,6 +22,27 @@ impl Builder<'_> {
     pub(super) fn is_copied(&self, ty: &Ty) -> bool {
         let index = self.program.index;
         index.holds_filter(ty) && index.is_copy(ty)
+    }
+
+    /// Notes that a filter is a template: others that live on begin with its state.
+    pub(super) fn note_clone(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) {
+        let is_repeated = self.loops.iter().any(|id| self.graph.loop_info(*id).rounds == Rounds::Unbounded);
+        let is_kept = || {
+            self.body().exprs.iter().any(|expr| match &expr.kind {
+                ExprKind::Assign { value, .. } => *value == id,
+                ExprKind::MethodCall { method, args, .. } => method.starts_with("push") && args.contains(&id),
+                _ => false,
+            })
+        };
+        if method == "clone"
+            && (!is_repeated || is_kept())
+            && args.is_empty()
+            && self.may_hold_filter(self.ty(receiver))
+            && !self.is_shared_handle(receiver)
+            && let Some(place) = self.static_place(receiver)
+        {
+            self.graph.cloned.push(place);
+        }
     }
 
     /// Another instance with the same state.
@@ -136,7 +157,9 @@ impl Builder<'_> {
                         }
                         let is_origin = set.place.overlaps(origin);
                         returns |= is_origin;
-                        way.extend(set.place.base_var().filter(|_| !is_origin));
+                        // Another part of the same owner is a place of its own.
+                        let is_beside = set.place.base == origin.base;
+                        way.extend(set.place.base_var().filter(|_| !is_origin && !is_beside));
                     }
                     Effect::Call(site) => {
                         let gets = |arg: &crate::flow::Argument| {

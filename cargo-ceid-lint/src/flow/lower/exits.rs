@@ -112,6 +112,7 @@ impl Builder<'_> {
         match body {
             Some((at, after, var)) => {
                 self.set(var, &value, span);
+                self.arrived.entry(var).or_default().push(value.closure);
                 self.leave_scopes(at, span);
                 self.jump(after);
             }
@@ -128,6 +129,8 @@ impl Builder<'_> {
 
     /// The end of the function's own graph.
     pub(super) fn leave_function(&mut self, value: Value, span: Span) {
+        // A function that gives back a future is an `async fn` in its long form.
+        let value = self.awaited(value, span);
         let value = self.lent_on(value);
         self.keep_closure(&value, span);
         if self.at.is_some() {

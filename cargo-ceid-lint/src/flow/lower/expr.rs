@@ -1,7 +1,7 @@
 //! Expressions: what they do, in the order in which it happens.
 
 use super::{Builder, Value};
-use crate::flow::{Cause, Effect, IndexKey, Place, Projection};
+use crate::flow::{Cause, Effect, IndexKey, Place, Projection, Transfer};
 use crate::index::{Def, SHARED_RESOURCE, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, TypeRef};
 use crate::types::Callee;
@@ -100,11 +100,13 @@ impl Builder<'_> {
                     let var = self.temporary(self.ty(id).clone(), self.span(id));
                     return Value { place: Some(Place::var(var)), ..Value::default() };
                 }
-                Value { closure: None, iterator: None, ..value }
+                let closure = value.closure.filter(|closure| self.is_of_future(*closure));
+                Value { closure, iterator: None, ..value }
             }
             ExprKind::Try(inner) => self.try_expr(id, *inner),
             ExprKind::Await(inner) => {
                 let value = self.expr(*inner);
+                let value = self.awaited(value, self.span(id));
                 if self.at.is_some() && self.is_of_never(*inner) {
                     self.diverge(self.span(id));
                     return Value::default();
@@ -240,6 +242,18 @@ impl Builder<'_> {
     /// A part of a new value.
     pub(super) fn place_part(&mut self, part: Place, value: &Value, expr: ExprId) {
         self.keep_closure(value, self.span(expr));
+        if self.at.is_some() && value.same_as.is_some() && self.is_state(self.ty(expr)) {
+            // What is bound to the part is the same state.
+            let assignment = crate::flow::Assignment {
+                place: part.clone(),
+                from: None,
+                transfer: Transfer::Move,
+                rebinds: true,
+                head: None,
+                same_as: value.same_as,
+            };
+            self.emit(Effect::Set(Box::new(assignment)), self.span(expr));
+        }
         if self.at.is_none() || value.place.is_none() || !self.may_hold_filter(self.ty(expr)) {
             return;
         }

@@ -5,7 +5,7 @@ use super::laws::Law;
 use super::{Builder, Value};
 use crate::flow::{Cause, Effect, Place, Rounds, Transfer};
 use crate::index::{Def, Ty};
-use crate::syntax::tree::{BlockKind, ExprId, ExprKind};
+use crate::syntax::tree::ExprId;
 
 impl Builder<'_> {
     pub(super) fn external_call(&mut self, id: ExprId, path: &str, args: &[ExprId]) -> Value {
@@ -101,7 +101,9 @@ impl Builder<'_> {
             }
             return value;
         }
-        if path.starts_with("std::") && values.iter().all(|value| value.closure.is_none()) {
+        // What is written through a pointer may be another state.
+        let is_raw = path.starts_with("std::ptr::") || path.starts_with("core::ptr::");
+        if path.starts_with("std::") && !is_raw && values.iter().all(|value| value.closure.is_none()) {
             for value in &values {
                 self.keep_iterator(value, &Cause::Call(path_tail(path)), span);
             }
@@ -160,16 +162,6 @@ impl Builder<'_> {
     pub(super) fn spawn(&mut self, id: ExprId, name: &str, args: &[ExprId]) -> Value {
         let span = self.span(id);
         for arg in args {
-            let body = self.body();
-            if let ExprKind::Block(block) = &body.expr(*arg).kind
-                && block.kind == BlockKind::Async
-            {
-                let expr = *arg;
-                self.detached(span, |this| {
-                    this.expr(expr);
-                });
-                continue;
-            }
             let value = self.expr(*arg);
             if let Some(closure) = value.closure {
                 self.detach_closure(closure, span);

@@ -10,7 +10,7 @@ use crate::syntax::tree::{ExprKind, Receiver};
 impl Builder<'_> {
     /// Whether what is called is a function by its name, and no closure.
     pub(super) fn is_item(&self, closure: ClosureRef) -> bool {
-        !matches!(self.frames[closure.frame].body.expr(closure.expr).kind, ExprKind::Closure(_))
+        matches!(self.frames[closure.frame].body.expr(closure.expr).kind, ExprKind::Path(_))
     }
 
     /// Runs a function that was passed by name.

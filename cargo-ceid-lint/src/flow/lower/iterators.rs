@@ -32,7 +32,7 @@ impl Builder<'_> {
             ExprKind::MethodCall { receiver, method, args, .. } => self.adaptor(id, *receiver, method, args),
             ExprKind::Range { start, end, inclusive } => self.range(*start, *end, *inclusive),
             ExprKind::Reference { value, .. } => self.source_of(*value, true),
-            ExprKind::Await(inner) => {
+            ExprKind::Await(inner) if !self.is_deferred(*inner) => {
                 let inner = self.source(*inner);
                 Source { rounds: Rounds::Unbounded, ..inner }
             }
@@ -164,6 +164,11 @@ impl Builder<'_> {
         }
         if matches!(name.as_str(), "repeat_with" | "from_fn" | "repeat" | "successors") {
             let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
+            if let ("repeat", [value], [arg]) = (name.as_str(), values.as_slice(), args) {
+                // What is repeated moves into the iterator, and its clones live on.
+                let template = self.temporary(Ty::Unknown, self.span(*arg));
+                self.place_part(Place::var(template).element(IndexKey::Each), value, *arg);
+            }
             let stages = values.iter().rev().find_map(|value| value.closure).map(|closure| (Stage::Make, closure));
             return Source {
                 item: Item::Made,
@@ -436,6 +441,7 @@ impl Builder<'_> {
             }
             this.note_counter(id, closure, usize::from(takes_state), &kind);
             let value = this.inline_closure(closure, &args, span);
+            let value = this.awaited(value, span);
             if stops && this.at.is_some() {
                 let about = crate::flow::About::default();
                 let (again, stop) = this.opaque_branch(span, "the iteration goes on".to_owned(), about);
@@ -452,7 +458,8 @@ impl Builder<'_> {
         let (bar, kind) = (self.bar(closure), source.item.clone());
         self.run_loop(CycleKind::Closure, bar, None, source, |this, item, id| {
             this.note_counter(id, closure, 0, &kind);
-            this.inline_closure(closure, &[item], span);
+            let value = this.inline_closure(closure, &[item], span);
+            this.awaited(value, span);
         });
     }
 
@@ -503,12 +510,18 @@ impl Builder<'_> {
         if self.at.is_none() {
             return;
         }
+        let is_filtered = source.stages.iter().any(|(stage, _)| *stage == Stage::Filter);
+        let rounds = match &source.rounds {
+            // How many of the items pass is not known.
+            Rounds::Constant(_) if is_filtered && !source.item.is_lent() => Rounds::Bounded,
+            rounds => rounds.clone(),
+        };
         let info = LoopInfo {
             kind,
             keyword,
             parent: self.loops.last().copied(),
             head: crate::flow::NodeId(0),
-            rounds: source.rounds.clone(),
+            rounds,
             items: Vec::new(),
             counter: None,
             bound: Vec::new(),
@@ -540,7 +553,7 @@ impl Builder<'_> {
             if number == 0 {
                 self.note_counter(id, *closure, 0, &source.item);
             }
-            item = self.stage(*stage, *closure, item, head, keyword);
+            item = self.stage(*stage, *closure, item, head, keyword, source.item.is_lent());
         }
         inside(self, item, id);
         self.pop_loop_scope();
@@ -557,9 +570,16 @@ impl Builder<'_> {
         item: Value,
         head: crate::flow::NodeId,
         span: Span,
+        is_lent: bool,
     ) -> Value {
+        let first = self.graph.nodes.len();
         let args = if stage == Stage::Make { Vec::new() } else { vec![item.clone()] };
-        let made = self.inline_closure(closure, &args, span);
+        let mut made = self.inline_closure(closure, &args, span);
+        if self.is_future(&made) {
+            // Where it is awaited is not seen.
+            self.keep_closure(&made, span);
+            made.closure = None;
+        }
         match stage {
             Stage::Map | Stage::Make => made,
             Stage::Flatten => self.flattened(made, span),
@@ -572,7 +592,12 @@ impl Builder<'_> {
                     let (text, about) = ("the item passes the filter".to_owned(), crate::flow::About::default());
                     let (passes, skipped) = self.branch_on_head(&truth, "true", "false", span, text, about);
                     self.resume(skipped);
-                    self.jump(head);
+                    if is_lent || self.acts_since(first) {
+                        self.jump(head);
+                    } else {
+                        // What does not pass is no round: the loop goes on with the next item.
+                        self.emit(Effect::End, span);
+                    }
                     self.resume(passes);
                 }
                 item
@@ -584,6 +609,15 @@ impl Builder<'_> {
     fn flattened(&mut self, made: Value, span: Span) -> Value {
         self.keep_iterator(&made, &Cause::Code("an iterator of iterators".to_owned()), span);
         Value { iterator: None, ..made }
+    }
+
+    /// Whether anything may have happened to a filter since a node.
+    fn acts_since(&self, first: usize) -> bool {
+        self.graph.nodes[first..].iter().any(|node| match &node.effect {
+            Effect::Update(_) | Effect::Reset { .. } | Effect::Unknown { .. } | Effect::Write(_) => true,
+            Effect::Call(site) => site.args.iter().any(|arg| arg.place.is_some() && !arg.is_shared),
+            _ => false,
+        })
     }
 
     /// The value of a round's item, and what its variables name.

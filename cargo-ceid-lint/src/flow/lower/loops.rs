@@ -105,6 +105,7 @@ impl Builder<'_> {
         let rounds = if drains { Rounds::Bounded } else { rounds };
         let this_loop = self.begin_loop(CycleKind::While, keyword, rounds, text);
         self.graph.loops[this_loop.0 as usize].counter = counter;
+        self.graph.loops[this_loop.0 as usize].bound.extend(counter.map(|(var, _)| var));
         self.graph.loops[this_loop.0 as usize].drains = drains;
         let after = self.add_node(Effect::Nothing, self.span(id));
         self.loops.push(this_loop);

@@ -70,7 +70,7 @@ impl Builder<'_> {
                 self.at = holds;
                 Value::default()
             }
-            MacroKind::Join { operands, .. } => self.aggregate(id, operands),
+            MacroKind::Join { operands, .. } => self.joined(id, operands),
             MacroKind::Select(arms) => self.select(id, arms),
             MacroKind::Ceid { token, filters } => {
                 if let Some(token) = token {
@@ -110,6 +110,7 @@ impl Builder<'_> {
                 self.resume(yes);
             }
             let value = arm.future.map(|future| self.expr(future)).unwrap_or_default();
+            let value = self.awaited(value, span);
             if let Some(pat) = arm.pat {
                 self.bind_pattern(pat, &value);
             }

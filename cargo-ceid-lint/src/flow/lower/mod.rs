@@ -1,5 +1,6 @@
 //! From a typed body to its control-flow graph. Decides nothing about filters: it only says what happens where.
 
+mod about;
 mod builtins;
 mod callbacks;
 mod calls;
@@ -13,6 +14,7 @@ mod exits;
 mod expr;
 mod external;
 mod flags;
+mod futures;
 mod guards;
 mod halves;
 mod items;
@@ -42,7 +44,7 @@ use super::{
 };
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{Body, ExprId, ExprKind};
+use crate::syntax::tree::{Body, ExprId, ExprKind, PatId};
 use crate::types::{LocalId, TypedBody};
 
 /// How many nodes a graph may have; more is said to be too large.
@@ -72,6 +74,8 @@ struct Frame<'a> {
     stand_ins: HashMap<LocalId, Place>,
     /// The locals that are assigned or borrowed mutably somewhere.
     mutated: HashSet<LocalId>,
+    /// The locals that are given a value in several places.
+    given_anew: HashSet<LocalId>,
 }
 
 impl<'a> Frame<'a> {
@@ -83,6 +87,7 @@ impl<'a> Frame<'a> {
             vars: HashMap::new(),
             stand_ins: HashMap::new(),
             mutated: mutated_locals(body, typed),
+            given_anew: closures::given_anew(body, typed),
         }
     }
 }
@@ -165,6 +170,14 @@ struct Builder<'a> {
     advanced: HashMap<Var, (usize, String)>,
     /// The locals that a `move` closure has copies of, and the copies.
     captures: HashMap<(usize, ExprId), Vec<(LocalId, Var)>>,
+    /// Calls whose futures are not awaited yet, by the frames and expressions of the calls.
+    deferred: HashMap<(usize, ExprId), futures::Deferred>,
+    /// What a value may be that is one function or closure or another one, by the frame and expression that chooses.
+    choices: HashMap<(usize, ExprId), Vec<ClosureRef>>,
+    /// The closures that have come from the branches so far, by the variable in which they meet.
+    arrived: HashMap<Var, Vec<Option<ClosureRef>>>,
+    /// Patterns of several alternatives whose names are bound where each of them is asked for.
+    bound_by_asking: HashSet<(usize, PatId)>,
     guards_of: HashMap<Var, GuardId>,
     /// The variables that say whether a guard is alive.
     alive: HashMap<GuardId, Var>,
@@ -199,6 +212,7 @@ impl<'a> Builder<'a> {
             waits: Vec::new(),
             steps: std::collections::BTreeMap::new(),
             kept: Vec::new(),
+            cloned: Vec::new(),
             truncated: None,
         };
         Self {
@@ -216,6 +230,10 @@ impl<'a> Builder<'a> {
             initials: HashMap::new(),
             advanced: HashMap::new(),
             captures: HashMap::new(),
+            deferred: HashMap::new(),
+            choices: HashMap::new(),
+            arrived: HashMap::new(),
+            bound_by_asking: HashSet::new(),
             guards_of: HashMap::new(),
             alive: HashMap::new(),
             guarded: HashMap::new(),
@@ -256,11 +274,11 @@ impl<'a> Builder<'a> {
         Span::new(span.file, span.end.saturating_sub(1), span.end)
     }
 
-    fn param_ty(&self, pat: crate::syntax::tree::PatId) -> Ty {
+    fn param_ty(&self, pat: PatId) -> Ty {
         self.typed().pat_local.get(&pat).map_or(Ty::Unknown, |local| self.typed().local(*local).ty.clone())
     }
 
-    fn param_name(&self, pat: crate::syntax::tree::PatId) -> String {
+    fn param_name(&self, pat: PatId) -> String {
         self.typed().pat_local.get(&pat).map_or_else(String::new, |local| self.typed().local(*local).name.clone())
     }
 
@@ -401,11 +419,7 @@ impl<'a> Builder<'a> {
 
     /// Gives a variable a value.
     fn set(&mut self, var: Var, value: &Value, span: Span) {
-        if let Some(closure) = value.closure {
-            self.closures.insert(var, closure);
-        } else {
-            self.closures.remove(&var);
-        }
+        self.hold_closure(var, value, span);
         match &value.iterator {
             Some(source) => self.iterators.insert(var, Rc::clone(source)),
             None => self.iterators.remove(&var),

@@ -30,7 +30,7 @@ impl Builder<'_> {
         if self.at.is_none() {
             return Value::default();
         }
-        let join = self.new_join(self.ty(id).clone(), span);
+        let join = super::values::Join { chooses: Some(id), ..self.new_join(self.ty(id).clone(), span) };
         let is_select =
             is_event_source(&matched.about) || (matched.about.is_awaited && self.is_choice(self.ty(scrutinee)));
         for (number, arm) in arms.iter().enumerate() {
@@ -162,7 +162,10 @@ impl Builder<'_> {
                     self.ask(*inner, &part, no);
                 }
             }
-            PatKind::Or(pats) => self.ask_any(pats, matched, span, no),
+            PatKind::Or(pats) => {
+                self.bound_by_asking.insert((self.frame, pat));
+                self.ask_any(pats, matched, span, no);
+            }
             PatKind::Literal(text) => self.ask_heads(std::slice::from_ref(text), true, matched, span, no),
             PatKind::Slice(pats) => {
                 let is_plain = pats.iter().all(|pat| self.is_irrefutable(*pat));
@@ -399,6 +402,7 @@ impl Builder<'_> {
                     let is_reference = matches!(self.typed().local(local).ty, crate::index::Ty::Ref(..));
                     let value = Value { is_owned: value.is_owned && !by_reference && !is_reference, ..value.clone() };
                     self.set(var, &value, span);
+                    self.note_copied_part(var, &value);
                     self.bind_guard(var, &value, span);
                     self.bind_advanced(var, &value);
                 }
@@ -450,7 +454,8 @@ impl Builder<'_> {
             }
             PatKind::Slice(pats) => self.bind_slice(pats, value),
             PatKind::Or(pats) => {
-                if let Some(first) = pats.first() {
+                let is_bound = self.bound_by_asking.remove(&(self.frame, pat));
+                if let Some(first) = pats.first().filter(|_| !is_bound) {
                     self.bind_pattern(*first, value);
                 }
             }

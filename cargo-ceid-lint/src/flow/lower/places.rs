@@ -142,6 +142,10 @@ impl Builder<'_> {
     pub(super) fn index_expr(&mut self, id: ExprId, base: ExprId, index: ExprId) -> Value {
         let value = self.expr(base);
         let index_value = self.expr(index);
+        if let Some(function) = self.index_function(self.ty(base)) {
+            let result = self.emit_call(id, &[function], &[base, index], &[value, index_value], None);
+            return Value { place: Some(Place::var(result)), ..Value::default() };
+        }
         let Some(place) = value.place else { return Value::default() };
         let is_map = self.ty(base).peel().external_name().is_some_and(|name| name.ends_with("Map"));
         let key = match &self.body().expr(index).kind {
@@ -157,8 +161,18 @@ impl Builder<'_> {
                 place.element(key)
             }
         };
-        let _ = id;
         Value { place: Some(place), is_owned: true, ..Value::default() }
+    }
+
+    /// What `[]` runs on a value of a type that has its own.
+    fn index_function(&self, ty: &Ty) -> Option<FunctionId> {
+        let ty = ty.peel();
+        if !matches!(ty, Ty::Adt(..)) || !self.may_hold_filter(ty) {
+            return None;
+        }
+        let index = self.program.index;
+        let own = ["index_mut", "index"].into_iter().flat_map(|name| index.methods(ty, name));
+        own.filter(|owner| owner.of_trait().is_some()).find_map(|owner| owner.function())
     }
 
     /// The slice that a range selects; `None` if it is the whole, or begins with its first element and is cut somewhere.

@@ -191,10 +191,14 @@ impl Builder<'_> {
         match self.typed().expr_def.get(&id) {
             Some(Def::Value(value)) => {
                 let item = &self.program.index.value(*value).item;
-                // A static may be changed by someone else.
-                (!item.is_static).then(|| Pure { key: path.text(), ..Pure::default() })
+                // A static may be changed by someone else, unless it holds nothing but a value.
+                let is_fixed = !item.is_static || (!item.is_mutable && self.is_plain_value(self.ty(id)));
+                is_fixed.then(|| Pure { key: path.text(), ..Pure::default() })
             }
             Some(Def::Variant(..) | Def::External(_) | Def::Type(_)) => {
+                Some(Pure { key: path.text(), ..Pure::default() })
+            }
+            None if path.ident().is_some_and(|name| self.is_const_parameter(name)) => {
                 Some(Pure { key: path.text(), ..Pure::default() })
             }
             // `P::HAS_INERTIA`, whatever `P` is.
@@ -203,6 +207,21 @@ impl Builder<'_> {
             }
             _ => None,
         }
+    }
+
+    fn is_plain_value(&self, ty: &Ty) -> bool {
+        matches!(ty, Ty::Bool | Ty::Int | Ty::Float | Ty::Char | Ty::Str)
+    }
+
+    /// Whether a name is a constant parameter of the function at hand, or of its impl.
+    fn is_const_parameter(&self, name: &str) -> bool {
+        let index = self.program.index;
+        let def = index.function(self.frames[self.frame].function);
+        let of_impl = match def.owner {
+            crate::index::Owner::Impl(id) => index.impl_def(id).generics.params.as_slice(),
+            _ => &[],
+        };
+        def.function.generics.params.iter().chain(of_impl).any(|param| param.is_const && param.name == name)
     }
 
     /// Methods that read a value and nothing else.
@@ -249,7 +268,8 @@ impl Builder<'_> {
     /// Whether a function takes `&self` and only reads fields: its body is one pure expression.
     pub(super) fn is_pure_function(&self, id: crate::index::FunctionId, depth: u32) -> bool {
         let def = self.program.index.function(id);
-        if depth > 3 || def.function.receiver != Some(crate::syntax::tree::Receiver::Shared) {
+        use crate::syntax::tree::Receiver;
+        if depth > 3 || !matches!(def.function.receiver, Some(Receiver::Shared | Receiver::Value)) {
             return false;
         }
         let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(id)) else { return false };
@@ -348,94 +368,6 @@ impl Builder<'_> {
                 Some(vec!["+".to_owned(), "-".to_owned()])
             }
             _ => None,
-        }
-    }
-
-    /// What a condition reads and calls, for telling gates.
-    pub(super) fn about(&mut self, id: ExprId) -> About {
-        let mut about = About::default();
-        self.collect_about(id, &mut about, 0);
-        about
-    }
-
-    pub(super) fn about_presence(&mut self, id: ExprId, binds: Vec<Var>) -> About {
-        let mut about = self.about(id);
-        about.is_presence = true;
-        about.binds = binds;
-        about
-    }
-
-    fn collect_about(&mut self, id: ExprId, about: &mut About, depth: u32) {
-        if depth > 64 {
-            return;
-        }
-        if let Some(place) = self.static_place(id) {
-            about.reads.push(place);
-            return;
-        }
-        let body = self.body();
-        match &body.expr(id).kind {
-            ExprKind::MethodCall { receiver, method, args, .. } => {
-                about.names.push(method.clone());
-                if matches!(method.as_str(), "is_multiple_of" | "rem_euclid") {
-                    about.is_remainder = true;
-                    about.ratio = args.first().and_then(|arg| self.number(*arg));
-                }
-                self.collect_about(*receiver, about, depth + 1);
-                for arg in args {
-                    self.collect_about(*arg, about, depth + 1);
-                }
-            }
-            ExprKind::Call { callee, args } => {
-                if let ExprKind::Path(path) = &body.expr(*callee).kind {
-                    about.names.push(path.last().to_owned());
-                }
-                for arg in args {
-                    self.collect_about(*arg, about, depth + 1);
-                }
-            }
-            ExprKind::Binary { op, lhs, rhs } => {
-                about.is_comparison |= matches!(*op, "<" | "<=" | ">" | ">=");
-                match *op {
-                    "%" => {
-                        about.is_remainder = true;
-                        about.ratio = self.number(*rhs);
-                    }
-                    "&" => {
-                        about.is_masked = true;
-                        about.ratio = self.number(*rhs).and_then(|mask| mask.checked_add(1));
-                    }
-                    _ => about.numbers.extend(self.number(*rhs)),
-                }
-                self.collect_about(*lhs, about, depth + 1);
-                self.collect_about(*rhs, about, depth + 1);
-            }
-            ExprKind::Path(path) if !self.typed().expr_local.contains_key(&id) => {
-                about.names.push(path.last().to_owned());
-            }
-            ExprKind::Field { base, .. } => self.collect_about(*base, about, depth + 1),
-            ExprKind::Not(inner)
-            | ExprKind::Negate(inner)
-            | ExprKind::Deref(inner)
-            | ExprKind::Try(inner)
-            | ExprKind::Cast { value: inner, .. }
-            | ExprKind::Reference { value: inner, .. } => self.collect_about(*inner, about, depth + 1),
-            ExprKind::Await(inner) => {
-                about.is_awaited = true;
-                self.collect_about(*inner, about, depth + 1);
-            }
-            ExprKind::Closure(code) => self.collect_about(code.body, about, depth + 1),
-            ExprKind::Block(block) => {
-                if let Some(tail) = block.tail {
-                    self.collect_about(tail, about, depth + 1);
-                }
-            }
-            ExprKind::Tuple(parts) => {
-                for part in parts {
-                    self.collect_about(*part, about, depth + 1);
-                }
-            }
-            _ => {}
         }
     }
 }

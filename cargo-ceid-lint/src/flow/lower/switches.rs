@@ -18,7 +18,9 @@ impl Builder<'_> {
         if *typed.ty(body.root) != Ty::Bool
             || self.depth >= MAX_INLINE
             || self.inlining.contains(&target)
-            || !(self.is_pure_function(target, 0) || self.takes_flag(body, typed))
+            || !(self.is_pure_function(target, 0) || self.takes_flag(body, typed) || self.asks_clock(target))
+            || self.static_place(receiver).is_none()
+            || args.iter().any(|arg| self.is_constant(*arg))
         {
             return false;
         }
@@ -103,6 +105,43 @@ impl Builder<'_> {
         self.frames[self.frame].stand_ins.get(local).cloned()
     }
 
+    /// Whether an argument is a constant, so that the call asks about its receiver alone.
+    fn is_constant(&mut self, arg: ExprId) -> bool {
+        self.static_place(arg).is_none() && self.pure(arg).is_some_and(|pure| pure.reads.is_empty())
+    }
+
+    /// Whether a function compares times and does nothing else: `fn due(&self) -> bool { self.last.elapsed() >= PERIOD }`.
+    fn asks_clock(&self, id: FunctionId) -> bool {
+        let def = self.program.index.function(id);
+        let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(id)) else { return false };
+        let mut at = body.root;
+        while let ExprKind::Block(block) = &body.expr(at).kind {
+            match block.tail {
+                Some(tail) if block.stmts.is_empty() => at = tail,
+                _ => return false,
+            }
+        }
+        let compares = matches!(&body.expr(at).kind, ExprKind::Binary { op: "<" | "<=" | ">" | ">=", .. });
+        let is_shared = def.function.receiver == Some(crate::syntax::tree::Receiver::Shared);
+        compares
+            && is_shared
+            && body.exprs.iter().enumerate().all(|(number, expr)| match &expr.kind {
+                ExprKind::Path(_)
+                | ExprKind::Literal(_)
+                | ExprKind::Field { .. }
+                | ExprKind::Binary { .. }
+                | ExprKind::Block(_)
+                | ExprKind::Deref(_)
+                | ExprKind::Cast { .. }
+                | ExprKind::Reference { mutable: false, .. } => true,
+                ExprKind::MethodCall { .. } | ExprKind::Call { .. } => {
+                    let id = ExprId(u32::try_from(number).unwrap_or(u32::MAX));
+                    !matches!(typed.callees.get(&id), Some(Callee::Resolved(_)))
+                }
+                _ => false,
+            })
+    }
+
     /// Whether a function does nothing but take a flag down: `DUE.swap(false, Ordering::AcqRel)`.
     fn takes_flag(&self, body: &Body, typed: &TypedBody) -> bool {
         let mut id = body.root;
@@ -136,7 +175,12 @@ impl Builder<'_> {
         }
         // A divider or timer of the code's own answers whether it is time.
         let answers = *typed.ty(body.root).peel() == Ty::Bool;
-        let mut switches = false;
+        let is_choice = |ty: &Ty| matches!(ty, Ty::Adt(..)) && self.is_state(ty);
+        // What a function does for a state that it is given, its callers know by that state.
+        let mut params = body.params.iter().filter_map(|pat| typed.pat_local.get(pat));
+        let gives = typed.ty(body.root);
+        let is_told = is_choice(gives) || *gives == Ty::Tuple(Vec::new());
+        let mut switches = is_told && params.any(|local| is_choice(&typed.local(*local).ty));
         for (number, expr) in body.exprs.iter().enumerate() {
             let id = ExprId(u32::try_from(number).unwrap_or(u32::MAX));
             match &expr.kind {

@@ -1,6 +1,6 @@
 //! Blocks, statements, and values that come from several branches.
 
-use super::{Builder, Value};
+use super::{Builder, ClosureRef, Value};
 use crate::flow::{Effect, NodeId, Place, Var};
 use crate::index::Ty;
 use crate::source::Span;
@@ -10,6 +10,8 @@ use crate::syntax::tree::{Block, BlockKind, CfgKey, ExprId, PatKind, Stmt, StmtK
 pub(super) struct Join {
     pub(super) after: NodeId,
     pub(super) value: Var,
+    /// The expression whose branches they are, if its value may be a function or closure.
+    pub(super) chooses: Option<ExprId>,
 }
 
 impl Builder<'_> {
@@ -17,7 +19,7 @@ impl Builder<'_> {
     pub(super) fn new_join(&mut self, ty: Ty, span: Span) -> Join {
         let value = self.temporary(ty, span);
         let after = self.add_node(Effect::Nothing, span);
-        Join { after, value }
+        Join { after, value, chooses: None }
     }
 
     /// Ends a branch with its value.
@@ -28,6 +30,7 @@ impl Builder<'_> {
         let before = self.iterators.get(&join.value).cloned();
         self.set(join.value, value, span);
         self.note_choice(join.value, before);
+        self.arrived.entry(join.value).or_default().push(value.closure);
         self.jump(join.after);
     }
 
@@ -35,28 +38,40 @@ impl Builder<'_> {
     pub(super) fn close_join(&mut self, join: &Join) -> Value {
         self.resume_if_reached(join.after);
         self.numbers.remove(&join.value);
-        let closure = self.closures.get(&join.value).copied();
+        let closure = self.one_of_arrived(join);
         let iterator = self.iterators.get(&join.value).cloned();
         Value { place: Some(Place::var(join.value)), same_as: Some(join.value), closure, iterator, ..Value::default() }
     }
 
+    /// The closure that a value from several branches is: one of those that they gave.
+    fn one_of_arrived(&mut self, join: &Join) -> Option<ClosureRef> {
+        let mut all = self.arrived.remove(&join.value)?;
+        all.dedup();
+        if let [one] = all.as_slice() {
+            return *one;
+        }
+        self.closures.remove(&join.value);
+        let known: Option<Vec<ClosureRef>> = all.iter().copied().collect();
+        if let (Some(expr), Some(known)) = (join.chooses, known) {
+            let choice = ClosureRef { frame: self.frame, expr };
+            self.choices.insert((choice.frame, choice.expr), known);
+            self.closures.insert(join.value, choice);
+            return Some(choice);
+        }
+        let span = self.graph.var(join.value).span;
+        for closure in all.into_iter().flatten() {
+            self.keep_closure(&Value { closure: Some(closure), ..Value::default() }, span);
+        }
+        None
+    }
+
     pub(super) fn block(&mut self, id: ExprId, block: &Block) -> Value {
         let span = self.span(id);
-        let catches = matches!(block.kind, BlockKind::Async | BlockKind::Try);
-        if catches {
-            let is_async = block.kind == BlockKind::Async;
-            if !is_async || self.at.is_none() {
-                return self.inline_body(self.ty(id).clone(), span, is_async, |this| this.plain_block(block, span));
-            }
-            let before = self.emit(Effect::Nothing, span);
-            let value = self.inline_body(self.ty(id).clone(), span, is_async, |this| this.plain_block(block, span));
-            if self.at.is_none() {
-                // A future that never ends may run elsewhere, or not at all.
-                let after = self.add_node(Effect::Nothing, span);
-                self.link(before, after);
-                self.resume(after);
-            }
-            return value;
+        if block.kind == BlockKind::Async {
+            return self.future(id);
+        }
+        if block.kind == BlockKind::Try {
+            return self.inline_body(self.ty(id).clone(), span, false, |this| this.plain_block(block, span));
         }
         match &block.label {
             Some(label) => self.labelled_block(id, label.clone(), block),

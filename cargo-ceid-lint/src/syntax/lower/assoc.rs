@@ -69,7 +69,7 @@ impl Lowerer<'_, '_> {
                 let attrs = self.there(&item.attrs)?;
                 let ty = self.ty(&item.ty);
                 let value = item.default.as_ref().map(|(_, value)| self.value_body(value));
-                let kind = AssocKind::Const(Box::new(ValueItem { is_static: false, ty, value }));
+                let kind = AssocKind::Const(Box::new(ValueItem { is_static: false, is_mutable: false, ty, value }));
                 self.assoc(Some(&item.ident), attrs, true, kind)
             }
             syn::TraitItem::Type(item) => {
@@ -99,7 +99,7 @@ impl Lowerer<'_, '_> {
                 let attrs = self.there(&item.attrs)?;
                 let ty = self.ty(&item.ty);
                 let value = Some(self.value_body(&item.expr));
-                let kind = AssocKind::Const(Box::new(ValueItem { is_static: false, ty, value }));
+                let kind = AssocKind::Const(Box::new(ValueItem { is_static: false, is_mutable: false, ty, value }));
                 self.assoc(Some(&item.ident), attrs, is_pub(&item.vis), kind)
             }
             syn::ImplItem::Type(item) => {

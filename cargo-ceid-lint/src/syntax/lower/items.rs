@@ -240,21 +240,33 @@ impl Lowerer<'_, '_> {
         if let Some(head) = self.head_of(&item.attrs, Some(&item.vis), Some(&item.ident), start, end) {
             let ty = self.ty(&item.ty);
             let value = Some(self.value_body(&item.expr));
-            self.push(out, head, ItemKind::Value(Box::new(ValueItem { is_static: false, ty, value })));
+            self.push(
+                out,
+                head,
+                ItemKind::Value(Box::new(ValueItem { is_static: false, is_mutable: false, ty, value })),
+            );
         }
     }
 
     fn static_item(&mut self, item: &syn::ItemStatic, out: &mut Vec<Item>) {
         let (start, end) = (self.span(item.static_token.span), self.span(item.semi_token.span));
         if let Some(head) = self.head_of(&item.attrs, Some(&item.vis), Some(&item.ident), start, end) {
-            self.push_static(out, head, &item.ty, Some(&item.expr));
+            let is_mutable = matches!(item.mutability, syn::StaticMutability::Mut(_));
+            self.push_static(out, head, &item.ty, Some(&item.expr), is_mutable);
         }
     }
 
-    fn push_static(&mut self, out: &mut Vec<Item>, head: Head<'_>, ty: &syn::Type, value: Option<&syn::Expr>) {
+    fn push_static(
+        &mut self,
+        out: &mut Vec<Item>,
+        head: Head<'_>,
+        ty: &syn::Type,
+        value: Option<&syn::Expr>,
+        is_mutable: bool,
+    ) {
         let ty = self.ty(ty);
         let value = value.map(|value| self.value_body(value));
-        self.push(out, head, ItemKind::Value(Box::new(ValueItem { is_static: true, ty, value })));
+        self.push(out, head, ItemKind::Value(Box::new(ValueItem { is_static: true, is_mutable, ty, value })));
     }
 
     /// A static that a macro declares.
@@ -269,7 +281,7 @@ impl Lowerer<'_, '_> {
         let start = self.span(ident.span());
         let end = self.type_span(ty);
         if let Some(head) = self.head_of(attributes, Some(vis), Some(ident), start, end) {
-            self.push_static(out, head, ty, Some(value));
+            self.push_static(out, head, ty, Some(value), false);
         }
     }
 
@@ -357,7 +369,7 @@ impl Lowerer<'_, '_> {
             syn::ForeignItem::Static(item) => {
                 let (start, end) = (self.span(item.static_token.span), self.span(item.semi_token.span));
                 if let Some(head) = self.head_of(&item.attrs, Some(&item.vis), Some(&item.ident), start, end) {
-                    self.push_static(out, head, &item.ty, None);
+                    self.push_static(out, head, &item.ty, None, true);
                 }
             }
             syn::ForeignItem::Type(item) => {

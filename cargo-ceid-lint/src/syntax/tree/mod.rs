@@ -131,6 +131,8 @@ pub enum ItemKind {
 pub struct ValueItem {
     /// `static` instead of `const`.
     pub is_static: bool,
+    /// `static mut`
+    pub is_mutable: bool,
     /// Its type.
     pub ty: TypeRef,
     /// Its value as a body without parameters.

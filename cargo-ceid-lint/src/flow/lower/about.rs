@@ -1,0 +1,110 @@
+//! What conditions are about: what they read and call, for telling gates.
+
+use super::Builder;
+use crate::flow::{About, Var};
+use crate::index::Def;
+use crate::syntax::tree::{ExprId, ExprKind, Literal};
+
+impl Builder<'_> {
+    /// What a condition reads and calls, for telling gates.
+    pub(super) fn about(&mut self, id: ExprId) -> About {
+        let mut about = About { constant: self.written_out(id), ..About::default() };
+        self.collect_about(id, &mut about, 0);
+        about
+    }
+
+    /// The truth value of a constant whose value is a literal.
+    fn written_out(&self, id: ExprId) -> Option<bool> {
+        let Some(Def::Value(value)) = self.typed().expr_def.get(&id) else { return None };
+        let item = &self.program.index.value(*value).item;
+        let body = item.value.as_ref().filter(|_| !item.is_static)?;
+        match &body.expr(body.root).kind {
+            ExprKind::Literal(Literal::Bool(value)) => Some(*value),
+            _ => None,
+        }
+    }
+
+    pub(super) fn about_presence(&mut self, id: ExprId, binds: Vec<Var>) -> About {
+        let mut about = self.about(id);
+        about.is_presence = true;
+        about.binds = binds;
+        about
+    }
+
+    fn collect_about(&mut self, id: ExprId, about: &mut About, depth: u32) {
+        if depth > 64 {
+            return;
+        }
+        if let Some(place) = self.static_place(id) {
+            about.reads.push(place);
+            return;
+        }
+        let body = self.body();
+        match &body.expr(id).kind {
+            ExprKind::MethodCall { receiver, method, args, .. } => {
+                about.names.push(method.clone());
+                if matches!(method.as_str(), "is_multiple_of" | "rem_euclid") {
+                    about.is_remainder = true;
+                    about.ratio = args.first().and_then(|arg| self.number(*arg));
+                }
+                self.collect_about(*receiver, about, depth + 1);
+                for arg in args {
+                    if let ExprKind::Reference { mutable: true, value, .. } = &body.expr(*arg).kind {
+                        about.lent.extend(self.static_place(*value));
+                    }
+                    self.collect_about(*arg, about, depth + 1);
+                }
+            }
+            ExprKind::Call { callee, args } => {
+                if let ExprKind::Path(path) = &body.expr(*callee).kind {
+                    about.names.push(path.last().to_owned());
+                }
+                for arg in args {
+                    self.collect_about(*arg, about, depth + 1);
+                }
+            }
+            ExprKind::Binary { op, lhs, rhs } => {
+                about.is_comparison |= matches!(*op, "<" | "<=" | ">" | ">=");
+                match *op {
+                    "%" => {
+                        about.is_remainder = true;
+                        about.ratio = self.number(*rhs);
+                    }
+                    "&" => {
+                        about.is_masked = true;
+                        about.ratio = self.number(*rhs).and_then(|mask| mask.checked_add(1));
+                    }
+                    _ => about.numbers.extend(self.number(*rhs)),
+                }
+                self.collect_about(*lhs, about, depth + 1);
+                self.collect_about(*rhs, about, depth + 1);
+            }
+            ExprKind::Path(path) if !self.typed().expr_local.contains_key(&id) => {
+                about.names.push(path.last().to_owned());
+            }
+            ExprKind::Field { base, .. } => self.collect_about(*base, about, depth + 1),
+            ExprKind::Not(inner)
+            | ExprKind::Negate(inner)
+            | ExprKind::Deref(inner)
+            | ExprKind::Try(inner)
+            | ExprKind::Cast { value: inner, .. }
+            | ExprKind::Reference { value: inner, .. } => self.collect_about(*inner, about, depth + 1),
+            ExprKind::Await(inner) => {
+                about.is_awaited = true;
+                self.collect_about(*inner, about, depth + 1);
+            }
+            ExprKind::Closure(code) => self.collect_about(code.body, about, depth + 1),
+            ExprKind::Block(block) => {
+                if let Some(tail) = block.tail {
+                    self.collect_about(tail, about, depth + 1);
+                }
+            }
+            ExprKind::Tuple(parts) => {
+                for part in parts {
+                    self.collect_about(*part, about, depth + 1);
+                }
+            }
+            _ => {}
+        }
+    }
+}
