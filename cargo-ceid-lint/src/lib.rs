@@ -30,4 +30,6 @@ pub mod pipeline;
 
 pub mod report;
 
+pub mod lsp;
+
 pub mod cli;

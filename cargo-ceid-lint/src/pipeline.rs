@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::config::{self, Config, ConfigError, Preset, Scope, Section};
+use crate::config::{self, Config, ConfigError, LevelOverrides, Preset, Scope, Section};
 use crate::count::{Cycle, Pair, analyse};
 use crate::diagnostic::{Diagnostic, Level, Problem};
 use crate::flow::{Program, lower_function};
@@ -33,6 +33,39 @@ impl Report {
     pub fn shown(&self) -> impl Iterator<Item = &Diagnostic> {
         self.diagnostics.iter().filter(|finding| finding.suppressed.is_none())
     }
+
+    /// The report of a run that a wrong configuration ended: it is told like a file that cannot be parsed, so that editors show
+    /// its place.
+    #[must_use]
+    pub fn of_wrong_configuration(project: &Project, error: &ConfigError) -> Self {
+        let mut sources = SourceMap::new(project.root.clone());
+        let mut problem =
+            Problem { file: String::new(), span: None, message: error.message.clone(), help: error.help.clone() };
+        if let Some(place) = &error.place {
+            problem.file = sources.display_name(&place.path);
+            if let Some(text) = &error.text {
+                let offset = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
+                let file = sources.add(&place.path, text.clone());
+                problem.span = Some(Span::new(file, offset(place.range.start), offset(place.range.end)));
+            }
+        }
+        Self { sources, problems: vec![problem], ..Self::default() }
+    }
+}
+
+/// The configuration of the packages that are reported.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn configuration(project: &Project, overrides: LevelOverrides) -> Result<Config, ConfigError> {
+    let reported = || project.packages.iter().filter(|package| package.is_reported);
+    let roots = reported().map(|package| package.workspace_root.as_path());
+    let manifests =
+        reported().filter(|package| package.metadata.is_some()).map(|package| package.manifest_path.as_path());
+    let mut config = config::load(roots, manifests)?;
+    config.overrides = overrides;
+    rules::validate(&config)?;
+    Ok(config)
 }
 
 /// Checks a project whose files lie on the disk.

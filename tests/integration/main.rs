@@ -11,6 +11,7 @@ mod dogfood;
 mod exit_status;
 mod explain;
 mod fixtures_compile;
+mod lsp;
 mod messages;
 mod presets;
 mod robustness;

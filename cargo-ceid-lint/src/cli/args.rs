@@ -52,6 +52,11 @@ pub(super) enum Command {
     Explain(ExplainArgs),
     /// Print the table of rules, their groups and default levels.
     Rules(RulesArgs),
+    /// Serve an editor: a language server on stdin and stdout.
+    #[command(
+        after_help = "Settings for editors: docs/editors.md. Exit codes: 0 after `shutdown` and `exit`, 1 without."
+    )]
+    Lsp(LspArgs),
     /// Print the completions for a shell.
     Completions(CompletionsArgs),
     /// Print the manual page, in roff.
@@ -107,6 +112,13 @@ pub(super) struct RulesArgs {
     /// Whether colours are used.
     #[arg(long, value_name = "WHEN", value_enum)]
     pub(super) color: Option<ColorChoice>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct LspArgs {
+    /// What editors add to say how they talk to the server; there is no other way.
+    #[arg(long, hide = true)]
+    stdio: bool,
 }
 
 #[derive(Debug, Args)]

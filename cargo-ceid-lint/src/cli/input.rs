@@ -4,13 +4,11 @@ use super::Console;
 use super::args::{Build, Input, NoLoops, Scope};
 use super::console::Stream;
 use super::exit::ExitStatus;
-use crate::config::{self, Config, ConfigError, LevelOverrides};
+use crate::config::LevelOverrides;
 use crate::diagnostic::Problem;
 use crate::pipeline::{self, Report};
 use crate::project::{self, Features, LoadError, Names, Project, Selection, TargetFilter};
 use crate::report::{self, Summary, text};
-use crate::rules;
-use crate::source::{SourceMap, Span};
 
 /// What a run came to.
 pub(super) struct Checked {
@@ -48,10 +46,10 @@ pub(super) fn check(
         let targets: Vec<String> = targets.map(|target| format!("{} `{}`", target.kind.name(), target.name)).collect();
         console.say_if_verbose(&format!("checking `{}` {}: {}", package.name, package.version, targets.join(", ")));
     }
-    let checked = configuration(&project, overrides).and_then(|config| pipeline::check(&project, &config));
+    let checked = pipeline::configuration(&project, overrides).and_then(|config| pipeline::check(&project, &config));
     let (mut report, is_unchecked) = match checked {
         Ok(report) => (report, false),
-        Err(error) => (of_wrong_configuration(&project, &error), true),
+        Err(error) => (Report::of_wrong_configuration(&project, &error), true),
     };
     report.problems.extend(project.problems.iter().cloned());
     if with_stats {
@@ -112,33 +110,6 @@ impl Checked {
             console.say(&self.summary.line());
         }
     }
-}
-
-fn configuration(project: &Project, overrides: LevelOverrides) -> Result<Config, ConfigError> {
-    let reported = || project.packages.iter().filter(|package| package.is_reported);
-    let roots = reported().map(|package| package.workspace_root.as_path());
-    let manifests =
-        reported().filter(|package| package.metadata.is_some()).map(|package| package.manifest_path.as_path());
-    let mut config = config::load(roots, manifests)?;
-    config.overrides = overrides;
-    rules::validate(&config)?;
-    Ok(config)
-}
-
-/// A wrong configuration is reported like a file that cannot be parsed, so that editors show its place.
-fn of_wrong_configuration(project: &Project, error: &ConfigError) -> Report {
-    let mut sources = SourceMap::new(project.root.clone());
-    let mut problem =
-        Problem { file: String::new(), span: None, message: error.message.clone(), help: error.help.clone() };
-    if let Some(place) = &error.place {
-        problem.file = sources.display_name(&place.path);
-        if let Some(text) = &error.text {
-            let offset = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
-            let file = sources.add(&place.path, text.clone());
-            problem.span = Some(Span::new(file, offset(place.range.start), offset(place.range.end)));
-        }
-    }
-    Report { sources, problems: vec![problem], ..Report::default() }
 }
 
 fn selection(input: &Input) -> Selection {

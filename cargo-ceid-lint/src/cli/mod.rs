@@ -10,6 +10,7 @@ mod explain;
 mod format;
 mod input;
 mod levels;
+mod lsp;
 mod report;
 mod rules;
 
@@ -52,6 +53,7 @@ fn run_caught(args: Vec<OsString>) -> ExitStatus {
         Some(Command::Report(args)) => report::run(*args, of_subcommand(&matches)),
         Some(Command::Explain(args)) => explain::run(&args),
         Some(Command::Rules(args)) => Ok(rules::run(&args)),
+        Some(Command::Lsp(_)) => Ok(lsp::run()),
         Some(Command::Completions(args)) => command::completions(&args),
         Some(Command::Man) => command::manual(),
     };
