@@ -21,6 +21,7 @@ const FLOORS: &[&str] = &[
     "rules",
     "pipeline",
     "report",
+    "lsp",
     "cli",
 ];
 
@@ -29,7 +30,7 @@ const OWNERS: &[(&str, &[&str])] = &[
     ("syn", &["syntax"]),
     // The JSON form is read back by the crate that everybody else reads cargo's messages with.
     ("cargo_metadata", &["project", "report/json/tests.rs"]),
-    ("serde", &["config", "project", "report"]),
+    ("serde", &["config", "project", "report", "lsp"]),
     ("codespan_reporting", &["report"]),
     ("clap", &["cli"]),
 ];

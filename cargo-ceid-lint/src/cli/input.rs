@@ -1,5 +1,8 @@
 //! From arguments to a project, its configuration and a report.
 
+use std::io::{self, Read};
+use std::path::PathBuf;
+
 use super::Console;
 use super::args::{Build, Input, NoLoops, Scope};
 use super::console::Stream;
@@ -9,6 +12,7 @@ use crate::diagnostic::Problem;
 use crate::pipeline::{self, Report};
 use crate::project::{self, Features, LoadError, Names, Project, Selection, TargetFilter};
 use crate::report::{self, Summary, text};
+use crate::source::{DiskSource, MAX_FILE_BYTES, MemorySource, ReadError, ReadSource};
 
 /// What a run came to.
 pub(super) struct Checked {
@@ -29,8 +33,9 @@ pub(super) fn check(
     console: Console,
     with_stats: bool,
 ) -> Result<Checked, LoadError> {
-    let project = match project::load(&selection(input)) {
-        Ok(project) => project,
+    let loaded = source(input).and_then(|source| Ok((source, project::load(&selection(input))?)));
+    let (source, project) = match loaded {
+        Ok(loaded) => loaded,
         Err(error) => {
             console.error(&error.message, error.help.as_deref());
             return Err(error);
@@ -46,7 +51,7 @@ pub(super) fn check(
         let targets: Vec<String> = targets.map(|target| format!("{} `{}`", target.kind.name(), target.name)).collect();
         console.say_if_verbose(&format!("checking `{}` {}: {}", package.name, package.version, targets.join(", ")));
     }
-    let checked = pipeline::configuration(&project, overrides).and_then(|config| pipeline::check(&project, &config));
+    let checked = pipeline::configuration(&project, overrides).and_then(|config| pipeline::check_with(&project, &config, source));
     let (mut report, is_unchecked) = match checked {
         Ok(report) => (report, false),
         Err(error) => (Report::of_wrong_configuration(&project, &error), true),
@@ -64,7 +69,7 @@ impl Checked {
     pub(super) fn of_failed_load(error: LoadError) -> Self {
         let problem = Problem { file: "Cargo.toml".to_owned(), span: None, message: error.message, help: error.help };
         let report = Report { problems: vec![problem], ..Report::default() };
-        let root = std::env::current_dir().unwrap_or_default();
+        let root = current_dir();
         let summary = Summary::of(&report);
         Self { project: Project { root, ..Project::default() }, report, summary, is_unchecked: true }
     }
@@ -112,12 +117,37 @@ impl Checked {
     }
 }
 
+/// The disk, with the text of stdin over it if there is one.
+fn source(input: &Input) -> Result<Box<dyn ReadSource>, LoadError> {
+    let Some(name) = &input.stdin_filename else { return Ok(Box::new(DiskSource)) };
+    let mut bytes = Vec::new();
+    let unreadable = |what: String| LoadError {
+        message: format!("cannot read the text of `{}` from stdin: {what}", name.display()),
+        help: None,
+    };
+    io::stdin().lock().take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(|error| unreadable(error.to_string()))?;
+    let length = bytes.len() as u64;
+    if length > MAX_FILE_BYTES {
+        return Err(unreadable(ReadError::TooLarge { bytes: length }.to_string()));
+    }
+    let text = String::from_utf8(bytes)
+        .map_err(|error| unreadable(ReadError::NotUtf8 { byte: error.utf8_error().valid_up_to() }.to_string()))?;
+    let mut source = MemorySource::over(Box::new(DiskSource));
+    source.insert(&current_dir().join(name), text.into());
+    Ok(Box::new(source))
+}
+
+fn current_dir() -> PathBuf {
+    std::env::current_dir().unwrap_or_default()
+}
+
 fn selection(input: &Input) -> Selection {
     let Input { paths, scope, build, .. } = input;
+    let paths = if paths.is_empty() { input.stdin_filename.iter().cloned().collect() } else { paths.clone() };
     Selection {
-        current_dir: std::env::current_dir().unwrap_or_default(),
+        current_dir: current_dir(),
         manifest_path: scope.manifest_path.clone(),
-        paths: paths.clone(),
+        paths,
         packages: scope.package.clone(),
         workspace: scope.workspace,
         exclude: scope.exclude.clone(),

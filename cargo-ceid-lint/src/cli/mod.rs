@@ -1,6 +1,7 @@
 //! The command line: reads the arguments, runs, prints, and answers the exit code. The only module that prints.
 
 mod args;
+mod beside;
 mod bug;
 mod check;
 mod command;

@@ -1,13 +1,15 @@
 //! The long text of a rule, brought before the user's eyes in whatever way the client has.
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process;
+use std::path::PathBuf;
 
 /// The command that shows the text of a rule, whose name is its only argument.
 pub(super) const COMMAND: &str = "ceid-lint.explain";
 
-/// A directory of this process for texts that the client is asked to open; gone when the server ends.
+/// How many servers can have texts open at once.
+const MOST_SERVERS: usize = 64;
+
+/// A directory of this server for texts that the client is asked to open; gone when the server ends.
 #[derive(Debug, Default)]
 pub(super) struct Pages {
     directory: Option<PathBuf>,
@@ -17,12 +19,12 @@ impl Pages {
     /// Writes a text to a file of that name. None if that cannot be done; then it is shown as a message.
     pub(super) fn write(&mut self, name: &str, text: &str) -> Option<PathBuf> {
         if self.directory.is_none() {
-            let directory = std::env::temp_dir().join(format!("cargo-ceid-lint-{}", process::id()));
-            // One that is there already is somebody else's.
-            fs::create_dir(&directory).ok()?;
-            self.directory = Some(directory);
+            // A directory that is there already is somebody else's.
+            let names = (0..MOST_SERVERS).map(|number| format!("cargo-ceid-lint-{number}"));
+            let directories = names.map(|name| std::env::temp_dir().join(name));
+            self.directory = directories.into_iter().find(|directory| fs::create_dir(directory).is_ok());
         }
-        let path = self.directory.as_deref().unwrap_or(Path::new("")).join(format!("{name}.md"));
+        let path = self.directory.as_ref()?.join(format!("{name}.md"));
         fs::write(&path, text).ok()?;
         Some(path)
     }
