@@ -1,6 +1,7 @@
 //! Proves or refutes that every sampled-time filter of a workspace is updated exactly once per control cycle.
 //!
-//! The program `cargo ceid-lint` is the product; this library exists for it and for its tests, and its API is unstable.
+//! The program `cargo ceid-lint` is the product; this library exists for it and for its tests, and its API is unstable, but for
+//! [`snapshot`], with which a test suite keeps what the linter says of its own crate.
 //! Data flows from the first module of this list to the last; a module imports only from those above it.
 #![forbid(unsafe_code)]
 
@@ -29,6 +30,10 @@ pub mod rules;
 pub mod pipeline;
 
 pub mod report;
+
+mod snapshot;
+
+pub use snapshot::{Subject, snapshot};
 
 pub mod lsp;
 

@@ -36,6 +36,9 @@ pub trait Rate: Copy + Debug + Send + Sync + 'static {
     #[inline]
     fn release_ns(n: u64) -> u64 {
         let hz = u64::from(Self::HZ);
+        if NS_PER_S % hz == 0 {
+            return n.saturating_mul(NS_PER_S / hz);
+        }
         // Whole seconds and the rest apart: both products fit in 64 bits, where `n * 10^9` would not.
         (n / hz).saturating_mul(NS_PER_S).saturating_add((n % hz) * NS_PER_S / hz)
     }

@@ -135,7 +135,10 @@ fn unsaved_text_comes_from_stdin() {
         run_command(command.stdin(std::fs::File::open(&input).expect("it was written")))
     };
     let found = check("src/a.rs", GUILTY.as_bytes()).findings().expect("it can be read");
-    assert_eq!(found.iter().map(|finding| (finding.file.as_str(), finding.line)).collect::<Vec<_>>(), [("src/a.rs", 7)]);
+    assert_eq!(
+        found.iter().map(|finding| (finding.file.as_str(), finding.line)).collect::<Vec<_>>(),
+        [("src/a.rs", 7)]
+    );
     assert_eq!(check("src/lib.rs", b"mod a;\n").findings().expect("it can be read"), []);
     check("src/lib.rs", b"\xff").assert_code(101).assert_stderr("src/lib.rs");
 }

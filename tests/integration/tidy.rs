@@ -21,6 +21,7 @@ const FLOORS: &[&str] = &[
     "rules",
     "pipeline",
     "report",
+    "snapshot",
     "lsp",
     "cli",
 ];

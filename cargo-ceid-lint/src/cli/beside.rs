@@ -14,7 +14,8 @@ use super::args::{CargoCommand, CheckArgs, MessageFormat};
 /// well.
 pub(super) fn run(command: CargoCommand, args: &CheckArgs, console: Console) -> bool {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let started = Command::new(cargo).args(arguments(command, args)).stdin(Stdio::null()).stdout(Stdio::piped()).spawn();
+    let started =
+        Command::new(cargo).args(arguments(command, args)).stdin(Stdio::null()).stdout(Stdio::piped()).spawn();
     let ended = started.and_then(|mut child| {
         for line in child.stdout.take().into_iter().flat_map(|output| BufReader::new(output).split(b'\n')) {
             let line = String::from_utf8_lossy(&line?).into_owned();
@@ -96,10 +97,7 @@ fn arguments(command: CargoCommand, args: &CheckArgs) -> Vec<OsString> {
 /// The formats that are cargo's own. Where findings go to a service, cargo talks to people.
 fn formats(formats: &[MessageFormat]) -> Vec<String> {
     let is_cargos = |format: &&MessageFormat| {
-        !matches!(
-            format,
-            MessageFormat::Sarif | MessageFormat::Github | MessageFormat::Gitlab | MessageFormat::Junit
-        )
+        !matches!(format, MessageFormat::Sarif | MessageFormat::Github | MessageFormat::Gitlab | MessageFormat::Junit)
     };
     let values = formats.iter().filter(is_cargos).filter_map(ValueEnum::to_possible_value);
     let names: Vec<String> = values.map(|value| value.get_name().to_owned()).collect();
@@ -140,7 +138,10 @@ mod tests {
             "x --with clippy --workspace --message-format=json,json-diagnostic-rendered-ansi --all-targets --keep-going",
             "clippy --message-format json,json-diagnostic-rendered-ansi --workspace --all-targets --keep-going",
         );
-        check("x src/a.rs -D missed_update --with check -p a --message-format sarif -j 2", "check --package a --jobs 2");
+        check(
+            "x src/a.rs -D missed_update --with check -p a --message-format sarif -j 2",
+            "check --package a --jobs 2",
+        );
     }
 
     #[test]

@@ -2,14 +2,16 @@
 
 use std::io::{self, Read};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use super::Console;
 use super::args::{Build, Input, NoLoops, Scope};
 use super::console::Stream;
 use super::exit::ExitStatus;
+use super::unread;
 use crate::config::LevelOverrides;
 use crate::diagnostic::Problem;
-use crate::pipeline::{self, Report};
+use crate::pipeline::{self, Configured, Report};
 use crate::project::{self, Features, LoadError, Names, Project, Selection, TargetFilter};
 use crate::report::{self, Summary, text};
 use crate::source::{DiskSource, MAX_FILE_BYTES, MemorySource, ReadError, ReadSource};
@@ -33,8 +35,9 @@ pub(super) fn check(
     console: Console,
     with_stats: bool,
 ) -> Result<Checked, LoadError> {
-    let loaded = source(input).and_then(|source| Ok((source, project::load(&selection(input))?)));
-    let (source, project) = match loaded {
+    let selection = selection(input);
+    let loaded = unsaved_text(input).and_then(|text| Ok((text, project::load(&selection)?)));
+    let (unsaved, mut project) = match loaded {
         Ok(loaded) => loaded,
         Err(error) => {
             console.error(&error.message, error.help.as_deref());
@@ -51,12 +54,16 @@ pub(super) fn check(
         let targets: Vec<String> = targets.map(|target| format!("{} `{}`", target.kind.name(), target.name)).collect();
         console.say_if_verbose(&format!("checking `{}` {}: {}", package.name, package.version, targets.join(", ")));
     }
-    let checked = pipeline::configuration(&project, overrides).and_then(|config| pipeline::check_with(&project, &config, source));
-    let (mut report, is_unchecked) = match checked {
-        Ok(report) => (report, false),
-        Err(error) => (Report::of_wrong_configuration(&project, &error), true),
-    };
-    report.problems.extend(project.problems.iter().cloned());
+    let mut checked = pipeline::check_configured(&project, overrides.clone(), source(unsaved.as_ref()));
+    let alone = unread::files_of_no_target(&project, &checked.report);
+    if !alone.is_empty() && !checked.is_config_wrong {
+        project = project::with_files(project, &alone, &selection)?;
+        checked = pipeline::check_configured(&project, overrides, source(unsaved.as_ref()));
+    }
+    let Configured { mut report, is_config_wrong: is_unchecked, config } = checked;
+    if !is_unchecked {
+        unread::add_unread(&project, &config, &mut report);
+    }
     if with_stats {
         console.show(&report::stats(&project, &report));
     }
@@ -67,7 +74,13 @@ pub(super) fn check(
 impl Checked {
     /// What a run came to that found nothing to load.
     pub(super) fn of_failed_load(error: LoadError) -> Self {
-        let problem = Problem { file: "Cargo.toml".to_owned(), span: None, message: error.message, help: error.help };
+        let problem = Problem {
+            file: "Cargo.toml".to_owned(),
+            span: None,
+            message: error.message,
+            help: error.help,
+            is_error: true,
+        };
         let report = Report { problems: vec![problem], ..Report::default() };
         let root = current_dir();
         let summary = Summary::of(&report);
@@ -109,32 +122,47 @@ impl Checked {
         }
     }
 
-    /// Prints the summary, unless there is nothing to sum up.
+    /// Prints what was left unread, and the summary, unless there is nothing to sum up.
     pub(super) fn say_summary(&self, console: Console) {
+        if let Some(unread) = report::unread(&self.report)
+            && !console.is_quiet()
+        {
+            console.warn(&unread);
+        }
         if !self.summary.is_nothing() && !self.is_unchecked {
             console.say(&self.summary.line());
         }
     }
 }
 
-/// The disk, with the text of stdin over it if there is one.
-fn source(input: &Input) -> Result<Box<dyn ReadSource>, LoadError> {
-    let Some(name) = &input.stdin_filename else { return Ok(Box::new(DiskSource)) };
+/// The disk, with a text over it if there is one.
+fn source(unsaved: Option<&(PathBuf, Arc<str>)>) -> Box<dyn ReadSource> {
+    let Some((path, text)) = unsaved else { return Box::new(DiskSource) };
+    let mut source = MemorySource::over(Box::new(DiskSource));
+    source.insert(path, Arc::clone(text));
+    Box::new(source)
+}
+
+/// The text on stdin, if it was said which file it is.
+fn unsaved_text(input: &Input) -> Result<Option<(PathBuf, Arc<str>)>, LoadError> {
+    let Some(name) = &input.stdin_filename else { return Ok(None) };
     let mut bytes = Vec::new();
     let unreadable = |what: String| LoadError {
         message: format!("cannot read the text of `{}` from stdin: {what}", name.display()),
         help: None,
     };
-    io::stdin().lock().take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(|error| unreadable(error.to_string()))?;
+    io::stdin()
+        .lock()
+        .take(MAX_FILE_BYTES + 1)
+        .read_to_end(&mut bytes)
+        .map_err(|error| unreadable(error.to_string()))?;
     let length = bytes.len() as u64;
     if length > MAX_FILE_BYTES {
         return Err(unreadable(ReadError::TooLarge { bytes: length }.to_string()));
     }
     let text = String::from_utf8(bytes)
         .map_err(|error| unreadable(ReadError::NotUtf8 { byte: error.utf8_error().valid_up_to() }.to_string()))?;
-    let mut source = MemorySource::over(Box::new(DiskSource));
-    source.insert(&current_dir().join(name), text.into());
-    Ok(Box::new(source))
+    Ok(Some((current_dir().join(name), text.into())))
 }
 
 fn current_dir() -> PathBuf {

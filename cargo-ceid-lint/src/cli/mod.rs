@@ -14,6 +14,7 @@ mod levels;
 mod lsp;
 mod report;
 mod rules;
+mod unread;
 
 use std::ffi::OsString;
 use std::process::ExitCode;

@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
 
 use super::summary::Summaries;
-use crate::flow::{Base, ControlFlowGraph, Effect, IndexKey, LoopId, Place, Projection, Var};
+use crate::flow::{Base, ControlFlowGraph, Effect, IndexKey, LoopId, Place, Projection, Transfer, Var};
+use crate::index::Ty;
 
 /// The names of a function's places.
 #[derive(Debug, Default)]
@@ -32,6 +33,9 @@ fn may_match(steps: &[Projection], place: &[Projection]) -> bool {
 /// How long a chain of names is followed.
 const MAX_LINKS: u32 = 24;
 
+/// How many names are looked at for one place: variables that are given parts of each other have more with each link.
+const MAX_NAMES: usize = 1_000;
+
 impl Aliases {
     pub(super) fn of(graph: &ControlFlowGraph, summaries: &Summaries) -> Self {
         let mut aliases = Self::default();
@@ -45,7 +49,7 @@ impl Aliases {
                 Effect::Set(set) => {
                     let Some(var) = set.place.base_var() else { continue };
                     match &set.from {
-                        Some(from) => aliases.add(graph, var, &set.place.steps, from, set.by_move, node.in_loop),
+                        Some(from) => aliases.add(graph, var, &set.place.steps, from, set.transfer, node.in_loop),
                         None => {
                             aliases.owning.insert(var);
                         }
@@ -53,12 +57,12 @@ impl Aliases {
                 }
                 Effect::Write(write) if write.rebinds => {
                     if let (Some(var), Some(from)) = (write.place.base_var(), &write.from) {
-                        aliases.add(graph, var, &write.place.steps, from, write.by_move, node.in_loop);
+                        aliases.add(graph, var, &write.place.steps, from, write.transfer, node.in_loop);
                     }
                 }
                 Effect::Call(site) => {
                     for (part, from) in summaries.borrows(site) {
-                        aliases.add(graph, site.result, part, &from, false, node.in_loop);
+                        aliases.add(graph, site.result, part, &from, Transfer::Borrow, node.in_loop);
                     }
                 }
                 _ => {}
@@ -81,13 +85,19 @@ impl Aliases {
         var: Var,
         steps: &[Projection],
         from: &Place,
-        by_move: bool,
+        transfer: Transfer,
         at: Option<LoopId>,
     ) {
-        let is_reference = matches!(graph.var(var).ty, crate::index::Ty::Ref(..));
-        if by_move && !is_reference && !self.unnamed.contains(&var) && !self.keeps_moved(graph, from, at) {
-            // What is moved into a variable lives there from now on.
-            self.owning.insert(var);
+        let is_reference = matches!(graph.var(var).ty, Ty::Ref(..));
+        // What is moved into a variable or a new value lives there from now on, and so does a copy that is not put back.
+        let is_moved = transfer == Transfer::Move && !is_reference;
+        let is_value = |var: Var| matches!(graph.var(var).ty, Ty::Adt(..) | Ty::External(..) | Ty::Opaque(_));
+        let is_part = !steps.is_empty() && from.steps.is_empty() && from.base_var().is_some_and(is_value);
+        let has_own = !self.unnamed.contains(&var) || is_part;
+        if transfer == Transfer::Copy || (is_moved && has_own && !self.keeps_moved(graph, from, at)) {
+            if steps.is_empty() {
+                self.owning.insert(var);
+            }
             return;
         }
         let sources = self.sources.entry(var).or_default();
@@ -158,7 +168,7 @@ impl Aliases {
     }
 
     fn follow(&self, place: &Place, links: u32, seen: &mut BTreeSet<Place>, found: &mut BTreeSet<Place>) {
-        if links > MAX_LINKS || !seen.insert(place.clone()) {
+        if links > MAX_LINKS || seen.len() > MAX_NAMES || !seen.insert(place.clone()) {
             return;
         }
         let Base::Var(var) = place.base else {

@@ -148,16 +148,13 @@ fn function_facts<'a>(
                         if outcomes.iter().any(|outcome| outcome.unknown.is_some())
                             && let Some(place) = place_of(given, site)
                         {
-                            places.extend(aliases.roots(&place));
+                            places.extend(filters_at(program.index, graph, &aliases, &place));
                         }
                     }
                 }
             }
             Effect::Unknown { places: unknown, .. } => {
-                for root in unknown.iter().flat_map(|place| aliases.roots(place)) {
-                    let Some(ty) = place_ty(program.index, graph, &root) else { continue };
-                    places.extend(leaves(program.index, &ty).iter().map(|leaf| root.join(&leaf.steps)));
-                }
+                places.extend(unknown.iter().flat_map(|place| filters_at(program.index, graph, &aliases, place)));
             }
             _ => {}
         }
@@ -184,20 +181,28 @@ fn function_facts<'a>(
     FunctionFacts { graph, aliases, dependence, updated, kind }
 }
 
+/// The filters that are or lie at a place.
+fn filters_at(index: &Index, graph: &ControlFlowGraph, aliases: &Aliases, place: &Place) -> Vec<Place> {
+    let roots = aliases.roots(place).into_iter();
+    let of_root = |root: Place| {
+        let ty = place_ty(index, graph, &root);
+        let found = ty.map(|ty| leaves(index, &ty)).unwrap_or_default().into_iter();
+        found.map(|leaf| root.join(&leaf.steps)).collect::<Vec<_>>()
+    };
+    roots.flat_map(of_root).collect()
+}
+
 /// Whether a place can be judged as an instance of a filter: by its type, unless it is the state of a law.
 fn is_instance(index: &Index, graph: &ControlFlowGraph, place: &Place, is_state: bool) -> bool {
     if !is_state && place_ty(index, graph, place).is_none_or(|ty| index.filter_spec(&ty).is_none()) {
         return false;
     }
-    // What a map holds is never judged, nor what only some of the types behind a trait have.
+    // What only some of the types behind a trait have is never judged.
     let mut at = Place { base: place.base, steps: Vec::new() };
     for step in &place.steps {
-        let is_in_some = match (step, place_ty(index, graph, &at)) {
-            (Projection::Index(_), Some(ty)) => ty.external_name().is_some_and(|name| name.ends_with("Map")),
-            (Projection::Field(_), Some(ty)) => matches!(ty, Ty::Opaque(_) | Ty::Param(_)),
-            _ => false,
-        };
-        if is_in_some {
+        if matches!(step, Projection::Field(_))
+            && matches!(place_ty(index, graph, &at), Some(Ty::Opaque(_) | Ty::Param(_)))
+        {
             return false;
         }
         at = at.join(std::slice::from_ref(step));

@@ -2,6 +2,7 @@
 
 use super::counts::Count;
 use super::gates::Gates;
+use super::instances;
 use super::returned;
 use super::search::{End, EndKind, Exploration, Region, Search};
 use super::verdict::{Evidence, Gate, Verdict};
@@ -82,6 +83,13 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
     let is_element = search.instance.steps.iter().any(|step| matches!(step.key(), Some(IndexKey::Number(_))));
     if is_untouched && is_element && !completing.is_empty() {
         return missed(head_of(search, region), base);
+    }
+    // Which element of a map is passed over depends on its key.
+    if instances::is_in_map(search.program.index, search.graph, search.instance)
+        && completing.iter().any(|end| end.state.count == Count::Zero && !end.state.reset)
+    {
+        let name = search.graph.place_name(search.program.index, search.instance);
+        return Decision { verdict: Verdict::Unproved, cause: Some(Cause::Index(name)), ..base };
     }
     let skipping: Vec<&End> =
         completing.iter().copied().filter(|end| end.state.count == Count::Zero && !end.state.reset).collect();

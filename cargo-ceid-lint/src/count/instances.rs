@@ -40,7 +40,7 @@ pub(super) fn place_ty(index: &Index, graph: &ControlFlowGraph, place: &Place) -
                         let at = usize::from(path.ends_with("Map"));
                         args.get(at)?.clone()
                     }
-                    _ => return None,
+                    ty => ty.items()?.clone(),
                 };
             }
         }
@@ -60,6 +60,16 @@ pub(super) fn inner(ty: &Ty) -> Ty {
             _ => return ty.clone(),
         }
     }
+}
+
+/// Whether a place is an element of a map.
+pub(super) fn is_in_map(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
+    place.steps.iter().enumerate().any(|(at, step)| {
+        let owner = Place { base: place.base, steps: place.steps[..at].to_vec() };
+        matches!(step, Projection::Index(_))
+            && place_ty(index, graph, &owner)
+                .is_some_and(|ty| ty.external_name().is_some_and(|name| name.ends_with("Map")))
+    })
 }
 
 /// Whether a place lies behind a reference or handle in a field, so that moving its owner does not move it.
@@ -185,6 +195,12 @@ fn collect(
         Ty::External(path, args) => {
             let name = path.rsplit("::").next().unwrap_or("");
             let Some(first) = args.first() else { return };
+            if let ([_, value, ..], true) = (args.as_slice(), name.ends_with("Map")) {
+                steps.push(Projection::Index(IndexKey::Each));
+                collect(index, value, steps, true, None, depth + 1, found);
+                steps.pop();
+                return;
+            }
             if matches!(name, "Vec" | "VecDeque" | "ArrayVec" | "SmallVec" | "Deque") {
                 steps.push(Projection::Index(IndexKey::Each));
                 // A vector may be empty.

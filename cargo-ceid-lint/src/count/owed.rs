@@ -11,7 +11,7 @@ use super::instances::{self, leaves, place_ty};
 use super::search::{Region, Search};
 use super::verdict::{Pair, Verdict};
 use crate::config::Multiplicity;
-use crate::flow::{Caller, ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Var};
+use crate::flow::{Caller, ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::CycleDirective;
@@ -48,6 +48,10 @@ impl Context<'_> {
             let all = if is_own { instances::parts(index, &info.ty) } else { leaves(index, &info.ty) };
             for leaf in all {
                 let place = Place::var(var).join(&leaf.steps);
+                // What was moved there and is known by its old name is judged under that.
+                if !facts.aliases.roots(&place).contains(&place) {
+                    continue;
+                }
                 if facts.updated.iter().any(|instance| instance.place.overlaps(&place)) {
                     self.owed_after_all(facts, &place, pairs);
                     continue;
@@ -116,7 +120,12 @@ impl Context<'_> {
         if is_in_cycle || elsewhere {
             return;
         }
-        if let Some(id) = self.using_loop(facts, place) {
+        // What is made inside the iteration owes nothing.
+        let is_outside = |id: LoopId| {
+            let declared = place.base_var().and_then(|var| graph.var(var).in_loop);
+            declared.is_none_or(|declared| declared != id && graph.is_within(Some(id), declared))
+        };
+        if let Some(id) = self.using_loop(facts, place).filter(|id| is_outside(*id)) {
             self.push_missed(facts, place, 0, CycleId::Loop(id), pairs);
         }
     }
@@ -140,7 +149,14 @@ impl Context<'_> {
             return;
         }
         let uses = self.uses(facts, place);
-        if uses.leaves || leaf.is_uncertain {
+        // A guard that never ends is what is wrong with what it holds.
+        let is_forgotten = graph.guards.iter().filter(|guard| guard.forgotten.is_some()).any(|guard| {
+            guard.updates.iter().any(|held| facts.aliases.roots(held).iter().any(|root| root.overlaps(place)))
+        });
+        if is_forgotten {
+            return;
+        }
+        if uses.leaves || (leaf.is_uncertain && !uses.copied) {
             return;
         }
         // A cycle that updates a sibling owes this one an update, too.
@@ -153,10 +169,12 @@ impl Context<'_> {
             CycleId::Function => info.param.is_some() && facts.kind == FunctionKind::Cycle,
         };
         let is_param_itself = info.param.is_some() && leaf.steps.is_empty();
+        // Of what is copied the copies may be what is in use.
         let sibling = pairs
             .iter()
             .filter(|(id, filters)| {
-                scope(**id)
+                !uses.copied
+                    && scope(**id)
                     && filters.iter().any(|pair| pair.verdict != Verdict::Missed)
                     && (!is_param_itself
                         || matches!(id, CycleId::Loop(id) if graph.loop_info(*id).rounds == Rounds::Unbounded))
@@ -172,7 +190,7 @@ impl Context<'_> {
             self.push_missed(facts, place, 0, CycleId::Loop(id), pairs);
             return;
         }
-        if info.param.is_some() || !self.is_built_here(graph, var) {
+        if info.param.is_some() || !self.is_built_here(graph, var) || uses.copied {
             return;
         }
         // Its scope holds a loop that never ends.
@@ -212,9 +230,15 @@ impl Context<'_> {
         info.param.is_some() || info.declared < graph.loop_info(id).head
     }
 
-    /// Whether a variable gets a value of its own in this function, not one that a closure or pattern was handed.
+    /// Whether a variable gets a value of its own in this function, not one that a closure or pattern was handed, nor a copy
+    /// of another variable's.
     fn is_built_here(&self, graph: &ControlFlowGraph, var: Var) -> bool {
-        !matches!(graph.var(var).ty, Ty::Ref(..))
+        let is_copy = |node: &crate::flow::Node| {
+            matches!(&node.effect, Effect::Set(set)
+                if set.place == Place::var(var) && set.transfer == Transfer::Copy && is_named(graph, set.from.as_ref()))
+        };
+        let is_item = graph.loops.iter().any(|info| info.bound.contains(&var));
+        !matches!(graph.var(var).ty, Ty::Ref(..)) && !is_item && !graph.nodes.iter().any(is_copy)
     }
 
     fn push_missed(
@@ -238,8 +262,11 @@ impl Context<'_> {
         };
         let decision = self.decide_unseen(facts, place, law, id, head);
         let pair = self.pair(facts, place, law, decision);
+        // Another variable of the same name may have an entry, too.
+        let is_updated = facts.updated.iter().any(|instance| instance.place == *place && instance.law == law);
         let filters = pairs.entry(id).or_default();
-        if !filters.iter().any(|other| other.name == pair.name && other.half == law) {
+        let is_known = |other: &Pair| other.name == pair.name && other.half == law;
+        if !filters.iter().any(|other| is_known(other) && (is_updated || other.verdict == Verdict::Missed)) {
             filters.push(pair);
         }
     }
@@ -319,10 +346,12 @@ impl Context<'_> {
                 Effect::Reset { place, .. } => uses.written |= holds(place),
                 Effect::Write(write) => {
                     uses.written |= holds(&write.place);
-                    uses.leaves |= write.from.as_ref().is_some_and(&holds) && write.by_move;
+                    let leaves = write.from.as_ref().is_some_and(&holds) && write.transfer != Transfer::Borrow;
+                    uses.leaves |= leaves && write.transfer != Transfer::Copy;
+                    uses.copied |= leaves;
                 }
                 Effect::Set(set) => {
-                    uses.leaves |= set.by_move
+                    let leaves = set.transfer != Transfer::Borrow
                         && !is_lent
                         && set.from.as_ref().is_some_and(|from| {
                             facts.aliases.roots(from).iter().any(|root| {
@@ -331,6 +360,8 @@ impl Context<'_> {
                         })
                         && set.place.base != place.base
                         && self.is_real_move(facts, &set.place);
+                    uses.leaves |= leaves && set.transfer != Transfer::Copy;
+                    uses.copied |= leaves;
                 }
                 Effect::Return(value) => uses.leaves |= value.place.as_ref().is_some_and(&holds),
                 Effect::Use { place } => uses.read |= holds(place),
@@ -411,11 +442,18 @@ impl Context<'_> {
     }
 }
 
+/// Whether a place has a name in the source, and is no value in between.
+fn is_named(graph: &ControlFlowGraph, place: Option<&Place>) -> bool {
+    place.is_some_and(|place| place.base_var().is_none_or(|var| !graph.var(var).name.is_empty()))
+}
+
 /// What a function does with an instance.
 #[derive(Clone, Copy, Debug, Default)]
 struct Uses {
     /// It is moved, returned or handed to something unseen.
     leaves: bool,
+    /// Copies are made of it.
+    copied: bool,
     /// It is reset, or its state is written.
     written: bool,
     /// It is handed to a method that may change it.

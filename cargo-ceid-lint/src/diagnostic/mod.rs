@@ -153,7 +153,7 @@ pub struct Diagnostic {
     pub target: usize,
 }
 
-/// A problem with the input: a file that cannot be read or parsed, a module that is missing.
+/// What was not seen: a file that cannot be read or parsed, a module that is missing, code that no build wrote yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// The path as shown to users.
@@ -164,4 +164,6 @@ pub struct Problem {
     pub message: String,
     /// What to do about it, if something can be done.
     pub help: Option<String>,
+    /// Whether the input is wrong, so that the run is incomplete. What was only left unread is said once, at the end.
+    pub is_error: bool,
 }

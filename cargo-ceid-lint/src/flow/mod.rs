@@ -226,14 +226,27 @@ pub struct Assignment {
     pub place: Place,
     /// The place whose instances the value carries.
     pub from: Option<Place>,
-    /// Whether they are moved, not borrowed.
-    pub by_move: bool,
+    /// How they get there.
+    pub transfer: Transfer,
     /// Whether the place is a reference that now points elsewhere, so that what it pointed to stays as it is.
     pub rebinds: bool,
     /// The value, if it is constant.
     pub head: Option<Head>,
     /// A variable with the same value.
     pub same_as: Option<Var>,
+}
+
+/// How the instances that a value carries get to another place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Transfer {
+    /// The place refers to them.
+    Borrow,
+    /// They live there from now on.
+    Move,
+    /// The place gets other instances with the same state: the type is `Copy`.
+    Copy,
+    /// The same, and the copy is put back where it came from: the instances go along with it.
+    RoundTrip,
 }
 
 /// What a function gives back.
@@ -280,6 +293,8 @@ pub struct Argument {
     pub index: Option<IndexKey>,
     /// Whether it is a shared reference, through which nothing is updated.
     pub is_shared: bool,
+    /// Whether it is passed by value and its type is `Copy`: what is done to it is done to another instance.
+    pub is_copy: bool,
     /// What it reads and calls; nothing for `self`.
     pub from: Computed,
 }

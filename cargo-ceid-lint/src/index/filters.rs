@@ -163,6 +163,31 @@ impl Index {
         }
     }
 
+    /// Whether a value of the type is copied where another one would be moved, as far as the analysed code tells.
+    #[must_use]
+    pub fn is_copy(&self, ty: &Ty) -> bool {
+        match ty {
+            Ty::Int | Ty::Float | Ty::Bool | Ty::Char | Ty::Never | Ty::Pointer(_) | Ty::FunctionItem(_) => true,
+            Ty::Ref(is_mutable, _) => !is_mutable,
+            Ty::Tuple(parts) => parts.iter().all(|part| self.is_copy(part)),
+            Ty::Array(inner, _) => self.is_copy(inner),
+            Ty::External(path, args) => {
+                matches!(path.rsplit("::").next(), Some("Option" | "Result" | "Poll"))
+                    && args.iter().all(|arg| self.is_copy(arg))
+            }
+            Ty::Adt(id, args) => {
+                let is_derived = self.type_def(*id).attributes.iter().any(|attribute| {
+                    let mut names = attribute.arguments.split(|letter: char| !letter.is_alphanumeric());
+                    attribute.path == "derive" && names.any(|name| name == "Copy")
+                });
+                (is_derived || self.implements(ty, &TraitName::External("std::marker::Copy".to_owned())))
+                    && args.iter().all(|arg| self.is_copy(arg))
+            }
+            Ty::Param(_) | Ty::Opaque(_) => self.implements(ty, &TraitName::External("std::marker::Copy".to_owned())),
+            _ => false,
+        }
+    }
+
     /// What is known of a type as a filter; `None` if it is none. A type whose law has its state elsewhere is none.
     #[must_use]
     pub fn filter_spec(&self, ty: &Ty) -> Option<&FilterSpec> {

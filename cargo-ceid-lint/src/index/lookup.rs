@@ -1,6 +1,8 @@
 //! Impls and methods of a type. Follows no references: that is the inference's work.
 
-use super::{FunctionId, ImplId, Index, Owner, TraitName, TraitRef, Ty};
+use std::collections::HashSet;
+
+use super::{FunctionId, ImplId, Index, Owner, TraitDef, TraitName, TraitRef, Ty};
 use crate::syntax::tree::TypeRef;
 
 /// Where a method was found.
@@ -55,6 +57,24 @@ impl Index {
             def.self_ty = self_ty;
             def.implements = implements;
         }
+        self.implied = self.traits.iter().map(|def| self.implied_by(def)).collect();
+    }
+
+    /// The traits that a trait asks for, those that they ask for included.
+    fn implied_by(&self, def: &TraitDef) -> HashSet<TraitName> {
+        let mut implied = HashSet::new();
+        let mut open = vec![def];
+        while let Some(def) = open.pop() {
+            for bound in &def.supertraits {
+                let Some(name) = self.trait_name(def.module, bound) else { continue };
+                if implied.insert(name.clone())
+                    && let TraitName::Local(id) = name
+                {
+                    open.push(self.trait_def(id));
+                }
+            }
+        }
+        implied
     }
 
     /// The impls whose type this is, blanket impls included whose bounds hold.
@@ -91,8 +111,8 @@ impl Index {
     #[must_use]
     pub fn implements(&self, ty: &Ty, name: &TraitName) -> bool {
         match ty {
-            Ty::Param(param) => self.bounds_imply(&param.bounds, name, 0) || self.blanket_gives(&param.bounds, name),
-            Ty::Opaque(bounds) => self.bounds_imply(bounds, name, 0) || self.blanket_gives(bounds, name),
+            Ty::Param(param) => self.bounds_imply(&param.bounds, name) || self.blanket_gives(&param.bounds, name),
+            Ty::Opaque(bounds) => self.bounds_imply(bounds, name) || self.blanket_gives(bounds, name),
             Ty::Adt(..) | Ty::External(..) => {
                 let own = match ty {
                     Ty::Adt(id, _) => self.impls_of_type.get(id),
@@ -108,19 +128,14 @@ impl Index {
         }
     }
 
-    fn bounds_imply(&self, bounds: &[TraitRef], name: &TraitName, depth: u32) -> bool {
-        depth < 8
-            && bounds.iter().any(|bound| {
-                bound.name == *name
-                    || match bound.name {
-                        TraitName::Local(id) => {
-                            let def = self.trait_def(id);
-                            let scope = self.scope(def.module, Owner::Module, Some(&def.generics));
-                            self.bounds_imply(&self.lower_bounds(&def.supertraits, &scope, 0), name, depth + 1)
-                        }
-                        TraitName::External(_) => false,
-                    }
-            })
+    fn bounds_imply(&self, bounds: &[TraitRef], name: &TraitName) -> bool {
+        bounds.iter().any(|bound| {
+            bound.name == *name
+                || match bound.name {
+                    TraitName::Local(id) => self.implied[id.0 as usize].contains(name),
+                    TraitName::External(_) => false,
+                }
+        })
     }
 
     /// Whether a blanket impl gives the trait to everything that has these bounds.
@@ -130,7 +145,7 @@ impl Index {
             let Ty::Param(param) = &def.self_ty else { return false };
             def.implements.as_ref() == Some(name)
                 && !param.bounds.is_empty()
-                && param.bounds.iter().all(|asked| self.bounds_imply(bounds, &asked.name, 0))
+                && param.bounds.iter().all(|asked| self.bounds_imply(bounds, &asked.name))
         })
     }
 

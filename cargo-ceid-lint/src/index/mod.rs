@@ -81,6 +81,8 @@ pub struct Index {
     impls_of_external: HashMap<String, Vec<ImplId>>,
     impls_of_any: Vec<ImplId>,
     impls_of_trait: HashMap<TraitId, Vec<ImplId>>,
+    /// The traits that each trait asks for, at any depth.
+    implied: Vec<HashSet<TraitName>>,
     /// What paths mean, as far as it was asked.
     resolved: std::sync::RwLock<Resolved>,
     specs: Vec<FilterSpec>,

@@ -1,5 +1,6 @@
 //! RTIC applications: the contexts that `#[rtic::app]` makes for its tasks, from what their attributes list.
 
+use super::{TraitName, TraitRef, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{Attribute, Field, Fields, GenericArg, Generics, Item, ItemKind, Path, Segment, TypeRef};
 
@@ -8,6 +9,22 @@ pub const SHARED_RESOURCE: &str = "std::rtic::SharedResource";
 
 /// The attribute of a made struct that names the struct in which its resources are declared.
 const DECLARED_IN: &str = "rtic::declared_in";
+
+impl super::Index {
+    /// What `impl Mutex<T = Filter>` stands for: a resource that is locked with a closure, whoever wrote the trait.
+    pub(super) fn shared_resource(&self, bounds: &[TraitRef]) -> Option<Ty> {
+        let is_mutex = |name: &TraitName| match name {
+            TraitName::Local(id) => {
+                let def = self.trait_def(*id);
+                def.name == "Mutex" && def.methods.contains_key("lock")
+            }
+            TraitName::External(path) => path.ends_with("::Mutex"),
+        };
+        let bound = bounds.iter().find(|bound| is_mutex(&bound.name))?;
+        let (_, inner) = bound.assoc.iter().find(|(name, _)| name == "T")?;
+        Some(Ty::External(SHARED_RESOURCE.to_owned(), vec![inner.clone()]))
+    }
+}
 
 /// Whether a module is an application.
 pub(super) fn is_app(attributes: &[Attribute]) -> bool {

@@ -121,6 +121,19 @@ impl Ty {
         }
     }
 
+    /// What a parameter or `impl Trait` gives in each round, if its bounds say that it is an iterator or can become one.
+    #[must_use]
+    pub fn items(&self) -> Option<&Self> {
+        let bounds = match self {
+            Self::Param(param) => &param.bounds,
+            Self::Opaque(bounds) => bounds.as_ref(),
+            _ => return None,
+        };
+        let iterates = |bound: &&TraitRef| matches!(&bound.name, TraitName::External(path) if path.starts_with("std::iter::") && path.ends_with("Iterator"));
+        let mut named = bounds.iter().filter(iterates).flat_map(|bound| &bound.assoc);
+        named.find(|(name, _)| name == "Item").map(|(_, item)| item)
+    }
+
     /// The same type with parameters replaced by name.
     #[must_use]
     pub fn substitute(&self, map: &[(String, Self)]) -> Self {
@@ -225,7 +238,8 @@ impl Index {
             TypeRef::Array(inner, length) => Ty::Array(Box::new(go(inner)), self.length(length, scope)),
             TypeRef::Slice(inner) => Ty::Slice(Box::new(go(inner))),
             TypeRef::ImplTrait(bounds) | TypeRef::DynTrait(bounds) => {
-                Ty::Opaque(Arc::new(self.lower_bounds(bounds, scope, depth + 1)))
+                let bounds = self.lower_bounds(bounds, scope, depth + 1);
+                self.shared_resource(&bounds).unwrap_or_else(|| Ty::Opaque(Arc::new(bounds)))
             }
             TypeRef::FnPointer(params, output) => Ty::Function(params.iter().map(go).collect(), Box::new(go(output))),
             TypeRef::Never => Ty::Never,
@@ -414,7 +428,10 @@ impl Index {
                 }
             }
         }
-        found.then(|| Ty::Param(Arc::new(ParamTy { name: name.to_owned(), bounds })))
+        found.then(|| {
+            let resource = self.shared_resource(&bounds);
+            resource.unwrap_or_else(|| Ty::Param(Arc::new(ParamTy { name: name.to_owned(), bounds })))
+        })
     }
 
     fn project_in(&self, base: &Ty, name: &str, scope: &TyScope<'_>, depth: u32) -> Ty {

@@ -83,7 +83,7 @@ pub(super) struct Judged {
 }
 
 /// How a check is made: tests make it in their own way.
-pub(super) type Check = fn(&Task, &mut Option<Loaded>, Box<dyn ReadSource>) -> Outcome;
+pub(super) type Check = fn(&Task, &mut Option<Loaded>, &dyn Fn() -> Box<dyn ReadSource>) -> Outcome;
 
 /// The checking thread, from outside.
 #[derive(Debug)]
@@ -127,7 +127,7 @@ fn work(jobs: &Receiver<Job>, events: &Sender<Event>, wanted: &Arc<AtomicU64>, c
         for task in tasks {
             let outcome = disk.is_wanted().then(|| {
                 let cache = loaded.entry(task.scope.clone()).or_default();
-                caught(|| check(&task, cache, overlay(&disk, &buffers)))
+                caught(|| check(&task, cache, &|| overlay(&disk, &buffers)))
             });
             // A check that ran into a refusal has not seen all files.
             match outcome.filter(|_| disk.is_wanted()) {
@@ -196,9 +196,9 @@ mod tests {
         Task { scope, files: Vec::new(), is_reloaded: false, settings: Settings::default() }
     }
 
-    fn check(task: &Task, _: &mut Option<Loaded>, source: Box<dyn ReadSource>) -> Outcome {
+    fn check(task: &Task, _: &mut Option<Loaded>, source: &dyn Fn() -> Box<dyn ReadSource>) -> Outcome {
         assert_ne!(task.scope, Scope::Folder("bug".into()), "a bug in the analysis");
-        let text = source.read(Path::new("/nowhere/a.rs"));
+        let text = source().read(Path::new("/nowhere/a.rs"));
         Outcome::NotLoaded { message: text.map_or_else(|error| error.to_string(), |text| text.to_string()) }
     }
 

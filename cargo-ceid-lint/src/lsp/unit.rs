@@ -1,5 +1,6 @@
 //! One check: loads the packages of a scope where they may have changed, reads the configuration, and checks.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::SystemTime;
@@ -7,10 +8,11 @@ use std::time::SystemTime;
 use walkdir::WalkDir;
 
 use super::check::{Judged, Outcome, Scope, Task};
+use super::documents::identity;
 use super::settings::Settings;
 use crate::config::LevelOverrides;
-use crate::pipeline::{self, Report};
-use crate::project::{self, Project};
+use crate::pipeline::{self, Configured};
+use crate::project::{self, LoadError, Project};
 use crate::source::ReadSource;
 
 /// How deep packages are looked for in a folder that has no manifest.
@@ -32,7 +34,7 @@ pub(super) struct Loaded {
 type Stamp = (PathBuf, Option<(SystemTime, u64)>);
 
 /// Checks a scope; the project is kept in `loaded`.
-pub(super) fn check(task: &Task, loaded: &mut Option<Loaded>, source: Box<dyn ReadSource>) -> Outcome {
+pub(super) fn check(task: &Task, loaded: &mut Option<Loaded>, source: &dyn Fn() -> Box<dyn ReadSource>) -> Outcome {
     let paths = match &task.scope {
         Scope::Folder(folder) => roots(folder),
         Scope::Elsewhere => task.files.clone(),
@@ -46,30 +48,49 @@ pub(super) fn check(task: &Task, loaded: &mut Option<Loaded>, source: Box<dyn Re
             && loaded.settings == task.settings
             && loaded.stamps.iter().all(|(path, stamp)| stamp_of(path) == *stamp)
     });
+    let current_dir = match &task.scope {
+        Scope::Folder(folder) => folder,
+        Scope::Elsewhere => paths[0].parent().unwrap_or(&paths[0]),
+    };
+    let selection = task.settings.selection(current_dir, paths.clone());
     if !is_known {
-        let current_dir = match &task.scope {
-            Scope::Folder(folder) => folder,
-            Scope::Elsewhere => paths[0].parent().unwrap_or(&paths[0]),
-        };
         *loaded = None;
-        match project::load(&task.settings.selection(current_dir, paths.clone())) {
+        match project::load(&selection) {
             Ok(project) => {
                 let stamps = stamps(&project);
                 *loaded = Some(Loaded { project: Arc::new(project), paths, settings: task.settings.clone(), stamps });
             }
-            Err(error) => {
-                let help = error.help.map(|help| format!("\nhelp: {help}")).unwrap_or_default();
-                return Outcome::NotLoaded { message: error.message + &help };
-            }
+            Err(error) => return not_loaded(error),
         }
     }
     let Some(Loaded { project, .. }) = loaded else { return Outcome::Nothing };
-    let checked = pipeline::configuration(project, LevelOverrides::default())
-        .and_then(|config| pipeline::check_with(project, &config, source));
-    let mut report = checked.unwrap_or_else(|error| Report::of_wrong_configuration(project, &error));
-    report.problems.extend(project.problems.iter().cloned());
+    let mut checked = pipeline::check_configured(project, LevelOverrides::default(), source());
+    let alone = files_of_no_target(task, &checked);
+    if !alone.is_empty() {
+        match project::with_files(Project::clone(project), &alone, &selection) {
+            Ok(whole) => *project = Arc::new(whole),
+            Err(error) => return not_loaded(error),
+        }
+        checked = pipeline::check_configured(project, LevelOverrides::default(), source());
+    }
     let notices = if is_known { Vec::new() } else { project.notices.clone() };
-    Outcome::Checked(Box::new(Judged { project: Arc::clone(project), report, notices }))
+    Outcome::Checked(Box::new(Judged { project: Arc::clone(project), report: checked.report, notices }))
+}
+
+/// The files that were named and that no target reads: they are checked on their own.
+fn files_of_no_target(task: &Task, checked: &Configured) -> Vec<PathBuf> {
+    if checked.is_config_wrong || task.files.is_empty() {
+        return Vec::new();
+    }
+    let report = &checked.report;
+    let read: BTreeSet<PathBuf> = report.sources.files().map(|(_, file)| identity(&file.path)).collect();
+    let is_left_out = |file: &PathBuf| file.ancestors().any(|above| report.left_out.contains(above));
+    task.files.iter().filter(|file| !read.contains(*file) && !is_left_out(file)).cloned().collect()
+}
+
+fn not_loaded(error: LoadError) -> Outcome {
+    let help = error.help.map(|help| format!("\nhelp: {help}")).unwrap_or_default();
+    Outcome::NotLoaded { message: error.message + &help }
 }
 
 /// The folder itself if it belongs to a package or a workspace, or the packages below it.

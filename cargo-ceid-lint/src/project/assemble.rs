@@ -1,9 +1,11 @@
 //! From a workspace and what was selected in it to the [`Project`] that the analysis sees.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
 
 use super::workspace::{Found, FoundTarget, Workspace};
 use super::{CfgValues, Dependency, Package, Project, Target, TargetKind};
+use crate::diagnostic::Problem;
 
 /// Builds the project: selected targets are reported, libraries are read for types.
 pub(super) fn project(workspace: &Workspace, cfg: &CfgValues, selected: &BTreeSet<(usize, usize)>) -> Project {
@@ -24,6 +26,15 @@ pub(super) fn project(workspace: &Workspace, cfg: &CfgValues, selected: &BTreeSe
             .filter(|(index, target)| target.kind == TargetKind::Lib || selected.contains(&(at, *index)))
             .map(|(index, target)| convert(target, selected.contains(&(at, index))))
             .collect(),
+        roots_left_out: found
+            .targets
+            .iter()
+            .enumerate()
+            .filter(|(index, target)| target.kind != TargetKind::Lib && !selected.contains(&(at, *index)))
+            .map(|(_, target)| &target.src_path)
+            .chain(&found.build_script)
+            .cloned()
+            .collect(),
         is_partly_read: found
             .targets
             .iter()
@@ -37,8 +48,37 @@ pub(super) fn project(workspace: &Workspace, cfg: &CfgValues, selected: &BTreeSe
         target_directory: workspace.target_directory.clone(),
         packages: packages.collect(),
         graph: graph(workspace),
+        problems: selected_packages(selected)
+            .flat_map(|at| lost_dependencies(workspace, &workspace.packages[at]))
+            .collect(),
         ..Project::default()
     }
+}
+
+fn selected_packages(selected: &BTreeSet<(usize, usize)>) -> impl Iterator<Item = usize> {
+    selected.iter().map(|(package, _)| *package).collect::<BTreeSet<_>>().into_iter()
+}
+
+/// The dependencies whose sources ought to be at hand, and are not.
+fn lost_dependencies(workspace: &Workspace, found: &Found) -> Vec<Problem> {
+    let is_lost = |path: &PathBuf| !workspace.packages.iter().any(|other| other.directory() == path);
+    let lost = found.dependencies.iter().filter_map(|dependency| {
+        let name = &dependency.package_name;
+        let (message, help) = match &dependency.path {
+            Some(path) if is_lost(path) => (
+                format!("there is no package `{name}` in `{}`, which is a path dependency", path.display()),
+                "what its code does is unknown; check out what is missing, as `git submodule update --init` does",
+            ),
+            None if dependency.is_git && !workspace.is_resolved => (
+                format!("the git dependency `{name}` is not resolved without a lock file and its sources"),
+                "what its code does is unknown; `cargo fetch` brings it",
+            ),
+            _ => return None,
+        };
+        let file = found.manifest_path.to_string_lossy().into_owned();
+        Some(Problem { file, span: None, message, help: Some(help.to_owned()), is_error: false })
+    });
+    lost.collect()
 }
 
 /// The names of all packages in sight.

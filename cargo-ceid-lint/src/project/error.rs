@@ -1,6 +1,9 @@
 //! Why a project could not be loaded, in words for the user.
 
 use std::fmt;
+use std::path::Path;
+
+use crate::diagnostic::Problem;
 
 /// Why a project could not be loaded.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -19,6 +22,12 @@ impl LoadError {
     pub(super) fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
+    }
+
+    /// The same beside what could be loaded.
+    pub(super) fn problem(self, file: &Path) -> Problem {
+        let file = file.to_string_lossy().into_owned();
+        Problem { file, span: None, message: self.message, help: self.help, is_error: true }
     }
 
     /// Adds "did you mean", as cargo says it.

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::manifest;
 use super::workspace::{Found, FoundTarget, Workspace, normalized};
 use super::{LoadError, Selection, TargetKind};
+use crate::diagnostic::Problem;
 
 /// What the paths lead to.
 #[derive(Debug, Default)]
@@ -16,6 +17,8 @@ pub(super) struct Roots {
     pub(super) files: BTreeSet<PathBuf>,
     /// The paths themselves, absolute.
     pub(super) only: Vec<PathBuf>,
+    /// Directories that cannot be looked into.
+    pub(super) problems: Vec<Problem>,
 }
 
 /// Finds the packages and files that the paths of the selection lead to.
@@ -75,7 +78,16 @@ fn directory(directory: &Path, roots: &mut Roots) {
     let mut files = BTreeSet::new();
     let mut entries = walkdir::WalkDir::new(directory).sort_by_file_name().into_iter();
     while let Some(entry) = entries.next() {
-        let Ok(entry) = entry else { continue };
+        let entry = match entry {
+            Ok(entry) => entry,
+            Err(error) => {
+                let file = error.path().unwrap_or(directory).to_string_lossy().into_owned();
+                let help = Some("make the directory readable, or name others".to_owned());
+                let message = error.io_error().map_or_else(|| error.to_string(), ToString::to_string);
+                roots.problems.push(Problem { file, span: None, message, help, is_error: true });
+                continue;
+            }
+        };
         let name = entry.file_name().to_string_lossy();
         if entry.file_type().is_dir() {
             let manifest = entry.path().join("Cargo.toml");
@@ -86,7 +98,7 @@ fn directory(directory: &Path, roots: &mut Roots) {
                 roots.manifests.insert(manifest);
                 entries.skip_current_dir();
             }
-        } else if entry.path().extension().is_some_and(|extension| extension == "rs") {
+        } else if entry.path().extension().is_some_and(|extension| extension == "rs") && entry.path().is_file() {
             files.insert(entry.into_path());
         }
     }
@@ -120,11 +132,10 @@ fn modules_of(file: &Path) -> Vec<PathBuf> {
 }
 
 /// A package for a file outside any package: edition 2024, no dependencies.
-pub(super) fn package(file: &Path) -> Workspace {
+pub(super) fn package(file: &Path, text: &str) -> Workspace {
     let directory = file.parent().unwrap_or(Path::new("")).to_owned();
     let name = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-    let has_main = std::fs::read_to_string(file).is_ok_and(|text| text.contains("fn main("));
-    let (kind, word) = if has_main { (TargetKind::Bin, "bin") } else { (TargetKind::Lib, "lib") };
+    let (kind, word) = if text.contains("fn main(") { (TargetKind::Bin, "bin") } else { (TargetKind::Lib, "lib") };
     let kinds = [word.to_owned()];
     let target = FoundTarget {
         name: name.clone(),

@@ -170,6 +170,11 @@ fn convert_package(
         version: package.version.to_string(),
         id: package.id.repr.clone(),
         manifest_path: package.manifest_path.clone().into(),
+        build_script: package
+            .targets
+            .iter()
+            .find(|target| target.kind.contains(&Kind::CustomBuild))
+            .map(|target| target.src_path.clone().into()),
         targets: targets.collect(),
         features: package.features.clone(),
         dependencies: package.dependencies.iter().filter_map(convert_dependency).collect(),
@@ -193,6 +198,7 @@ fn convert_dependency(dependency: &cargo_metadata::Dependency) -> Option<FoundDe
         default_features: dependency.uses_default_features,
         features: dependency.features.clone(),
         path: dependency.path.as_ref().map(|path| normalized(&PathBuf::from(path))),
+        is_git: dependency.source.as_ref().is_some_and(|source| source.repr.starts_with("git+")),
     })
 }
 

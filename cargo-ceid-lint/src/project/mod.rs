@@ -13,6 +13,7 @@ mod metadata;
 mod package_spec;
 mod select;
 mod selection;
+mod strays;
 mod toolchain;
 mod workspace;
 
@@ -20,8 +21,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 pub use error::LoadError;
-pub use load::load;
+pub use load::{load, of_file, with_files};
 pub use selection::{Features, Names, Partition, Selection, TargetFilter};
+pub use strays::{Seen, strays};
 
 use crate::diagnostic::Problem;
 
@@ -40,7 +42,7 @@ pub struct Project {
     pub only: Vec<PathBuf>,
     /// The names of all packages of the dependency graph; what the manifests name where the graph cannot be resolved.
     pub graph: BTreeSet<String>,
-    /// Packages that could not be loaded while others could.
+    /// What could not be loaded while the rest could, by absolute paths.
     pub problems: Vec<Problem>,
 }
 
@@ -71,6 +73,8 @@ pub struct Package {
     pub dependencies: Vec<Dependency>,
     /// Its targets whose sources are read.
     pub targets: Vec<Target>,
+    /// The files of its targets that are not read, because they were not selected, and of its build script.
+    pub roots_left_out: Vec<PathBuf>,
     /// Whether it has a library or a binary whose sources are not read, because it was not selected.
     pub is_partly_read: bool,
     /// What `cfg` holds when it is built, `test` apart: see [`Target::cfg_test`].

@@ -30,6 +30,8 @@ pub(super) struct Found {
     pub(super) id: String,
     pub(super) manifest_path: PathBuf,
     pub(super) targets: Vec<FoundTarget>,
+    /// The file of its build script.
+    pub(super) build_script: Option<PathBuf>,
     /// The `[features]` with the implicit ones of optional dependencies left out.
     pub(super) features: BTreeMap<String, Vec<String>>,
     pub(super) dependencies: Vec<FoundDependency>,
@@ -78,6 +80,7 @@ pub(super) struct FoundDependency {
     pub(super) features: Vec<String>,
     /// The directory it lies in, for a path dependency.
     pub(super) path: Option<PathBuf>,
+    pub(super) is_git: bool,
 }
 
 impl FoundDependency {

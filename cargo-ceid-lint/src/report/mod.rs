@@ -15,12 +15,14 @@ pub mod short;
 mod stats;
 mod summary;
 pub mod text;
+mod unread;
 
 #[cfg(test)]
 mod sample;
 
 pub use stats::stats;
 pub use summary::Summary;
+pub use unread::unread;
 
 use crate::pipeline::Report;
 use crate::project::Project;

@@ -46,6 +46,7 @@ struct Unread<'a> {
     file: &'a str,
     line: u32,
     cause: &'a str,
+    help: Option<&'a str>,
 }
 
 /// The report as one JSON object.
@@ -54,7 +55,7 @@ pub fn json(project: &Project, report: &Report) -> String {
     let proof = Proof {
         schema: 1,
         cycles: report.cycles.iter().map(|cycle| cycle_row(project, &report.sources, cycle)).collect(),
-        unread: report.problems.iter().map(|problem| unread(&report.sources, problem)).collect(),
+        unread: report.problems.iter().chain(&report.unread).map(|problem| unread(&report.sources, problem)).collect(),
     };
     let mut text = serde_json::to_string_pretty(&proof).expect("strings and numbers are valid JSON");
     text.push('\n');
@@ -93,7 +94,12 @@ fn pair_row(pair: &Pair) -> PairRow<'_> {
 }
 
 fn unread<'a>(sources: &SourceMap, problem: &'a Problem) -> Unread<'a> {
-    Unread { file: &problem.file, line: problem.span.map_or(1, |span| sources.line(span)), cause: &problem.message }
+    Unread {
+        file: &problem.file,
+        line: problem.span.map_or(1, |span| sources.line(span)),
+        cause: &problem.message,
+        help: problem.help.as_deref(),
+    }
 }
 
 /// The report for people: a line for each cycle, an aligned line for each filter, and the summary.
@@ -123,12 +129,13 @@ pub fn human(project: &Project, report: &Report, style: Style) -> String {
             text += &format!("  {}\n", line(pair, &widths, style).trim_end());
         }
     }
-    for problem in &report.problems {
-        text += &format!(
-            "{} {}\n",
-            style.paint(Paint::Red, "unread:"),
-            super::short::problem(&report.sources, problem).trim_end()
-        );
+    for problem in report.problems.iter().chain(&report.unread) {
+        let (paint, line) = if problem.is_error {
+            (Paint::Red, super::short::problem(&report.sources, problem))
+        } else {
+            (Paint::Yellow, super::unread::line(&report.sources, problem))
+        };
+        text += &format!("{} {}\n", style.paint(paint, "unread:"), line.trim_end());
     }
     text + &Summary::of(report).line() + "\n"
 }

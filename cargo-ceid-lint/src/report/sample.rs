@@ -90,12 +90,14 @@ pub(super) fn report() -> (Project, Report) {
             span: Some(place(&sources, odd, "}", 0)),
             message: "expected `;`".to_owned(),
             help: None,
+            is_error: true,
         },
         Problem {
             file: "demo/src/lost.rs".to_owned(),
             span: None,
             message: "cannot read the file".to_owned(),
             help: Some("make it, or take `mod lost;` out".to_owned()),
+            is_error: true,
         },
     ];
     let report = Report {
@@ -104,6 +106,7 @@ pub(super) fn report() -> (Project, Report) {
         problems,
         filter_types: 2,
         sources,
+        ..Report::default()
     };
     (project(), report)
 }
@@ -181,6 +184,7 @@ fn project() -> Project {
             }),
         }],
         cfg: CfgValues::default(),
+        roots_left_out: Vec::new(),
         is_partly_read: false,
         metadata: None,
     };

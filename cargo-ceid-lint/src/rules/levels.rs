@@ -113,6 +113,7 @@ mod tests {
             dependencies: Vec::new(),
             targets: Vec::new(),
             cfg: CfgValues::default(),
+            roots_left_out: Vec::new(),
             is_partly_read: false,
             metadata: None,
         }

@@ -40,6 +40,8 @@ pub enum ReadError {
         /// How many.
         bytes: u64,
     },
+    /// It is text of another encoding, with two bytes a character.
+    Utf16,
     /// It is not text.
     NotUtf8 {
         /// The first wrong byte, from 0.
@@ -55,6 +57,7 @@ impl fmt::Display for ReadError {
             Self::NotFound => f.write_str("no such file"),
             Self::NotAFile => f.write_str("not a regular file"),
             Self::TooLarge { bytes } => write!(f, "too large to be read ({bytes} bytes, limit {MAX_FILE_BYTES})"),
+            Self::Utf16 => f.write_str("not valid UTF-8: it is UTF-16"),
             Self::NotUtf8 { byte } => write!(f, "not valid UTF-8 (byte {byte})"),
             Self::Io(message) => f.write_str(message),
         }
@@ -62,6 +65,20 @@ impl fmt::Display for ReadError {
 }
 
 impl std::error::Error for ReadError {}
+
+impl ReadError {
+    /// What to do about it.
+    #[must_use]
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::NotFound => "create it, or remove what names it",
+            Self::NotAFile => "name a regular file",
+            Self::TooLarge { .. } => "split it, or take it out of the module tree",
+            Self::Utf16 | Self::NotUtf8 { .. } => "save it as UTF-8, the only encoding of Rust",
+            Self::Io(_) => "make it readable",
+        }
+    }
+}
 
 /// The disk.
 #[derive(Clone, Copy, Debug, Default)]
@@ -79,6 +96,7 @@ impl ReadSource for DiskSource {
         let bytes = std::fs::read(path).map_err(|error| io_error(&error))?;
         match String::from_utf8(bytes) {
             Ok(text) => Ok(text.into()),
+            Err(error) if matches!(error.as_bytes(), [0xff, 0xfe, ..] | [0xfe, 0xff, ..]) => Err(ReadError::Utf16),
             Err(error) => Err(ReadError::NotUtf8 { byte: error.utf8_error().valid_up_to() }),
         }
     }

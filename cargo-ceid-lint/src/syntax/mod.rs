@@ -6,6 +6,7 @@ pub mod tree;
 mod cfg_eval;
 mod depth;
 mod directives;
+mod edition;
 mod lex;
 mod lower;
 mod macros;
@@ -17,7 +18,7 @@ mod text;
 mod tests;
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::diagnostic::Problem;
@@ -49,6 +50,8 @@ pub struct RootModule {
     pub items: Vec<Item>,
     /// The names of items and methods, of all its modules, that are not there under this `cfg`.
     pub removed: BTreeSet<String>,
+    /// The files and directories of modules that are declared, and not there under this `cfg`.
+    pub left_out: BTreeSet<PathBuf>,
 }
 
 /// The items of the crate with that root file, its modules included. Files are read through `files`, once each.

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use proc_macro2::{TokenStream, TokenTree};
 
 use super::depth::{Excess, MAX_LINKS, MAX_NESTING, check_depth};
+use super::edition::of_2015;
 use super::lower::Lowerer;
 use super::lower::attrs::Attrs;
 use super::macros::OwnMacros;
@@ -36,6 +37,8 @@ pub(super) struct Loader<'a> {
     pub(super) own: OwnMacros,
     /// The names of items and methods that are not there under this `cfg`.
     pub(super) removed: BTreeSet<String>,
+    /// The files and directories of modules that are not there under this `cfg`.
+    left_out: BTreeSet<PathBuf>,
 }
 
 /// Where the modules of a module are looked for.
@@ -99,18 +102,39 @@ impl<'a> Loader<'a> {
             own_macros: BTreeSet::new(),
             own: OwnMacros::default(),
             removed: BTreeSet::new(),
+            left_out: BTreeSet::new(),
         }
     }
 
     pub(super) fn root(mut self, path: &Path) -> RootModule {
         let loaded = self.load(path, ModuleDir::of_file(path, None), None);
-        let removed = std::mem::take(&mut self.removed);
-        loaded.map_or_else(RootModule::default, |file| match file.attrs.presence {
-            Presence::Absent => RootModule::default(),
-            Presence::Present | Presence::Maybe(_) => {
-                RootModule { attributes: file.attrs.kept, items: file.items, removed }
+        let (removed, left_out) = (std::mem::take(&mut self.removed), std::mem::take(&mut self.left_out));
+        match loaded {
+            Some(LoadedFile { attrs, items }) if attrs.presence != Presence::Absent => {
+                RootModule { attributes: attrs.kept, items, removed, left_out }
             }
-        })
+            _ => RootModule { left_out, ..RootModule::default() },
+        }
+    }
+
+    /// Keeps where a module lies that is declared, and not followed.
+    pub(super) fn leave_out<'p>(&mut self, name: &str, paths: impl Iterator<Item = &'p str>, dir: &ModuleDir) {
+        let children = dir.children();
+        self.left_out.extend([children.join(format!("{name}.rs")), children.join(name)]);
+        self.left_out.extend(paths.map(|path| dir.dir.join(path)));
+    }
+
+    /// The same for all `mod name;` among the tokens of a macro that is not understood.
+    pub(super) fn leave_out_declared(&mut self, tokens: &TokenStream, dir: &ModuleDir) {
+        let mut after_mod = false;
+        for token in tokens.clone() {
+            match &token {
+                TokenTree::Group(group) => self.leave_out_declared(&group.stream(), dir),
+                TokenTree::Ident(ident) if after_mod => self.leave_out(&ident.to_string(), std::iter::empty(), dir),
+                _ => {}
+            }
+            after_mod = matches!(&token, TokenTree::Ident(ident) if ident == "mod");
+        }
     }
 
     /// The file of `mod name;`, declared at `place`. `None` if it could not be read: the problem is recorded.
@@ -146,23 +170,49 @@ impl<'a> Loader<'a> {
             }
             (false, false) => {
                 let message = format!("file not found for module `{name}`");
-                let help = format!("create {} or {}, or remove the declaration", shown[0], shown[1]);
+                let lower = name.to_lowercase();
+                let similar = [children.join(format!("{lower}.rs")), children.join(&lower).join("mod.rs")];
+                let help = match similar.iter().find(|path| lower != name && self.files.exists(path)) {
+                    Some(path) => format!("`{}` differs in case", self.files.map().display_name(path)),
+                    None => format!("create {} or {}, or remove the declaration", shown[0], shown[1]),
+                };
                 self.problem(Some(place), message, Some(help));
                 None
             }
         }
     }
 
-    /// The items of `include!("path")` in the file of `place`; `None` if there is no such file.
+    /// The items of `include!("path")` in the file of `place`; `None` if there is no such file, which is told.
     pub(super) fn include(&mut self, path: &str, place: Span) -> Option<Vec<Item>> {
         let including = self.files.map().file(place.file).path.clone();
         let path = including.parent().map(|dir| dir.join(path))?;
         if !self.files.exists(&path) {
+            let shown = self.files.map().display_name(&path);
+            let help = format!("create `{shown}`, or remove the `include!`");
+            self.problem(Some(place), format!("file not found for `include!`: `{shown}`"), Some(help));
             return None;
         }
         let owner = ModuleDir::of_file(&path, None);
         let loaded = self.load(&path, owner, Some((place, "")));
         Some(loaded.map(|file| file.items).unwrap_or_default())
+    }
+
+    /// Tells that the code which `include!` stands for at `place` is not read, though nothing is wrong with it.
+    pub(super) fn not_included(&mut self, tokens: &TokenStream, place: Span) {
+        let file = last_literal(tokens).map(|path| path.trim_start_matches('/').to_owned());
+        let file = file.map_or_else(|| "the included file".to_owned(), |file| format!("`{file}`"));
+        let (message, help) = if names_out_dir(tokens) {
+            let message = format!("{file} is written by a build script, and none is run");
+            (message, "a law or a cycle in it has to be checked where it is generated from")
+        } else {
+            (
+                format!("{file} is not read: its code is included in a body, or its path is computed"),
+                "use `mod` instead",
+            )
+        };
+        let shown = self.files.map().file(place.file).name.clone();
+        let help = Some(help.to_owned());
+        self.problems.push(Problem { file: shown, span: Some(place), message, help, is_error: false });
     }
 
     fn load(&mut self, path: &Path, dir: ModuleDir, declared: Option<(Span, &str)>) -> Option<LoadedFile> {
@@ -204,6 +254,7 @@ impl<'a> Loader<'a> {
         let unreadable =
             |error: proc_macro2::LexError| syn::Error::new(error.span(), "unbalanced bracket or invalid token");
         let parsed = code.parse::<TokenStream>().map_err(unreadable).and_then(|tokens| {
+            let tokens = if self.edition == "2015" { of_2015(tokens) } else { tokens };
             collect_macro_names(&tokens, &mut self.own_macros);
             syn::parse2::<syn::File>(tokens)
         });
@@ -232,7 +283,8 @@ impl<'a> Loader<'a> {
                 file: shown,
                 span: None,
                 message: error.to_string(),
-                help: Some("the file is skipped".to_owned()),
+                help: Some(format!("the file is skipped; {}", error.remedy())),
+                is_error: true,
             }),
         }
     }
@@ -252,7 +304,7 @@ impl<'a> Loader<'a> {
 
     fn problem(&mut self, span: Option<Span>, message: String, help: Option<String>) {
         let file = span.map(|span| self.files.map().file(span.file).name.clone()).unwrap_or_default();
-        self.problems.push(Problem { file, span, message, help });
+        self.problems.push(Problem { file, span, message, help, is_error: true });
     }
 }
 
@@ -279,6 +331,28 @@ fn skip_trivia(mut text: &str) -> &str {
             return text;
         }
     }
+}
+
+/// Whether the tokens say `env!("OUT_DIR")`, the directory that build scripts write to.
+fn names_out_dir(tokens: &TokenStream) -> bool {
+    tokens.clone().into_iter().any(|token| match token {
+        TokenTree::Group(group) => names_out_dir(&group.stream()),
+        TokenTree::Literal(literal) => literal.to_string() == "\"OUT_DIR\"",
+        TokenTree::Ident(_) | TokenTree::Punct(_) => false,
+    })
+}
+
+/// The last string among the tokens: where a path is put together, it names the file.
+fn last_literal(tokens: &TokenStream) -> Option<String> {
+    tokens
+        .clone()
+        .into_iter()
+        .filter_map(|token| match token {
+            TokenTree::Group(group) => last_literal(&group.stream()),
+            TokenTree::Literal(literal) => Some(literal.to_string().trim_matches('"').to_owned()),
+            TokenTree::Ident(_) | TokenTree::Punct(_) => None,
+        })
+        .last()
 }
 
 /// Adds the names of all `macro_rules!` among the tokens.

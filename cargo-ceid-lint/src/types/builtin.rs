@@ -39,7 +39,10 @@ pub fn is_pointer(name: &str) -> bool {
 pub fn is_transparent(name: &str) -> bool {
     is_pointer(name)
         || is_cell(name)
-        || matches!(name, "Option" | "Result" | "MaybeUninit" | "Poll" | "OnceCell" | "OnceLock" | "StaticCell")
+        || matches!(
+            name,
+            "Option" | "Result" | "MaybeUninit" | "Poll" | "OnceCell" | "OnceLock" | "StaticCell" | "LocalKey"
+        )
 }
 
 /// Whether a type is a cell or lock, behind references and handles: a shared reference to it is enough to write what it holds.
@@ -147,6 +150,7 @@ pub(super) fn item_of(ty: &Ty, by_ref: bool) -> Option<Ty> {
             "Box" | "Pin" | "Arc" | "Rc" | "MutexGuard" | "RefMut" | "LockResult" => item_of(&arg(args, 0), by_ref),
             _ => None,
         },
+        Ty::Param(_) | Ty::Opaque(_) => ty.items().cloned(),
         _ => None,
     }
 }
@@ -190,6 +194,7 @@ pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&
                     matches!(method, "assume_init_mut" | "write" | "assume_init_ref" | "as_mut_ptr" | "assume_init")
                         .then(|| reference(inner))
                 }
+                "LocalKey" => key_method(&inner, method, closure),
                 _ if is_cell(name) => cell_method(&inner, method, closure),
                 _ => None,
             }
@@ -210,6 +215,10 @@ fn ceid_method(path: &str, params: &[Ty], receiver: &Ty, method: &str, args: &[T
         (_, "take") => Ty::std("ceid_core::Take", Vec::new()),
         (_, "by_ref" | "clock") => reference(receiver.clone()),
         ("Cyclic", "run") => option(Ty::Unknown),
+        ("Tick", "then" | "each" | "every") => receiver.clone(),
+        ("Tick", "done") => Ty::unit(),
+        ("Tick", "dt" | "dt_f32") => Ty::Float,
+        ("Tick", "hz") => Ty::Int,
         _ => return None,
     })
 }
@@ -236,6 +245,15 @@ fn opens_option(method: &str) -> bool {
 
 fn is_cell_type(ty: &Ty) -> bool {
     ty.external_name().is_some_and(is_cell)
+}
+
+/// The key of a thread-local value lends it to a closure, and opens the cell that it may be.
+fn key_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty> {
+    match (method, inner) {
+        ("with" | "with_borrow" | "with_borrow_mut", _) => Some(closure.cloned().unwrap_or(Ty::Unknown)),
+        ("take" | "replace" | "get", Ty::External(_, args)) => Some(arg(args, 0)),
+        _ => None,
+    }
 }
 
 fn cell_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty> {
@@ -382,6 +400,8 @@ pub(super) fn closure_params(receiver: &Ty, method: &str, args: &[Ty]) -> Vec<Ty
         return vec![reference(inner)];
     }
     match (name, method) {
+        ("LocalKey", "with") => vec![Ty::Ref(false, Box::new(inner))],
+        ("LocalKey", "with_borrow" | "with_borrow_mut") => closure_params(&inner, method, args),
         ("Iterator" | "Range", "fold" | "try_fold" | "scan") => {
             vec![args.first().cloned().unwrap_or(Ty::Unknown), inner]
         }

@@ -4,7 +4,7 @@ use super::builtin;
 use super::infer::{Infer, param_types};
 use super::paths::Value;
 use super::{Callee, Resolved};
-use crate::index::{Def, FunctionId, MethodOwner, Owner, ParamTy, TraitName, TraitRef, Ty};
+use crate::index::{Def, FunctionId, MethodOwner, Owner, ParamTy, TraitName, TraitRef, Ty, TypeId};
 use crate::syntax::tree::{ExprId, ExprKind, Path, TypeRef};
 
 impl Infer<'_> {
@@ -33,7 +33,7 @@ impl Infer<'_> {
                 self.typed.callees.insert(id, Callee::Closure(closure));
                 self.closure_outputs.get(&closure).cloned().unwrap_or(Ty::Unknown)
             }
-            Ty::FunctionItem(function) => self.call_function(id, function, None, args, None),
+            Ty::FunctionItem(function) => self.call_function(id, function, args, None),
             Ty::Function(params, output) => {
                 for (number, arg) in args.iter().enumerate() {
                     self.expr(*arg, params.get(number));
@@ -66,7 +66,7 @@ impl Infer<'_> {
                     None => self.call_of_type(id, &ty, args),
                 }
             }
-            Value::Def(Def::Function(function)) => self.call_function(id, function, None, args, expected),
+            Value::Def(Def::Function(function)) => self.call_function(id, function, args, expected),
             Value::Def(def @ (Def::Variant(..) | Def::Type(_))) => {
                 let (own, variant) = match &def {
                     Def::Variant(own, at) => (*own, Some(*at)),
@@ -198,25 +198,11 @@ impl Infer<'_> {
         &mut self,
         id: ExprId,
         function: FunctionId,
-        self_ty: Option<&Ty>,
         args: &[ExprId],
         expected: Option<&Ty>,
     ) -> Ty {
-        let has_receiver = self.index.function(function).function.receiver.is_some();
-        let output = self.instantiate(function, self_ty, args, has_receiver, expected);
-        let owner = match self.index.function(function).owner {
-            Owner::Module => None,
-            Owner::Impl(_) => Some(MethodOwner::Inherent(function)),
-            Owner::Trait(of) => Some(MethodOwner::Declared(TraitName::Local(of), Some(function))),
-        };
-        let resolved = Resolved {
-            targets: vec![function],
-            owner,
-            law: None,
-            self_ty: self_ty.cloned().unwrap_or(Ty::Unknown),
-            has_receiver,
-            derefs: Vec::new(),
-        };
+        let resolved = self.function_item(function);
+        let output = self.instantiate(function, None, args, resolved.has_receiver, expected);
         self.typed.callees.insert(id, Callee::Resolved(resolved));
         output
     }
@@ -231,8 +217,12 @@ impl Infer<'_> {
         expected: Option<&Ty>,
     ) -> Ty {
         let def = self.index.function(function);
-        let scope = self.index.scope_of(function);
+        let mut scope = self.index.scope_of(function);
         let mut map: Vec<(String, Ty)> = Vec::new();
+        // What a trait calls `Self::Item` is what the type at hand says.
+        if let (Owner::Trait(_), Some(ty @ (Ty::Adt(..) | Ty::Param(_) | Ty::Opaque(_)))) = (&def.owner, self_ty) {
+            scope.self_ty = Some(ty.clone());
+        }
         match def.owner {
             Owner::Impl(id) => {
                 let mut given = self_ty.map(|ty| self.index.impl_args(id, ty)).unwrap_or_default();
@@ -357,6 +347,11 @@ impl Infer<'_> {
             "std::iter::repeat_with" | "std::iter::from_fn" | "std::iter::repeat" => {
                 builtin::iterator(self.closure_output(args.first().copied()))
             }
+            "std::iter::once" => builtin::iterator(first),
+            "std::iter::zip" => {
+                let items = given.iter().map(|ty| self.item_ty(ty)).collect();
+                builtin::iterator(Ty::Tuple(items))
+            }
             "critical_section::with" | "cortex_m::interrupt::free" | "std::thread::scope" => {
                 self.closure_output(args.first().copied())
             }
@@ -394,11 +389,12 @@ impl Infer<'_> {
         if name == "clone" {
             return given.first().map_or(Ty::Unknown, |first| first.peel().clone());
         }
-        let makes_itself =
-            matches!(name, "new" | "default" | "pin" | "const_new" | "init" | "create" | "builder" | "now")
-                || name.starts_with("new_")
-                || name.starts_with("with_")
-                || name.starts_with("from");
+        let is_set = |id: TypeId| self.index.type_def(id).attributes.iter().any(|own| own.path == "ceid_core::filters");
+        let makes_itself = (name == "register" && matches!(ty, Ty::Adt(id, _) if is_set(id)))
+            || matches!(name, "new" | "default" | "pin" | "const_new" | "init" | "create" | "builder" | "now")
+            || name.starts_with("new_")
+            || name.starts_with("with_")
+            || name.starts_with("from");
         // `File::open(…)?` and its kin: the function is known although its crate is not read.
         if builtin::may_fail(&path, name) {
             return Ty::std("std::result::Result", vec![ty, Ty::Unknown]);

@@ -94,10 +94,12 @@ impl Infer<'_> {
         for local in &mut self.typed.locals {
             local.ty = self.variables.resolve(&local.ty);
         }
-        for callee in self.typed.callees.values_mut() {
-            if let Callee::Resolved(resolved) = callee {
-                resolved.self_ty = self.variables.resolve(&resolved.self_ty);
-            }
+        let called = self.typed.callees.values_mut().filter_map(|callee| match callee {
+            Callee::Resolved(resolved) => Some(resolved),
+            _ => None,
+        });
+        for resolved in called.chain(self.typed.items.values_mut()) {
+            resolved.self_ty = self.variables.resolve(&resolved.self_ty);
         }
         self.typed
     }

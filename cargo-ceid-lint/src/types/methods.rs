@@ -28,6 +28,12 @@ impl Infer<'_> {
                     if let Some(owner) = owners.into_iter().next() {
                         return self.resolved_method(id, owner, &ty, method, args, derefs);
                     }
+                    // An iterator of which only the bounds are known has the methods of all iterators.
+                    if let Some(item) = ty.items().cloned()
+                        && let Some(output) = self.builtin_call(id, &builtin::iterator(item), method, args)
+                    {
+                        return output;
+                    }
                     match self.user_deref(&ty) {
                         Some((target, through)) => {
                             derefs.push(through);

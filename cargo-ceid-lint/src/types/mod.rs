@@ -90,6 +90,8 @@ pub struct TypedBody {
     pub pat_def: HashMap<PatId, Def>,
     /// What each call runs.
     pub callees: BTreeMap<ExprId, Callee>,
+    /// What a path to a function runs where it is called: `Filter::update` in `for_each(Filter::update)`.
+    pub items: HashMap<ExprId, Resolved>,
 }
 
 impl TypedBody {
@@ -104,6 +106,12 @@ impl TypedBody {
     pub fn local(&self, id: LocalId) -> &Local {
         &self.locals[id.0 as usize]
     }
+}
+
+/// The type of what a `for` loop takes from a value in each round.
+#[must_use]
+pub fn item_of(ty: &Ty) -> Option<Ty> {
+    builtin::item_of(ty, false)
 }
 
 /// Infers the types of a function's, constant's or static's body; `None` if it has none.

@@ -1,7 +1,8 @@
 //! Paths in expressions: the variable, the item, or the member of a type that is meant.
 
+use super::Resolved;
 use super::infer::Infer;
-use crate::index::{Def, MethodOwner, Namespace, TraitName, Ty};
+use crate::index::{Def, FunctionId, MethodOwner, Namespace, Owner, TraitName, Ty};
 use crate::syntax::tree::{ExprId, Path, TypeRef};
 
 /// What a path in an expression means.
@@ -24,14 +25,58 @@ impl Infer<'_> {
             }
             Value::Def(def) => {
                 self.typed.expr_def.insert(id, def.clone());
+                if let Def::Function(function) = def {
+                    self.typed.items.insert(id, self.function_item(function));
+                }
                 self.def_ty(&def)
             }
-            Value::Assoc(owners, _) => match owners.first().and_then(MethodOwner::function) {
-                Some(function) => Ty::FunctionItem(function),
-                None => Ty::Unknown,
-            },
+            Value::Assoc(owners, ty) => {
+                let function = owners.first().and_then(MethodOwner::function);
+                if let Some(owner) = owners.into_iter().next() {
+                    let resolved = self.assoc_item(owner, ty.unwrap_or(Ty::Unknown), path.last());
+                    self.typed.items.insert(id, resolved);
+                }
+                function.map_or(Ty::Unknown, Ty::FunctionItem)
+            }
             Value::ExternalAssoc(..) | Value::Unknown => Ty::Unknown,
         }
+    }
+
+    /// What a call of a function runs, wherever it is called.
+    pub(super) fn function_item(&self, function: FunctionId) -> Resolved {
+        let def = self.index.function(function);
+        match def.owner {
+            Owner::Module => Resolved {
+                targets: vec![function],
+                owner: None,
+                law: None,
+                self_ty: Ty::Unknown,
+                has_receiver: def.function.receiver.is_some(),
+                derefs: Vec::new(),
+            },
+            Owner::Impl(id) => {
+                let of = self.index.impl_def(id);
+                let owner = match &of.implements {
+                    Some(name) => MethodOwner::Implemented(name.clone(), function),
+                    None => MethodOwner::Inherent(function),
+                };
+                self.assoc_item(owner, of.self_ty.clone(), &def.name)
+            }
+            Owner::Trait(of) => {
+                let owner = MethodOwner::Declared(TraitName::Local(of), Some(function));
+                self.assoc_item(owner, Ty::Unknown, &def.name)
+            }
+        }
+    }
+
+    fn assoc_item(&self, owner: MethodOwner, self_ty: Ty, name: &str) -> Resolved {
+        let law = self.law_of(&self_ty, name, &owner);
+        let has_receiver = match owner.function() {
+            Some(function) => self.index.function(function).function.receiver.is_some(),
+            None => true,
+        };
+        let targets = self.targets(&owner, name);
+        Resolved { targets, owner: Some(owner), law, self_ty, has_receiver, derefs: Vec::new() }
     }
 
     fn def_ty(&mut self, def: &Def) -> Ty {

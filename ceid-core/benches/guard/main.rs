@@ -15,9 +15,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+#[path = "../bars/row.rs"]
+mod row;
 mod source;
 mod tools;
 
+use row::{TITLES, line};
 use source::{Body, Form};
 
 /// At most so much more than by hand, under unwinding, where a guard needs a landing pad.
@@ -60,6 +63,7 @@ fn compare(sizes: &[usize]) -> Result<Vec<String>, String> {
     println!("\"same\": the assembly of the loop is the same as by hand\n");
 
     let mut failures = Vec::new();
+    let mut summary = Vec::new();
     for (panic, body, title) in [
         ("abort", Body::Straight, "panic = \"abort\", a body with one end"),
         ("abort", Body::Early, "panic = \"abort\", a body with a `continue`"),
@@ -69,31 +73,68 @@ fn compare(sizes: &[usize]) -> Result<Vec<String>, String> {
         let library = tools::library(&folder, panic)?;
         println!("{title}");
         println!(
-            "| filters | by hand | `each_cycle!` | `run` | `ceid!` of a set | by hand, before each `continue` too |"
+            "| filters | by hand | by hand, before each `continue` too | `each_cycle!` | `run` | `ceid!` to a last `continue` | `ceid!` |"
         );
-        println!("| ---: | ---: | ---: | ---: | ---: | ---: |");
+        println!("| ---: | ---: | ---: | ---: | ---: | ---: | ---: |");
+        let mut ratios = [Form::EachCycle, Form::Run, Form::ListToContinue, Form::List]
+            .map(|form| Ratios { form, ..Ratios::default() });
         for &filters in sizes {
             let loops = Loops { folder: &folder, library: &library, panic, body, filters };
             let hand = loops.measure(Form::Hand)?;
-            let mut row = format!("| {filters} | {:.1} |", hand.instructions);
-            for form in [Form::EachCycle, Form::Run, Form::List, Form::HandTwice] {
-                let other = loops.measure(form)?;
-                if other.result != hand.result {
-                    return Err(format!("{} computes something else than the calls by hand", other.program.display()));
-                }
-                let ratio = other.instructions / hand.instructions;
-                let same = other.assembly == hand.assembly;
-                row += &format!(" {:.1} ({ratio:.3}{}) |", other.instructions, if same { ", same" } else { "" });
-                if !bar(form, body, panic).is_met(ratio, same) {
-                    failures.push(format!("{}: {ratio:.3}, same assembly: {same}", other.program.display()));
+            let twice = loops.measure(Form::HandTwice)?;
+            let mut row = format!("| {filters} | {:.1} | {} |", hand.instructions, twice.against(&hand)?);
+            for ratios in &mut ratios {
+                let form = loops.measure(ratios.form)?;
+                row += &format!(" {} |", form.against(&hand)?);
+                let (ratio, same) = (form.instructions / hand.instructions, form.assembly == hand.assembly);
+                ratios.add(ratio, same);
+                if !bar(ratios.form, body, panic).is_met(ratio, same) {
+                    failures.push(format!("{}: {ratio:.3}, same assembly: {same}", form.program.display()));
                 }
             }
             println!("{row}");
         }
         println!();
+        summary.extend(ratios.iter().flat_map(|ratios| ratios.lines(title, bar(ratios.form, body, panic))));
     }
+    println!("instructions per cycle, guard / by hand, {} sets of 1 to 64 filters\n\n{TITLES}", sizes.len());
+    println!("{}\n", summary.join("\n"));
     paper(&folder, sizes)?;
     Ok(failures)
+}
+
+/// What all sizes of one form have in common.
+#[derive(Default)]
+struct Ratios {
+    form: Form,
+    largest: f64,
+    same: u32,
+    sizes: u32,
+}
+
+impl Ratios {
+    fn add(&mut self, ratio: f64, same: bool) {
+        self.largest = self.largest.max(ratio);
+        self.same += u32::from(same);
+        self.sizes += 1;
+    }
+
+    fn lines(&self, title: &str, bar: Bar) -> Vec<String> {
+        let what = format!("`{}`, {title}", self.form.name());
+        let largest = |bar| line(&what, "largest ratio", self.largest, &bar);
+        match bar {
+            Bar::None => vec![largest(row::Bar::None)],
+            Bar::Ratio(most) => vec![largest(row::Bar::AtMost(most))],
+            Bar::SameAssembly => {
+                let share = f64::from(self.same) / f64::from(self.sizes);
+                let figures = format!("{} / {} sets", self.same, self.sizes);
+                vec![
+                    largest(row::Bar::AtMost(1.0)),
+                    line(&format!("{what}, same assembly"), &figures, share, &row::Bar::AtLeast(1.0)),
+                ]
+            }
+        }
+    }
 }
 
 /// What a form has to reach against calls by hand.
@@ -141,6 +182,17 @@ struct Measured {
     result: String,
     instructions: f64,
     assembly: String,
+}
+
+impl Measured {
+    /// Its instructions, and their ratio to those of another program that has to compute the same.
+    fn against(&self, other: &Self) -> Result<String, String> {
+        if self.result != other.result {
+            return Err(format!("{} and {} compute different things", self.program.display(), other.program.display()));
+        }
+        let same = if self.assembly == other.assembly { ", same" } else { "" };
+        Ok(format!("{:.1} ({:.3}{same})", self.instructions, self.instructions / other.instructions))
+    }
 }
 
 impl Loops<'_> {

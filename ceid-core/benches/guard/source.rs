@@ -1,14 +1,17 @@
 //! The programs that are measured: the same loop with calls written by hand and with a guard, in Rust and in C++.
 
 /// How the update laws are run in Rust.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) enum Form {
     /// One call after the other, below the body, which an early end of the cycle jumps to.
+    #[default]
     Hand,
     /// The same calls in a function, called below the body and before each `continue`.
     HandTwice,
     /// `ceid!(cycle => f = filters)`
     List,
+    /// The same in a body whose last statement is `continue` as well.
+    ListToContinue,
     /// `each_cycle!(f in control => { … })`
     EachCycle,
     /// `control.run(|f, info| …)`
@@ -21,6 +24,7 @@ impl Form {
             Self::Hand => "hand",
             Self::HandTwice => "hand_twice",
             Self::List => "ceid",
+            Self::ListToContinue => "ceid_to_continue",
             Self::EachCycle => "each_cycle",
             Self::Run => "run",
         }
@@ -70,7 +74,7 @@ pub(crate) fn rust(form: Form, filters: usize, kind: Body) -> String {
     let sum = each(filters, |filter| format!(" + control.filters().f{filter}.output"));
     let lines = |set: &str, leave: &str| body(filters, kind, set, leave);
     let (control, construct, control_loop) = match form {
-        Form::Hand | Form::HandTwice | Form::List => {
+        Form::Hand | Form::HandTwice | Form::List | Form::ListToContinue => {
             let calls = each(filters, |filter| format!("filters.f{filter}.advance(Hz::<1000>::DT);\n"));
             let control_loop = match form {
                 Form::Hand => {
@@ -86,9 +90,10 @@ pub(crate) fn rust(form: Form, filters: usize, kind: Body) -> String {
                 }
                 _ => {
                     let lines = lines("f", "continue;");
+                    let last = if form == Form::ListToContinue { "continue;\n" } else { "" };
                     format!(
                         "while let Some(cycle) = clock.next_cycle() {{\nlet n = cycle.info().n;\n\
-                         ceid!(cycle => f = filters);\n{lines}}}"
+                         ceid!(cycle => f = filters);\n{lines}{last}}}"
                     )
                 }
             };

@@ -63,7 +63,7 @@ pub trait Clock {
 
     /// Waits for the next release, and returns the token that [`ceid!`](crate::ceid) takes; `None` ends the loop.
     ///
-    /// Blocks as long as [`wait`](Clock::wait) does. Not to be overridden.
+    /// Blocks as long as [`wait`](Clock::wait) does, and allocates nothing beside it. Not to be overridden.
     #[must_use = "a cycle that is not passed to `ceid!` updates no filter"]
     #[inline]
     fn next_cycle(&mut self) -> Option<Cycle<'_, Self::Rate>> {

@@ -57,7 +57,7 @@ impl<C: Clock, S: SampledFilter<C::Rate>> Cyclic<S, C> {
 
     /// Runs `body` once per cycle, until it breaks or the clock ends. Returns the value it broke with, or `None`.
     ///
-    /// Blocks as long as the clock does, does not allocate.
+    /// Blocks as long as the clock does in each cycle, does not allocate, and takes the time of its bodies and laws.
     ///
     /// ```
     /// use ceid_core::prelude::*;

@@ -79,6 +79,8 @@ macro_rules! each_cycle {
 ///   feature `alloc`). To replace a filter as a whole, write `*kf = KalmanF::new()`.
 /// - The token `cycle` is moved: a second guard in the same cycle, or a guard in an inner loop, does not compile.
 /// - One list holds up to 16 filters; a list entry may be an array, a tuple, or a [`filters!`](crate::filters) set.
+/// - In a body with a `continue`, the compiler writes the laws at each way out, as somebody would who calls them before each
+///   `continue`. End the body with `continue` as well, and it writes them once.
 /// - Write it as the first statement of the loop: a `continue` above it leaves the cycle without an update (linter
 ///   rule `skipped_update`). [`each_cycle!`](crate::each_cycle) has no such gap.
 #[doc(alias = "CEID")]

@@ -5,13 +5,15 @@ use crate::rate::Rate;
 
 /// Tells the time and sleeps: the one thing that [`Periodic`] needs of a platform.
 ///
-/// With the feature `std`, [`StdTime`](crate::StdTime) is one. On bare metal it is a hardware timer and `wfi`; in a
+/// With the feature `std`, `StdTime` is one. On bare metal it is a hardware timer and `wfi`; in a
 /// test, a variable.
 pub trait Time {
     /// Nanoseconds since some moment in the past that stays the same. Never decreases.
+    ///
+    /// Called in the loop, so an implementation should neither allocate nor block.
     fn now_ns(&mut self) -> u64;
 
-    /// Returns at `at_ns`, not before; at once if that has passed.
+    /// Blocks until `at_ns`, and does not return before; returns at once if that has passed. Should not allocate.
     fn sleep_until_ns(&mut self, at_ns: u64);
 }
 

@@ -44,6 +44,8 @@ pub struct Releases<R> {
     overrun: Overrun,
     /// The number of the next release, which is the number of releases counted so far.
     next: u64,
+    /// When the next release is due. Kept, because it is asked for more often than it changes.
+    next_ns: u64,
     cycles: u64,
     missed: u64,
     stopped: bool,
@@ -55,14 +57,14 @@ impl<R: Rate> Releases<R> {
     #[must_use]
     #[inline]
     pub const fn new(overrun: Overrun) -> Self {
-        Self { overrun, next: 0, cycles: 0, missed: 0, stopped: false, rate: PhantomData }
+        Self { overrun, next: 0, next_ns: 0, cycles: 0, missed: 0, stopped: false, rate: PhantomData }
     }
 
     /// When the next release is due, in nanoseconds after release 0. Neither allocates nor blocks nor panics.
     #[must_use]
     #[inline]
-    pub fn next_ns(&self) -> u64 {
-        R::release_ns(self.next)
+    pub const fn next_ns(&self) -> u64 {
+        self.next_ns
     }
 
     /// Begins a cycle at `now_ns` after release 0, and says which; `None` after an overrun under [`Overrun::Stop`],
@@ -75,25 +77,37 @@ impl<R: Rate> Releases<R> {
         if self.stopped {
             return None;
         }
-        let due = R::released_by(now_ns);
-        let behind = due.saturating_sub(self.next).saturating_sub(1);
+        let mut following_ns = R::release_ns(self.next.saturating_add(1));
+        // As long as the release after this one is not due, none is missed.
+        let missed = if now_ns < following_ns { 0 } else { self.miss(now_ns)? };
+        if missed > 0 {
+            following_ns = R::release_ns(self.next.saturating_add(1));
+        }
+        let (n, release_ns) = (self.next, self.next_ns);
+        self.next = n.saturating_add(1);
+        self.next_ns = following_ns;
+        self.cycles = self.cycles.saturating_add(1);
+        Some(CycleInfo { n, release_ns, late_ns: now_ns.saturating_sub(release_ns), missed })
+    }
+
+    /// Passes over the releases that will have no cycle, and returns how many; `None` if that ends the loop.
+    #[cold]
+    fn miss(&mut self, now_ns: u64) -> Option<u64> {
+        let due = R::released_by(now_ns).saturating_sub(self.next);
+        let behind = due.saturating_sub(1);
         let missed = match self.overrun {
             Overrun::Skip => behind,
             Overrun::CatchUp { max } => behind.saturating_sub(u64::from(max)),
             Overrun::Stop if behind == 0 => 0,
             Overrun::Stop => {
                 self.stopped = true;
-                self.missed = self.missed.saturating_add(due - self.next);
-                self.next = due;
-                return None;
+                due
             }
         };
-        let n = self.next.saturating_add(missed);
-        let release_ns = R::release_ns(n);
-        self.next = n.saturating_add(1);
-        self.cycles = self.cycles.saturating_add(1);
+        self.next = self.next.saturating_add(missed);
+        self.next_ns = R::release_ns(self.next);
         self.missed = self.missed.saturating_add(missed);
-        Some(CycleInfo { n, release_ns, late_ns: now_ns.saturating_sub(release_ns), missed })
+        (!self.stopped).then_some(missed)
     }
 
     /// How many releases have been counted, with a cycle or without. Neither allocates nor blocks nor panics.

@@ -37,11 +37,8 @@ pub struct LatestCell<T> {
     slots: [Padded<UnsafeCell<T>>; 3],
     /// The index of the slot between, and `FRESH`.
     between: Padded<AtomicU8>,
-    // Copies of what the ends know, from which ends that are taken anew go on where the last ones stopped.
-    /// The index of the writer's slot.
+    /// A copy of the index of the writer's slot, from which ends that are taken anew go on where the last ones stopped.
     back: Padded<UnsafeCell<u8>>,
-    /// The index of the reader's slot.
-    front: Padded<UnsafeCell<u8>>,
     taken: AtomicBool,
 }
 
@@ -49,9 +46,10 @@ pub struct LatestCell<T> {
 #[cfg_attr(not(target_os = "none"), repr(align(128)))]
 struct Padded<T>(T);
 
-// SAFETY: a shared cell gives out one writer and one reader at most (`split_once`), and their protocol never lets both
-// touch one slot or one index at a time; a value travels from the writer's thread to the reader's, hence `Send`.
-unsafe impl<T: Send> Sync for LatestCell<T> {}
+// SAFETY: only a cell has these. A shared cell gives out one writer and one reader at most (`split_once`), and their
+// protocol never lets both touch one slot or one index at a time; a value travels from the writer's thread to the reader's,
+// hence `Send`.
+unsafe impl<T: Send> Sync for Padded<T> {}
 
 impl<T: Copy> LatestCell<T> {
     constructor! {
@@ -69,7 +67,6 @@ impl<T: Copy> LatestCell<T> {
                 ],
                 back: Padded(UnsafeCell::new(0)),
                 between: Padded(AtomicU8::new(1)),
-                front: Padded(UnsafeCell::new(2)),
                 taken: AtomicBool::new(false),
             }
         }
@@ -108,9 +105,15 @@ impl<T> LatestCell<T> {
     /// There are no other ends while these live.
     #[inline]
     unsafe fn ends(&self) -> (LatestWriter<'_, T>, LatestReader<'_, T>) {
-        // SAFETY: only the writer touches `back`, and only the reader `front`; there are neither yet.
-        let (back, front) = unsafe { (self.back.0.with(|back| *back), self.front.0.with(|front| *front)) };
-        (LatestWriter { cell: self, back }, LatestReader { cell: self, front })
+        // SAFETY: only the writer touches `back`, and there is none yet.
+        let back = self.back.0.with(|back| unsafe { *back });
+        // Relaxed: the last ends are gone, and whatever told this thread so has ordered what they did.
+        let between = self.between.0.load(Ordering::Relaxed) & INDEX;
+        // The three indices are 0, 1 and 2 in some order, and 0 ^ 1 ^ 2 is 3.
+        let front = 3 ^ back ^ between;
+        // SAFETY: the indices are 0, 1 and 2 from the start, and are only ever swapped.
+        let slot = unsafe { self.slot(front) };
+        (LatestWriter { cell: self, back }, LatestReader { cell: self, front, slot })
     }
 
     /// The slot of an index.
@@ -119,10 +122,10 @@ impl<T> LatestCell<T> {
     ///
     /// `index` is below 3.
     #[inline]
-    unsafe fn slot(&self, index: u8) -> &UnsafeCell<T> {
+    unsafe fn slot(&self, index: u8) -> &Padded<UnsafeCell<T>> {
         debug_assert!(index < 3, "an index of the protocol is out of range");
         // SAFETY: the caller vouches for the index. A checked access would be the only panic of the cell.
-        &unsafe { self.slots.get_unchecked(usize::from(index)) }.0
+        unsafe { self.slots.get_unchecked(usize::from(index)) }
     }
 
     /// Gives a slot away, and takes the one between for it.
@@ -155,7 +158,7 @@ impl<T: Copy> LatestWriter<'_, T> {
     pub fn set(&mut self, value: T) {
         // SAFETY: the indices are 0, 1 and 2 from the start, and are only ever swapped. The slot is the writer's: the
         // reader takes a slot only after it was given away below.
-        unsafe { self.cell.slot(self.back).with_mut(|slot| *slot = value) };
+        unsafe { self.cell.slot(self.back).0.with_mut(|slot| *slot = value) };
         self.back = self.cell.exchange(self.back | FRESH);
         // SAFETY: only the writer touches `back`, there is one writer, and it is borrowed exclusively here.
         self.cell.back.0.with_mut(|back| unsafe { *back = self.back });
@@ -173,6 +176,8 @@ pub struct LatestReader<'c, T> {
     cell: &'c LatestCell<T>,
     /// The index of the reader's slot.
     front: u8,
+    /// That slot, found when it was taken, because it is read more often.
+    slot: &'c Padded<UnsafeCell<T>>,
 }
 
 impl<T> LatestReader<'_, T> {
@@ -185,14 +190,23 @@ impl<T> LatestReader<'_, T> {
         // Relaxed: this only asks whether to swap; the swap orders the accesses.
         let is_fresh = self.cell.between.0.load(Ordering::Relaxed) & FRESH != 0;
         if is_fresh {
-            self.front = self.cell.exchange(self.front);
-            // SAFETY: only the reader touches `front`, there is one reader, and it is borrowed exclusively here.
-            self.cell.front.0.with_mut(|front| unsafe { *front = self.front });
+            self.take();
         }
-        // SAFETY: the index is in range as in `set`. The slot is the reader's until its next swap, which needs the
-        // exclusive borrow that the reference holds.
-        let value = unsafe { self.cell.slot(self.front).with(|slot| &*slot) };
+        // SAFETY: the slot is the reader's until its next swap, which needs the exclusive borrow that the reference holds.
+        let value = self.slot.0.with(|slot| unsafe { &*slot });
         if is_fresh { Reading::Fresh(value) } else { Reading::Stale(value) }
+    }
+}
+
+impl<T> LatestReader<'_, T> {
+    /// Takes the slot between, which is fresh. Cold, because a swap takes long in any case, while the other way is so
+    /// short that one jump more counts.
+    #[cold]
+    #[inline]
+    fn take(&mut self) {
+        self.front = self.cell.exchange(self.front);
+        // SAFETY: the index is in range as in `set`.
+        self.slot = unsafe { self.cell.slot(self.front) };
     }
 }
 

@@ -39,7 +39,9 @@ impl<const BUCKETS: usize> Histogram<BUCKETS> {
     pub fn record(&mut self, ns: u64) {
         self.min_ns = self.min_ns.min(ns);
         self.max_ns = self.max_ns.max(ns);
-        let bucket = usize::try_from(ns / self.width_ns).ok().and_then(|bucket| self.buckets.get_mut(bucket));
+        // Without buckets there is nothing to divide for.
+        let bucket = if BUCKETS == 0 { None } else { usize::try_from(ns / self.width_ns).ok() };
+        let bucket = bucket.and_then(|bucket| self.buckets.get_mut(bucket));
         let count = bucket.unwrap_or(&mut self.beyond);
         *count = count.saturating_add(1);
     }
@@ -62,7 +64,7 @@ impl<const BUCKETS: usize> Histogram<BUCKETS> {
         self.width_ns
     }
 
-    /// The number of durations. Does not allocate, block or panic.
+    /// The number of durations. Does not allocate, block or panic; takes time for each bucket.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.buckets.iter().copied().map(u64::from).sum::<u64>() + u64::from(self.beyond)
@@ -83,7 +85,8 @@ impl<const BUCKETS: usize> Histogram<BUCKETS> {
     /// A duration that the share `quantile` of all durations does not exceed: the upper end of its bucket, or the
     /// longest duration if that is shorter or the bucket is the one beyond. `None` if there are no durations.
     ///
-    /// Does not allocate, block or panic: a quantile outside 0 to 1 is taken as the nearer of the two.
+    /// Does not allocate, block or panic: a quantile outside 0 to 1 is taken as the nearer of the two. Takes time for each
+    /// bucket.
     #[must_use]
     pub fn quantile_ns(&self, quantile: f64) -> Option<u64> {
         let count = self.count();

@@ -54,13 +54,14 @@ pub struct Privileges {
 }
 
 impl Privileges {
-    /// Whether anything that was asked for was refused. Does not allocate, block or panic.
+    /// Whether anything that was asked for was refused. Does not allocate, block or panic; takes time for each thread.
     #[must_use]
     pub fn is_refused(&self) -> bool {
         self.refused().next().is_some()
     }
 
-    /// What was refused: the task, if it is about one, what it is, and why. Does not allocate, block or panic.
+    /// What was refused: the task, if it is about one, what it is, and why. Does not allocate, block or panic; takes time for
+    /// each thread.
     pub fn refused(&self) -> impl Iterator<Item = (Option<&'static str>, &'static str, ErrorKind)> + '_ {
         let process = [
             (None, MEMORY_LOCK, self.memory_lock),

@@ -34,7 +34,7 @@ pub(super) fn is_received(search: &Search<'_>, region: Region, test: &Test) -> b
 pub(super) struct Gates<'s, 'a> {
     search: &'s Search<'a>,
     region: Region,
-    assignments: Assignments<'a>,
+    assignments: OnceCell<Assignments<'a>>,
     fed: OnceCell<Sources>,
     step: OnceCell<Sources>,
     time_base: OnceCell<TimeBase>,
@@ -66,11 +66,10 @@ const MAX_ORIGINS: u32 = 4;
 
 impl<'s, 'a> Gates<'s, 'a> {
     pub(super) fn new(search: &'s Search<'a>, region: Region) -> Self {
-        let assignments = Assignments::new(search.graph);
         Self {
             search,
             region,
-            assignments,
+            assignments: OnceCell::new(),
             fed: OnceCell::new(),
             step: OnceCell::new(),
             time_base: OnceCell::new(),
@@ -80,6 +79,11 @@ impl<'s, 'a> Gates<'s, 'a> {
             time_gates: OnceCell::new(),
             is_helper: false,
         }
+    }
+
+    /// Most conditions are judged without them.
+    fn assignments(&self) -> &Assignments<'a> {
+        self.assignments.get_or_init(|| Assignments::new(self.search.graph))
     }
 
     /// The same for a function that a cycle calls.
@@ -226,7 +230,7 @@ impl<'s, 'a> Gates<'s, 'a> {
 
     /// The nodes of the region that assign to a place.
     fn assigning<'b>(&'b self, place: &'b Place) -> impl Iterator<Item = NodeId> + 'b {
-        self.assignments.of(place).iter().copied().filter(|id| self.is_inside(*id) && self.assigns(*id, place))
+        self.assignments().of(place).iter().copied().filter(|id| self.is_inside(*id) && self.assigns(*id, place))
     }
 
     /// From which nodes an update can still be reached in the iteration.
@@ -342,7 +346,7 @@ impl<'s, 'a> Gates<'s, 'a> {
     /// What the places that a condition reads are computed from.
     fn behind(&self, test: &Test) -> Sources {
         let asked = Computed { places: test.about.reads.clone(), calls: test.about.names.clone() };
-        self.assignments.behind(&asked)
+        self.assignments().behind(&asked)
     }
 
     /// The last name of a place.

@@ -48,7 +48,7 @@ impl Gates<'_, '_> {
                     _ => {}
                 }
             }
-            self.assignments.behind(&fed)
+            self.assignments().behind(&fed)
         })
     }
 

@@ -108,7 +108,7 @@ impl Gates<'_, '_> {
             if step.places.is_empty() && step.calls.is_empty() {
                 return self.fed().clone();
             }
-            self.assignments.behind(&step)
+            self.assignments().behind(&step)
         })
     }
 

@@ -60,7 +60,7 @@ impl Gates<'_, '_> {
         }
         test.about.reads.iter().any(|place| {
             let source = crate::flow::Computed { places: vec![place.clone()], calls: Vec::new() };
-            let is_told = place.steps.is_empty() && self.tells(&self.assignments.behind(&source));
+            let is_told = place.steps.is_empty() && self.tells(&self.assignments().behind(&source));
             is_told || self.is_time(place) || self.is_accumulated_time(place)
         })
     }
@@ -103,7 +103,7 @@ impl Gates<'_, '_> {
                 self.search.graph.changes.get(&id).is_some_and(|change| {
                     change.kind == ChangeKind::Accumulates
                         && (change.computed.places.iter().any(|step| is_time_name(&self.last_name(step)))
-                            || self.tells(&self.assignments.behind(&change.computed)))
+                            || self.tells(&self.assignments().behind(&change.computed)))
                 })
             })
     }
@@ -127,7 +127,7 @@ impl Gates<'_, '_> {
             let change = self.search.graph.changes.get(&id);
             change.is_some_and(|change| {
                 change.kind != ChangeKind::Constant
-                    && (is_named || self.tells(&self.assignments.behind(&change.computed)))
+                    && (is_named || self.tells(&self.assignments().behind(&change.computed)))
             })
         })
     }

@@ -3,7 +3,9 @@
 use super::run::Run;
 use super::{MAX_ROUNDS, Region, Search, State};
 use crate::count::aliases::Aliases;
-use crate::flow::{Assignment, CallSite, ControlFlowGraph, IndexKey, LoopId, Place, Projection, Relation, Rounds, Var};
+use crate::flow::{
+    Assignment, CallSite, ControlFlowGraph, IndexKey, LoopId, Place, Projection, Relation, Rounds, Transfer, Var,
+};
 use std::collections::BTreeSet;
 
 impl Search<'_> {
@@ -16,11 +18,12 @@ impl Search<'_> {
     ) -> (Vec<Place>, bool) {
         let mut gained: Vec<Place> = Vec::new();
         let mut lost: Vec<Place> = Vec::new();
-        if let Some(from) = &set.from {
+        // A copy is another instance.
+        if let Some(from) = set.from.as_ref().filter(|_| set.transfer != Transfer::Copy) {
             for name in names {
                 if let Relation::Holds(rest) = from.relate(name, value) {
                     gained.push(set.place.join(&rest));
-                    if set.by_move && *from != set.place {
+                    if set.transfer != Transfer::Borrow && *from != set.place {
                         lost.push(name.clone());
                     }
                 }

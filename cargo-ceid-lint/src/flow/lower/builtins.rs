@@ -1,7 +1,7 @@
 //! Methods of the standard library that hand out, test, replace or visit what a wrapper holds.
 
 use super::{Builder, Value};
-use crate::flow::{Assignment, Effect, IndexKey, Place};
+use crate::flow::{Assignment, Cause, Effect, IndexKey, Place, Transfer};
 use crate::index::Ty;
 use crate::syntax::tree::ExprId;
 
@@ -16,6 +16,7 @@ impl Builder<'_> {
         }
         let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
         let span = self.span(id);
+        self.keep_iterator(&value, &Cause::Call(self.text(id)), span);
         match method {
             "push" | "push_back" | "push_front" => {
                 if let (Some(place), Some(given)) = (&value.place, values.first()) {
@@ -24,10 +25,19 @@ impl Builder<'_> {
                 }
                 Value::default()
             }
+            "extend" | "extend_from_slice" if values.iter().any(|value| value.iterator.is_some()) => {
+                for source in values.into_iter().filter_map(|value| value.iterator) {
+                    self.gather(id, &source);
+                }
+                Value::default()
+            }
             // A closure that the standard library calls is run where it stands.
             _ => {
+                for value in &values {
+                    self.keep_iterator(value, &Cause::Call(self.text(id)), span);
+                }
                 if let Some(closure) = values.iter().find_map(|value| value.closure) {
-                    self.closure_loop(closure, super::iterators::Source::bounded(), span);
+                    self.closure_loop(closure, super::sources::Source::bounded(), span);
                 }
                 Value::default()
             }
@@ -48,6 +58,11 @@ impl Builder<'_> {
             return Some(found);
         }
         Some(match method {
+            "iter_mut" | "iter" | "into_iter" | "values_mut" | "values" | "into_values"
+                if value.place.is_some() && super::sources::is_map(self.ty(receiver).peel()) =>
+            {
+                self.map_items(method, value)
+            }
             "unwrap" | "expect" | "unwrap_unchecked" => {
                 self.assume_present(value, receiver, span);
                 Value { head: None, same_as: None, ..value.clone() }
@@ -73,7 +88,7 @@ impl Builder<'_> {
                         });
                     }
                 }
-                Value { closure: None, ..value.clone() }
+                Value { closure: None, iterator: None, ..value.clone() }
             }
             // What a `Cell` gives is a copy that is put back with `set`.
             "get" if args.is_empty() && self.is_cell(receiver) => {
@@ -122,7 +137,10 @@ impl Builder<'_> {
                 }
                 Value::default()
             }
-            "lock" | "with" | "with_mut" | "lock_mut" | "with_lock" | "lock_ref_mut" | "access" if args.len() == 1 => {
+            "lock" | "with" | "with_mut" | "with_borrow" | "with_borrow_mut" | "lock_mut" | "with_lock"
+            | "lock_ref_mut" | "access"
+                if args.len() == 1 =>
+            {
                 let given = self.expr(args[0]);
                 match given.closure {
                     Some(closure) => {
@@ -163,7 +181,7 @@ impl Builder<'_> {
                 if let Some(place) = &value.place
                     && self.may_hold_filter(self.ty(receiver))
                 {
-                    let cause = crate::flow::Cause::Index(self.text(id));
+                    let cause = Cause::Index(self.text(id));
                     self.emit(Effect::Unknown { places: vec![place.clone()], cause }, span);
                 }
                 Value::default()
@@ -175,6 +193,15 @@ impl Builder<'_> {
             "last_mut" | "last" | "back_mut" | "back" | "peek_mut" if args.is_empty() => {
                 let key = IndexKey::Data(format!("{method}()").into());
                 Value { place: value.place.as_ref().map(|place| place.element(key)), ..Value::default() }
+            }
+            "next" | "next_back" | "nth"
+                if self.iterates(self.ty(receiver))
+                    && (value.iterator.is_some() || self.may_hold_filter(self.ty(id))) =>
+            {
+                for arg in args {
+                    self.expr(*arg);
+                }
+                self.next_item(id, value)
             }
             "entry" => {
                 for arg in args {
@@ -191,6 +218,9 @@ impl Builder<'_> {
                 values.into_iter().next().unwrap_or_default()
             }
             "clone" if self.is_shared_handle(receiver) => Value { is_owned: false, ..value.clone() },
+            "clone" if self.program.index.holds_filter(self.ty(id)) && !matches!(self.ty(id), Ty::Ref(..)) => {
+                self.copy_of(value, self.ty(id).clone(), span)
+            }
             name if super::calls::is_spawn(name) => self.spawn(id, name, args),
             _ => return None,
         })
@@ -320,7 +350,7 @@ impl Builder<'_> {
         let assignment = Assignment {
             place: Place::clone(place),
             from: given.place.clone(),
-            by_move: true,
+            transfer: Transfer::Move,
             rebinds: false,
             head: given.head.clone(),
             same_as: None,

@@ -2,7 +2,7 @@
 
 use super::laws::Law;
 use super::{Builder, Value};
-use crate::flow::{Argument, CallSite, Caller, Cause, Computed, Effect, IndexKey, Place, Var};
+use crate::flow::{Argument, CallSite, Caller, Cause, Computed, Effect, IndexKey, Place, Transfer, Var};
 use crate::index::{Def, FunctionId, Ty};
 use crate::syntax::tree::{ExprId, ExprKind};
 use crate::types::{Callee, Resolved};
@@ -75,6 +75,9 @@ impl Builder<'_> {
         if let Some(value) = self.iterator_call(id, receiver, method, args) {
             return value;
         }
+        if let Some(value) = self.lazy_call(id, receiver, method) {
+            return value;
+        }
         match self.typed().callees.get(&id) {
             Some(Callee::Resolved(resolved)) => {
                 let resolved = resolved.clone();
@@ -105,12 +108,12 @@ impl Builder<'_> {
             return self.law_call(id, law, exprs, values);
         }
         if let Some(place) = &self_place
-            && let Some(full) = self.resets(id, resolved)
+            && let Some(full) = self.resets(self.called_name(id), resolved)
         {
             self.emit(Effect::Reset { place: place.clone(), full }, span);
             return Value::default();
         }
-        if values.iter().any(|value| value.closure.is_some()) {
+        if values.iter().any(|value| value.closure.is_some() || value.iterator.is_some()) {
             let keeps = |target: &FunctionId| self.takes_callback(id) && !self.calls_parameter(*target);
             if let [target] = resolved.targets.as_slice()
                 && !keeps(target)
@@ -170,6 +173,7 @@ impl Builder<'_> {
                 place: value.place.clone().filter(|_| !is_plain(self.ty(*expr))),
                 index: self.argument_index(*expr, value),
                 is_shared: self.is_shared(*expr),
+                is_copy: law_of.is_none() && value.is_owned && self.is_passed_copied(*expr, receiver, targets),
                 from: if receiver == Some(*expr) { Computed::default() } else { self.computed_from(*expr) },
             })
             .collect();
@@ -200,6 +204,14 @@ impl Builder<'_> {
         let site = CallSite { targets: targets.to_vec(), args, result, text, law_of, is_dispatched, fed, into, from };
         self.emit(Effect::Call(Box::new(site)), span);
         result
+    }
+
+    /// Whether what an argument names stays where it is, and the function gets a copy.
+    fn is_passed_copied(&self, expr: ExprId, receiver: Option<ExprId>, targets: &[FunctionId]) -> bool {
+        let by_value = |target: &FunctionId| {
+            self.program.index.function(*target).function.receiver == Some(crate::syntax::tree::Receiver::Value)
+        };
+        self.is_copied(self.ty(expr)) && (receiver != Some(expr) || targets.iter().all(by_value))
     }
 
     /// The index that an argument is, if it is a constant or a variable.
@@ -234,13 +246,14 @@ impl Builder<'_> {
         let mut places = Vec::new();
         for (expr, value) in exprs.iter().zip(values) {
             if let Some(closure) = value.closure {
-                if std::mem::take(&mut takes_callback) {
+                if !self.is_item(closure) && std::mem::take(&mut takes_callback) {
                     self.callback(closure, Caller::Framework, span);
                 } else {
                     self.closure_for_unseen(closure, Cause::Closure(path_tail(&text)), span);
                 }
                 continue;
             }
+            self.keep_iterator(value, &Cause::Call(text.clone()), span);
             if let Some(place) = &value.place
                 && (!self.is_shared(*expr) || crate::types::is_lock(self.ty(*expr)))
             {
@@ -276,8 +289,14 @@ impl Builder<'_> {
 
     /// A place that something unseen may write.
     fn written_unseen(&mut self, place: Place, span: crate::source::Span) {
-        let assignment =
-            crate::flow::Assignment { place, from: None, by_move: true, rebinds: true, head: None, same_as: None };
+        let assignment = crate::flow::Assignment {
+            place,
+            from: None,
+            transfer: Transfer::Move,
+            rebinds: true,
+            head: None,
+            same_as: None,
+        };
         self.emit(Effect::Write(Box::new(assignment)), span);
     }
 

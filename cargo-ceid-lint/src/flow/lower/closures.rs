@@ -1,10 +1,13 @@
 //! Closures and functions whose bodies are read where they run, and code that runs elsewhere.
 
 use super::{Builder, ClosureRef, Frame, MAX_INLINE, Value};
-use crate::flow::{About, Caller, Cause, CycleKind, Effect, Place, Rounds};
+use std::collections::BTreeSet;
+
+use crate::flow::{About, Caller, Cause, CycleKind, Effect, Place, Rounds, Var};
 use crate::index::FunctionId;
 use crate::source::Span;
 use crate::syntax::tree::ExprKind;
+use crate::types::LocalId;
 
 impl Builder<'_> {
     /// Runs a closure here.
@@ -19,11 +22,14 @@ impl Builder<'_> {
             return Value::default();
         }
         let body = self.frames[closure.frame].body;
-        let ExprKind::Closure(code) = &body.expr(closure.expr).kind else { return Value::default() };
+        let ExprKind::Closure(code) = &body.expr(closure.expr).kind else {
+            return self.call_item(closure, args, span);
+        };
         let first = self.graph.nodes.len();
         let outer = std::mem::replace(&mut self.frame, closure.frame);
         self.depth += 1;
         let ty = self.ty(code.body).clone();
+        let originals = self.swap_captured(closure, None);
         let value = self.inline_body(ty, body.expr(code.body).span, true, |this| {
             for (number, (pat, _)) in code.params.iter().enumerate() {
                 let value = args.get(number).cloned().unwrap_or_default();
@@ -31,6 +37,7 @@ impl Builder<'_> {
             }
             this.expr(code.body)
         });
+        self.swap_captured(closure, originals);
         self.depth -= 1;
         self.frame = outer;
         self.note_caller(closure, first);
@@ -90,14 +97,17 @@ impl Builder<'_> {
 
     /// A closure that runs in a thread of its own.
     pub(super) fn detach_closure(&mut self, closure: ClosureRef, span: Span) {
+        if self.is_item(closure) {
+            return;
+        }
         self.detached(span, |this| {
             this.inline_closure(closure, &[], span);
         });
     }
 
-    /// A closure that something unseen may run any number of times, perhaps once per cycle.
+    /// A closure that something unseen may run any number of times, perhaps once per cycle. A function is judged by itself.
     pub(super) fn closure_for_unseen(&mut self, closure: ClosureRef, cause: Cause, span: Span) {
-        if self.at.is_none() {
+        if self.at.is_none() || self.is_item(closure) {
             return;
         }
         let places = self.captured(closure);
@@ -109,6 +119,7 @@ impl Builder<'_> {
 
     /// A closure that is put somewhere, from where it may be called.
     pub(super) fn keep_closure(&mut self, value: &Value, span: Span) {
+        self.keep_iterator(value, &Cause::Code("an iterator that is kept for later".to_owned()), span);
         if let Some(closure) = value.closure {
             let cause = Cause::Code("a closure that is kept for later".to_owned());
             self.closure_for_unseen(closure, cause, span);
@@ -124,7 +135,7 @@ impl Builder<'_> {
         self.detached(span, |this| {
             // What its parameters lend it lives on between its calls.
             this.closure_vars(closure);
-            let source = super::iterators::Source { rounds, text, ..super::iterators::Source::bounded() };
+            let source = super::sources::Source { rounds, text, ..super::sources::Source::bounded() };
             this.run_loop(CycleKind::Closure, bar, None, source, |this, _, id| {
                 this.graph.loops[id.0 as usize].caller = caller;
                 let value = this.inline_closure(closure, &[], span);
@@ -174,7 +185,7 @@ impl Builder<'_> {
     }
 
     /// The variables that the parameters of a closure bind.
-    pub(super) fn closure_vars(&mut self, closure: ClosureRef) -> Vec<crate::flow::Var> {
+    pub(super) fn closure_vars(&mut self, closure: ClosureRef) -> Vec<Var> {
         let body = self.frames[closure.frame].body;
         let ExprKind::Closure(code) = &body.expr(closure.expr).kind else { return Vec::new() };
         let outer = std::mem::replace(&mut self.frame, closure.frame);
@@ -184,26 +195,37 @@ impl Builder<'_> {
         vars
     }
 
-    /// The variables of its surroundings that a closure names.
+    /// What of its surroundings a closure names that may hold a filter.
     fn captured(&mut self, closure: ClosureRef) -> Vec<Place> {
-        let frame = &self.frames[closure.frame];
-        let span = frame.body.expr(closure.expr).span;
-        let mut places: Vec<Place> = frame
-            .body
-            .exprs
-            .iter()
-            .enumerate()
-            .filter(|(_, expr)| span.contains(expr.span))
-            .filter_map(|(number, _)| {
-                let id = crate::syntax::tree::ExprId(u32::try_from(number).ok()?);
-                frame.typed.expr_local.get(&id)
-            })
-            .filter_map(|local| frame.vars.get(local))
-            .filter(|var| self.may_hold_filter(&self.graph.var(**var).ty))
-            .map(|var| Place::var(*var))
-            .collect();
+        let copies = self.captures.get(&(closure.frame, closure.expr));
+        let copy_of =
+            |local: LocalId| copies.into_iter().flatten().find(|(own, _)| *own == local).map(|(_, copy)| *copy);
+        let named = self.captured_locals(closure).into_iter();
+        let mut places: Vec<Place> = named.map(|(local, var)| Place::var(copy_of(local).unwrap_or(var))).collect();
         places.sort();
         places.dedup();
         places
+    }
+
+    /// The locals of its surroundings that a closure names and that may hold a filter, with their variables.
+    pub(super) fn captured_locals(&self, closure: ClosureRef) -> BTreeSet<(LocalId, Var)> {
+        let frame = &self.frames[closure.frame];
+        let span = frame.body.expr(closure.expr).span;
+        let inside = frame.body.exprs.iter().enumerate().filter(|(_, expr)| span.contains(expr.span));
+        inside
+            .filter_map(|(number, _)| {
+                let id = crate::syntax::tree::ExprId(u32::try_from(number).ok()?);
+                let local = frame.typed.expr_local.get(&id)?;
+                Some((*local, *frame.vars.get(local)?))
+            })
+            .filter(|(_, var)| self.may_hold_filter(&self.graph.var(*var).ty))
+            .collect()
+    }
+
+    /// Gives the locals that a closure has copies of these variables, or those of the copies; answers what they had.
+    fn swap_captured(&mut self, closure: ClosureRef, vars: Option<Vec<(LocalId, Var)>>) -> Option<Vec<(LocalId, Var)>> {
+        let vars = vars.or_else(|| self.captures.get(&(closure.frame, closure.expr)).cloned())?;
+        let known = &mut self.frames[closure.frame].vars;
+        Some(vars.into_iter().filter_map(|(local, var)| Some((local, known.insert(local, var)?))).collect())
     }
 }

@@ -192,6 +192,7 @@ impl Builder<'_> {
         if self.at.is_none() {
             return;
         }
+        self.discard_asked(receiver, &value);
         let span = self.span(id);
         let text = self.text(id);
         let pure = pure.or_else(|| value.same_as.map(|var| self.pure_var(var)));

@@ -128,6 +128,7 @@ impl Builder<'_> {
 
     /// The end of the function's own graph.
     pub(super) fn leave_function(&mut self, value: Value, span: Span) {
+        let value = self.lent_on(value);
         self.keep_closure(&value, span);
         if self.at.is_some() {
             if let Some(var) = value.same_as {

@@ -1,7 +1,7 @@
 //! Expressions: what they do, in the order in which it happens.
 
 use super::{Builder, Value};
-use crate::flow::{Cause, Effect, Place, Projection};
+use crate::flow::{Cause, Effect, IndexKey, Place, Projection};
 use crate::index::{Def, SHARED_RESOURCE, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, TypeRef};
 use crate::types::Callee;
@@ -81,19 +81,21 @@ impl Builder<'_> {
             }
             ExprKind::Closure(_) => {
                 let closure = super::ClosureRef { frame: self.frame, expr: id };
+                self.copy_captured(closure, self.span(id));
                 Value { closure: Some(closure), ..Value::default() }
             }
             ExprKind::Struct { fields, rest, .. } => self.struct_value(id, fields, *rest),
             ExprKind::Tuple(parts) => self.aggregate(id, parts),
             ExprKind::Array { elements, .. } => self.array_value(id, elements),
             ExprKind::Repeat { value, len, .. } => {
-                self.expr(*value);
+                let repeated = self.expr(*value);
+                self.keep(&repeated, *value);
                 self.expr(*len);
                 Value::default()
             }
             ExprKind::Cast { value, .. } => {
                 let value = self.expr(*value);
-                Value { closure: None, ..value }
+                Value { closure: None, iterator: None, ..value }
             }
             ExprKind::Try(inner) => self.try_expr(id, *inner),
             ExprKind::Await(inner) => {
@@ -125,12 +127,14 @@ impl Builder<'_> {
             let closure = self.closures.get(&var).copied();
             let is_owned = !matches!(self.ty(id), Ty::Ref(..));
             let head = self.numbers.get(&var).map(u64::to_string);
-            return Value { place: Some(Place::var(var)), is_owned, same_as: Some(var), closure, head };
+            let iterator = self.iterators.get(&var).cloned();
+            return Value { place: Some(Place::var(var)), is_owned, same_as: Some(var), closure, head, iterator };
         }
         if let Some(place) = self.path_place(id) {
             return Value { place: Some(place), is_owned: true, ..Value::default() };
         }
-        Value { head: self.constant_head(id), ..Value::default() }
+        let item = self.typed().items.contains_key(&id).then_some(super::ClosureRef { frame: self.frame, expr: id });
+        Value { head: self.constant_head(id), closure: item, ..Value::default() }
     }
 
     /// What `*expr` names: the same place, through the `Deref` impl of a newtype.
@@ -171,7 +175,7 @@ impl Builder<'_> {
             let value = self.expr(rest);
             self.place_part(Place::var(var), &value, rest);
         }
-        Value { place: Some(Place::var(var)), is_owned: true, head: variant, same_as: None, closure: None }
+        Value { place: Some(Place::var(var)), is_owned: true, head: variant, ..Value::default() }
     }
 
     pub(super) fn aggregate(&mut self, id: ExprId, parts: &[ExprId]) -> Value {
@@ -189,10 +193,20 @@ impl Builder<'_> {
         let var = self.temporary(self.ty(id).clone(), span);
         for (number, element) in elements.iter().enumerate() {
             let value = self.expr(*element);
-            let key = crate::flow::IndexKey::Number(number as u64);
+            let key = IndexKey::Number(number as u64);
             self.place_part(Place::var(var).element(key), &value, *element);
         }
         Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }
+    }
+
+    /// A value goes into a collection that is not followed element by element.
+    pub(super) fn keep(&mut self, value: &Value, expr: ExprId) {
+        let collection = self.temporary(Ty::Unknown, self.span(expr));
+        // What a closure gives back goes on as a value of its own, unless it is a reference.
+        let base = value.place.as_ref().and_then(Place::base_var);
+        let is_value = base.is_some_and(|var| matches!(self.graph.var(var).ty, Ty::Adt(..) | Ty::External(..)));
+        let value = Value { is_owned: value.is_owned || is_value, ..value.clone() };
+        self.place_part(Place::var(collection).element(IndexKey::Each), &value, expr);
     }
 
     /// A part of a new value.
@@ -204,7 +218,7 @@ impl Builder<'_> {
         let assignment = crate::flow::Assignment {
             place: part,
             from: value.place.clone(),
-            by_move: value.is_owned,
+            transfer: self.transfer(value, self.ty(expr)),
             rebinds: true,
             head: None,
             same_as: None,

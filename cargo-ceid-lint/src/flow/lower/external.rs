@@ -3,7 +3,7 @@
 use super::calls::{is_spawn, path_tail};
 use super::laws::Law;
 use super::{Builder, Value};
-use crate::flow::{Cause, Effect, Place, Rounds};
+use crate::flow::{Cause, Effect, Place, Rounds, Transfer};
 use crate::index::{Def, Ty};
 use crate::syntax::tree::{BlockKind, ExprId, ExprKind};
 
@@ -60,13 +60,23 @@ impl Builder<'_> {
                     Ty::Array(_, length) => length.value.map_or(Rounds::Bounded, Rounds::Constant),
                     _ => Rounds::Bounded,
                 };
-                let item = super::iterators::Item::Counter(Some(0));
-                let source = super::iterators::Source { item, rounds, ..super::iterators::Source::bounded() };
+                let item = super::sources::Item::Counter(Some(0));
+                let source = super::sources::Source { item, rounds, ..super::sources::Source::bounded() };
                 self.closure_loop(closure, source, span);
             }
             return Value::default();
         }
+        if matches!(path, "std::iter::once" | "std::iter::zip") {
+            let source = self.source(id);
+            return self.iterator_value(source);
+        }
         let values = self.values(args);
+        if last == "from_iter"
+            && let Some(source) = values.first().and_then(|value| value.iterator.clone())
+        {
+            self.gather(id, &source);
+            return Value::default();
+        }
         let owner = path.rsplit("::").nth(1).unwrap_or("");
         let wraps = crate::types::is_transparent(owner)
             && matches!(
@@ -92,6 +102,9 @@ impl Builder<'_> {
             return value;
         }
         if path.starts_with("std::") && values.iter().all(|value| value.closure.is_none()) {
+            for value in &values {
+                self.keep_iterator(value, &Cause::Call(path_tail(path)), span);
+            }
             return Value::default();
         }
         self.unknown_call(id, path_tail(path), args, &values)
@@ -111,7 +124,7 @@ impl Builder<'_> {
                 let assignment = crate::flow::Assignment {
                     place,
                     from: Some(from),
-                    by_move: true,
+                    transfer: Transfer::Move,
                     rebinds: true,
                     head: None,
                     same_as: None,
@@ -134,7 +147,7 @@ impl Builder<'_> {
         let writes = crate::flow::Assignment {
             place,
             from: new.place,
-            by_move: true,
+            transfer: Transfer::Move,
             rebinds: false,
             head: new.head,
             same_as: None,

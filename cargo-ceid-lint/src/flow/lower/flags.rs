@@ -1,7 +1,7 @@
 //! Flags that are shared with interrupts and other threads: `AtomicBool`, `Cell<bool>`.
 
 use super::{Builder, Value};
-use crate::flow::{Assignment, Effect, Head};
+use crate::flow::{Assignment, Effect, Head, Transfer};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::ExprId;
@@ -65,7 +65,8 @@ impl Builder<'_> {
             _ => None,
         };
         if self.at.is_some() {
-            let assignment = Assignment { place, from: None, by_move: true, rebinds: false, head, same_as: None };
+            let assignment =
+                Assignment { place, from: None, transfer: Transfer::Move, rebinds: false, head, same_as: None };
             self.emit(Effect::Write(Box::new(assignment)), span);
         }
         Some(Value::default())

@@ -347,6 +347,7 @@ impl Builder<'_> {
                 self.guarded_closure(closure, &set, self.span(id));
                 Some(Value::default())
             }
+            (_, args) if is_ceid(&ty, "Tick") => self.tick_call(id, receiver, method, args),
             _ => None,
         }
     }
@@ -395,6 +396,13 @@ impl Builder<'_> {
     pub(super) fn discard_wild(&mut self, expr: ExprId, value: &Value, span: Span) {
         if self.at.is_some() && self.is_guard(expr) && !self.is_bound(value) {
             self.mark_dropped(expr, value, span, "`let _` drops it at once");
+        }
+    }
+
+    /// A value that is only asked whether it is there: `control.cycle().is_some()` drops the guard at once.
+    pub(super) fn discard_asked(&mut self, expr: ExprId, value: &Value) {
+        if matches!(self.body().expr(expr).kind, ExprKind::MethodCall { .. }) && self.is_guard(expr) {
+            self.discard(expr, value, self.span(expr));
         }
     }
 

@@ -1,7 +1,7 @@
 //! Slices that are split: each element is in one of the parts.
 
 use super::{Builder, Value};
-use crate::flow::{About, Assignment, Cause, Effect, IndexKey, Place, Var};
+use crate::flow::{About, Assignment, Cause, Effect, IndexKey, Place, Transfer, Var};
 use crate::index::Ty;
 use crate::syntax::tree::{ExprId, ExprKind};
 
@@ -75,7 +75,14 @@ impl Builder<'_> {
     }
 
     fn lend(&mut self, place: Place, from: Place, at: ExprId) {
-        let set = Assignment { place, from: Some(from), by_move: false, rebinds: true, head: None, same_as: None };
+        let set = Assignment {
+            place,
+            from: Some(from),
+            transfer: Transfer::Borrow,
+            rebinds: true,
+            head: None,
+            same_as: None,
+        };
         self.emit(Effect::Set(Box::new(set)), self.span(at));
     }
 

@@ -1,75 +1,37 @@
 //! Iterators: what a chain of adaptors runs over, and what it does when it is consumed.
 
+use super::sources::{Item, Source, Stage, is_map};
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Caller, CycleKind, Effect, IndexKey, LoopInfo, Place, Rounds, Section, Var};
+use crate::flow::{Caller, Cause, CycleKind, Effect, IndexKey, LoopId, LoopInfo, Place, Rounds, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
 use crate::types::Callee;
 
-/// What an iterator gives in each round.
-#[derive(Clone, Debug)]
-pub(super) enum Item {
-    /// Something that is no filter's place.
-    Opaque,
-    /// An element of a collection.
-    Element(Place),
-    /// A part of a collection: the element is in exactly one of them.
-    Chunk(Place),
-    /// The number of the round, from a first value that may be known.
-    Counter(Option<u64>),
-    /// A value made in the round.
-    Made,
-    /// Several at once.
-    Tuple(Vec<Self>),
-}
-
-/// What a chain of adaptors runs over.
-#[derive(Clone, Debug)]
-pub(super) struct Source {
-    pub(super) item: Item,
-    pub(super) rounds: Rounds,
-    pub(super) passes_over: bool,
-    pub(super) in_order: bool,
-    /// Closures that run in each round before the item is there: `map`, `filter`, `inspect`.
-    pub(super) stages: Vec<(Stage, ClosureRef)>,
-    pub(super) text: String,
-    /// The variables that the items are computed from.
-    pub(super) reads: Vec<Var>,
-}
-
-/// What an adaptor does with its closure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Stage {
-    Map,
-    Filter,
-    Inspect,
-    /// Makes the item from nothing.
-    Make,
-}
-
-impl Source {
-    pub(super) fn bounded() -> Self {
-        Self {
-            item: Item::Opaque,
-            rounds: Rounds::Bounded,
-            passes_over: false,
-            in_order: true,
-            stages: Vec::new(),
-            text: String::new(),
-            reads: Vec::new(),
-        }
-    }
+/// What a consumer does with the items.
+#[derive(Clone, Copy, Debug)]
+struct Consumer {
+    /// Its closure gets a state first.
+    takes_state: bool,
+    /// It may stop before the last item.
+    stops: bool,
+    /// It gives them back, or some of them.
+    gathers: bool,
 }
 
 impl Builder<'_> {
     /// What a `for` loop or consumer runs over; evaluates what the chain begins with.
     pub(super) fn source(&mut self, id: ExprId) -> Source {
+        self.source_of(id, false)
+    }
+
+    /// The same; a collection that is lent is not copied.
+    fn source_of(&mut self, id: ExprId, is_lent: bool) -> Source {
         let body = self.body();
         let mut source = match &body.expr(id).kind {
             ExprKind::MethodCall { receiver, method, args, .. } => self.adaptor(id, *receiver, method, args),
             ExprKind::Range { start, end, inclusive } => self.range(*start, *end, *inclusive),
-            ExprKind::Reference { value, .. } => self.source(*value),
+            ExprKind::Reference { value, .. } => self.source_of(*value, true),
             ExprKind::Await(inner) => {
                 let inner = self.source(*inner);
                 Source { rounds: Rounds::Unbounded, ..inner }
@@ -85,7 +47,7 @@ impl Builder<'_> {
                 let rounds = if matches!(item, Item::Element(_)) { Rounds::Bounded } else { Rounds::Constant(count) };
                 Source { item, rounds, ..Source::bounded() }
             }
-            _ => self.collection(id),
+            _ => self.collection(id, is_lent),
         };
         source.text = self.text(id);
         source.reads = self.reads_of(id);
@@ -93,13 +55,27 @@ impl Builder<'_> {
     }
 
     /// A place that is iterated over.
-    fn collection(&mut self, id: ExprId) -> Source {
+    fn collection(&mut self, id: ExprId, is_lent: bool) -> Source {
         let value = self.expr(id);
+        if let Some(source) = &value.iterator {
+            // What was made outside a loop is used up after the first of its rounds.
+            let is_older = source.made_in != self.loops.last().copied();
+            if source.is_choice || is_older {
+                let which = if is_older { "is made outside the loop" } else { "a condition chooses" };
+                let cause = Cause::Code(format!("an iterator that {which}"));
+                self.keep_iterator(&value, &cause, self.span(id));
+                return Source::bounded();
+            }
+            return Source::clone(source);
+        }
         let ty = self.ty(id).peel();
         let is_endless = is_endless_type(ty);
-        let is_map = ty.external_name().is_some_and(|name| name.ends_with("Map"));
+        let is_map = is_map(ty);
         let item = match value.place {
-            Some(place) if !is_map && self.may_hold_filter(ty) => Item::Element(place),
+            // The loop gets copies of them.
+            Some(_) if !is_lent && self.is_copied(self.ty(id)) => Item::Made,
+            Some(place) if is_map && self.may_hold_filter(ty) => Item::entry(place),
+            Some(place) if self.may_hold_filter(ty) => Item::Element(place),
             _ => Item::Opaque,
         };
         let rounds = if is_endless {
@@ -162,6 +138,20 @@ impl Builder<'_> {
             ExprKind::Path(path) => path.last().to_owned(),
             _ => String::new(),
         };
+        let is_std =
+            matches!(self.typed().callees.get(&id), Some(Callee::External(path)) if path.starts_with("std::iter::"));
+        match (name.as_str(), args) {
+            ("zip", [first, second]) if is_std => return self.zip(*first, Some(*second)),
+            ("once", [only]) if is_std => {
+                let value = self.expr(*only);
+                let item = match value.place {
+                    Some(place) if !value.is_owned && self.may_hold_filter(self.ty(*only)) => Item::Same(place),
+                    _ => Item::Made,
+                };
+                return Source { item, rounds: Rounds::Constant(1), ..Source::bounded() };
+            }
+            _ => {}
+        }
         if matches!(name.as_str(), "repeat_with" | "from_fn" | "repeat" | "successors") {
             let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
             let stages = values.iter().rev().find_map(|value| value.closure).map(|closure| (Stage::Make, closure));
@@ -172,15 +162,59 @@ impl Builder<'_> {
                 ..Source::bounded()
             };
         }
-        self.collection(id)
+        self.collection(id, false)
+    }
+
+    fn zip(&mut self, first: ExprId, second: Option<ExprId>) -> Source {
+        let source = self.source(first);
+        let other = second.map_or_else(Source::bounded, |second| self.source(second));
+        let rounds = match (&source.rounds, &other.rounds) {
+            (Rounds::Unbounded, rounds) | (rounds, Rounds::Unbounded) => rounds.clone(),
+            (Rounds::Constant(a), Rounds::Constant(b)) => Rounds::Constant(*a.min(b)),
+            _ => Rounds::Bounded,
+        };
+        let mut stages = source.stages;
+        stages.extend(other.stages);
+        let in_order = source.in_order && other.in_order;
+        let passes_over = source.passes_over || other.passes_over;
+        let item = Item::Tuple(vec![source.item, other.item]);
+        Source { item, rounds, passes_over, in_order, stages, ..Source::bounded() }
+    }
+
+    /// One iterator after the other. Where closures belong to one of them only, nothing is known of what both lend.
+    fn chain(&mut self, receiver: ExprId, args: &[ExprId]) -> Source {
+        let source = self.source(receiver);
+        let other = args.first().map_or_else(Source::bounded, |arg| self.source(*arg));
+        let rounds = match (&source.rounds, &other.rounds) {
+            (Rounds::Unbounded, _) | (_, Rounds::Unbounded) => Rounds::Unbounded,
+            (Rounds::Constant(a), Rounds::Constant(b)) => Rounds::Constant(a.saturating_add(*b)),
+            _ => Rounds::Bounded,
+        };
+        let passes_over = source.passes_over || other.passes_over;
+        let item = source.item.or(&other.item);
+        let Some(item) = item.filter(|_| source.stages.is_empty() && other.stages.is_empty()) else {
+            let cause = Cause::Code("a chain of iterators".to_owned());
+            for source in [source, other] {
+                let value = Value { iterator: Some(std::rc::Rc::new(source)), ..Value::default() };
+                self.keep_iterator(&value, &cause, self.span(receiver));
+            }
+            return Source { rounds, passes_over, in_order: false, ..Source::bounded() };
+        };
+        Source { item, rounds, passes_over, in_order: false, ..Source::bounded() }
     }
 
     fn adaptor(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Source {
         match method {
             "rev" => Source { in_order: false, ..self.source(receiver) },
-            "iter" | "iter_mut" | "into_iter" | "by_ref" | "peekable" | "fuse" | "copied" | "cloned" | "as_mut"
-            | "as_mut_slice" | "as_slice" | "as_ref" | "unwrap" | "each_mut" | "deref_mut" | "par_iter_mut"
-            | "into_iter_mut" => self.source(receiver),
+            "into_iter" | "peekable" | "fuse" | "unwrap" => self.source(receiver),
+            "by_ref" if self.iterates(self.ty(receiver)) => self.part_of(id, receiver),
+            "iter" | "iter_mut" | "by_ref" | "as_mut" | "as_mut_slice" | "as_slice" | "as_ref" | "each_mut"
+            | "deref_mut" | "par_iter_mut" | "into_iter_mut" => self.source_of(receiver, true),
+            "copied" | "cloned" => {
+                let source = self.source(receiver);
+                let item = if source.item.is_lent() { Item::Made } else { source.item };
+                Source { item, ..source }
+            }
             "take" => {
                 let source = self.source(receiver);
                 let count = args.first().and_then(|arg| {
@@ -194,7 +228,8 @@ impl Builder<'_> {
                 };
                 Source { rounds, ..source }
             }
-            "skip" | "step_by" | "chain" => {
+            "chain" => self.chain(receiver, args),
+            "skip" | "step_by" => {
                 let source = self.source(receiver);
                 let mut number = None;
                 for arg in args {
@@ -209,8 +244,7 @@ impl Builder<'_> {
                     (Rounds::Constant(count), "skip", Some(skipped)) => Rounds::Constant(count.saturating_sub(skipped)),
                     _ => Rounds::Bounded,
                 };
-                let passes_over = source.passes_over
-                    || (method != "chain" && matches!(source.item, Item::Element(_) | Item::Chunk(_)));
+                let passes_over = source.passes_over || source.item.is_lent();
                 let item = if matches!(source.item, Item::Counter(_)) { Item::Opaque } else { source.item };
                 Source { item, rounds, passes_over, in_order: false, ..source }
             }
@@ -219,31 +253,14 @@ impl Builder<'_> {
                 let source = self.source(receiver);
                 Source { item: Item::Tuple(vec![Item::Counter(Some(0)), source.item]), ..source }
             }
-            "zip" => {
-                let source = self.source(receiver);
-                let other = args.first().map_or_else(Source::bounded, |arg| self.source(*arg));
-                let rounds = match (&source.rounds, &other.rounds) {
-                    (Rounds::Unbounded, rounds) | (rounds, Rounds::Unbounded) => rounds.clone(),
-                    (Rounds::Constant(a), Rounds::Constant(b)) => Rounds::Constant(*a.min(b)),
-                    _ => Rounds::Bounded,
-                };
-                let mut stages = source.stages;
-                stages.extend(other.stages);
-                let in_order = source.in_order && other.in_order;
-                Source {
-                    item: Item::Tuple(vec![source.item, other.item]),
-                    rounds,
-                    in_order,
-                    stages,
-                    ..Source::bounded()
-                }
-            }
+            "zip" => self.zip(receiver, args.first().copied()),
             "map" | "filter" | "inspect" | "filter_map" | "take_while" | "skip_while" | "map_while" | "flat_map"
             | "scan" => {
                 let mut source = self.source(receiver);
                 let closure = args.iter().map(|arg| self.expr(*arg)).filter_map(|value| value.closure).last();
                 let stage = match method {
-                    "map" | "scan" | "flat_map" => Stage::Map,
+                    "map" | "scan" => Stage::Map,
+                    "flat_map" => Stage::Flatten,
                     "inspect" => Stage::Inspect,
                     _ => Stage::Filter,
                 };
@@ -252,7 +269,7 @@ impl Builder<'_> {
                 source
             }
             "chunks_mut" | "chunks" | "chunks_exact_mut" | "chunks_exact" | "split_mut" => {
-                let source = self.source(receiver);
+                let source = self.source_of(receiver, true);
                 for arg in args {
                     self.expr(*arg);
                 }
@@ -260,6 +277,11 @@ impl Builder<'_> {
                     Item::Element(place) => Item::Chunk(place),
                     other => other,
                 };
+                Source { item, ..source }
+            }
+            "values_mut" | "values" | "into_values" if is_map(self.ty(receiver).peel()) => {
+                let source = self.source_of(receiver, true);
+                let item = source.item.values();
                 Source { item, ..source }
             }
             "values_mut" | "values" | "drain" | "keys" | "windows" | "lines" | "chars" | "bytes" | "split" => {
@@ -274,7 +296,7 @@ impl Builder<'_> {
                 let rounds = if method == "try_iter" { Rounds::Bounded } else { Rounds::Unbounded };
                 Source { rounds, ..Source::bounded() }
             }
-            _ => self.collection(id),
+            _ => self.collection(id, false),
         }
     }
 
@@ -335,7 +357,8 @@ impl Builder<'_> {
             return Some(picked);
         }
         let takes_state = matches!(method, "fold" | "try_fold" | "reduce");
-        self.consume(id, source, closure, takes_state, stops);
+        let gathers = matches!(method, "collect" | "partition" | "unzip") || picks_one(method);
+        self.consume(id, source, closure, Consumer { takes_state, stops, gathers });
         Some(picked)
     }
 
@@ -372,12 +395,17 @@ impl Builder<'_> {
         }
     }
 
-    fn consume(&mut self, id: ExprId, source: Source, closure: Option<ClosureRef>, takes_state: bool, stops: bool) {
+    fn consume(&mut self, id: ExprId, source: Source, closure: Option<ClosureRef>, consumer: Consumer) {
         let span = self.span(id);
         let runs = closure.or_else(|| source.stages.last().map(|(_, closure)| *closure));
         let bar = runs.map_or(span, |closure| self.bar(closure));
         let kind = if source.stages.is_empty() { source.item.clone() } else { Item::Opaque };
+        let Consumer { takes_state, stops, gathers } = consumer;
+        let expr = id;
         self.run_loop(CycleKind::Closure, bar, None, source, |this, item, id| {
+            if gathers && this.at.is_some() {
+                this.keep(&item, expr);
+            }
             let Some(closure) = closure else { return };
             let mut args = vec![item];
             if takes_state {
@@ -406,7 +434,7 @@ impl Builder<'_> {
     }
 
     /// A counter that is handed to a closure keeps being one under its parameter's name.
-    fn note_counter(&mut self, id: crate::flow::LoopId, closure: ClosureRef, param: usize, item: &Item) {
+    fn note_counter(&mut self, id: LoopId, closure: ClosureRef, param: usize, item: &Item) {
         let body = self.frames[closure.frame].body;
         let ExprKind::Closure(code) = &body.expr(closure.expr).kind else { return };
         let Some((pat, _)) = code.params.get(param) else { return };
@@ -421,6 +449,14 @@ impl Builder<'_> {
         }
     }
 
+    /// Runs an iterator whose items go into a collection.
+    pub(super) fn gather(&mut self, id: ExprId, source: &Source) {
+        let consumer = Consumer { takes_state: false, stops: false, gathers: true };
+        if !source.stages.is_empty() && !source.is_choice {
+            self.consume(id, source.clone(), None, consumer);
+        }
+    }
+
     /// The loop over a source: the rounds, their items, and the closures of the chain.
     pub(super) fn run_loop(
         &mut self,
@@ -428,7 +464,7 @@ impl Builder<'_> {
         keyword: Span,
         label: Option<&String>,
         source: Source,
-        inside: impl FnOnce(&mut Self, Value, crate::flow::LoopId),
+        inside: impl FnOnce(&mut Self, Value, LoopId),
     ) {
         if self.at.is_none() {
             return;
@@ -490,6 +526,10 @@ impl Builder<'_> {
         let made = self.inline_closure(closure, &args, span);
         match stage {
             Stage::Map | Stage::Make => made,
+            Stage::Flatten => {
+                self.keep_iterator(&made, &Cause::Code("an iterator of iterators".to_owned()), span);
+                Value { iterator: None, ..made }
+            }
             Stage::Inspect => item,
             Stage::Filter => {
                 if self.at.is_some() {
@@ -508,7 +548,7 @@ impl Builder<'_> {
     }
 
     /// The value of a round's item, and what its variables name.
-    fn item_value(&mut self, id: crate::flow::LoopId, item: &Item, reads: &[Var], span: Span) -> Value {
+    fn item_value(&mut self, id: LoopId, item: &Item, reads: &[Var], span: Span) -> Value {
         match item {
             Item::Opaque | Item::Made => {
                 let var = self.temporary(Ty::Unknown, span);
@@ -516,14 +556,12 @@ impl Builder<'_> {
                 self.graph.loops[id.0 as usize].bound.push(var);
                 Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }
             }
-            Item::Element(place) | Item::Chunk(place) => {
+            Item::Element(_) | Item::Chunk(_) | Item::Same(_) | Item::OneOf(_) => {
                 let var = self.temporary(Ty::Unknown, span);
-                let source = match item {
-                    Item::Chunk(_) => place.slice(Section::chunk()),
-                    _ => place.element(IndexKey::Each),
-                };
+                let mut lent = Vec::new();
+                item.lends(&mut lent);
                 let info = &mut self.graph.loops[id.0 as usize];
-                info.items.push((var, source));
+                info.items.extend(lent.into_iter().map(|place| (var, place)));
                 info.bound.push(var);
                 Value { place: Some(Place::var(var)), is_owned: false, ..Value::default() }
             }
@@ -544,7 +582,7 @@ impl Builder<'_> {
                     let assignment = crate::flow::Assignment {
                         place: part,
                         from: value.place,
-                        by_move: value.is_owned,
+                        transfer: if value.is_owned { Transfer::Move } else { Transfer::Borrow },
                         rebinds: true,
                         head: None,
                         same_as: None,
@@ -557,7 +595,7 @@ impl Builder<'_> {
     }
 
     /// Binds the pattern of a `for` loop; a counter keeps being one under its own name.
-    pub(super) fn bind_item(&mut self, id: crate::flow::LoopId, pat: PatId, item: &Item, value: &Value) {
+    pub(super) fn bind_item(&mut self, id: LoopId, pat: PatId, item: &Item, value: &Value) {
         let mut counters: Vec<Var> = Vec::new();
         self.counter_names(pat, item, &mut counters);
         self.bind_pattern(pat, value);

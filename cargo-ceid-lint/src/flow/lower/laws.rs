@@ -59,7 +59,9 @@ impl<'a> Builder<'a> {
         if let Some(place) = place {
             let attempt = (law.spec.on_err == OnErr::Untouched).then_some(result);
             let is_typed = law.spec.instance == InstancePlace::Receiver;
-            let method = self.called_name(id).to_owned();
+            // A function may have another name where it is called.
+            let target = law.targets.first().map(|target| self.program.index.function(*target).name.clone());
+            let method = target.unwrap_or_else(|| self.called_name(id).to_owned());
             let update = Update { place, law: law.group, method, by_guard: false, is_typed, attempt, fed, into, from };
             self.emit(Effect::Update(update), self.span(id));
         }
@@ -196,9 +198,8 @@ impl<'a> Builder<'a> {
     }
 
     /// Whether a method resets its receiver, a filter: `true` if it resets all of it.
-    pub(super) fn resets(&self, id: ExprId, resolved: &Resolved) -> Option<bool> {
+    pub(super) fn resets(&self, name: &str, resolved: &Resolved) -> Option<bool> {
         let spec = self.program.index.filter_spec(&resolved.self_ty)?;
-        let name = self.called_name(id);
         let is_in = |names: &[String]| names.iter().any(|own| own == name);
         if is_in(&spec.partial_resets) {
             return Some(false);

@@ -158,8 +158,7 @@ impl Builder<'_> {
         let tree = self.body();
         let ExprKind::Let { pat, value } = &tree.expr(condition).kind else { return None };
         let ExprKind::MethodCall { receiver, method, args, .. } = &tree.expr(*value).kind else { return None };
-        let is_iterator = matches!(self.ty(*receiver).peel().external_name(), Some("Iterator" | "Range"));
-        if method != "next" || !args.is_empty() || !is_iterator {
+        if method != "next" || !args.is_empty() || !self.iterates(self.ty(*receiver)) {
             return None;
         }
         let crate::syntax::tree::PatKind::TupleStruct(_, inner) = &tree.pat(*pat).kind else { return None };
@@ -188,7 +187,7 @@ impl Builder<'_> {
         let item = source.item.clone();
         let is_mapped = !source.stages.is_empty();
         self.run_loop(CycleKind::For, keyword, label, source, |this, value, this_loop| {
-            let item = if is_mapped { super::iterators::Item::Opaque } else { item };
+            let item = if is_mapped { super::sources::Item::Opaque } else { item };
             this.bind_item(this_loop, pat, &item, &value);
             this.expr(body);
         });

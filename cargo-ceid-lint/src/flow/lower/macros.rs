@@ -127,7 +127,7 @@ impl Builder<'_> {
     fn each_cycle(&mut self, id: ExprId, names: &[PatId], control: ExprId, body: ExprId) -> Value {
         let span = self.span(id);
         self.expr(control);
-        let source = super::iterators::Source { rounds: Rounds::Unbounded, ..super::iterators::Source::bounded() };
+        let source = super::sources::Source { rounds: Rounds::Unbounded, ..super::sources::Source::bounded() };
         let first = names.first().copied();
         self.run_loop(CycleKind::Loop, span, None, source, |this, _, _| {
             this.open_block();
@@ -175,7 +175,7 @@ impl Builder<'_> {
             _ => String::new(),
         };
         let var = self.new_var(name, set.clone(), span);
-        let source = super::iterators::Source { rounds: Rounds::Unbounded, ..super::iterators::Source::bounded() };
+        let source = super::sources::Source { rounds: Rounds::Unbounded, ..super::sources::Source::bounded() };
         self.run_loop(CycleKind::Closure, code.bar, None, source, |this, _, _| {
             this.open_block();
             this.guard_fields(var, set, span);

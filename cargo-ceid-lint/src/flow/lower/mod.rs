@@ -7,6 +7,7 @@ mod changes;
 mod closures;
 mod conditions;
 mod constants;
+mod copies;
 mod debug_only;
 mod exits;
 mod expr;
@@ -14,21 +15,26 @@ mod external;
 mod flags;
 mod guards;
 mod halves;
+mod items;
 mod iterators;
 mod laws;
+mod lazy;
 mod loops;
 mod macros;
 mod patterns;
 mod places;
 mod reads;
 mod resets;
+mod sources;
 mod subjects;
 mod switches;
+mod ticks;
 mod values;
 mod waits;
 
 pub use flags::is_flag;
 use std::collections::{HashMap, HashSet};
+use std::rc::Rc;
 
 use super::{
     Assignment, Cause, ControlFlowGraph, Effect, GuardId, Head, LoopId, LoopInfo, Node, NodeId, Place, Program, Var,
@@ -131,8 +137,10 @@ struct Value {
     head: Option<Head>,
     /// A variable with the same head.
     same_as: Option<Var>,
-    /// The closure it is.
+    /// The closure it is, or the function by its name.
     closure: Option<ClosureRef>,
+    /// What it runs over, if it is an iterator that nothing has consumed yet.
+    iterator: Option<Rc<sources::Source>>,
 }
 
 struct Builder<'a> {
@@ -147,12 +155,16 @@ struct Builder<'a> {
     at: Option<NodeId>,
     /// Which successor of `at` the next node becomes.
     closures: HashMap<Var, ClosureRef>,
+    /// Which variables hold iterators.
+    iterators: HashMap<Var, Rc<sources::Source>>,
     /// Whole numbers that variables are known to have at this point of the text.
     numbers: HashMap<Var, u64>,
     /// The numbers that variables were declared with, even if they change.
     initials: HashMap<Var, u64>,
     /// Variables that hold a state which a law returned: the half and the method.
     advanced: HashMap<Var, (usize, String)>,
+    /// The locals that a `move` closure has copies of, and the copies.
+    captures: HashMap<(usize, ExprId), Vec<(LocalId, Var)>>,
     guards_of: HashMap<Var, GuardId>,
     /// The variables that say whether a guard is alive.
     alive: HashMap<GuardId, Var>,
@@ -199,9 +211,11 @@ impl<'a> Builder<'a> {
             loops: Vec::new(),
             at: None,
             closures: HashMap::new(),
+            iterators: HashMap::new(),
             numbers: HashMap::new(),
             initials: HashMap::new(),
             advanced: HashMap::new(),
+            captures: HashMap::new(),
             guards_of: HashMap::new(),
             alive: HashMap::new(),
             guarded: HashMap::new(),
@@ -251,6 +265,7 @@ impl<'a> Builder<'a> {
     }
 
     fn finish(mut self) -> ControlFlowGraph {
+        self.settle_copies();
         self.copy_subjects();
         self.mark_debug_only();
         self.graph
@@ -391,6 +406,10 @@ impl<'a> Builder<'a> {
         } else {
             self.closures.remove(&var);
         }
+        match &value.iterator {
+            Some(source) => self.iterators.insert(var, Rc::clone(source)),
+            None => self.iterators.remove(&var),
+        };
         self.numbers.remove(&var);
         if let Some(number) = value.head.as_deref().and_then(|head| head.parse().ok()) {
             self.initials.entry(var).or_insert(number);
@@ -409,7 +428,7 @@ impl<'a> Builder<'a> {
         let assignment = Assignment {
             place: Place::var(var),
             from: value.place.clone(),
-            by_move: value.is_owned,
+            transfer: self.transfer(value, &self.graph.var(var).ty),
             rebinds: true,
             head: value.head.clone(),
             same_as: value.same_as,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Builder, Value};
-use crate::flow::{Cause, Effect, IndexKey, Place, Projection, Section, Var};
+use crate::flow::{Cause, Effect, IndexKey, Place, Projection, Section, Transfer, Var};
 use crate::index::{Def, FunctionId, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, Literal, Path};
 
@@ -281,7 +281,7 @@ impl Builder<'_> {
         let assignment = crate::flow::Assignment {
             place,
             from: value.place.clone(),
-            by_move: value.is_owned,
+            transfer: self.transfer(value, self.ty(target)),
             rebinds: is_reference,
             head: value.head.clone(),
             same_as: value.same_as,
@@ -304,8 +304,14 @@ impl Builder<'_> {
             if let Some(var) = place.base_var() {
                 self.numbers.remove(&var);
             }
-            let assignment =
-                crate::flow::Assignment { place, from: None, by_move: true, rebinds: false, head: None, same_as: None };
+            let assignment = crate::flow::Assignment {
+                place,
+                from: None,
+                transfer: Transfer::Move,
+                rebinds: false,
+                head: None,
+                same_as: None,
+            };
             self.emit(Effect::Write(Box::new(assignment)), span);
             self.note_change(target, value, Some(op));
         }

@@ -25,7 +25,9 @@ impl Builder<'_> {
         if self.at.is_none() {
             return;
         }
+        let before = self.iterators.get(&join.value).cloned();
         self.set(join.value, value, span);
+        self.note_choice(join.value, before);
         self.jump(join.after);
     }
 
@@ -34,7 +36,8 @@ impl Builder<'_> {
         self.resume_if_reached(join.after);
         self.numbers.remove(&join.value);
         let closure = self.closures.get(&join.value).copied();
-        Value { place: Some(Place::var(join.value)), same_as: Some(join.value), closure, ..Value::default() }
+        let iterator = self.iterators.get(&join.value).cloned();
+        Value { place: Some(Place::var(join.value)), same_as: Some(join.value), closure, iterator, ..Value::default() }
     }
 
     pub(super) fn block(&mut self, id: ExprId, block: &Block) -> Value {

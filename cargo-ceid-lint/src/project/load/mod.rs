@@ -50,7 +50,7 @@ fn existing(path: &Path, selection: &Selection) -> Result<PathBuf, LoadError> {
 fn load_roots(roots: &loose::Roots, selection: &Selection) -> Result<Project, LoadError> {
     let is_alone = roots.manifests.len() + roots.files.len() == 1;
     let mut parts: Vec<Project> = Vec::new();
-    let mut problems = Vec::new();
+    let mut problems = roots.problems.clone();
     for path in &roots.manifests {
         if parts
             .iter()
@@ -61,18 +61,14 @@ fn load_roots(roots: &loose::Roots, selection: &Selection) -> Result<Project, Lo
         match load_workspace(path, selection, &roots.only) {
             Ok(part) => parts.push(part),
             Err(error) if is_alone => return Err(error),
-            Err(error) => problems.push(problem(path, error)),
+            Err(error) => problems.push(error.problem(path)),
         }
     }
     parts.extend(load_files(roots, selection)?);
     let mut project = merge(parts);
     project.only = roots.only.clone();
-    project.problems = problems;
+    project.problems.extend(problems);
     Ok(project)
-}
-
-fn problem(path: &Path, error: LoadError) -> Problem {
-    Problem { file: path.to_string_lossy().replace('\\', "/"), span: None, message: error.message, help: error.help }
 }
 
 fn load_workspace(path: &Path, selection: &Selection, only: &[PathBuf]) -> Result<Project, LoadError> {
@@ -85,10 +81,10 @@ fn load_workspace(path: &Path, selection: &Selection, only: &[PathBuf]) -> Resul
     };
     let config = cargo_config::read(run_in, &selection.cargo_options, selection.target.as_deref());
     let target = cfg::read(run_in, &config, selection.is_release);
-    let mut notices = Vec::new();
+    let (mut notices, mut problems) = (Vec::new(), Vec::new());
     let mut workspace = match metadata::load(path, run_in, selection, target.triple.as_deref(), &mut notices) {
         Ok(workspace) => workspace,
-        Err(failure) => without_cargo(path, &failure, &mut notices)?,
+        Err(failure) => without_cargo(path, &failure, &mut notices, &mut problems)?,
     };
     notices.extend(target.notice);
     if !workspace.is_resolved {
@@ -96,24 +92,61 @@ fn load_workspace(path: &Path, selection: &Selection, only: &[PathBuf]) -> Resul
     }
     let mut project = select_in(&workspace, selection, only, &target.cfg, &mut notices)?;
     project.notices = notices;
+    project.problems.extend(problems);
     Ok(project)
 }
 
-/// Reads the manifests when cargo cannot be run; passes on what cargo says against them when it can.
-fn without_cargo(path: &Path, failure: &Failure, notices: &mut Vec<String>) -> Result<Workspace, LoadError> {
-    match failure {
+/// Reads the manifests when cargo cannot be run, and when it refuses them while the sources can be found all the same: what cargo
+/// says against them is then a problem beside the findings.
+fn without_cargo(
+    path: &Path,
+    failure: &Failure,
+    notices: &mut Vec<String>,
+    problems: &mut Vec<Problem>,
+) -> Result<Workspace, LoadError> {
+    let refusal = match failure {
         Failure::Refused(text) if !text.contains("believes it's in a workspace when it's not") => {
             let text = text.strip_prefix("error: ").unwrap_or(text);
-            Err(LoadError::new(format!("cargo cannot load `{}`: {text}", path.display()))
-                .help("correct the manifest; `cargo check` reports the same"))
+            let error = LoadError::new(format!("cargo cannot load `{}`: {text}", path.display()));
+            Some(error.help("correct the manifest; `cargo check` reports the same"))
         }
-        failure => {
-            let workspace = manifest::read_workspace(path)?;
-            notices
-                .push(format!("`cargo metadata` failed ({}); the manifests are read without it", failure.first_line()));
+        _ => None,
+    };
+    let read = manifest::read_workspace(path, problems);
+    let Some(refusal) = refusal else {
+        notices.push(format!("`cargo metadata` failed ({}); the manifests are read without it", failure.first_line()));
+        return read;
+    };
+    match read {
+        Ok(workspace) if workspace.packages.iter().any(|found| !found.targets.is_empty()) => {
+            // A member that cannot be read, and a dependency that is not there, are told by themselves.
+            if problems.is_empty() && !is_about_a_lost_dependency(&workspace, &refusal) {
+                problems.push(refusal.problem(path));
+            }
             Ok(workspace)
         }
+        _ => Err(refusal),
     }
+}
+
+fn is_about_a_lost_dependency(workspace: &Workspace, refusal: &LoadError) -> bool {
+    let mut paths = workspace.packages.iter().flat_map(|found| &found.dependencies).filter_map(|it| it.path.as_ref());
+    paths.any(|path| {
+        let manifest = path.join("Cargo.toml");
+        !manifest.is_file() && refusal.message.contains(&format!("`{}`", manifest.display()))
+    })
+}
+
+/// The project with files that none of its targets reads, each checked on its own.
+///
+/// # Errors
+/// Never for files that are there.
+pub fn with_files(project: Project, files: &[PathBuf], selection: &Selection) -> Result<Project, LoadError> {
+    let only = project.only.clone();
+    let roots = loose::Roots { files: files.iter().cloned().collect(), only: only.clone(), ..loose::Roots::default() };
+    let mut parts = vec![project];
+    parts.extend(load_files(&roots, selection)?);
+    Ok(Project { only, ..merge(parts) })
 }
 
 /// One project for each file outside any package.
@@ -121,18 +154,33 @@ fn load_files(roots: &loose::Roots, selection: &Selection) -> Result<Vec<Project
     if roots.files.is_empty() {
         return Ok(Vec::new());
     }
-    let config = cargo_config::read(&selection.current_dir, &selection.cargo_options, selection.target.as_deref());
-    let target = cfg::read(&selection.current_dir, &config, selection.is_release);
-    let everything = Selection { current_dir: selection.current_dir.clone(), workspace: true, ..Selection::default() };
-    let mut parts = Vec::new();
     let in_part = |(at, file): &(usize, &PathBuf)| is_in_part(selection, *at, &file.to_string_lossy());
-    for (_, file) in roots.files.iter().enumerate().filter(in_part) {
-        let mut notices: Vec<String> = target.notice.clone().into_iter().collect();
-        let mut part = select_in(&loose::package(file), &everything, &roots.only, &target.cfg, &mut notices)?;
-        part.notices = notices;
-        parts.push(part);
-    }
-    Ok(parts)
+    let files = roots.files.iter().enumerate().filter(in_part);
+    let texts = files.map(|(_, file)| (file, std::fs::read_to_string(file).unwrap_or_default()));
+    let target = target_of(selection);
+    texts.map(|(file, text)| load_file(file, &text, &roots.only, &target)).collect()
+}
+
+/// The project of one file outside any package, whose text is known.
+///
+/// # Errors
+/// Never; all selections of one file hold it.
+pub fn of_file(file: &Path, text: &str) -> Result<Project, LoadError> {
+    load_file(file, text, &[], &target_of(&Selection::default()))
+}
+
+/// What the build context says where there is no package.
+fn target_of(selection: &Selection) -> cfg::TargetCfg {
+    let config = cargo_config::read(&selection.current_dir, &selection.cargo_options, selection.target.as_deref());
+    cfg::read(&selection.current_dir, &config, selection.is_release)
+}
+
+fn load_file(file: &Path, text: &str, only: &[PathBuf], target: &cfg::TargetCfg) -> Result<Project, LoadError> {
+    let everything = Selection { workspace: true, ..Selection::default() };
+    let mut notices: Vec<String> = target.notice.clone().into_iter().collect();
+    let mut project = select_in(&loose::package(file, text), &everything, only, &target.cfg, &mut notices)?;
+    project.notices = notices;
+    Ok(project)
 }
 
 fn is_in_part(selection: &Selection, at: usize, name: &str) -> bool {
@@ -168,6 +216,7 @@ fn merge(parts: Vec<Project>) -> Project {
     for part in parts {
         merged.root = common(&merged.root, &part.root);
         merged.graph.extend(part.graph);
+        merged.problems.extend(part.problems);
         for notice in part.notices {
             if !merged.notices.contains(&notice) {
                 merged.notices.push(notice);

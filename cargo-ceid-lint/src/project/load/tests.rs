@@ -212,7 +212,9 @@ fn a_directory_of_packages_without_a_root_is_checked_package_by_package() {
 #[test]
 fn a_wrong_manifest_is_told_with_its_place() {
     let tree = Tree::new(&[("Cargo.toml", "[package]\nname = \"a\"\nversion = 3\n"), ("src/lib.rs", "")]);
-    check_error(&in_tree(&tree), "Cargo.toml:3:", "correct the manifest");
+    let project = check(&in_tree(&tree), &["a lib a"]);
+    assert!(project.problems[0].message.contains("Cargo.toml:3:"), "{:?}", project.problems);
+    assert!(project.problems[0].help.as_deref().is_some_and(|help| help.contains("correct the manifest")));
 }
 
 #[test]

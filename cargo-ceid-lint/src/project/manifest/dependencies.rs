@@ -51,6 +51,7 @@ fn plain(key: &str, value: &Value, directory: &Path) -> FoundDependency {
         default_features: flag("default-features", true),
         features: strings(value, "features"),
         path: value.get("path").and_then(Value::as_str).map(|path| normalized(&directory.join(PathBuf::from(path)))),
+        is_git: value.get("git").is_some(),
     }
 }
 

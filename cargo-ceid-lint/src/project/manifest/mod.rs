@@ -14,6 +14,7 @@ use toml::{Table, Value};
 use super::workspace::{Found, Workspace, normalized};
 use super::{LoadError, TargetKind};
 use crate::config::glob;
+use crate::diagnostic::Problem;
 
 /// A manifest that was read.
 struct Manifest {
@@ -24,7 +25,8 @@ struct Manifest {
 impl Manifest {
     fn read(path: &Path) -> Result<Self, LoadError> {
         let text = std::fs::read_to_string(path)
-            .map_err(|error| LoadError::new(format!("cannot read manifest `{}`: {error}", path.display())))?;
+            .map_err(|error| LoadError::new(format!("cannot read manifest `{}`: {error}", path.display())))
+            .map_err(|error| error.help("make it readable, or take it out of what names it"))?;
         let table = toml::from_str(&text).map_err(|error: toml::de::Error| {
             let at = error.span().map_or(0, |span| u32::try_from(span.start).unwrap_or(0));
             let place = crate::source::LineIndex::new(&text).line_column(&text, at);
@@ -69,8 +71,8 @@ pub(super) fn owns(manifest: &Path, path: &Path) -> bool {
     found.map_or(true, |found| super::select::owns(&found, path))
 }
 
-/// Reads the workspace that the manifest at `path` belongs to, without cargo.
-pub(super) fn read_workspace(path: &Path) -> Result<Workspace, LoadError> {
+/// Reads the workspace that the manifest at `path` belongs to, without cargo. Members that cannot be read are left out, and told.
+pub(super) fn read_workspace(path: &Path, problems: &mut Vec<Problem>) -> Result<Workspace, LoadError> {
     let manifest = Manifest::read(path)?;
     if manifest.section("package").is_none() && manifest.section("workspace").is_none() {
         return Err(LoadError::new(format!("`{}` has neither `[package]` nor `[workspace]`", path.display()))
@@ -87,7 +89,10 @@ pub(super) fn read_workspace(path: &Path) -> Result<Workspace, LoadError> {
         paths.insert(root.path.clone());
     }
     for path in paths {
-        workspace.packages.push(read_package(&Manifest::read(&path)?, Some(&root))?);
+        match Manifest::read(&path).and_then(|manifest| read_package(&manifest, Some(&root))) {
+            Ok(found) => workspace.packages.push(found),
+            Err(error) => problems.push(error.problem(&path)),
+        }
     }
     workspace.members = workspace.packages.len();
     add_path_dependencies(&mut workspace);
@@ -247,6 +252,7 @@ fn read_package(manifest: &Manifest, workspace: Option<&Manifest>) -> Result<Fou
         id: package_id(manifest.directory(), name, &version),
         version,
         manifest_path: manifest.path.clone(),
+        build_script: build_script(manifest, package),
         targets: targets::discover(manifest, name, &edition),
         features,
         dependencies: dependencies::read(manifest, workspace),
@@ -256,6 +262,15 @@ fn read_package(manifest: &Manifest, workspace: Option<&Manifest>) -> Result<Fou
             .and_then(|value| serde_json::to_value(value).ok()),
         ..Found::default()
     })
+}
+
+fn build_script(manifest: &Manifest, package: &Table) -> Option<PathBuf> {
+    let path = match package.get("build") {
+        Some(Value::Boolean(false)) => return None,
+        Some(Value::String(path)) => path.as_str(),
+        _ => "build.rs",
+    };
+    Some(manifest.directory().join(path)).filter(|path| path.is_file())
 }
 
 /// The id that cargo gives to a package at a path.

@@ -6,7 +6,7 @@ use crate::project::load::tests::Tree;
 #[track_caller]
 fn check(files: &[(&str, &str)], expected: &[&str]) {
     let tree = Tree::new(files);
-    let workspace = read_workspace(&tree.path("Cargo.toml")).unwrap();
+    let workspace = read_workspace(&tree.path("Cargo.toml"), &mut Vec::new()).unwrap();
     let found: Vec<String> = workspace
         .packages
         .iter()
@@ -83,7 +83,7 @@ fn path_dependencies_are_followed_and_are_members_inside_the_workspace() {
 #[test]
 fn a_wrong_manifest_is_an_error_with_its_place() {
     let tree = Tree::new(&[("Cargo.toml", "[package]\nname = \"demo\nversion = 1\n")]);
-    let error = read_workspace(&tree.path("Cargo.toml")).unwrap_err();
+    let error = read_workspace(&tree.path("Cargo.toml"), &mut Vec::new()).unwrap_err();
     assert!(error.message.contains("Cargo.toml:2:"), "{error}");
 }
 

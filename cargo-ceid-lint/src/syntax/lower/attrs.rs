@@ -34,6 +34,11 @@ impl Attrs {
         found.map(|(path, _)| path.as_str())
     }
 
+    /// All the `#[path]`s that may hold.
+    pub(super) fn paths(&self) -> impl Iterator<Item = &str> {
+        self.paths.iter().map(|(path, _)| path.as_str())
+    }
+
     pub(super) fn has(&self, path: &str) -> bool {
         self.kept.iter().any(|attribute| attribute.path == path)
     }

@@ -31,7 +31,11 @@ impl Lowerer<'_, '_> {
             syn::Item::Enum(item) => &item.ident,
             syn::Item::Trait(item) => &item.ident,
             syn::Item::Type(item) => &item.ident,
-            syn::Item::Mod(item) => &item.ident,
+            syn::Item::Mod(item) => {
+                let attrs = self.attrs(&item.attrs);
+                self.loader.leave_out(&name(&item.ident), attrs.paths(), &self.dir);
+                &item.ident
+            }
             syn::Item::Use(item) => {
                 let names = self.use_names(item).into_iter().filter_map(|own| own.name);
                 self.loader.removed.extend(names);
@@ -393,6 +397,7 @@ impl Lowerer<'_, '_> {
         }
         let is_read = |low: &mut Self| low.known_item_macro(&item.mac, out) || low.own_items(&item.mac, out);
         if !self.given(head.attrs.presence.clone(), is_read) {
+            self.loader.leave_out_declared(&item.mac.tokens, &self.dir);
             self.push(out, head, ItemKind::MacroCall(mac));
         }
     }

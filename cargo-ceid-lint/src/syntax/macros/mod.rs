@@ -127,7 +127,7 @@ impl Lowerer<'_, '_> {
     pub(super) fn known_item_macro(&mut self, mac: &syn::Macro, out: &mut Vec<Item>) -> bool {
         match self.known_name(mac).as_deref() {
             Some("cfg_if") => self.cfg_if_items(mac, out),
-            Some("thread_local" | "lazy_static") => self.macro_statics(mac, out),
+            Some(name @ ("thread_local" | "lazy_static")) => self.macro_statics(mac, name == "thread_local", out),
             Some("filters") => self.filter_sets(mac, out),
             Some("include") => self.include_items(mac, out),
             _ => false,
@@ -136,8 +136,11 @@ impl Lowerer<'_, '_> {
 
     /// `include!("items.rs")` of a file that is there.
     fn include_items(&mut self, mac: &syn::Macro, out: &mut Vec<Item>) -> bool {
-        let Ok(path) = syn::parse2::<syn::LitStr>(mac.tokens.clone()) else { return false };
         let place = self.path_span(&mac.path);
+        let Ok(path) = syn::parse2::<syn::LitStr>(mac.tokens.clone()) else {
+            self.loader.not_included(&mac.tokens, place);
+            return false;
+        };
         let Some(items) = self.loader.include(&path.value(), place) else { return false };
         out.extend(items);
         true
@@ -152,7 +155,13 @@ impl BodyLowerer<'_, '_, '_> {
         }
         match self.known_macro(mac).or_else(|| self.own_expr(mac)) {
             Some(id) => id,
-            None => self.opaque_macro(mac),
+            None => {
+                if self.low.known_name(mac).as_deref() == Some("include") {
+                    let place = self.low.path_span(&mac.path);
+                    self.low.loader.not_included(&mac.tokens, place);
+                }
+                self.opaque_macro(mac)
+            }
         }
     }
 

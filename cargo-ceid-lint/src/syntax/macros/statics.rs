@@ -5,7 +5,7 @@ use syn::{Attribute, Expr, Ident, Token, Type, Visibility};
 
 use super::parse;
 use crate::syntax::lower::Lowerer;
-use crate::syntax::tree::Item;
+use crate::syntax::tree::{GenericArg, Item, ItemKind, Path, TypeRef};
 
 struct Statics(Vec<Static>);
 
@@ -49,11 +49,27 @@ impl Parse for Static {
 }
 
 impl Lowerer<'_, '_> {
-    pub(super) fn macro_statics(&mut self, mac: &syn::Macro, out: &mut Vec<Item>) -> bool {
+    /// Adds the statics of a macro; those of one thread are reached through a key.
+    pub(super) fn macro_statics(&mut self, mac: &syn::Macro, is_local: bool, out: &mut Vec<Item>) -> bool {
         let Some(statics) = parse::<Statics>(mac) else { return false };
         for item in &statics.0 {
+            let before = out.len();
             self.macro_static((&item.attributes, &item.vis), &item.ident, &item.ty, &item.value, out);
+            for item in out[before..].iter_mut().filter(|_| is_local) {
+                if let ItemKind::Value(value) = &mut item.kind {
+                    value.ty = local_key(std::mem::replace(&mut value.ty, TypeRef::Infer));
+                }
+            }
         }
         true
     }
+}
+
+/// `std::thread::LocalKey<T>`
+fn local_key(ty: TypeRef) -> TypeRef {
+    let mut path = Path::plain(&["std", "thread", "LocalKey"]);
+    if let Some(last) = path.segments.last_mut() {
+        last.args.push(GenericArg::Type(ty));
+    }
+    TypeRef::Path(path)
 }

@@ -112,7 +112,7 @@ fn missing_modules_name_both_files() {
         &[("src/lib.rs", "#[path = \"x.rs\"] mod a;")],
         &["src/lib.rs:1: file not found for module `a`: `src/x.rs`; create `src/x.rs`, or remove the declaration"],
     );
-    check_problem(&[], &["src/lib.rs: no such file; the file is skipped"]);
+    check_problem(&[], &["src/lib.rs: no such file; the file is skipped; create it, or remove what names it"]);
     check_problem(
         &[("src/lib.rs", "fn f() { mod a; }")],
         &[
@@ -174,13 +174,18 @@ fn a_file_loaded_twice_is_read_once() {
 
 #[test]
 fn included_items_stand_where_they_are_included() {
-    check(
-        &[
-            ("src/lib.rs", "mod a { include!(\"x/items.rs\"); } include!(\"missing.rs\"); include!(concat!(\"a\"));"),
-            ("src/x/items.rs", "struct A; mod m;"),
-            ("src/x/m.rs", ""),
-        ],
-        "mod a {struct A {}, mod m {}}, include!(), include!(concat)",
+    let (items, messages, _) = load(&[
+        ("src/lib.rs", "mod a { include!(\"x/items.rs\"); } include!(\"missing.rs\");\ninclude!(concat!(\"a\"));"),
+        ("src/x/items.rs", "struct A; mod m;"),
+        ("src/x/m.rs", ""),
+    ]);
+    assert_eq!(items, "mod a {struct A {}, mod m {}}, include!(), include!(concat)");
+    assert_eq!(
+        messages,
+        [
+            "src/lib.rs:1: file not found for `include!`: `src/missing.rs`; create `src/missing.rs`, or remove the `include!`",
+            "src/lib.rs:2: `a` is not read: its code is included in a body, or its path is computed; use `mod` instead",
+        ]
     );
 }
 

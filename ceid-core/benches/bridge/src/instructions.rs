@@ -109,16 +109,21 @@ fn mutex_both(count: u64) {
 
 pub(crate) fn table() {
     heading("instructions per operation, 64 bytes (valgrind)");
-    for operation in ["write", "read", "both"] {
-        let count = |kind: &str| per_operation(&format!("{kind}-{operation}"));
+    for (key, operation) in [("write", "write"), ("read", "read"), ("both", "write and read")] {
+        let count = |kind: &str| per_operation(&format!("{kind}-{key}"));
         let (Some(latest), Some(triple), Some(mutex)) = (count("latest"), count("triple"), count("mutex")) else {
             return;
         };
         let against = |name: &str, other: f64, bar| {
-            row(&format!("{operation}: Latest / {name}"), &format!("{latest:.2} / {other:.2}"), latest / other, bar);
+            row(
+                &format!("instructions to {operation}: `Latest` / {name}"),
+                &format!("{latest:.2} / {other:.2}"),
+                latest / other,
+                bar,
+            );
         };
-        against("triple_buffer 9", triple, Bar::AtMost(1.0));
-        against("std Mutex", mutex, Bar::None);
+        against("`triple_buffer` 9", triple, Bar::AtMost(1.0));
+        against("std `Mutex`", mutex, Bar::None);
     }
 }
 

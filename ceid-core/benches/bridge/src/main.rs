@@ -11,9 +11,13 @@ mod exchange;
 mod instructions;
 #[path = "../../../tests/exchange/inversion.rs"]
 mod inversion;
+#[path = "../../bars/row.rs"]
+mod row;
 mod simulated;
 mod wake_up;
 
+pub(crate) use row::Bar;
+use row::{TITLES, line};
 use std::process::{Command, Output};
 
 fn main() {
@@ -50,30 +54,22 @@ fn inversion_row() {
     let inverted = inversion::longest_wait::<StdMutex>();
     if let (Some(inherited), Some(inverted)) = (inherited, inverted) {
         let ratio = inherited.as_secs_f64() / inverted.as_secs_f64();
-        row("PriorityInheriting / StdMutex", &format!("{inherited:.1?} / {inverted:.1?}"), ratio, Bar::AtMost(0.10));
+        row(
+            "longest wait under priority inversion: `PriorityInheriting` / std `Mutex`",
+            &format!("{inherited:.1?} / {inverted:.1?}"),
+            ratio,
+            Bar::AtMost(0.10),
+        );
     }
 }
 
-/// What a ratio should be.
-pub(crate) enum Bar {
-    None,
-    AtMost(f64),
-    AtLeast(f64),
-}
-
 pub(crate) fn heading(text: &str) {
-    println!("\n{text}");
+    println!("\n{text}\n\n{TITLES}");
 }
 
-/// One line: what is compared, the two figures, their ratio, and the bar.
+/// Prints one line of a table.
 pub(crate) fn row(what: &str, figures: &str, ratio: f64, bar: Bar) {
-    let verdict = |met| if met { "met" } else { "MISSED" };
-    let bar = match bar {
-        Bar::None => String::new(),
-        Bar::AtMost(most) => format!("at most {most}: {}", verdict(ratio <= most)),
-        Bar::AtLeast(least) => format!("at least {least}: {}", verdict(ratio >= least)),
-    };
-    println!("  {what:<48} {figures:<28} {ratio:>9.3}  {bar}");
+    println!("{}", line(what, figures, ratio, &bar));
 }
 
 pub(crate) fn median(mut values: Vec<f64>) -> f64 {

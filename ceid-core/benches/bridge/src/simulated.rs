@@ -49,5 +49,10 @@ pub(crate) fn table() {
         simulated.as_secs_f64() / begin.elapsed().as_secs_f64()
     });
     let ratio = median(ratios.collect());
-    row("simulated / wall (median of 9)", &format!("100 s / {:.1} ms", 100e3 / ratio), ratio, Bar::AtLeast(5000.0));
+    row(
+        "virtual time, simulated / wall (median of 9)",
+        &format!("100 s / {:.1} ms", 100e3 / ratio),
+        ratio,
+        Bar::AtLeast(5000.0),
+    );
 }

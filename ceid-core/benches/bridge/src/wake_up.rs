@@ -104,10 +104,15 @@ fn measure(side: &str) -> Option<[f64; 2]> {
 }
 
 pub(crate) fn table() {
-    for (load, hogs) in [("idle", 0), ("under load, a busy process for each processor", 2)] {
+    for (load, hogs) in [("idle", 0), ("a busy process for each processor", 2)] {
         heading(&format!("wake-up at 1 kHz, {load} (median of {ROUNDS} alternations of {SECONDS} s)"));
-        let sides = ["rt-preempt", "cyclictest", "chrono", "sleep"];
-        let rounds: Vec<_> = (0..ROUNDS).map(|_| sides.map(|side| with_load(hogs, || measure(side)))).collect();
+        let sides = [
+            ("rt-preempt", "`RtPreemptCycleThread`"),
+            ("cyclictest", "`cyclictest`"),
+            ("chrono", "`ChronoCycleThread`"),
+            ("sleep", "`thread::sleep`"),
+        ];
+        let rounds: Vec<_> = (0..ROUNDS).map(|_| sides.map(|(side, _)| with_load(hogs, || measure(side)))).collect();
         for (name, at) in [("p50", 0), ("p99", 1)] {
             let compare = |side: usize, other: usize, most: f64| {
                 let values =
@@ -116,7 +121,7 @@ pub(crate) fn table() {
                 let (one, two) = (median(one), median(two));
                 let bar = if name == "p50" { Bar::AtMost(most) } else { Bar::None };
                 row(
-                    &format!("{name}: {} / {}", sides[side], sides[other]),
+                    &format!("wake-up {name}, {load}: {} / {}", sides[side].1, sides[other].1),
                     &format!("{one} / {two} µs"),
                     one / two,
                     bar,

@@ -1,8 +1,13 @@
 //! From a project to a report: the one function to read first.
 
-use std::collections::{BTreeMap, BTreeSet};
+mod configured;
 
-use crate::config::{self, Config, ConfigError, LevelOverrides, Preset, Scope, Section};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+
+pub use configured::{Configured, check_configured};
+
+use crate::config::{self, Config, ConfigError, Preset, Scope, Section};
 use crate::count::{Cycle, Pair, analyse};
 use crate::diagnostic::{Diagnostic, Level, Problem};
 use crate::flow::{Program, lower_function};
@@ -24,6 +29,10 @@ pub struct Report {
     pub cycles: Vec<Cycle>,
     /// What could not be read or parsed.
     pub problems: Vec<Problem>,
+    /// What was not looked at, though nothing is wrong with it.
+    pub unread: Vec<Problem>,
+    /// The files and directories of modules that are declared, and not there under this `cfg`.
+    pub left_out: BTreeSet<PathBuf>,
     /// How many filter types were found.
     pub filter_types: usize,
 }
@@ -33,39 +42,6 @@ impl Report {
     pub fn shown(&self) -> impl Iterator<Item = &Diagnostic> {
         self.diagnostics.iter().filter(|finding| finding.suppressed.is_none())
     }
-
-    /// The report of a run that a wrong configuration ended: it is told like a file that cannot be parsed, so that editors show
-    /// its place.
-    #[must_use]
-    pub fn of_wrong_configuration(project: &Project, error: &ConfigError) -> Self {
-        let mut sources = SourceMap::new(project.root.clone());
-        let mut problem =
-            Problem { file: String::new(), span: None, message: error.message.clone(), help: error.help.clone() };
-        if let Some(place) = &error.place {
-            problem.file = sources.display_name(&place.path);
-            if let Some(text) = &error.text {
-                let offset = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
-                let file = sources.add(&place.path, text.clone());
-                problem.span = Some(Span::new(file, offset(place.range.start), offset(place.range.end)));
-            }
-        }
-        Self { sources, problems: vec![problem], ..Self::default() }
-    }
-}
-
-/// The configuration of the packages that are reported.
-///
-/// # Errors
-/// What is wrong with it.
-pub fn configuration(project: &Project, overrides: LevelOverrides) -> Result<Config, ConfigError> {
-    let reported = || project.packages.iter().filter(|package| package.is_reported);
-    let roots = reported().map(|package| package.workspace_root.as_path());
-    let manifests =
-        reported().filter(|package| package.metadata.is_some()).map(|package| package.manifest_path.as_path());
-    let mut config = config::load(roots, manifests)?;
-    config.overrides = overrides;
-    rules::validate(&config)?;
-    Ok(config)
 }
 
 /// Checks a project whose files lie on the disk.
@@ -83,19 +59,26 @@ pub fn check(project: &Project, config: &Config) -> Result<Report, ConfigError> 
 pub fn check_with(project: &Project, config: &Config, source: Box<dyn ReadSource>) -> Result<Report, ConfigError> {
     let mut files = FileSet::new(SourceMap::new(project.root.clone()), source);
     let mut problems = Vec::new();
-    let inputs = parse_all(project, &mut files, &mut problems);
+    let mut left_out = BTreeSet::new();
+    let inputs = parse_all(project, &mut files, &mut problems, &mut left_out);
     let sources = files.into_map();
     // Expressions nest as deep as the parser allows, and the walks over them with them.
-    let is_partial = !problems.is_empty();
+    let is_partial = !problems.is_empty() || !project.problems.is_empty();
     let mut report = with_large_stack(|| analyse_all(project, config, inputs, sources, is_partial))?;
     let mut seen = BTreeSet::new();
     problems.retain(|problem: &Problem| seen.insert((problem.file.clone(), problem.span, problem.message.clone())));
-    report.problems = problems;
+    (report.problems, report.unread) = problems.into_iter().partition(|problem| problem.is_error);
+    report.left_out = left_out;
     Ok(report)
 }
 
 /// Parses every crate root with its modules.
-fn parse_all(project: &Project, files: &mut FileSet, problems: &mut Vec<Problem>) -> Vec<CrateInput> {
+fn parse_all(
+    project: &Project,
+    files: &mut FileSet,
+    problems: &mut Vec<Problem>,
+    left_out: &mut BTreeSet<PathBuf>,
+) -> Vec<CrateInput> {
     let mut inputs: Vec<CrateInput> = Vec::new();
     let mut libs: BTreeMap<usize, usize> = BTreeMap::new();
     for (package_number, package) in project.packages.iter().enumerate() {
@@ -108,6 +91,7 @@ fn parse_all(project: &Project, files: &mut FileSet, problems: &mut Vec<Problem>
                 libs.insert(package_number, inputs.len());
             }
             let root = parse_root(&target.src_path, &target.edition, &cfg, files, problems);
+            left_out.extend(root.left_out);
             inputs.push(CrateInput {
                 package: package_number,
                 target: target_number,
@@ -198,7 +182,7 @@ fn analyse_all(
     mark_suppressed(&mut analysis.cycles, &findings);
     let diagnostics = with_levels(project, config, findings);
     let filter_types = index.filter_type_count();
-    Ok(Report { diagnostics, cycles: analysis.cycles, filter_types, problems: Vec::new(), sources })
+    Ok(Report { diagnostics, cycles: analysis.cycles, filter_types, sources, ..Report::default() })
 }
 
 /// The paths that entries name in crates whose sources are perhaps not read.

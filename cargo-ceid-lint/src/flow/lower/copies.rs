@@ -1,0 +1,159 @@
+//! Values of `Copy` types: each name that one is given is another instance, unless it is put back where it came from.
+
+use std::collections::BTreeSet;
+
+use super::{Builder, ClosureRef, Value};
+use crate::flow::{Assignment, Effect, NodeId, Place, Transfer, Var};
+use crate::index::Ty;
+use crate::source::Span;
+use crate::syntax::tree::ExprKind;
+
+impl Builder<'_> {
+    /// How the instances that a value of a type carries get to another place.
+    pub(super) fn transfer(&self, value: &Value, ty: &Ty) -> Transfer {
+        match value.is_owned {
+            false => Transfer::Borrow,
+            true if value.place.is_some() && self.is_copied(ty) => Transfer::Copy,
+            true => Transfer::Move,
+        }
+    }
+
+    /// Whether a filter in a value of the type is another instance under each name.
+    pub(super) fn is_copied(&self, ty: &Ty) -> bool {
+        let index = self.program.index;
+        index.holds_filter(ty) && index.is_copy(ty)
+    }
+
+    /// Another instance with the same state.
+    pub(super) fn copy_of(&mut self, value: &Value, ty: Ty, span: Span) -> Value {
+        let copy = self.temporary(ty, span);
+        if let (Some(from), true) = (value.place.clone(), self.at.is_some()) {
+            let place = Place::var(copy);
+            let transfer = Transfer::Copy;
+            let set = Assignment { place, from: Some(from), transfer, rebinds: true, head: None, same_as: None };
+            self.emit(Effect::Set(Box::new(set)), span);
+        }
+        Value { place: Some(Place::var(copy)), is_owned: true, ..Value::default() }
+    }
+
+    /// The copies that a `move` closure takes of what it names: it goes on with them from call to call.
+    pub(super) fn copy_captured(&mut self, closure: ClosureRef, span: Span) {
+        let body = self.body();
+        let ExprKind::Closure(code) = &body.expr(closure.expr).kind else { return };
+        if !code.is_move || self.captures.contains_key(&(closure.frame, closure.expr)) {
+            return;
+        }
+        let mut copies = Vec::new();
+        for (local, var) in self.captured_locals(closure) {
+            let info = self.graph.var(var);
+            if !self.is_copied(&info.ty) {
+                continue;
+            }
+            let copy = self.new_var(info.name.clone(), info.ty.clone(), info.span);
+            self.set(copy, &Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }, span);
+            copies.push((local, copy));
+        }
+        self.captures.insert((closure.frame, closure.expr), copies);
+    }
+
+    /// Tells copies that are put back from those that are instances of their own.
+    pub(super) fn settle_copies(&mut self) {
+        let copies: Vec<(NodeId, Var, Place)> = self
+            .graph
+            .node_ids()
+            .filter_map(|id| match &self.graph.node(id).effect {
+                Effect::Set(set) if set.transfer == Transfer::Copy => {
+                    Some((id, set.place.base_var()?, set.from.clone()?))
+                }
+                _ => None,
+            })
+            .collect();
+        let calls: Vec<(NodeId, usize, Var, Place)> = self
+            .graph
+            .node_ids()
+            .filter_map(|id| match &self.graph.node(id).effect {
+                Effect::Call(site) => Some((id, site)),
+                _ => None,
+            })
+            .flat_map(|(id, site)| {
+                let copied = site.args.iter().enumerate().filter(|(_, arg)| arg.is_copy);
+                copied.filter_map(move |(number, arg)| Some((id, number, site.result, arg.place.clone()?)))
+            })
+            .collect();
+        if copies.is_empty() && calls.is_empty() {
+            return;
+        }
+        let mut on_the_way = BTreeSet::new();
+        for (_, var, from) in &copies {
+            let way = self.way_back(*var, from);
+            on_the_way.extend(way.filter(|way| self.is_changed(way)).into_iter().flatten());
+        }
+        for (id, number, result, from) in calls {
+            let way = self.way_back(result, &from);
+            if way.is_none()
+                && let Effect::Call(site) = &mut self.graph.nodes[id.0 as usize].effect
+            {
+                // The function has a copy, and what it does with it is its own business.
+                site.args[number].place = None;
+            }
+            on_the_way.extend(way.into_iter().flatten());
+        }
+        for node in &mut self.graph.nodes {
+            let (Effect::Set(set) | Effect::Write(set)) = &mut node.effect else { continue };
+            let ends = [set.place.base_var(), set.from.as_ref().and_then(Place::base_var)];
+            if set.transfer == Transfer::Copy && ends.into_iter().flatten().any(|var| on_the_way.contains(&var)) {
+                set.transfer = Transfer::RoundTrip;
+            }
+        }
+    }
+
+    /// Whether something may update what one of the variables holds.
+    fn is_changed(&self, vars: &BTreeSet<Var>) -> bool {
+        let is_one = |place: &Place| place.base_var().is_some_and(|var| vars.contains(&var));
+        self.graph.nodes.iter().any(|node| match &node.effect {
+            Effect::Update(update) => is_one(&update.place),
+            Effect::Call(site) => {
+                site.args.iter().filter(|arg| !arg.is_shared).filter_map(|arg| arg.place.as_ref()).any(is_one)
+            }
+            Effect::Unknown { places, .. } => places.iter().any(is_one),
+            Effect::Set(set) => set.transfer == Transfer::Borrow && set.from.as_ref().is_some_and(is_one),
+            _ => false,
+        })
+    }
+
+    /// The variables through which what a variable holds gets back to a place; `None` if it does not.
+    fn way_back(&self, start: Var, origin: &Place) -> Option<BTreeSet<Var>> {
+        let mut way = BTreeSet::from([start]);
+        let mut returns = false;
+        loop {
+            let before = way.len();
+            for node in &self.graph.nodes {
+                match &node.effect {
+                    Effect::Set(set) | Effect::Write(set) => {
+                        let from = set.from.as_ref().and_then(Place::base_var);
+                        if !from.is_some_and(|from| way.contains(&from)) {
+                            continue;
+                        }
+                        let is_origin = set.place.overlaps(origin);
+                        returns |= is_origin;
+                        way.extend(set.place.base_var().filter(|_| !is_origin));
+                    }
+                    Effect::Call(site) => {
+                        let gets = |arg: &crate::flow::Argument| {
+                            let var = arg.place.as_ref().and_then(Place::base_var);
+                            arg.is_copy && var.is_some_and(|var| way.contains(&var))
+                        };
+                        if site.args.iter().any(gets) {
+                            way.insert(site.result);
+                        }
+                    }
+                    _ => {}
+                }
+            }
+            if way.len() == before {
+                break;
+            }
+        }
+        returns.then_some(way)
+    }
+}

@@ -1,0 +1,144 @@
+//! Iterators that are made in one place and consumed in another, or nowhere: nothing of them runs before.
+
+use std::rc::Rc;
+
+use super::sources::{Item, Source};
+use super::{Builder, Value};
+use crate::flow::{Cause, Effect, IndexKey, Place, Var};
+use crate::index::{TraitName, Ty};
+use crate::source::Span;
+use crate::syntax::tree::ExprId;
+
+impl Builder<'_> {
+    /// An adaptor of an iterator: what it runs over is known, and nothing runs yet. `None` if the call is something else.
+    pub(super) fn lazy_call(&mut self, id: ExprId, receiver: ExprId, method: &str) -> Option<Value> {
+        if !is_adaptor(method) || !self.iterates(self.ty(receiver)) {
+            return None;
+        }
+        let source = self.source(id);
+        Some(self.iterator_value(source))
+    }
+
+    /// An iterator that is made here.
+    pub(super) fn iterator_value(&self, source: Source) -> Value {
+        let made_in = self.loops.last().copied();
+        Value { iterator: Some(Rc::new(Source { made_in, ..source })), ..Value::default() }
+    }
+
+    /// An iterator over all elements of a collection stands for the collection where it is given back.
+    pub(super) fn lent_on(&self, value: Value) -> Value {
+        match value.iterator.as_deref() {
+            Some(Source { item: Item::Element(place), stages, passes_over: false, is_choice: false, .. })
+                if stages.is_empty() =>
+            {
+                Value { place: Some(place.clone()), ..Value::default() }
+            }
+            _ => value,
+        }
+    }
+
+    /// A value that is one iterator on this way and another one on a way before.
+    pub(super) fn note_choice(&mut self, var: Var, before: Option<Rc<Source>>) {
+        let Some(before) = before else { return };
+        let mut both = Source { is_choice: true, ..Source::clone(&before) };
+        if let Some(now) = self.iterators.get(&var) {
+            both.item = Item::OneOf(vec![before.item.clone(), now.item.clone()]);
+            both.stages.extend(now.stages.iter().copied());
+        }
+        self.iterators.insert(var, Rc::new(both));
+    }
+
+    /// What the entries or values of a map are as an iterator.
+    pub(super) fn map_items(&self, method: &str, value: &Value) -> Value {
+        let item = value.place.clone().map_or(Item::Opaque, Item::entry);
+        let item = if method.contains("values") { item.values() } else { item };
+        self.iterator_value(Source { item, ..Source::bounded() })
+    }
+
+    /// An iterator that goes on elsewhere: which of its elements are left is not known.
+    pub(super) fn part_of(&mut self, id: ExprId, receiver: ExprId) -> Source {
+        let source = self.source(receiver);
+        let value = self.iterator_value(source.clone());
+        self.keep_iterator(&value, &Cause::Index(self.text(id)), self.span(id));
+        let item = if source.item.is_lent() { Item::Opaque } else { source.item };
+        Source { item, stages: Vec::new(), ..source }
+    }
+
+    /// What `next` gives: one of the elements, and which one is not known.
+    pub(super) fn next_item(&mut self, id: ExprId, value: &Value) -> Value {
+        let key = IndexKey::Data(self.text(id).into());
+        let place = match value.iterator.as_deref() {
+            Some(Source { item: Item::Element(place), stages, .. }) if stages.is_empty() => Some(place.clone()),
+            Some(_) => {
+                self.keep_iterator(value, &Cause::Index(self.text(id)), self.span(id));
+                None
+            }
+            None => value.place.clone(),
+        };
+        Value { place: place.map(|place| place.element(key)), ..Value::default() }
+    }
+
+    /// Whether a value of the type is an iterator.
+    pub(super) fn iterates(&self, ty: &Ty) -> bool {
+        let bounds = match ty.peel() {
+            Ty::Param(param) => &param.bounds,
+            Ty::Opaque(bounds) => bounds.as_ref(),
+            ty => return matches!(ty.external_name(), Some("Iterator" | "Range")),
+        };
+        bounds.iter().any(|bound| matches!(&bound.name, TraitName::External(path) if path.ends_with("::Iterator")))
+    }
+
+    /// An iterator that is put or handed somewhere, from where it may be consumed or not.
+    pub(super) fn keep_iterator(&mut self, value: &Value, cause: &Cause, span: Span) {
+        let Some(source) = value.iterator.clone() else { return };
+        let mut places = Vec::new();
+        lent_places(&source.item, &mut places);
+        if !places.is_empty() && self.at.is_some() {
+            self.emit(Effect::Unknown { places, cause: cause.clone() }, span);
+        }
+        for (_, closure) in &source.stages {
+            self.closure_for_unseen(*closure, cause.clone(), span);
+        }
+    }
+}
+
+/// The places whose elements an iterator gives.
+fn lent_places(item: &Item, found: &mut Vec<Place>) {
+    match item {
+        Item::Element(place) | Item::Chunk(place) | Item::Same(place) => found.push(place.clone()),
+        Item::Tuple(items) | Item::OneOf(items) => {
+            for item in items {
+                lent_places(item, found);
+            }
+        }
+        Item::Opaque | Item::Counter(_) | Item::Made => {}
+    }
+}
+
+/// Whether a method of an iterator gives another iterator and runs nothing.
+fn is_adaptor(method: &str) -> bool {
+    matches!(
+        method,
+        "map"
+            | "filter"
+            | "filter_map"
+            | "flat_map"
+            | "inspect"
+            | "scan"
+            | "take_while"
+            | "skip_while"
+            | "map_while"
+            | "zip"
+            | "chain"
+            | "enumerate"
+            | "rev"
+            | "take"
+            | "skip"
+            | "step_by"
+            | "cycle"
+            | "copied"
+            | "cloned"
+            | "peekable"
+            | "fuse"
+    )
+}

@@ -1,0 +1,123 @@
+//! What an iterator gives in each round, and what a chain of adaptors makes of it. Lowers nothing.
+
+use super::ClosureRef;
+use crate::flow::{IndexKey, LoopId, Place, Rounds, Section, Var};
+use crate::index::Ty;
+
+/// What an iterator gives in each round.
+#[derive(Clone, Debug)]
+pub(super) enum Item {
+    /// Something that is no filter's place.
+    Opaque,
+    /// An element of a collection.
+    Element(Place),
+    /// A part of a collection: the element is in exactly one of them.
+    Chunk(Place),
+    /// The number of the round, from a first value that may be known.
+    Counter(Option<u64>),
+    /// A value made in the round.
+    Made,
+    /// The one thing at a place.
+    Same(Place),
+    /// One of these, those of the first kind before those of the next.
+    OneOf(Vec<Self>),
+    /// Several at once.
+    Tuple(Vec<Self>),
+}
+
+impl Item {
+    /// The places of which it is one in each round.
+    pub(super) fn lends(&self, found: &mut Vec<Place>) {
+        match self {
+            Self::Element(place) => found.push(place.element(IndexKey::Each)),
+            Self::Chunk(place) => found.push(place.slice(Section::chunk())),
+            Self::Same(place) => found.push(place.clone()),
+            Self::OneOf(items) => items.iter().for_each(|item| item.lends(found)),
+            Self::Opaque | Self::Counter(_) | Self::Made | Self::Tuple(_) => {}
+        }
+    }
+
+    /// What a map gives: a key, and an element.
+    pub(super) fn entry(place: Place) -> Self {
+        Self::Tuple(vec![Self::Opaque, Self::Element(place)])
+    }
+
+    /// The values of such pairs.
+    pub(super) fn values(&self) -> Self {
+        match self {
+            Self::Tuple(parts) => parts.last().cloned().unwrap_or(Self::Opaque),
+            other => other.clone(),
+        }
+    }
+
+    /// One or the other; `None` if they have different shapes.
+    pub(super) fn or(&self, other: &Self) -> Option<Self> {
+        match (self, other) {
+            (Self::Tuple(left), Self::Tuple(right)) if left.len() == right.len() => {
+                let parts = left.iter().zip(right).map(|(left, right)| left.or(right));
+                Some(Self::Tuple(parts.collect::<Option<_>>()?))
+            }
+            (Self::Tuple(_), _) | (_, Self::Tuple(_)) => None,
+            (Self::Counter(_), Self::Counter(_)) => Some(Self::Opaque),
+            _ => Some(Self::OneOf(vec![self.clone(), other.clone()])),
+        }
+    }
+
+    /// Whether it is such a place.
+    pub(super) fn is_lent(&self) -> bool {
+        let mut found = Vec::new();
+        self.lends(&mut found);
+        !found.is_empty()
+    }
+}
+
+/// What a chain of adaptors runs over.
+#[derive(Clone, Debug)]
+pub(super) struct Source {
+    pub(super) item: Item,
+    pub(super) rounds: Rounds,
+    pub(super) passes_over: bool,
+    pub(super) in_order: bool,
+    /// Closures that run in each round before the item is there: `map`, `filter`, `inspect`.
+    pub(super) stages: Vec<(Stage, ClosureRef)>,
+    /// Whether it is one of several, and which one is not known.
+    pub(super) is_choice: bool,
+    /// The innermost loop in which it was made.
+    pub(super) made_in: Option<LoopId>,
+    pub(super) text: String,
+    /// The variables that the items are computed from.
+    pub(super) reads: Vec<Var>,
+}
+
+/// What an adaptor does with its closure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stage {
+    Map,
+    /// Gives an iterator for each item.
+    Flatten,
+    Filter,
+    Inspect,
+    /// Makes the item from nothing.
+    Make,
+}
+
+impl Source {
+    pub(super) fn bounded() -> Self {
+        Self {
+            item: Item::Opaque,
+            rounds: Rounds::Bounded,
+            passes_over: false,
+            in_order: true,
+            stages: Vec::new(),
+            is_choice: false,
+            made_in: None,
+            text: String::new(),
+            reads: Vec::new(),
+        }
+    }
+}
+
+/// Whether a type is a map: what it gives are pairs, and which one a key names depends on data.
+pub(super) fn is_map(ty: &Ty) -> bool {
+    ty.external_name().is_some_and(|name| name.ends_with("Map"))
+}

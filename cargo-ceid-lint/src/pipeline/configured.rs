@@ -1,0 +1,68 @@
+//! A check with the configuration that lies beside the project's manifests.
+
+use super::{Report, check_with};
+use crate::config::{self, Config, ConfigError, LevelOverrides};
+use crate::diagnostic::Problem;
+use crate::project::Project;
+use crate::rules;
+use crate::source::{ReadSource, SourceMap, Span};
+
+/// What a check found out, or what is wrong with its configuration.
+#[derive(Debug)]
+pub struct Configured {
+    /// What was found out; nothing but the problem if the configuration is wrong.
+    pub report: Report,
+    /// Whether the configuration was wrong, so that nothing was checked.
+    pub is_config_wrong: bool,
+    /// The configuration.
+    pub config: Config,
+}
+
+/// Checks a project with its own configuration. What could not be loaded is among the problems.
+#[must_use]
+pub fn check_configured(project: &Project, overrides: LevelOverrides, source: Box<dyn ReadSource>) -> Configured {
+    let checked =
+        configuration(project, overrides).and_then(|config| Ok((check_with(project, &config, source)?, config)));
+    let (mut report, is_config_wrong, config) = match checked {
+        Ok((report, config)) => (report, false, config),
+        Err(error) => (of_wrong_configuration(project, &error), true, Config::default()),
+    };
+    for problem in &project.problems {
+        let file = report.sources.display_name(problem.file.as_ref());
+        let list = if problem.is_error { &mut report.problems } else { &mut report.unread };
+        list.push(Problem { file, ..problem.clone() });
+    }
+    Configured { report, is_config_wrong, config }
+}
+
+fn configuration(project: &Project, overrides: LevelOverrides) -> Result<Config, ConfigError> {
+    let reported = || project.packages.iter().filter(|package| package.is_reported);
+    let roots = reported().map(|package| package.workspace_root.as_path());
+    let manifests =
+        reported().filter(|package| package.metadata.is_some()).map(|package| package.manifest_path.as_path());
+    let mut config = config::load(roots, manifests)?;
+    config.overrides = overrides;
+    rules::validate(&config)?;
+    Ok(config)
+}
+
+/// A wrong configuration is reported like a file that cannot be parsed, so that editors show its place.
+fn of_wrong_configuration(project: &Project, error: &ConfigError) -> Report {
+    let mut sources = SourceMap::new(project.root.clone());
+    let mut problem = Problem {
+        file: String::new(),
+        span: None,
+        message: error.message.clone(),
+        help: error.help.clone(),
+        is_error: true,
+    };
+    if let Some(place) = &error.place {
+        problem.file = sources.display_name(&place.path);
+        if let Some(text) = &error.text {
+            let offset = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
+            let file = sources.add(&place.path, text.clone());
+            problem.span = Some(Span::new(file, offset(place.range.start), offset(place.range.end)));
+        }
+    }
+    Report { sources, problems: vec![problem], ..Report::default() }
+}
