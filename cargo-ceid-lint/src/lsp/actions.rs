@@ -106,15 +106,24 @@ fn suppression(view: &View<'_>, finding: &Diagnostic, about: &[Value]) -> Option
 }
 
 /// The place above which a suppression stands for the finding: its own line, or that of its cycle's head where the line begins
-/// with another statement.
+/// with another statement or with the end of one, or where the same would be found at another place.
 fn suppressible(view: &View<'_>, finding: &Diagnostic) -> (FileId, usize) {
     let own = finding.primary.span;
     let begins_with_it = |span: Span| {
         let text = &view.report.sources.file(span.file).text;
         let before = text.get(..span.start as usize).unwrap_or_default();
-        !before.rsplit('\n').next().unwrap_or_default().contains(';')
+        let line = before.rsplit('\n').next().unwrap_or_default();
+        // What stands above a closing bracket stands above no code.
+        let is_closing =
+            text.get(before.len() - line.len()..).unwrap_or_default().trim_start().starts_with(['}', ')', ']']);
+        !line.contains(';') && !is_closing
     };
-    let head = finding.facts.cycle.filter(|head| !begins_with_it(own) && begins_with_it(*head));
+    let cycle = finding.facts.cycle.and_then(|head| view.report.cycles.iter().find(|cycle| cycle.head == head));
+    let pairs = cycle.into_iter().flat_map(|cycle| &cycle.filters);
+    let mut pairs =
+        pairs.filter(|pair| finding.facts.filters.contains(&pair.name) && pair.rules.contains(&finding.rule));
+    let is_elsewhere = pairs.any(|pair| !pair.others.is_empty());
+    let head = finding.facts.cycle.filter(|head| (is_elsewhere || !begins_with_it(own)) && begins_with_it(*head));
     let span = head.unwrap_or(own);
     (span.file, span.start as usize)
 }

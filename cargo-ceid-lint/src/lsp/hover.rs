@@ -38,18 +38,18 @@ pub(super) fn hover(view: &View<'_>, position: Position) -> Option<Value> {
             }
         }
     }
-    if paragraphs.is_empty() {
-        let (rule, span) = named_rule(view, offset)?;
+    if let Some((rule, span)) = named_rule(view, offset) {
         place = Some(span);
         rules.insert(rule.name);
     }
+    let place = place?;
     paragraphs.dedup();
     paragraphs.extend(rules.into_iter().filter_map(rules::find).map(|rule| rule.explanation.trim().to_owned()));
     let text = paragraphs.join("\n\n---\n\n");
     let format = if view.client.renders_markdown { "markdown" } else { "plaintext" };
     Some(json!({
         "contents": { "kind": format, "value": text },
-        "range": place.map(|span| view.range(span)),
+        "range": view.range(place),
     }))
 }
 
