@@ -54,7 +54,9 @@ fn read(input: &mut impl BufRead) -> io::Result<Incoming> {
     let mut line = Vec::new();
     loop {
         line.clear();
-        if input.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut line)? == 0 {
+        let read = input.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut line)? as u64;
+        // A line that has no end is the last one, unless it is too long.
+        if read < MAX_LINE_BYTES && !line.ends_with(b"\n") {
             return Ok(Incoming::End);
         }
         let header = line.trim_ascii();
