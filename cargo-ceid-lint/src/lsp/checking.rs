@@ -148,8 +148,8 @@ impl Server {
         }
         self.publish();
         for (id, question) in std::mem::take(&mut self.waiting) {
-            let answer = self.answer_to(&question);
-            self.answer(&id, Ok(answer));
+            let answer = self.answer_or_bug(&question);
+            self.answer(&id, answer);
         }
         self.refresh();
         match std::mem::replace(&mut self.progress, Progress::Over) {

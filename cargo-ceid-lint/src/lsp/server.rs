@@ -147,14 +147,8 @@ impl Server {
     fn hear(&mut self, message: Incoming) {
         match message {
             Incoming::Request { id, method, params } => {
-                let answer = panic::catch_unwind(AssertUnwindSafe(|| self.request(&id, &method, params)));
-                match answer.map_err(|payload| panic_message(payload.as_ref())) {
-                    Ok(Some(result)) => self.answer(&id, result),
-                    Ok(None) => {}
-                    Err(bug) => {
-                        self.log_bug(&bug);
-                        self.answer(&id, Err(RequestError::new(RequestError::INTERNAL_ERROR, bug)));
-                    }
+                if let Some(result) = self.request(&id, &method, params) {
+                    self.answer(&id, result);
                 }
             }
             Incoming::Notification { method, params } => {
@@ -189,13 +183,22 @@ impl Server {
         match Question::read(method, params) {
             None => refused(RequestError::METHOD_NOT_FOUND, &format!("`{method}` is not known here")),
             Some(Err(error)) => Some(Err(RequestError::invalid_params(method, &error))),
-            Some(Ok(question)) if self.is_settled() => Some(Ok(self.answer_to(&question))),
+            Some(Ok(question)) if self.is_settled() => Some(self.answer_or_bug(&question)),
             Some(Ok(question)) => {
                 self.is_introduced = true;
                 self.waiting.push((id.clone(), question));
                 None
             }
         }
+    }
+
+    /// The answer to a question; a bug in finding it costs that answer only.
+    pub(super) fn answer_or_bug(&mut self, question: &Question) -> Result<Value, RequestError> {
+        panic::catch_unwind(AssertUnwindSafe(|| self.answer_to(question))).map_err(|payload| {
+            let bug = panic_message(payload.as_ref());
+            self.log_bug(&bug);
+            RequestError::new(RequestError::INTERNAL_ERROR, bug)
+        })
     }
 
     fn initialize(&mut self, params: &Value) -> Value {
