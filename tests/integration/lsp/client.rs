@@ -2,7 +2,7 @@
 //! types that other servers are written with.
 
 use std::collections::VecDeque;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{self, Receiver};
@@ -25,8 +25,6 @@ pub(super) struct Client {
     /// Notifications and requests of the server that nobody has waited for.
     heard: VecDeque<Value>,
     last_id: u64,
-    /// Requests of the server that are not answered by themselves.
-    silent: Vec<&'static str>,
 }
 
 /// What a client of no special ability says of itself.
@@ -56,7 +54,7 @@ impl Client {
             }
         });
         let input = child.stdin.take();
-        Self { child, input, messages, heard: VecDeque::new(), last_id: 0, silent: Vec::new() }
+        Self { child, input, messages, heard: VecDeque::new(), last_id: 0 }
     }
 
     /// Starts the server for a folder.
@@ -78,11 +76,6 @@ impl Client {
 
     pub(super) fn process(&self) -> u32 {
         self.child.id()
-    }
-
-    /// Leaves the requests of this method without an answer.
-    pub(super) fn ignore(&mut self, method: &'static str) {
-        self.silent.push(method);
     }
 
     pub(super) fn send_bytes(&mut self, bytes: &[u8]) {
@@ -193,7 +186,7 @@ impl Client {
             }
             other => panic!("no client knows `{other}`"),
         }
-        if let Some(id) = message.get("id").filter(|_| !self.silent.contains(&method)) {
+        if let Some(id) = message.get("id") {
             let result = match method {
                 "workspace/configuration" => json!([null]),
                 "window/showDocument" => json!({ "success": true }),
