@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use super::client::{Client, applied, check_type, plain, uri};
 use super::{codes, guilty, innocent};
+use crate::support::root;
 use crate::support::workspace::{GUILTY, temporary, write};
 
 /// An open file with this text, outside any package.
@@ -62,6 +63,20 @@ fn suppression_of_a_crowded_line_stands_above_the_cycle() {
     assert!(after.lines().nth(4).is_some_and(|line| line.starts_with("    // ceid: allow(")), "{after}");
     client.replace(&file, 2, &after);
     assert_eq!(client.pull(&file), Vec::<Value>::new());
+}
+
+#[test]
+fn suppression_stands_where_it_hides_the_finding() {
+    // The end of a block is no code, and what is also found elsewhere is found there next.
+    for name in ["guard_dropped_early/inner_block_ends_too_soon", "skipped_update/restart_overrides_the_state"] {
+        let path = root().join("fixtures/rules").join(name).with_extension("rs");
+        let text = std::fs::read_to_string(path).expect("it is there");
+        let (mut client, file) = opened("lsp_hides", &text);
+        let found = client.pull(&file);
+        let after = done(&text, titled(&client.actions(&file, &found[0]["range"], &[]), "suppress"), &file);
+        client.replace(&file, 2, &after);
+        assert_eq!(client.pull(&file), Vec::<Value>::new(), "{after}");
+    }
 }
 
 #[test]
