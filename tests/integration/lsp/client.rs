@@ -84,8 +84,7 @@ impl Client {
     }
 
     pub(super) fn send(&mut self, message: &Value) {
-        let body = message.to_string();
-        self.send_bytes(format!("Content-Length: {}\r\n\r\n{body}", body.len()).as_bytes());
+        self.send_bytes(frame(message).as_bytes());
     }
 
     pub(super) fn notify(&mut self, method: &str, params: &Value) {
@@ -273,6 +272,12 @@ impl Drop for Client {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// A message as it goes over the stream.
+pub(super) fn frame(message: &Value) -> String {
+    let body = message.to_string();
+    format!("Content-Length: {}\r\n\r\n{body}", body.len())
 }
 
 /// The address of a file.

@@ -186,3 +186,31 @@ fn text_that_cannot_be_read_is_told() {
     client.replace(&file, 2, GUILTY);
     assert_eq!(codes(&client.pull(&file)), ["ceid::repeated_update"]);
 }
+
+#[test]
+fn helper_in_another_file_decides() {
+    let lib = format!(
+        "mod helper;\n{}",
+        GUILTY.replacen(
+            "        kf.update();\n        kf.update();",
+            "        kf.update();\n        helper::also(&mut kf);",
+            1
+        )
+    );
+    let files = [("src/lib.rs", lib.as_bytes()), ("src/helper.rs", b"".as_slice())];
+    let folder = temporary_package("lsp_helper", &files);
+    let (file, helper) = (folder.join("src/lib.rs"), folder.join("src/helper.rs"));
+    let mut client = Client::in_folder(&folder, &plain());
+    client.open(&file, &lib);
+    let text = |body: &str| format!("pub fn also(kf: &mut crate::Kalman) {{ use crate::SampledFilter; {body} }}\n");
+    client.open(&helper, &text(""));
+    client.published_of(&helper, 1);
+    client.replace(&helper, 2, &text("kf.update()"));
+    // The finding is in the file that was not edited, and a step of its path in the other.
+    let uri_of_file = uri(&file);
+    let is_it = |params: &Value| params["uri"] == uri_of_file && params["diagnostics"][0].is_object();
+    let told = client.told("textDocument/publishDiagnostics", is_it);
+    assert_eq!(codes(told["diagnostics"].as_array().expect("it is a list")), ["ceid::repeated_update"]);
+    client.replace(&helper, 3, &text(""));
+    assert_eq!(client.published(&file)["diagnostics"], json!([]));
+}

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::client::{Client, plain};
+use super::client::{Client, frame, plain, uri};
 use super::{codes, guilty, of_document};
 
 const PARSE_ERROR: i64 = -32700;
@@ -36,7 +36,7 @@ fn order_of_the_protocol_is_held() {
     let mut client = Client::start();
     assert_eq!(client.refused("textDocument/hover", &Value::Null), NOT_INITIALIZED);
     client.notify("textDocument/didSave", &of_document(&file));
-    let params = json!({ "capabilities": {}, "rootUri": super::client::uri(&folder) });
+    let params = json!({ "capabilities": {}, "rootUri": uri(&folder) });
     let result = client.request("initialize", &params);
     assert_eq!(result["capabilities"]["positionEncoding"], "utf-16");
     assert_eq!(result["serverInfo"]["name"], "ceid-lint");
@@ -52,7 +52,7 @@ fn order_of_the_protocol_is_held() {
 fn nothing_is_sent_before_the_client_has_introduced_itself() {
     let (folder, _) = guilty("lsp_introduction");
     let mut client = Client::start();
-    client.request("initialize", &json!({ "capabilities": {}, "rootUri": super::client::uri(&folder) }));
+    client.request("initialize", &json!({ "capabilities": {}, "rootUri": uri(&folder) }));
     std::thread::sleep(std::time::Duration::from_millis(300));
     assert_eq!(client.refused("nothing", &Value::Null), METHOD_NOT_FOUND);
     assert_eq!(client.left_over("textDocument/publishDiagnostics"), 0);
@@ -111,11 +111,16 @@ fn wrong_messages_are_answered_and_forgotten() {
 #[test]
 fn request_that_waits_can_be_cancelled() {
     let (folder, file) = guilty("lsp_cancel");
-    let mut client = Client::in_folder(&folder, &plain());
-    // Whatever waits for the first check is still there when the next message is read.
-    let id = client.ask("textDocument/diagnostic", &of_document(&file));
-    client.notify("$/cancelRequest", &json!({ "id": id }));
-    assert_eq!(client.response(&json!(id))["error"]["code"], CANCELLED);
+    let mut client = Client::start();
+    client.request("initialize", &json!({ "capabilities": {}, "rootUri": uri(&folder) }));
+    // What waits for the first check is still there when the next message is read.
+    let frames = [
+        json!({ "jsonrpc": "2.0", "method": "initialized", "params": {} }),
+        json!({ "jsonrpc": "2.0", "id": "first", "method": "textDocument/diagnostic", "params": of_document(&file) }),
+        json!({ "jsonrpc": "2.0", "method": "$/cancelRequest", "params": { "id": "first" } }),
+    ];
+    client.send_bytes(frames.iter().map(frame).collect::<String>().as_bytes());
+    assert_eq!(client.response(&json!("first"))["error"]["code"], CANCELLED);
     client.notify("$/cancelRequest", &json!({ "id": 12345 }));
     assert_eq!(codes(&client.pull(&file)), ["ceid::repeated_update"]);
 }
