@@ -39,4 +39,6 @@ mod snapshot;
 
 pub use snapshot::{Subject, snapshot};
 
+pub mod lsp;
+
 pub mod cli;

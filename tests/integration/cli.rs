@@ -96,3 +96,49 @@ fn shells_and_man_learn_every_flag() {
     assert!(page.assert_code(0).stdout.contains("\\-\\-partition"), "{}", page.stdout);
     run(&directory, ["completions", "tcsh"]).assert_code(2);
 }
+
+#[test]
+fn findings_of_cargo_are_passed_on() {
+    let text = format!("{GUILTY}\nfn unused() {{}}\n");
+    let directory = temporary_package("cli_with", &[("src/lib.rs", text.as_bytes())]);
+    let run = run(&directory, ["--with", "check", "--message-format=json", "--offline"]);
+    run.assert_code(100);
+    let lines: Vec<serde_json::Value> =
+        run.stdout.lines().map(|line| serde_json::from_str(line).expect("it is JSON")).collect();
+    let codes: Vec<&str> = lines.iter().filter_map(|line| line["message"]["code"]["code"].as_str()).collect();
+    assert_eq!(codes, ["dead_code", "ceid::repeated_update"]);
+    let ends = lines.iter().filter(|line| line["reason"] == "build-finished").collect::<Vec<_>>();
+    assert_eq!((ends.len(), &ends[0]["success"]), (1, &serde_json::json!(false)));
+    assert_eq!(lines.last(), ends.last().copied());
+    // What cargo has said of the package is not taken back behind it.
+    let artifacts = lines.iter().filter(|line| line["reason"] == "compiler-artifact").count();
+    assert_eq!(artifacts, 1, "{}", run.stdout);
+}
+
+#[test]
+fn code_that_does_not_compile_decides_the_exit_code() {
+    let text = format!("{GUILTY}\npub fn wrong() -> u8 {{ true }}\n");
+    let directory = temporary_package("cli_with_error", &[("src/lib.rs", text.as_bytes())]);
+    let run = run(&directory, ["--with", "check", "--message-format", "short", "--offline"]);
+    run.assert_code(101).assert_stderr("E0308").assert_stderr("ceid::repeated_update");
+}
+
+#[test]
+fn unsaved_text_comes_from_stdin() {
+    let module = format!("mod a;\n{GUILTY}");
+    let directory = temporary_package("cli_stdin", &[("src/lib.rs", module.as_bytes()), ("src/a.rs", b"")]);
+    let check = |file: &str, text: &[u8]| {
+        let input = directory.join("unsaved");
+        std::fs::write(&input, text).expect("the directory is writable");
+        let mut command = Command::new(program());
+        command.args(["--message-format", "json", "--stdin-filename", file]).current_dir(&directory);
+        run_command(command.stdin(std::fs::File::open(&input).expect("it was written")))
+    };
+    let found = check("src/a.rs", GUILTY.as_bytes()).findings().expect("it can be read");
+    assert_eq!(
+        found.iter().map(|finding| (finding.file.as_str(), finding.line)).collect::<Vec<_>>(),
+        [("src/a.rs", 7)]
+    );
+    assert_eq!(check("src/lib.rs", b"mod a;\n").findings().expect("it can be read"), []);
+    check("src/lib.rs", b"\xff").assert_code(101).assert_stderr("src/lib.rs");
+}

@@ -12,6 +12,7 @@ mod exit_status;
 mod explain;
 mod fixtures_compile;
 mod init;
+mod lsp;
 mod messages;
 mod mutations;
 mod presets;

@@ -24,6 +24,7 @@ const FLOORS: &[&str] = &[
     "report",
     "draft",
     "snapshot",
+    "lsp",
     "cli",
 ];
 
@@ -32,7 +33,7 @@ const OWNERS: &[(&str, &[&str])] = &[
     ("syn", &["syntax"]),
     // The JSON form is read back by the crate that everybody else reads cargo's messages with.
     ("cargo_metadata", &["project", "report/json/tests.rs"]),
-    ("serde", &["config", "project", "report"]),
+    ("serde", &["config", "project", "report", "lsp"]),
     ("codespan_reporting", &["report"]),
     ("clap", &["cli"]),
 ];

@@ -66,6 +66,11 @@ pub(super) enum Command {
     /// Write a first `ceid-lint.toml` with the filters and cycles that were found.
     #[command(after_help = AFTER_INIT_HELP)]
     Init(Box<InitArgs>),
+    /// Serve an editor: a language server on stdin and stdout.
+    #[command(
+        after_help = "Settings for editors: docs/editors.md. Exit codes: 0 after `shutdown` and `exit`, 1 without."
+    )]
+    Lsp(LspArgs),
     /// Print the completions for a shell.
     Completions(CompletionsArgs),
     /// Print the manual page, in roff.
@@ -86,6 +91,10 @@ pub(super) struct CheckArgs {
     /// Write the chosen format, or the one named before `=`, to a file as well (`-` is stdout); may be given several times.
     #[arg(long, value_name = "[FORMAT=]FILE", help_heading = "Output")]
     pub(super) output: Vec<String>,
+    /// Run this command of cargo first, with the same flags, and pass on what it says: for editors that have room for one
+    /// checker.
+    #[arg(long = "with", value_name = "COMMAND", value_enum, help_heading = "Output")]
+    pub(super) beside: Option<CargoCommand>,
     /// Levels again, as for clippy: `-- -W ceid::gated_update`.
     #[arg(last = true, value_name = "LEVELS", help_heading = "Levels")]
     pub(super) rest: Vec<String>,
@@ -155,6 +164,13 @@ pub(super) struct InitArgs {
 }
 
 #[derive(Debug, Args)]
+pub(super) struct LspArgs {
+    /// What editors add to say how they talk to the server; there is no other way.
+    #[arg(long, hide = true)]
+    stdio: bool,
+}
+
+#[derive(Debug, Args)]
 pub(super) struct CompletionsArgs {
     /// The shell.
     #[arg(value_name = "SHELL", value_enum)]
@@ -167,6 +183,9 @@ pub(super) struct Input {
     /// Report only what lies in these files and directories; a `.rs` file outside any package is checked on its own.
     #[arg(value_name = "PATH")]
     pub(super) paths: Vec<PathBuf>,
+    /// Read the text of this file from stdin. Without paths, only what lies in it is reported.
+    #[arg(long, value_name = "FILE")]
+    pub(super) stdin_filename: Option<PathBuf>,
     #[command(flatten)]
     pub(super) scope: Scope,
     #[command(flatten)]
@@ -302,27 +321,27 @@ pub(super) struct Talk {
 #[derive(Debug, Args)]
 pub(super) struct Ignored {
     #[arg(long, hide = true)]
-    keep_going: bool,
+    pub(super) keep_going: bool,
     #[arg(long, hide = true, value_name = "DIRECTORY")]
-    target_dir: Option<PathBuf>,
+    pub(super) target_dir: Option<PathBuf>,
     #[arg(long, hide = true)]
-    no_deps: bool,
+    pub(super) no_deps: bool,
     #[arg(short = 'j', long = "jobs", hide = true, value_name = "N", allow_hyphen_values = true)]
-    jobs: Option<String>,
+    pub(super) jobs: Option<String>,
     #[arg(long, hide = true)]
-    locked: bool,
+    pub(super) locked: bool,
     #[arg(long, hide = true)]
-    offline: bool,
+    pub(super) offline: bool,
     #[arg(long, hide = true)]
-    frozen: bool,
+    pub(super) frozen: bool,
     #[arg(long, hide = true, num_args = 0..=1, require_equals = true)]
-    timings: Option<Option<String>>,
+    pub(super) timings: Option<Option<String>>,
     #[arg(long, hide = true)]
-    ignore_rust_version: bool,
+    pub(super) ignore_rust_version: bool,
     #[arg(long, hide = true)]
-    future_incompat_report: bool,
+    pub(super) future_incompat_report: bool,
     #[arg(long, hide = true, value_name = "PATH")]
-    lockfile_path: Option<PathBuf>,
+    pub(super) lockfile_path: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -333,6 +352,14 @@ pub(super) enum ColorChoice {
     Always,
     /// Never.
     Never,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum CargoCommand {
+    /// `cargo check`
+    Check,
+    /// `cargo clippy`
+    Clippy,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

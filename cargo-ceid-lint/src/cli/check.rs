@@ -9,7 +9,7 @@ use super::args::CheckArgs;
 use super::console::Stream;
 use super::format::{Format, OutputFile, add_step_summary};
 use super::input::{self, Checked};
-use super::{Console, ExitStatus, levels};
+use super::{Console, ExitStatus, beside, levels};
 use crate::report::{Outcome, Service, text};
 
 /// Runs the check.
@@ -18,13 +18,18 @@ use crate::report::{Outcome, Service, text};
 /// What is wrong with the arguments.
 pub(super) fn run(mut args: CheckArgs, matches: &ArgMatches) -> Result<ExitStatus, String> {
     let console = Console::new(&args.talk);
-    let format = Format::read(&args.message_format)?;
+    let mut format = Format::read(&args.message_format)?;
+    if let (Some(_), Format::Json(options)) = (args.beside, &mut format) {
+        // A clean package would take back what cargo has said of it.
+        options.without_artifacts = true;
+    }
     let files: Vec<OutputFile> =
         args.output.iter().map(|text| OutputFile::read(text, format)).collect::<Result<_, _>>()?;
     // What goes into a file without a name of its own is not printed as well.
     let is_in_file = files.iter().any(|file| !file.is_named);
     let printed = if is_in_file { Format::Human } else { format };
     let overrides = levels::read(matches, &args.levels, &mut args.input.build.features, &args.rest)?;
+    let cargo = args.beside.map(|command| beside::run(command, &args, console));
     let (checked, mut status) = match input::check(&args.input, overrides, console, args.talk.stats) {
         Ok(checked) => {
             show(&checked, printed, console);
@@ -34,6 +39,9 @@ pub(super) fn run(mut args: CheckArgs, matches: &ArgMatches) -> Result<ExitStatu
         }
         Err(error) => (Checked::of_failed_load(error), ExitStatus::Incomplete),
     };
+    if cargo.is_some_and(|is_well| !is_well) {
+        status = ExitStatus::Incomplete;
+    }
     let part = args.input.scope.partition.map(|part| part.to_string());
     let outcome = Outcome { exit_code: status.code(), part };
     if let Format::Json(_) | Format::Service(_) = printed {

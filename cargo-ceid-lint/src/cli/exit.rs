@@ -13,6 +13,8 @@ pub(super) enum ExitStatus {
     Incomplete,
     /// 2: wrong usage.
     Usage,
+    /// 1: a client of the language server left without saying so, as its protocol asks.
+    HungUp,
 }
 
 impl ExitStatus {
@@ -22,6 +24,7 @@ impl ExitStatus {
             Self::Findings => 100,
             Self::Incomplete => 101,
             Self::Usage => 2,
+            Self::HungUp => 1,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::args::{ExplainArgs, Talk};
 use super::{Console, ExitStatus};
-use crate::rules::{ALL, ASSUMPTIONS, GROUPS, RULES, Rule, find, unknown_name};
+use crate::rules::{ALL, GROUPS, RULES, Rule, find, unknown_name};
 
 /// Prints the long text of a rule, or the rules of a group.
 ///
@@ -11,9 +11,7 @@ use crate::rules::{ALL, ASSUMPTIONS, GROUPS, RULES, Rule, find, unknown_name};
 pub(super) fn run(args: &ExplainArgs) -> Result<ExitStatus, String> {
     let console = Console::new(&Talk::default());
     if let Some(rule) = find(&args.rule) {
-        let (level, group) = (rule.default_level.name(), rule.group.name());
-        let head = format!("Default level: `{level}`. Group: `ceid::{group}`.");
-        console.print(&format!("{}\n{head}\n\n{ASSUMPTIONS}", rule.explanation));
+        console.print(&rule.page());
         return Ok(ExitStatus::Clean);
     }
     let name = args.rule.strip_prefix("ceid::").unwrap_or(&args.rule);

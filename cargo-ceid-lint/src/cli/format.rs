@@ -87,7 +87,8 @@ impl Format {
                 findings.chain(report.problems.iter().map(|problem| short::problem(sources, problem))).collect()
             }
             Self::Json(options) => {
-                let (success, without_artifacts) = (outcome.exit_code == 0, checked.is_unchecked);
+                let success = outcome.exit_code == 0;
+                let without_artifacts = options.without_artifacts || checked.is_unchecked;
                 json::messages(project, report, Options { success, without_artifacts, ..options })
             }
             Self::Service(service) => report::document(service, project, report, outcome),

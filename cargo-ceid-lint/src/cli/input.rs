@@ -1,6 +1,8 @@
 //! From arguments to a project, its configuration and a report.
 
+use std::io::{self, Read};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use super::Console;
 use super::args::{Build, Input, NoLoops, Scope};
@@ -12,7 +14,7 @@ use crate::diagnostic::Problem;
 use crate::pipeline::{self, Configured, Report};
 use crate::project::{self, Features, LoadError, Names, Project, Selection, TargetFilter};
 use crate::report::{self, Summary, text};
-use crate::source::DiskSource;
+use crate::source::{DiskSource, MAX_FILE_BYTES, MemorySource, ReadError, ReadSource};
 
 /// What a run came to.
 pub(super) struct Checked {
@@ -33,9 +35,11 @@ pub(super) fn check(
     console: Console,
     with_stats: bool,
 ) -> Result<Checked, LoadError> {
-    let selection = selection(&input.paths, &input.scope, &input.build);
-    let mut project = match project::load(&selection) {
-        Ok(project) => project,
+    let paths = if input.paths.is_empty() { input.stdin_filename.as_slice() } else { &input.paths };
+    let selection = selection(paths, &input.scope, &input.build);
+    let loaded = unsaved_text(input).and_then(|text| Ok((text, project::load(&selection)?)));
+    let (unsaved, mut project) = match loaded {
+        Ok(loaded) => loaded,
         Err(error) => {
             console.error(&error.message, error.help.as_deref());
             return Err(error);
@@ -51,11 +55,11 @@ pub(super) fn check(
         let targets: Vec<String> = targets.map(|target| format!("{} `{}`", target.kind.name(), target.name)).collect();
         console.say_if_verbose(&format!("checking `{}` {}: {}", package.name, package.version, targets.join(", ")));
     }
-    let mut checked = pipeline::check_configured(&project, overrides.clone(), Box::new(DiskSource));
+    let mut checked = pipeline::check_configured(&project, overrides.clone(), source(unsaved.as_ref()));
     let alone = unread::files_of_no_target(&project, &checked.report);
     if !alone.is_empty() && !checked.is_config_wrong {
         project = project::with_files(project, &alone, &selection)?;
-        checked = pipeline::check_configured(&project, overrides, Box::new(DiskSource));
+        checked = pipeline::check_configured(&project, overrides, source(unsaved.as_ref()));
     }
     let Configured { mut report, is_config_wrong: is_unchecked, config } = checked;
     if !is_unchecked {
@@ -79,7 +83,7 @@ impl Checked {
             is_error: true,
         };
         let report = Report { problems: vec![problem], ..Report::default() };
-        let root = std::env::current_dir().unwrap_or_default();
+        let root = current_dir();
         let summary = Summary::of(&report);
         Self { project: Project { root, ..Project::default() }, report, summary, is_unchecked: true }
     }
@@ -129,10 +133,44 @@ impl Checked {
     }
 }
 
+/// The disk, with a text over it if there is one.
+fn source(unsaved: Option<&(PathBuf, Arc<str>)>) -> Box<dyn ReadSource> {
+    let Some((path, text)) = unsaved else { return Box::new(DiskSource) };
+    let mut source = MemorySource::over(Box::new(DiskSource));
+    source.insert(path, Arc::clone(text));
+    Box::new(source)
+}
+
+/// The text on stdin, if it was said which file it is.
+fn unsaved_text(input: &Input) -> Result<Option<(PathBuf, Arc<str>)>, LoadError> {
+    let Some(name) = &input.stdin_filename else { return Ok(None) };
+    let mut bytes = Vec::new();
+    let unreadable = |what: String| LoadError {
+        message: format!("cannot read the text of `{}` from stdin: {what}", name.display()),
+        help: None,
+    };
+    io::stdin()
+        .lock()
+        .take(MAX_FILE_BYTES + 1)
+        .read_to_end(&mut bytes)
+        .map_err(|error| unreadable(error.to_string()))?;
+    let length = bytes.len() as u64;
+    if length > MAX_FILE_BYTES {
+        return Err(unreadable(ReadError::TooLarge { bytes: length }.to_string()));
+    }
+    let text = String::from_utf8(bytes)
+        .map_err(|error| unreadable(ReadError::NotUtf8 { byte: error.utf8_error().valid_up_to() }.to_string()))?;
+    Ok(Some((current_dir().join(name), text.into())))
+}
+
+fn current_dir() -> PathBuf {
+    std::env::current_dir().unwrap_or_default()
+}
+
 /// What the arguments select.
 pub(super) fn selection(paths: &[PathBuf], scope: &Scope, build: &Build) -> Selection {
     Selection {
-        current_dir: std::env::current_dir().unwrap_or_default(),
+        current_dir: current_dir(),
         manifest_path: scope.manifest_path.clone(),
         paths: paths.to_vec(),
         packages: scope.package.clone(),

@@ -1,6 +1,7 @@
 //! The command line: reads the arguments, runs, prints, and answers the exit code. The only module that prints.
 
 mod args;
+mod beside;
 mod bug;
 mod check;
 mod command;
@@ -11,6 +12,7 @@ mod format;
 mod init;
 mod input;
 mod levels;
+mod lsp;
 mod report;
 mod rules;
 mod unread;
@@ -55,6 +57,7 @@ fn run_caught(args: Vec<OsString>) -> ExitStatus {
         Some(Command::Explain(args)) => explain::run(&args),
         Some(Command::Rules(args)) => Ok(rules::run(&args)),
         Some(Command::Init(args)) => init::run(&args),
+        Some(Command::Lsp(_)) => Ok(lsp::run()),
         Some(Command::Completions(args)) => command::completions(&args),
         Some(Command::Man) => command::manual(),
     };

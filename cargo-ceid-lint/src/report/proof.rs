@@ -179,7 +179,8 @@ fn line(pair: &Pair, widths: &Widths, style: Style) -> String {
 }
 
 /// `0 or many`
-fn counts(pair: &Pair) -> String {
+#[must_use]
+pub fn counts(pair: &Pair) -> String {
     let words: Vec<&str> = pair
         .counts
         .iter()

@@ -89,13 +89,16 @@ fn shown_steps(steps: &[WitnessStep], style: Style) -> Vec<(usize, &WitnessStep)
 }
 
 /// Where the level comes from, unless it is the rule's own.
-pub(super) fn level_note(diagnostic: &Diagnostic) -> Option<String> {
+#[must_use]
+pub fn level_note(diagnostic: &Diagnostic) -> Option<String> {
     let source = &diagnostic.level_source;
     let is_asked_for = !source.is_empty() && source != "by default";
     is_asked_for.then(|| format!("`ceid::{}` is set to `{}` {source}", diagnostic.rule, diagnostic.level.name()))
 }
 
-fn suggested(suggestion: &Suggestion) -> String {
+/// What a suggestion does, with what it writes if that is short.
+#[must_use]
+pub fn suggested(suggestion: &Suggestion) -> String {
     match suggestion.edits.as_slice() {
         [(_, text)] if !text.trim().is_empty() && !text.contains('\n') => {
             format!("{}: `{}`", suggestion.message, text.trim())

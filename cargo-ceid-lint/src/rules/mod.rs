@@ -34,6 +34,13 @@ impl Rule {
     pub fn id(&self) -> String {
         format!("ceid::{}", self.name)
     }
+
+    /// All that there is to say about it, in Markdown.
+    #[must_use]
+    pub fn page(&self) -> String {
+        let (level, group) = (self.default_level.name(), self.group.name());
+        format!("{}\nDefault level: `{level}`. Group: `ceid::{group}`.\n\n{ASSUMPTIONS}", self.explanation)
+    }
 }
 
 /// Rules that are switched together.

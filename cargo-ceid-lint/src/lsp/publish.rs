@@ -1,0 +1,174 @@
+//! Telling the client what was found: unasked, and when it asks.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+
+use super::checking::is_rust;
+use super::protocol::{Diagnostic, DocumentDiagnostic, WorkspaceDiagnostic};
+use super::server::Server;
+use crate::source::stable_hash;
+
+/// What the client was told last.
+#[derive(Debug, Default)]
+pub(super) struct Published {
+    /// Unasked, by file.
+    sent: BTreeMap<PathBuf, Sent>,
+    /// When it asked: the names of the results, by file.
+    answered: BTreeMap<PathBuf, String>,
+    /// Whether it has asked for everything at once.
+    is_whole: bool,
+    /// The hints may be others than they were.
+    hints: String,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Sent {
+    uri: String,
+    version: Option<i64>,
+    result: String,
+    is_empty: bool,
+}
+
+impl Server {
+    /// Sends what is new, and takes back what is no longer so.
+    pub(super) fn publish(&mut self) {
+        let found = self.units.diagnostics();
+        let mut paths: BTreeSet<&Path> = found.keys().copied().collect();
+        paths.extend(self.documents.iter().map(|(path, _)| path.as_path()));
+        paths.extend(self.published.sent.keys().map(PathBuf::as_path));
+        let mut messages = Vec::new();
+        let mut sent = BTreeMap::new();
+        for path in paths {
+            let before = self.published.sent.get(path);
+            if self.client.pulls_diagnostics && is_rust(path) {
+                continue;
+            }
+            let document = self.documents.get(path);
+            let diagnostics = found.get(path).map_or(&[][..], Vec::as_slice);
+            let now = Sent {
+                uri: self.documents.uri_of(path),
+                version: document.map(|document| document.version),
+                result: result_of(diagnostics),
+                is_empty: diagnostics.is_empty(),
+            };
+            // A client knows a file by its address: what it was told under another one is taken back.
+            if let Some(before) = before.filter(|before| before.uri != now.uri && !before.is_empty) {
+                messages.push(json!({ "uri": before.uri, "diagnostics": [] }));
+            }
+            let is_news = before.map_or(document.is_some() || !now.is_empty, |before| *before != now);
+            // Nothing said of a closed file, and nothing to say, is nothing new.
+            let is_silent = document.is_none() && now.is_empty && before.is_none_or(|before| before.is_empty);
+            if is_news && !is_silent {
+                let mut message = json!({ "uri": now.uri, "diagnostics": diagnostics });
+                if let Some(version) = now.version {
+                    message["version"] = version.into();
+                }
+                messages.push(message);
+            }
+            if document.is_some() || !now.is_empty {
+                sent.insert(path.to_owned(), now);
+            }
+        }
+        self.published.sent = sent;
+        for message in messages {
+            self.notify("textDocument/publishDiagnostics", &message);
+        }
+    }
+
+    /// The findings of one file, or that they are the same as before.
+    pub(super) fn document_report(&mut self, asked: &DocumentDiagnostic) -> Value {
+        let path = self.documents.path_of(&asked.text_document.uri);
+        let path = path.filter(|path| is_rust(path));
+        let diagnostics = path.as_deref().map_or_else(Vec::new, |path| self.units.diagnostics_of(path));
+        let result = result_of(&diagnostics);
+        let report = report(&diagnostics, &result, asked.previous_result_id.as_deref());
+        self.published.answered.extend(path.map(|path| (path, result)));
+        report
+    }
+
+    /// The findings of all files, those included that had some before.
+    pub(super) fn workspace_report(&mut self, asked: &WorkspaceDiagnostic) -> Value {
+        let found = self.units.diagnostics();
+        let mut answered = BTreeMap::new();
+        let mut items = Vec::new();
+        let mut add = |path: Option<&Path>, uri: String, previous: Option<&str>| {
+            let diagnostics = path.and_then(|path| found.get(path)).map_or(&[][..], Vec::as_slice);
+            let result = result_of(diagnostics);
+            let mut item = report(diagnostics, &result, previous);
+            item["version"] = path.and_then(|path| self.documents.get(path)).map(|document| document.version).into();
+            item["uri"] = uri.into();
+            items.push(item);
+            answered.extend(path.map(|path| (path.to_owned(), result)));
+        };
+        let mut told = BTreeSet::new();
+        for previous in &asked.previous_result_ids {
+            let path = self.documents.path_of(&previous.uri).filter(|path| is_rust(path));
+            add(path.as_deref(), previous.uri.clone(), Some(&previous.value));
+            told.extend(path);
+        }
+        for path in found.keys().filter(|path| is_rust(path) && !told.contains(**path)) {
+            add(Some(path), self.documents.uri_of(path), None);
+        }
+        self.published.answered.extend(answered);
+        self.published.is_whole = true;
+        json!({ "items": items })
+    }
+
+    /// Asks the client to ask again, where an answer that it has would be another one now.
+    pub(super) fn refresh(&mut self) {
+        if self.client.pulls_diagnostics && self.client.refreshes_diagnostics {
+            let mut outdated: Vec<(PathBuf, String)> = Vec::new();
+            for (path, result) in &self.published.answered {
+                let now = result_of(&self.units.diagnostics_of(path));
+                if now != *result {
+                    outdated.push((path.clone(), now));
+                }
+            }
+            let found = self.units.diagnostics();
+            let is_new = |path: &Path| is_rust(path) && !self.published.answered.contains_key(path);
+            let unheard = found.keys().filter(|path| self.published.is_whole && is_new(path));
+            outdated.extend(unheard.map(|path| (path.to_path_buf(), String::new())));
+            if !outdated.is_empty() {
+                // It is told once of each change, whether it asks again or not.
+                self.published.answered.extend(outdated);
+                self.ask("workspace/diagnostic/refresh", &Value::Null, None);
+            }
+        }
+        if self.client.refreshes_hints && self.settings.inlay_hints {
+            let hints = self.hints_result();
+            if hints != std::mem::replace(&mut self.published.hints, hints.clone()) {
+                self.ask("workspace/inlayHint/refresh", &Value::Null, None);
+            }
+        }
+    }
+
+    /// What all hints are made of.
+    fn hints_result(&self) -> String {
+        let judged = self.units.0.values().filter_map(|unit| unit.judged.as_deref());
+        let cycles = judged.flat_map(|judged| judged.report.cycles.iter().map(move |cycle| (judged, cycle)));
+        let cycles = cycles.map(|(judged, cycle)| {
+            let pairs: Vec<_> = cycle.filters.iter().map(|pair| (&pair.name, pair.verdict)).collect();
+            format!("{}:{}{pairs:?}", judged.report.sources.file(cycle.head.file).name, cycle.head.start)
+        });
+        name_of(&cycles.collect::<String>())
+    }
+}
+
+/// The findings of a file as the client asks for them.
+fn report(diagnostics: &[&Diagnostic], result: &str, previous: Option<&str>) -> Value {
+    if previous == Some(result) {
+        return json!({ "kind": "unchanged", "resultId": result });
+    }
+    json!({ "kind": "full", "resultId": result, "items": diagnostics })
+}
+
+/// The name of a result, equal for equal findings.
+fn result_of(diagnostics: &[&Diagnostic]) -> String {
+    name_of(&serde_json::to_string(diagnostics).unwrap_or_default())
+}
+
+fn name_of(text: &str) -> String {
+    format!("{:016x}", stable_hash(text.as_bytes()))
+}
