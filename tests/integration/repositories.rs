@@ -298,7 +298,7 @@ mod unix {
         ];
         let directory = repository("permission", &files);
         let shut = directory.join("src/shut.rs");
-        std::fs::set_permissions(&shut, std::fs::Permissions::from_mode(0)).expect("it is ours");
+        std::fs::set_permissions(&shut, std::fs::Permissions::from_mode(0o0)).expect("it is ours");
         // Who may read everything sees no difference.
         if std::fs::read(&shut).is_err() {
             check(&directory, &[], 101, &["src/good.rs"], &[("src/shut.rs", "denied")])

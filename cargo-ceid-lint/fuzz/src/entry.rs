@@ -18,7 +18,7 @@ const FILTERS: &str = "\npub trait SampledFilter { fn update(&mut self); }\n";
 /// If the linter has a bug.
 pub(crate) fn check(source: &str) {
     check_edition(source, "2024");
-    check_edition(&format!("{source}{FILTERS}"), if source.len() % 2 == 0 { "2015" } else { "2021" });
+    check_edition(&format!("{source}{FILTERS}"), if source.len().is_multiple_of(2) { "2015" } else { "2021" });
 }
 
 fn check_edition(source: &str, edition: &str) {

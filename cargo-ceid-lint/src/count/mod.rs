@@ -18,6 +18,7 @@ mod returned;
 mod search;
 mod slice;
 mod summary;
+mod uses;
 mod verdict;
 
 pub use analyse::{Analysis, GuardDefect, Unregistered, analyse};

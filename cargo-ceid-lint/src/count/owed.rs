@@ -15,7 +15,6 @@ use crate::flow::{Base, Caller, ControlFlowGraph, Effect, LoopId, NodeId, Place,
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::CycleDirective;
-use crate::syntax::tree::Receiver;
 
 impl Context<'_> {
     /// Filters in scope that no cycle updates.
@@ -362,103 +361,6 @@ impl Context<'_> {
         }
     }
 
-    /// What the function does with an instance that it never updates.
-    fn uses(&self, facts: &FunctionFacts<'_>, place: &Place) -> Uses {
-        let mut uses = Uses::default();
-        let is_lent = instances::is_lent(self.program.index, facts.graph, place);
-        let holds = |other: &Place| facts.aliases.roots(other).iter().any(|root| root.overlaps(place));
-        for node in &facts.graph.nodes {
-            match &node.effect {
-                Effect::Unknown { places, .. } => uses.leaves |= places.iter().any(&holds),
-                Effect::Reset { place, .. } => uses.written |= holds(place),
-                Effect::Write(write) => {
-                    uses.written |= holds(&write.place);
-                    let leaves = write.from.as_ref().is_some_and(&holds) && write.transfer != Transfer::Borrow;
-                    uses.leaves |= leaves && write.transfer != Transfer::Copy;
-                    uses.copied |= leaves;
-                }
-                Effect::Set(set) => {
-                    let leaves = set.transfer != Transfer::Borrow
-                        && !is_lent
-                        && set.from.as_ref().is_some_and(|from| {
-                            facts.aliases.roots(from).iter().any(|root| {
-                                root.base == place.base && root.steps.len() <= place.steps.len() && root.overlaps(place)
-                            })
-                        })
-                        && set.place.base != place.base
-                        && self.is_real_move(facts, &set.place);
-                    uses.leaves |= leaves && set.transfer != Transfer::Copy;
-                    uses.copied |= leaves;
-                }
-                Effect::Return(value) => uses.leaves |= value.place.as_ref().is_some_and(&holds),
-                Effect::Use { place: used } => {
-                    uses.read |= holds(used);
-                    let is_part = |root: &Place| root.overlaps(place) && root.steps.len() > place.steps.len();
-                    uses.looked_into |= facts.aliases.roots(used).iter().any(is_part);
-                }
-                Effect::Call(site) => {
-                    for (number, arg) in site.args.iter().enumerate() {
-                        let Some(own) = &arg.place else { continue };
-                        if !holds(own) {
-                            continue;
-                        }
-                        let keeps = |target: &crate::index::FunctionId| {
-                            self.summaries.get(*target).is_some_and(|callee| callee.keeps.contains(&number))
-                        };
-                        if (!is_lent && self.takes_by_value(site, number)) || site.targets.iter().any(keeps) {
-                            uses.leaves = true;
-                        } else if arg.is_shared || self.reads_only(site, number) {
-                            uses.read = true;
-                            uses.looked_into |= !self.is_clone(site);
-                        } else {
-                            uses.fed = true;
-                        }
-                    }
-                }
-                _ => {}
-            }
-        }
-        // A template lives on in its clones.
-        let is_template = !uses.looked_into && !uses.fed;
-        uses.leaves |= is_template && facts.graph.cloned.iter().any(holds);
-        uses
-    }
-
-    fn is_clone(&self, site: &crate::flow::CallSite) -> bool {
-        site.targets.iter().all(|target| self.program.index.function(*target).name == "clone")
-    }
-
-    /// Whether a variable that something is moved into has a name, or is a part of a new value.
-    fn is_real_move(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
-        place.base_var().is_none_or(|var| !facts.graph.var(var).name.is_empty() || !place.steps.is_empty())
-    }
-
-    /// Whether every target of a call takes an argument by value.
-    fn takes_by_value(&self, site: &crate::flow::CallSite, number: usize) -> bool {
-        site.targets.iter().any(|target| {
-            let function = &self.program.index.function(*target).function;
-            match (&function.receiver, number) {
-                (Some(Receiver::Value), 0) => true,
-                (Some(_), 0) => false,
-                (receiver, number) => {
-                    let at = number - usize::from(receiver.is_some());
-                    function
-                        .params
-                        .get(at)
-                        .is_some_and(|ty| !matches!(ty, crate::syntax::tree::TypeRef::Reference { .. }))
-                }
-            }
-        })
-    }
-
-    fn reads_only(&self, site: &crate::flow::CallSite, number: usize) -> bool {
-        number == 0
-            && site
-                .targets
-                .iter()
-                .all(|target| self.program.index.function(*target).function.receiver == Some(Receiver::Shared))
-    }
-
     fn push_unregistered(
         &self,
         facts: &FunctionFacts<'_>,
@@ -487,21 +389,4 @@ impl Context<'_> {
 /// Whether a place has a name in the source, and is no value in between.
 fn is_named(graph: &ControlFlowGraph, place: Option<&Place>) -> bool {
     place.is_some_and(|place| place.base_var().is_none_or(|var| !graph.var(var).name.is_empty()))
-}
-
-/// What a function does with an instance.
-#[derive(Clone, Copy, Debug, Default)]
-struct Uses {
-    /// It is moved, returned or handed to something unseen.
-    leaves: bool,
-    /// Copies are made of it.
-    copied: bool,
-    /// It is reset, or its state is written.
-    written: bool,
-    /// It is handed to a method that may change it.
-    fed: bool,
-    /// It is read.
-    read: bool,
-    /// A part of it is read, or a method of its own.
-    looked_into: bool,
 }

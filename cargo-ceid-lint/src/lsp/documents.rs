@@ -131,8 +131,8 @@ mod tests {
     #[track_caller]
     fn check(text: &str, changes: Vec<Change>, expected: &str) {
         let mut documents = opened(text);
-        let path = documents.change(URI, Some(2), changes, Encoding::Utf16).unwrap();
-        let document = documents.get(&path).unwrap();
+        let path = documents.change(URI, Some(2), changes, Encoding::Utf16).expect("it is open");
+        let document = documents.get(&path).expect("it is open");
         assert_eq!((&*document.text, document.version), (expected, 2));
     }
 

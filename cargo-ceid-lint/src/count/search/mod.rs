@@ -6,6 +6,7 @@
 mod called;
 mod effects;
 mod entry;
+mod interner;
 mod modes;
 mod names;
 mod run;

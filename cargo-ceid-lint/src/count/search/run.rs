@@ -3,33 +3,12 @@
 use std::collections::{BTreeSet, HashMap, VecDeque};
 
 use super::entry::Known;
+use super::interner::Interner;
 use super::{End, EndKind, Exploration, MAX_ROUNDS, MAX_STATES, Region, Search, State};
 use crate::count::counts::Count;
 use crate::count::returned;
 use crate::count::slice::Tracked;
 use crate::flow::{Cause, Effect, IndexKey, LoopId, NodeId, OTHER_HEADS, Place, Relation, Rounds, Test, Var};
-
-#[derive(Default)]
-pub(super) struct Interner<T> {
-    values: Vec<T>,
-    known: HashMap<T, u32>,
-}
-
-impl<T: Clone + Eq + std::hash::Hash> Interner<T> {
-    pub(super) fn intern(&mut self, value: T) -> u32 {
-        if let Some(id) = self.known.get(&value) {
-            return *id;
-        }
-        let id = u32::try_from(self.values.len()).unwrap_or(u32::MAX);
-        self.values.push(value.clone());
-        self.known.insert(value, id);
-        id
-    }
-
-    pub(super) fn get(&self, id: u32) -> &T {
-        &self.values[id as usize]
-    }
-}
 
 /// The round of a loop whose counter has passed every number that is asked for.
 pub(super) const BEYOND: u64 = u64::MAX;
@@ -69,9 +48,9 @@ impl<'s, 'a> Run<'s, 'a> {
             search,
             region,
             tracked,
-            names: Interner { values: Vec::new(), known: HashMap::new() },
-            masks: Interner { values: Vec::new(), known: HashMap::new() },
-            rounds: Interner { values: Vec::new(), known: HashMap::new() },
+            names: Interner::default(),
+            masks: Interner::default(),
+            rounds: Interner::default(),
             exploration: Exploration {
                 states: Vec::new(),
                 parents: Vec::new(),

@@ -139,8 +139,8 @@ impl Builder<'_> {
             }
             return self.unknown_call(id, self.text(id), exprs, values);
         }
-        let has_body = |target: &FunctionId| self.program.index.function(*target).function.body.is_some();
-        if resolved.owner.is_none() && !resolved.targets.iter().any(has_body) {
+        let is_declared = |target: &FunctionId| self.program.index.function(*target).function.body.is_none();
+        if resolved.owner.is_none() && !resolved.targets.is_empty() && resolved.targets.iter().all(is_declared) {
             // Declared in an `extern` block: its body is somewhere else.
             return self.unknown_call(id, self.text(id), exprs, values);
         }
