@@ -1,0 +1,64 @@
+//! Recognises what is in the way.
+
+use super::filters::{KalmanF, Noise, Remembered};
+use super::signals::{Echo, Inside, Motion, Outside, Surroundings};
+use super::vector::Vector;
+use ceid_core::prelude::*;
+
+filters! {
+    pub(crate) struct Filters @ 100 Hz {
+        x: KalmanF;
+        y: KalmanF;
+        answers: Remembered<()>;
+    }
+}
+
+/// For how many cycles the last answer of the range finder, and the last echo, are believed: 200 and 100 ms.
+const ANSWER: u32 = 20;
+const ECHO: u32 = 10;
+
+/// Tells where on the field the nearest point of an obstacle is.
+pub(crate) struct SensorRecognition<'t> {
+    pub(crate) control: Cyclic<Filters, Free<Hz<100>>>,
+    pub(crate) io: Inside<'t, Motion, Surroundings>,
+    pub(crate) range_finder: Outside<'t, (), Echo>,
+}
+
+pub(crate) fn filters() -> Filters {
+    let noise = Noise { acceleration: 4.0, measurement: 0.0004 };
+    Filters::register(KalmanF::new(noise), KalmanF::new(noise), Remembered::nothing())
+}
+
+impl Filters {
+    fn surroundings(&self) -> Surroundings {
+        if self.answers.get(ANSWER).is_none() {
+            return Surroundings::Unknown;
+        }
+        match self.x.age() {
+            Some(age) if age <= ECHO => Surroundings::Obstacle(Vector::new(self.x.position(), self.y.position())),
+            _ => Surroundings::Free,
+        }
+    }
+}
+
+impl RealtimeFunctionality for SensorRecognition<'_> {
+    type Rate = Hz<100>;
+
+    fn cycle(&mut self, _: CycleInfo) -> Flow {
+        let Some(mut guard) = self.control.cycle() else { return Flow::Stop };
+        let f = guard.filters();
+        self.io.set_output(f.surroundings());
+        let motion = self.io.input().value();
+        let Some(echo) = self.range_finder.output().fresh() else { return Flow::Continue };
+        let place = echo.nearest.map(|nearest| motion.place_of(nearest));
+        // An echo from nowhere is a broken sensor, and a broken sensor does not answer.
+        if place.is_none_or(Vector::is_finite) {
+            f.answers.put(());
+        }
+        if let Some(place) = place {
+            f.x.measure(place.x);
+            f.y.measure(place.y);
+        }
+        Flow::Continue
+    }
+}
