@@ -19,7 +19,7 @@ use core::time::Duration;
 use motor_control::MotorControl;
 use sa_interference::SaInterference;
 use sensor_recognition::SensorRecognition;
-use signals::{Command, Echo, Encoders, Frame, Motion, Surroundings, TransactionIo, Voltages};
+use signals::{Command, Echo, Encoders, Frame, Motion, TransactionIo, Voltages};
 use vector::Vector;
 use world::{Body, Fault, World};
 
@@ -73,7 +73,7 @@ pub(crate) fn drive<T: RealtimeThread>(thread: &mut T, trip: &Trip, path: &mut [
     let mut wheels = TransactionIo::new(Voltages::default(), Encoders::default());
     // Its functionalities.
     let mut vision = TransactionIo::new(Motion::AT_START, None);
-    let mut recognition = TransactionIo::new(Motion::AT_START, Surroundings::Unknown);
+    let mut recognition = TransactionIo::new(Motion::AT_START, None);
     let mut motor = TransactionIo::new(Command::default(), Motion::AT_START);
 
     let (camera_user, camera) = camera.split();

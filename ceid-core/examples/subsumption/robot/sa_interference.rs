@@ -1,14 +1,14 @@
 //! Lets the behaviours interfere with each other: reaching the goal, and avoiding what is in the way.
 
 use super::filters::{Mode, ModeMachine, Ramp, Remembered, Side, Situation};
-use super::signals::{Command, Motion, Outside, Surroundings, chassis};
+use super::signals::{Command, Motion, Outside, chassis};
 use super::vector::Vector;
 use ceid_core::prelude::*;
 
 filters! {
     pub(crate) struct Filters @ 1000 Hz {
         goal: Remembered<Option<Vector>>;
-        surroundings: Remembered<Surroundings>;
+        obstacle: Remembered<Option<Vector>>;
         machine: ModeMachine;
         speed: Ramp;
         turn: Ramp;
@@ -21,7 +21,7 @@ pub(crate) struct SaInterference<'t> {
     /// How strongly avoiding interferes with reaching; at 0 not at all.
     pub(crate) intensity: f64,
     pub(crate) vision: Outside<'t, Motion, Option<Vector>>,
-    pub(crate) recognition: Outside<'t, Motion, Surroundings>,
+    pub(crate) recognition: Outside<'t, Motion, Option<Vector>>,
     pub(crate) motor: Outside<'t, Command, Motion>,
 }
 
@@ -42,44 +42,36 @@ pub(crate) fn filters() -> Filters {
 /// What is known in one cycle.
 struct Scene {
     motion: Motion,
+    /// From the robot, as the obstacle is.
     goal: Vector,
-    obstacle: Option<Vector>,
+    obstacle: Vector,
 }
 
 impl Scene {
     /// Only if everything is known that the robot needs to move.
-    fn of(motion: Motion, goal: Option<Vector>, surroundings: Surroundings) -> Option<Self> {
-        let goal = goal? - motion.position;
-        match surroundings {
-            Surroundings::Unknown => None,
-            Surroundings::Free => Some(Self { motion, goal, obstacle: None }),
-            Surroundings::Obstacle(place) => Some(Self { motion, goal, obstacle: Some(place - motion.position) }),
-        }
+    fn of(motion: Motion, goal: Option<Vector>, obstacle: Option<Vector>) -> Option<Self> {
+        Some(Self { motion, goal: goal? - motion.position, obstacle: obstacle? - motion.position })
     }
 
     /// How much the obstacle matters, from 0 to 1: more when it is near, and not when it is past.
     fn threat(&self) -> f64 {
-        self.obstacle.map_or(0.0, |obstacle| {
-            let nearness = 1.0 - (obstacle.length() - chassis::RADIUS) / INFLUENCE;
-            let ahead = obstacle.direction().dot(self.goal.direction()) + 0.3;
-            nearness.clamp(0.0, 1.0) * ahead.clamp(0.0, 1.0)
-        })
+        let nearness = 1.0 - (self.obstacle.length() - chassis::RADIUS) / INFLUENCE;
+        let ahead = self.obstacle.direction().dot(self.goal.direction()) + 0.3;
+        nearness.clamp(0.0, 1.0) * ahead.clamp(0.0, 1.0)
     }
 
     fn situation(&self) -> Situation {
-        match self.obstacle {
-            Some(obstacle) if self.threat() > 0.0 => {
-                Situation::Blocked(if self.goal.cross(obstacle) > 0.0 { Side::Right } else { Side::Left })
-            }
-            _ => Situation::Clear(self.goal.length()),
+        if self.threat() > 0.0 {
+            Situation::Blocked(Side::towards(self.obstacle.cross(self.goal)))
+        } else {
+            Situation::Clear(self.goal.length())
         }
     }
 
     /// Past the obstacle, and a little away from it.
     fn avoid(&self, side: Side) -> Vector {
-        let obstacle = self.obstacle.map_or(Vector::default(), Vector::direction);
-        let past = if side == Side::Left { obstacle.to_the_left() } else { obstacle.to_the_left() * -1.0 };
-        (past - obstacle * 0.6) * self.threat()
+        let obstacle = self.obstacle.direction();
+        (obstacle.to_the_left() * side.sign() - obstacle * 0.6) * self.threat()
     }
 
     /// The interference: a sum of what both behaviours wish.
@@ -110,12 +102,10 @@ impl RealtimeFunctionality for SaInterference<'_> {
         self.vision.set_input(motion);
         self.recognition.set_input(motion);
         self.vision.output().fresh().into_iter().for_each(|goal| f.goal.put(goal));
-        self.recognition.output().fresh().into_iter().for_each(|seen| f.surroundings.put(seen));
+        self.recognition.output().fresh().into_iter().for_each(|obstacle| f.obstacle.put(obstacle));
         self.motor.set_input(Command { speed: f.speed.value(), turn: f.turn.value() });
 
-        let surroundings = f.surroundings.get(PATIENCE).unwrap_or(Surroundings::Unknown);
-        let goal = f.goal.get(PATIENCE).flatten();
-        let scene = Scene::of(motion, goal, surroundings);
+        let scene = Scene::of(motion, f.goal.get(PATIENCE).flatten(), f.obstacle.get(PATIENCE).flatten());
         f.machine.situation = scene.as_ref().map_or(Situation::Blind, Scene::situation);
         let mode = f.machine.mode();
         let command = scene.map_or(Command::default(), |scene| scene.command(mode, self.intensity));

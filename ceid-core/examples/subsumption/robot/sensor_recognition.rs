@@ -1,7 +1,7 @@
 //! Recognises what is in the way.
 
 use super::filters::{KalmanF, Noise, Remembered};
-use super::signals::{Echo, Inside, Motion, Outside, Surroundings};
+use super::signals::{Echo, Inside, Motion, Outside};
 use super::vector::Vector;
 use ceid_core::prelude::*;
 
@@ -17,10 +17,13 @@ filters! {
 const ANSWER: u32 = 20;
 const ECHO: u32 = 10;
 
-/// Tells where on the field the nearest point of an obstacle is.
+/// Far away: where the obstacle is if there is none.
+const NOWHERE: Vector = Vector::new(1.0e6, 0.0);
+
+/// Tells where on the field the nearest point of an obstacle is, as long as the range finder answers.
 pub(crate) struct SensorRecognition<'t> {
     pub(crate) control: Cyclic<Filters, Free<Hz<100>>>,
-    pub(crate) io: Inside<'t, Motion, Surroundings>,
+    pub(crate) io: Inside<'t, Motion, Option<Vector>>,
     pub(crate) range_finder: Outside<'t, (), Echo>,
 }
 
@@ -30,14 +33,10 @@ pub(crate) fn filters() -> Filters {
 }
 
 impl Filters {
-    fn surroundings(&self) -> Surroundings {
-        if self.answers.get(ANSWER).is_none() {
-            return Surroundings::Unknown;
-        }
-        match self.x.age() {
-            Some(age) if age <= ECHO => Surroundings::Obstacle(Vector::new(self.x.position(), self.y.position())),
-            _ => Surroundings::Free,
-        }
+    fn obstacle(&self) -> Option<Vector> {
+        self.answers.get(ANSWER)?;
+        let is_there = self.x.age().is_some_and(|age| age <= ECHO);
+        Some(if is_there { Vector::new(self.x.position(), self.y.position()) } else { NOWHERE })
     }
 }
 
@@ -47,7 +46,7 @@ impl RealtimeFunctionality for SensorRecognition<'_> {
     fn cycle(&mut self, _: CycleInfo) -> Flow {
         let Some(mut guard) = self.control.cycle() else { return Flow::Stop };
         let f = guard.filters();
-        self.io.set_output(f.surroundings());
+        self.io.set_output(f.obstacle());
         let motion = self.io.input().value();
         let Some(echo) = self.range_finder.output().fresh() else { return Flow::Continue };
         let place = echo.nearest.map(|nearest| motion.place_of(nearest));

@@ -66,15 +66,6 @@ pub(crate) struct Voltages {
     pub(crate) right: f64,
 }
 
-/// What is known of the surroundings, on the field.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Surroundings {
-    /// The range finder does not answer.
-    Unknown,
-    Free,
-    Obstacle(Vector),
-}
-
 /// The robot, as far as its control knows it.
 pub(crate) mod chassis {
     /// Of its outline, in metres.

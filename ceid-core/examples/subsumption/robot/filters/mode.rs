@@ -3,7 +3,7 @@
 use ceid_core::prelude::*;
 
 /// What the robot does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Mode {
     /// Stands still, because it does not know where the goal is or what is in its way.
     Waiting,
@@ -13,11 +13,19 @@ pub(crate) enum Mode {
     Arrived,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Side {
-    /// The robot passes on the left of the obstacle.
-    Left,
-    Right,
+/// On which side of an obstacle the robot passes it: 1 on its left, -1 on its right.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Side(f64);
+
+impl Side {
+    /// Left for what is positive, as angles are.
+    pub(crate) fn towards(angle: f64) -> Self {
+        Self(1.0_f64.copysign(angle))
+    }
+
+    pub(crate) fn sign(self) -> f64 {
+        self.0
+    }
 }
 
 /// What the machine is told in each cycle.
@@ -55,14 +63,14 @@ impl ModeMachine {
     }
 
     fn next(&self) -> Mode {
+        // Who has arrived stays so, also if the goal seems to move a little.
+        let near = if self.mode == Mode::Arrived { Self::LEFT } else { Self::ARRIVED };
         match (self.mode, self.situation) {
             (_, Situation::Blind) => Mode::Waiting,
-            (Mode::Avoiding(side), Situation::Blocked(_)) => Mode::Avoiding(side),
-            (_, Situation::Blocked(side)) => Mode::Avoiding(side),
-            (Mode::Avoiding(side), Situation::Clear(_)) if self.cycles < Self::PAST => Mode::Avoiding(side),
-            (Mode::Arrived, Situation::Clear(distance)) if distance < Self::LEFT => Mode::Arrived,
-            (_, Situation::Clear(distance)) if distance < Self::ARRIVED => Mode::Arrived,
-            (_, Situation::Clear(_)) => Mode::Reaching,
+            (Mode::Avoiding(side), Situation::Blocked(_)) | (_, Situation::Blocked(side)) => Mode::Avoiding(side),
+            (Mode::Avoiding(side), _) if self.cycles < Self::PAST => Mode::Avoiding(side),
+            (_, Situation::Clear(distance)) if distance < near => Mode::Arrived,
+            _ => Mode::Reaching,
         }
     }
 }
