@@ -15,7 +15,8 @@ assert_updated_once!(Filters, ParticleF);
 
 /// Tells where on the field the goal is, as long as the camera shows it.
 pub(crate) struct ComputerVision<'t> {
-    pub(crate) control: Cyclic<Filters, Free<Hz<30>>>,
+    pub(crate) clock: Free<Hz<30>>,
+    pub(crate) filters: Filters,
     pub(crate) io: Inside<'t, Motion, Option<Vector>>,
     pub(crate) camera: Outside<'t, (), Frame>,
 }
@@ -31,8 +32,8 @@ impl RealtimeFunctionality for ComputerVision<'_> {
     type Rate = Hz<30>;
 
     fn cycle(&mut self, _: CycleInfo) -> Flow {
-        let Some(mut guard) = self.control.cycle() else { return Flow::Stop };
-        let f = guard.filters();
+        let cycle = self.clock.begin_cycle();
+        ceid!(cycle => f = self.filters);
         self.io.set_output(f.goal.estimate(PATIENCE));
         let motion = self.io.input().value();
         if let Some(frame) = self.camera.output().fresh() {

@@ -86,16 +86,22 @@ pub(crate) fn drive<T: RealtimeThread>(thread: &mut T, trip: &Trip, path: &mut [
     let robot = Body::AT_START;
     let (seed, fault) = (trip.seed, trip.fault.clone());
     let world = World { drive, camera, range_finder, seed, fault, robot, path, recorded: 0, steps: 0 };
-    let control = Cyclic::new(computer_vision::filters(), Free::new());
-    let vision = ComputerVision { control, io: vision, camera: camera_user };
-    let control = Cyclic::new(sensor_recognition::filters(), Free::new());
-    let recognition = SensorRecognition { control, io: recognition, range_finder: range_finder_user };
-    let control = Cyclic::new(motor_control::filters(), Free::new());
-    let motor = MotorControl { control, io: motor, drive: drive_user };
-    let control = Cyclic::new(sa_interference::filters(), Free::new());
+    let (clock, filters) = (Free::new(), computer_vision::filters());
+    let vision = ComputerVision { clock, filters, io: vision, camera: camera_user };
+    let (clock, filters) = (Free::new(), sensor_recognition::filters());
+    let recognition = SensorRecognition { clock, filters, io: recognition, range_finder: range_finder_user };
+    let (clock, filters) = (Free::new(), motor_control::filters());
+    let motor = MotorControl { clock, filters, io: motor, drive: drive_user };
+    let (clock, filters) = (Free::new(), sa_interference::filters());
     let intensity = trip.intensity;
-    let interference =
-        SaInterference { control, intensity, vision: vision_user, recognition: recognition_user, motor: motor_user };
+    let interference = SaInterference {
+        clock,
+        filters,
+        intensity,
+        vision: vision_user,
+        recognition: recognition_user,
+        motor: motor_user,
+    };
 
     let mut world = Task::new("world", world, trip.overrun);
     let mut vision = Task::new("vision", vision, trip.overrun);

@@ -23,7 +23,8 @@ filters! {
 
 /// Makes the wheels turn as commanded, and tells where they have brought the robot.
 pub(crate) struct MotorControl<'t> {
-    pub(crate) control: Cyclic<Filters, Free<Hz<1000>>>,
+    pub(crate) clock: Free<Hz<1000>>,
+    pub(crate) filters: Filters,
     pub(crate) io: Inside<'t, Command, Motion>,
     pub(crate) drive: Outside<'t, Voltages, Encoders>,
 }
@@ -56,8 +57,8 @@ impl RealtimeFunctionality for MotorControl<'_> {
     type Rate = Hz<1000>;
 
     fn cycle(&mut self, info: CycleInfo) -> Flow {
-        let Some(mut guard) = self.control.cycle() else { return Flow::Stop };
-        let f = guard.filters();
+        let cycle = self.clock.begin_cycle();
+        ceid!(cycle => f = self.filters);
         let command = self.io.input().value();
         let difference = command.turn * chassis::TRACK / 2.0;
         let left = f.left.drive(command.speed - difference);

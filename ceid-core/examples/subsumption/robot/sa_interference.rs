@@ -17,7 +17,8 @@ filters! {
 
 /// Mediates between the functionalities, of which it knows what they take and give.
 pub(crate) struct SaInterference<'t> {
-    pub(crate) control: Cyclic<Filters, Free<Hz<1000>>>,
+    pub(crate) clock: Free<Hz<1000>>,
+    pub(crate) filters: Filters,
     /// How strongly avoiding interferes with reaching; at 0 not at all.
     pub(crate) intensity: f64,
     pub(crate) vision: Outside<'t, Motion, Option<Vector>>,
@@ -96,8 +97,8 @@ impl RealtimeFunctionality for SaInterference<'_> {
     type Rate = Hz<1000>;
 
     fn cycle(&mut self, _: CycleInfo) -> Flow {
-        let Some(mut guard) = self.control.cycle() else { return Flow::Stop };
-        let f = guard.filters();
+        let cycle = self.clock.begin_cycle();
+        ceid!(cycle => f = self.filters);
         let motion = self.motor.output().value();
         self.vision.set_input(motion);
         self.recognition.set_input(motion);

@@ -22,7 +22,8 @@ const NOWHERE: Vector = Vector::new(1.0e6, 0.0);
 
 /// Tells where on the field the nearest point of an obstacle is, as long as the range finder answers.
 pub(crate) struct SensorRecognition<'t> {
-    pub(crate) control: Cyclic<Filters, Free<Hz<100>>>,
+    pub(crate) clock: Free<Hz<100>>,
+    pub(crate) filters: Filters,
     pub(crate) io: Inside<'t, Motion, Option<Vector>>,
     pub(crate) range_finder: Outside<'t, (), Echo>,
 }
@@ -44,8 +45,8 @@ impl RealtimeFunctionality for SensorRecognition<'_> {
     type Rate = Hz<100>;
 
     fn cycle(&mut self, _: CycleInfo) -> Flow {
-        let Some(mut guard) = self.control.cycle() else { return Flow::Stop };
-        let f = guard.filters();
+        let cycle = self.clock.begin_cycle();
+        ceid!(cycle => f = self.filters);
         self.io.set_output(f.obstacle());
         let motion = self.io.input().value();
         let Some(echo) = self.range_finder.output().fresh() else { return Flow::Continue };
