@@ -299,6 +299,7 @@ fn the_picture_and_the_file_of_points_have_every_point_of_every_curve() {
     for text in ["x [m]", "y [m]", "obstacle", "start", "goal", "intensity", "7.0 s", ">0.5<"] {
         assert!(svg.contains(text), "{text}");
     }
+    assert!(svg == include_str!("../examples/subsumption/figure-11.svg"), "draw the picture of the README again");
     let table = output::table(&curves);
     assert!(table.lines().nth(1).is_some_and(|row| row.contains("touched") && row.ends_with("31214b9e505ccd7f")));
 }

@@ -72,7 +72,7 @@ impl Body {
 
 impl World<'_> {
     fn record(&mut self) {
-        if self.steps.is_multiple_of(CYCLES_PER_POINT) {
+        if self.steps % CYCLES_PER_POINT == 0 {
             if let Some(point) = self.path.get_mut(self.recorded) {
                 *point = self.robot.motion.position;
                 self.recorded += 1;
