@@ -34,7 +34,7 @@ const PATHS: [(f64, u64); 5] = [
     (4.0, 0xbb99_b980_0225_ffc3),
 ];
 
-/// The goal is reached if the robot ends this near to it, in metres: particles scatter, and the robot ends at their mean.
+/// The goal is reached if the robot ends this near to it, in metres: the robot ends at the mean of particles, which scatter.
 const REACHED: f64 = 0.15;
 
 fn simulate(trip: &Trip) -> (Path, Journey<()>) {
