@@ -6,6 +6,7 @@ mod support;
 mod ci_formats;
 mod cli;
 mod configuration;
+mod defects;
 mod documents;
 mod dogfood;
 mod exit_status;
