@@ -28,6 +28,7 @@ use super::slice::{self, ControlDependence, tracked};
 use super::summary::{Outcome, Summaries};
 use super::verdict::Gate;
 use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, LoopId, NodeId, Place, Program, Relation, Rounds, Var};
+use crate::index::Ty;
 
 /// What is searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -196,9 +197,18 @@ impl<'a> Search<'a> {
         self.graph.node_ids().filter(|id| self.touches(*id, false)).collect()
     }
 
-    /// Whether something updates it by a name that nothing else has.
+    /// Whether something updates it by a name that nothing else has, or by a reference that each iteration makes anew, so that
+    /// every way knows where it points.
     pub(super) fn is_updated_by_name(&self) -> bool {
-        let is_name = |place: &Place| self.aliases.shared_roots(place).len() == 1 && self.may_be(place, true);
+        let is_made_anew = |place: &Place| {
+            place
+                .base_var()
+                .map(|var| self.graph.var(var))
+                .is_some_and(|var| var.in_loop.is_some() && place.steps.is_empty() && matches!(var.ty, Ty::Ref(..)))
+        };
+        let is_name = |place: &Place| {
+            (self.aliases.shared_roots(place).len() == 1 || is_made_anew(place)) && self.may_be(place, true)
+        };
         self.updating().into_iter().any(|id| match &self.graph.node(id).effect {
             Effect::Update(update) => is_name(&update.place),
             Effect::Call(site) => self.summaries.updates(site).any(|place| is_name(&place)),
