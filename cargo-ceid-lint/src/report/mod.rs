@@ -1,4 +1,4 @@
-//! The formats: one file each, from a [`Report`](crate::pipeline::Report) to text. Never prints, and never decides anything.
+//! The formats: one file each, from a [`Report`] to text. Never prints, and never decides anything.
 
 mod files;
 mod fingerprint;
