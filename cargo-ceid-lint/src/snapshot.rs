@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::config::{Config, LevelOverrides};
 use crate::pipeline::{Report, check_configured, check_with};
 use crate::project::{self, Selection};
-use crate::report::{Style, Summary, text};
+use crate::report::text;
 use crate::source::{DiskSource, MemorySource};
 
 /// What is checked.
@@ -79,13 +79,8 @@ pub fn snapshot(subject: Subject<'_>) -> Result<String, SnapshotError> {
 }
 
 fn shown(report: &Report) -> String {
-    let sources = &report.sources;
-    let findings = report.shown().map(|finding| text::diagnostic(sources, finding, Style::default()));
-    let problems = report.problems.iter().map(|problem| text::problem(sources, problem, Style::default()));
-    let mut shown: String = findings.chain(problems).collect();
-    shown += &Summary::of(report).line();
-    shown.push('\n');
-    for (_, file) in sources.files().filter(|(_, file)| Path::new(&file.name).is_absolute()) {
+    let mut shown = text::report(report);
+    for (_, file) in report.sources.files().filter(|(_, file)| Path::new(&file.name).is_absolute()) {
         let name = file.path.file_name().unwrap_or_default().to_string_lossy();
         shown = shown.replace(&file.name, &format!("[outside]/{name}"));
     }

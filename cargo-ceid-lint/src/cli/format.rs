@@ -11,7 +11,7 @@ use super::args::MessageFormat;
 use super::input::Checked;
 use crate::config::spelling::nearest;
 use crate::report::json::{self, Options, Rendered};
-use crate::report::{self, Outcome, Service, Style, github, short, text};
+use crate::report::{self, Outcome, Service, github, short, text};
 
 /// A form of the findings.
 #[derive(Clone, Copy, Debug)]
@@ -75,13 +75,8 @@ impl Format {
     pub(super) fn render(self, checked: &Checked, outcome: &Outcome) -> String {
         let Checked { project, report, .. } = checked;
         let sources = &report.sources;
-        let style = Style::default();
         match self {
-            Self::Human => {
-                let findings = report.shown().map(|finding| text::diagnostic(sources, finding, style));
-                let problems = report.problems.iter().map(|problem| text::problem(sources, problem, style));
-                findings.chain(problems).collect::<String>() + &checked.summary.line() + "\n"
-            }
+            Self::Human => text::report(report),
             Self::Short => {
                 let findings = report.shown().map(|finding| short::diagnostic(sources, finding));
                 findings.chain(report.problems.iter().map(|problem| short::problem(sources, problem))).collect()

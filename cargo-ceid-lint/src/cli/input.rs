@@ -1,7 +1,7 @@
 //! From arguments to a project, its configuration and a report.
 
 use std::io::{self, Read};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::Console;
@@ -10,7 +10,6 @@ use super::console::Stream;
 use super::exit::ExitStatus;
 use super::unread;
 use crate::config::LevelOverrides;
-use crate::diagnostic::Problem;
 use crate::pipeline::{self, Configured, Report};
 use crate::project::{self, Features, LoadError, Names, Project, Selection, TargetFilter};
 use crate::report::{self, Summary, text};
@@ -75,14 +74,7 @@ pub(super) fn check(
 impl Checked {
     /// What a run came to that found nothing to load.
     pub(super) fn of_failed_load(error: LoadError) -> Self {
-        let problem = Problem {
-            file: "Cargo.toml".to_owned(),
-            span: None,
-            message: error.message,
-            help: error.help,
-            is_error: true,
-        };
-        let report = Report { problems: vec![problem], ..Report::default() };
+        let report = Report { problems: vec![error.problem(Path::new("Cargo.toml"))], ..Report::default() };
         let root = current_dir();
         let summary = Summary::of(&report);
         Self { project: Project { root, ..Project::default() }, report, summary, is_unchecked: true }

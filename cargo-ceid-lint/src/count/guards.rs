@@ -53,7 +53,7 @@ pub(super) fn defects(program: &Program<'_>, facts: &FunctionFacts<'_>, analysis
             analysis.guards.push(defect);
             continue;
         }
-        if let Some(early) = ends_in_inner_block(program, graph, guard, end) {
+        if let Some(early) = ends_in_inner_block(graph, guard, end) {
             defect.rule = "guard_dropped_early";
             defect.span = early;
             defect.what = "the block it is bound in ends here".to_owned();
@@ -64,7 +64,6 @@ pub(super) fn defects(program: &Program<'_>, facts: &FunctionFacts<'_>, analysis
 
 /// Where the block of a guard ends, if the cycle goes on behind it.
 fn ends_in_inner_block(
-    program: &Program<'_>,
     graph: &crate::flow::ControlFlowGraph,
     guard: &crate::flow::GuardInfo,
     end: Option<crate::flow::NodeId>,
@@ -85,10 +84,7 @@ fn ends_in_inner_block(
         match &graph.node(next).effect {
             Effect::Nothing | Effect::GuardEnd(_) | Effect::Set(_) => at = next,
             Effect::Update(update) if update.by_guard => at = next,
-            _ => {
-                let _ = program;
-                return Some(graph.node(end).span);
-            }
+            _ => return Some(graph.node(end).span),
         }
     }
     None

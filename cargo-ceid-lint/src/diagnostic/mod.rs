@@ -153,6 +153,14 @@ pub struct Diagnostic {
     pub target: usize,
 }
 
+impl Diagnostic {
+    /// How it is shown; a finding at `allow` is in no report.
+    #[must_use]
+    pub fn severity(&self) -> Severity {
+        self.level.severity().unwrap_or(Severity::Warning)
+    }
+}
+
 /// What was not seen: a file that cannot be read or parsed, a module that is missing, code that no build wrote yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {

@@ -70,9 +70,9 @@ fn of_finding(view: &View<'_>, finding: &found::Diagnostic) -> Diagnostic {
     let facts = &finding.facts;
     Diagnostic {
         range: view.range(finding.primary.span),
-        severity: match finding.level.severity() {
-            Some(Severity::Error) => ERROR,
-            Some(Severity::Warning) | None => WARNING,
+        severity: match finding.severity() {
+            Severity::Error => ERROR,
+            Severity::Warning => WARNING,
         },
         code: Some(format!("ceid::{}", finding.rule)),
         source: SOURCE,

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::source::percent_encoded;
+
 /// The path that a `file:` address means; none for other schemes, as those of buffers that were never saved.
 pub(super) fn to_path(uri: &str) -> Option<PathBuf> {
     let (scheme, rest) = uri.split_once(':')?;
@@ -26,16 +28,8 @@ pub(super) fn to_path(uri: &str) -> Option<PathBuf> {
 pub(super) fn of_path(path: &Path) -> String {
     let path = path.to_string_lossy();
     let path = if cfg!(windows) { format!("/{}", path.replace('\\', "/")) } else { path.into_owned() };
-    let mut uri = "file://".to_owned();
-    for byte in path.bytes() {
-        let is_plain = byte.is_ascii_alphanumeric() || b"-._~/".contains(&byte) || (cfg!(windows) && byte == b':');
-        if is_plain {
-            uri.push(char::from(byte));
-        } else {
-            uri.push_str(&format!("%{byte:02X}"));
-        }
-    }
-    uri
+    let plain: &[u8] = if cfg!(windows) { b"-._~/:" } else { b"-._~/" };
+    format!("file://{}", percent_encoded(&path, plain))
 }
 
 /// The text without percent signs that stand for bytes.

@@ -24,8 +24,9 @@ impl LoadError {
         self
     }
 
-    /// The same beside what could be loaded.
-    pub(super) fn problem(self, file: &Path) -> Problem {
+    /// The same as a problem of a report.
+    #[must_use]
+    pub fn problem(self, file: &Path) -> Problem {
         let file = file.to_string_lossy().into_owned();
         Problem { file, span: None, message: self.message, help: self.help, is_error: true }
     }

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::repository::{LineRange, Repository, first_line};
 use super::{Summary, capitalized, count};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::pipeline::Report;
 use crate::project::Project;
 
@@ -38,7 +38,7 @@ pub(super) fn annotations(project: &Project, report: &Report) -> String {
 
 fn worst_first(report: &Report) -> Vec<&Diagnostic> {
     let mut findings: Vec<&Diagnostic> = report.shown().collect();
-    findings.sort_by_key(|finding| finding.level.severity().unwrap_or(Severity::Warning));
+    findings.sort_by_key(|finding| finding.severity());
     findings
 }
 
@@ -50,7 +50,7 @@ fn annotation(repository: &Repository, report: &Report, diagnostic: &Diagnostic)
     });
     let helps = diagnostic.helps.iter().map(|help| format!("help: {help}"));
     let lines = [diagnostic.message.clone()].into_iter().chain(steps).chain(helps).collect();
-    let severity = diagnostic.level.severity().unwrap_or(Severity::Warning).name();
+    let severity = diagnostic.severity().name();
     let path = repository.path(&report.sources.file(span.file).path);
     let place = Some(first_line(&report.sources, span));
     command(severity, &path, place, &format!("ceid::{}", diagnostic.rule), lines)
@@ -85,7 +85,7 @@ pub fn step_summary(project: &Project, report: &Report) -> String {
     for diagnostic in findings.iter().take(MOST_ROWS) {
         let span = diagnostic.primary.span;
         let place = format!("{}:{}", repository.path(&report.sources.file(span.file).path), report.sources.line(span));
-        let severity = diagnostic.level.severity().unwrap_or(Severity::Warning).name();
+        let severity = diagnostic.severity().name();
         let message = in_cell(&diagnostic.message);
         let _ = writeln!(text, "| {severity} | `ceid::{}` | `{}` | {message} |", diagnostic.rule, in_cell(&place));
     }

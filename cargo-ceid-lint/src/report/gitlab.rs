@@ -48,9 +48,9 @@ fn of_finding(repository: &Repository, report: &Report, finding: &Diagnostic, fi
         description: one_line(&finding.message),
         check_name: format!("ceid::{}", finding.rule),
         fingerprint,
-        severity: match finding.level.severity() {
-            Some(Severity::Error) => "critical",
-            Some(Severity::Warning) | None => "minor",
+        severity: match finding.severity() {
+            Severity::Error => "critical",
+            Severity::Warning => "minor",
         },
         location: Location {
             path: repository.path(&report.sources.file(span.file).path),

@@ -41,11 +41,10 @@ pub(super) fn document(project: &Project, report: &Report) -> String {
 }
 
 fn of_finding(report: &Report, finding: &Diagnostic) -> TestCase {
-    let kind = match finding.level.severity() {
-        Some(Severity::Error) => TestCaseStatus::non_success(NonSuccessKind::Failure),
-        Some(Severity::Warning) | None => TestCaseStatus::skipped(),
+    let mut status = match finding.severity() {
+        Severity::Error => TestCaseStatus::non_success(NonSuccessKind::Failure),
+        Severity::Warning => TestCaseStatus::skipped(),
     };
-    let mut status = kind;
     let rule = format!("ceid::{}", finding.rule);
     status.set_type(rule.as_str()).set_message(one_line(&finding.message));
     status.set_description(text::diagnostic(&report.sources, finding, Style::default()));

@@ -3,7 +3,7 @@
 use std::path::{Component, Path, PathBuf};
 
 use super::files::bytes;
-use crate::source::{SourceMap, Span};
+use crate::source::{SourceMap, Span, percent_encoded};
 
 /// The repository that a project lies in.
 #[derive(Clone, Debug)]
@@ -37,28 +37,20 @@ impl Repository {
     pub(super) fn uri(&self, path: &Path) -> String {
         let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
         match path.strip_prefix(&self.root) {
-            Ok(relative) => percent_encoded(relative),
-            Err(_) => format!("file:///{}", percent_encoded(&path)),
+            Ok(relative) => encoded(relative),
+            Err(_) => format!("file:///{}", encoded(&path)),
         }
     }
 }
 
-fn percent_encoded(path: &Path) -> String {
+/// A path with each of its names encoded; a colon is, because a relative path may begin with the name.
+fn encoded(path: &Path) -> String {
     let names = path.components().filter_map(|component| match component {
         Component::Normal(name) => Some(name.to_string_lossy()),
         Component::Prefix(prefix) => Some(prefix.as_os_str().to_string_lossy()),
         _ => None,
     });
-    names.map(|name| name.bytes().map(encoded).collect::<String>()).collect::<Vec<_>>().join("/")
-}
-
-/// A byte of a path segment as RFC 3986 wants it; a colon is encoded because a relative path may begin with the segment.
-fn encoded(byte: u8) -> String {
-    if byte.is_ascii_alphanumeric() || b"-._~!$&'()*+,;=@".contains(&byte) {
-        char::from(byte).to_string()
-    } else {
-        format!("%{byte:02X}")
-    }
+    names.map(|name| percent_encoded(&name, b"-._~!$&'()*+,;=@")).collect::<Vec<_>>().join("/")
 }
 
 /// The part of a place that lies on its first line.
@@ -84,8 +76,8 @@ mod tests {
 
     #[test]
     fn paths_are_encoded_by_segment() {
-        assert_eq!(percent_encoded(Path::new("/a b/ü/100%.rs")), "a%20b/%C3%BC/100%25.rs");
-        assert_eq!(percent_encoded(Path::new("a:b/c#d?.rs")), "a%3Ab/c%23d%3F.rs");
+        assert_eq!(encoded(Path::new("/a b/ü/100%.rs")), "a%20b/%C3%BC/100%25.rs");
+        assert_eq!(encoded(Path::new("a:b/c#d?.rs")), "a%3Ab/c%23d%3F.rs");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! One line a finding: `file:line:column: error[ceid::rule]: message`.
 
 use super::one_line;
-use crate::diagnostic::{Diagnostic, Problem, Severity};
+use crate::diagnostic::{Diagnostic, Problem};
 use crate::source::SourceMap;
 
 /// A finding in one line.
@@ -9,7 +9,7 @@ use crate::source::SourceMap;
 pub fn diagnostic(sources: &SourceMap, diagnostic: &Diagnostic) -> String {
     let span = diagnostic.primary.span;
     let place = sources.position(span);
-    let severity = diagnostic.level.severity().unwrap_or(Severity::Warning).name();
+    let severity = diagnostic.severity().name();
     let file = &sources.file(span.file).name;
     let (rule, message) = (diagnostic.rule, one_line(&diagnostic.message));
     format!("{file}:{}:{}: {severity}[ceid::{rule}]: {message}\n", place.line, place.column)

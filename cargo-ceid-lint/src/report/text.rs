@@ -4,8 +4,9 @@ use codespan_reporting::diagnostic as shown;
 use codespan_reporting::term::{self, DisplayStyle, Styles, StylesWriter, termcolor};
 
 use super::files::{View, bytes, is_on_a_long_line};
-use super::{Style, count};
+use super::{Style, Summary, count};
 use crate::diagnostic::{Diagnostic, Problem, Severity, Suggestion, WitnessStep};
+use crate::pipeline::Report;
 use crate::source::{FileId, SourceMap};
 
 /// How many steps of a witness are shown without `--full-trace`.
@@ -14,9 +15,9 @@ const MOST_STEPS: usize = 7;
 /// A finding with its source, ending in an empty line.
 #[must_use]
 pub fn diagnostic(sources: &SourceMap, diagnostic: &Diagnostic, style: Style) -> String {
-    let severity = match diagnostic.level.severity() {
-        Some(Severity::Error) => shown::Severity::Error,
-        Some(Severity::Warning) | None => shown::Severity::Warning,
+    let severity = match diagnostic.severity() {
+        Severity::Error => shown::Severity::Error,
+        Severity::Warning => shown::Severity::Warning,
     };
     let primary = diagnostic.primary.span;
     let steps = shown_steps(&diagnostic.witness.steps, style);
@@ -76,6 +77,15 @@ pub fn problem(sources: &SourceMap, problem: &Problem, style: Style) -> String {
             render(sources, &shown.with_message(message), style, false)
         }
     }
+}
+
+/// All findings that are shown, what could not be read, and the summary, as a text that needs no terminal.
+#[must_use]
+pub fn report(report: &Report) -> String {
+    let (sources, style) = (&report.sources, Style::default());
+    let findings = report.shown().map(|finding| diagnostic(sources, finding, style));
+    let problems = report.problems.iter().map(|it| problem(sources, it, style));
+    findings.chain(problems).collect::<String>() + &Summary::of(report).line() + "\n"
 }
 
 /// The steps to show, with their numbers: the head of the cycle, and the end of the path.

@@ -1,6 +1,7 @@
 //! Text and places in it: which files were read, where a byte is, how a place is shown. Knows no syntax.
 
 mod line_index;
+mod percent;
 mod read;
 mod stable_hash;
 
@@ -8,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 pub use line_index::{LineColumn, LineIndex};
+pub use percent::percent_encoded;
 pub use read::{DiskSource, FileSet, MAX_FILE_BYTES, MemorySource, ReadError, ReadSource};
 pub use stable_hash::stable_hash;
 

@@ -25,7 +25,7 @@ impl Builder<'_> {
                 self.while_expr(id, label.as_ref(), *keyword, *condition, *body)
             }
             ExprKind::For { label, keyword, pat, iterable, body } => {
-                self.for_expr(id, label.as_ref(), *keyword, *pat, *iterable, *body)
+                self.for_expr(label.as_ref(), *keyword, *pat, *iterable, *body)
             }
             ExprKind::Break { label, value } => self.break_expr(id, label.as_ref(), *value),
             ExprKind::Continue { label } => self.continue_expr(id, label.as_ref()),

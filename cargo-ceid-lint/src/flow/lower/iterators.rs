@@ -441,11 +441,10 @@ impl Builder<'_> {
             }
             this.note_counter(id, closure, usize::from(takes_state), &kind);
             let value = this.inline_closure(closure, &args, span);
-            let value = this.awaited(value, span);
+            this.awaited(value, span);
             if stops && this.at.is_some() {
                 let about = crate::flow::About::default();
                 let (again, stop) = this.opaque_branch(span, "the iteration goes on".to_owned(), about);
-                let _ = value;
                 this.resume(stop);
                 this.break_out(span);
                 this.resume(again);

@@ -96,7 +96,7 @@ impl Builder<'_> {
         condition: ExprId,
         body: ExprId,
     ) -> Value {
-        if let Some(value) = self.while_next(id, label, keyword, condition, body) {
+        if let Some(value) = self.while_next(label, keyword, condition, body) {
             return value;
         }
         let (rounds, counter) = self.rounds_of_while(condition, body);
@@ -153,14 +153,7 @@ impl Builder<'_> {
     }
 
     /// `while let Some(x) = iter.next()` is a `for` loop.
-    fn while_next(
-        &mut self,
-        id: ExprId,
-        label: Option<&String>,
-        keyword: Span,
-        condition: ExprId,
-        body: ExprId,
-    ) -> Option<Value> {
+    fn while_next(&mut self, label: Option<&String>, keyword: Span, condition: ExprId, body: ExprId) -> Option<Value> {
         let tree = self.body();
         let ExprKind::Let { pat, value } = &tree.expr(condition).kind else { return None };
         let ExprKind::MethodCall { receiver, method, args, .. } = &tree.expr(*value).kind else { return None };
@@ -176,13 +169,11 @@ impl Builder<'_> {
             this.bind_item(this_loop, inner, &item, &value);
             this.expr(body);
         });
-        let _ = id;
         Some(Value::default())
     }
 
     pub(super) fn for_expr(
         &mut self,
-        id: ExprId,
         label: Option<&String>,
         keyword: Span,
         pat: PatId,
@@ -202,7 +193,6 @@ impl Builder<'_> {
             }
             this.expr(body);
         });
-        let _ = id;
         Value::default()
     }
 

@@ -93,7 +93,7 @@ pub(super) fn of_diagnostic(
     };
     // A reader that does not know of suppressions shows nothing without a primary place, and has no fix to apply.
     if is_shown {
-        message.level = diagnostic.level.severity().unwrap_or(Severity::Warning).name();
+        message.level = diagnostic.severity().name();
         message.children = children(sources, diagnostic);
         message.rendered = Some(match rendered {
             Rendered::Plain => text::diagnostic(sources, diagnostic, Style::default()),
