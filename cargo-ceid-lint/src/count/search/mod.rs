@@ -4,6 +4,7 @@
 //! known of the conditions that matter. A breadth-first search makes the first way that is found the shortest witness.
 
 mod called;
+mod choice;
 mod effects;
 mod entry;
 mod interner;
