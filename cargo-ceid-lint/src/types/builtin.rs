@@ -392,7 +392,9 @@ fn iterator_method(item: &Ty, method: &str, args: &[Ty], closure: Option<&Ty>) -
         "map" => iterator(closure.cloned().unwrap_or(Ty::Unknown)),
         "flatten" => iterator(item_of(item, false).unwrap_or(Ty::Unknown)),
         "filter_map" | "flat_map" | "map_while" | "scan" => {
-            iterator(closure.and_then(|ty| item_of(ty, false)).unwrap_or(Ty::Unknown))
+            // A path such as `Option::as_mut` gives what lies in the item.
+            let payload = || Some(item).filter(|item| item.peel().external_name() == Some("Option"));
+            iterator(closure.or_else(payload).and_then(|ty| item_of(ty, false)).unwrap_or(Ty::Unknown))
         }
         "next" | "last" | "nth" | "find" | "min_by_key" | "max_by_key" | "min_by" | "max_by" | "next_back"
         | "reduce" => option(item.clone()),

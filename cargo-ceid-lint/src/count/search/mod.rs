@@ -406,11 +406,12 @@ impl<'a> Search<'a> {
             }
             for next in &graph.node(id).next {
                 let ends = matches!(region, Region::Loop(own) if *next == graph.loop_info(own).head);
-                // The next round of a loop over the elements is another element's.
+                // The next round of a loop over the elements is another element's: for this one, what is behind the loop follows.
                 let others = matches!(&graph.node(*next).effect, Effect::LoopHead(inner)
                     if self.covers(*inner) && graph.is_within(graph.node(id).in_loop, *inner));
-                if !ends && !others {
-                    before[next.0 as usize].push(id);
+                let follow = if others { graph.node(*next).next.get(1) } else { Some(next) };
+                if let (false, Some(follow)) = (ends, follow) {
+                    before[follow.0 as usize].push(id);
                 }
             }
         }

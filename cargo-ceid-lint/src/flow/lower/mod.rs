@@ -25,6 +25,7 @@ mod loops;
 mod macros;
 mod patterns;
 mod places;
+mod presence;
 mod reads;
 mod resets;
 mod sources;
