@@ -232,11 +232,13 @@ fn receiver_method(path: &str, message: &Ty, method: &str) -> Option<Ty> {
 fn ceid_method(path: &str, params: &[Ty], receiver: &Ty, method: &str, args: &[Ty]) -> Option<Ty> {
     let set = arg(params, 0);
     let guard = |set: Ty| Ty::std("ceid_core::CycleGuard", vec![set]);
+    let cycle = || Ty::std("ceid_core::Cycle", Vec::new());
     Some(match (path.rsplit("::").next().unwrap_or(""), method) {
         ("Cyclic", "cycle") => option(guard(set)),
         ("Cyclic" | "CycleGuard", "filters") => reference(set),
         ("Cycle", "guard") => guard(arg(args, 0).peel().clone()),
-        (_, "next_cycle") => option(Ty::std("ceid_core::Cycle", Vec::new())),
+        (_, "next_cycle") => option(cycle()),
+        (_, "begin_cycle") => cycle(),
         (_, "take") => Ty::std("ceid_core::Take", Vec::new()),
         (_, "by_ref" | "clock") => reference(receiver.clone()),
         ("Cyclic", "run") => option(Ty::Unknown),
