@@ -1,7 +1,7 @@
 //! Guards: where they are made, what they hold, and how they end.
 
 use super::{Builder, Value};
-use crate::flow::{Argument, CallSite, Effect, GuardId, GuardInfo, IndexKey, Place, Projection, Update, Var};
+use crate::flow::{Argument, CallSite, Effect, GuardId, GuardInfo, IndexKey, Place, Update, Var};
 use crate::index::{FunctionId, Ty, is_guard_type};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
@@ -339,6 +339,13 @@ impl Builder<'_> {
             }
             ("filters", []) if self.is_ceid(&ty, "CycleGuard") => {
                 let value = self.expr(receiver);
+                // `control.cycle()?.filters().input = x;`
+                let made_here =
+                    value.place.as_ref().and_then(Place::base_var).filter(|var| self.guarded.contains_key(var));
+                if self.at.is_some() && made_here.is_some() && !self.is_bound(&value) {
+                    let how = "no name holds it, so that its statement drops it";
+                    self.mark_dropped(receiver, &value, self.span(receiver), how);
+                }
                 let guard =
                     value.place.as_ref().and_then(Place::base_var).and_then(|var| self.guards_of.get(&var)).copied();
                 let held = guard.and_then(|guard| self.graph.guards[guard.0 as usize].holds.first().copied());
@@ -349,10 +356,15 @@ impl Builder<'_> {
                 let name = self.text(receiver).trim_start_matches("&mut ").to_owned();
                 let var = self.temporary(self.ty(id).clone(), self.span(id));
                 if let Some(driver) = value.place {
-                    let set = driver.join(&[Projection::Field("filters".into())]);
+                    let set = driver.field("filters");
                     self.guarded.insert(var, vec![(name, set, driven_set(&ty))]);
                 }
                 Some(Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() })
+            }
+            ("filters", []) if self.is_ceid(&ty, "Cyclic") => {
+                let value = self.expr(receiver);
+                let place = value.place.map(|driver| driver.field("filters"));
+                Some(Value { place, ..Value::default() })
             }
             ("run", [arg]) if self.is_ceid(&ty, "Cyclic") => {
                 self.expr(receiver);
