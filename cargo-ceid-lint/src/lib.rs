@@ -31,6 +31,8 @@ pub mod candidates;
 
 pub mod pipeline;
 
+pub mod fix;
+
 pub mod report;
 
 pub mod draft;
