@@ -27,9 +27,13 @@ pub mod suppress;
 
 pub mod rules;
 
+pub mod suggest;
+
 pub mod candidates;
 
 pub mod pipeline;
+
+pub mod fix;
 
 pub mod report;
 
