@@ -29,6 +29,8 @@ pub mod rules;
 
 pub mod candidates;
 
+pub mod baseline;
+
 pub mod pipeline;
 
 pub mod report;
