@@ -31,6 +31,8 @@ pub mod suggest;
 
 pub mod candidates;
 
+pub mod baseline;
+
 pub mod pipeline;
 
 pub mod fix;

@@ -3,6 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod baseline;
 mod ci_formats;
 mod cli;
 mod configuration;
@@ -16,11 +17,13 @@ mod fixtures_compile;
 mod init;
 mod lsp;
 mod messages;
+mod migration_report;
 mod mutations;
 mod presets;
 mod repositories;
 mod robustness;
 mod schema;
+mod since;
 mod snapshot_tests;
 mod suppressions;
 mod tidy;

@@ -21,7 +21,7 @@ pub(super) fn actions(view: &View<'_>, asked: &InRange) -> Vec<Value> {
     if !asked.context.only.as_ref().is_none_or(is_wanted) {
         return Vec::new();
     }
-    let findings: Vec<&Diagnostic> = view.report.shown().filter(|finding| is_on(view, finding, asked.range)).collect();
+    let findings: Vec<&Diagnostic> = view.findings().filter(|finding| is_on(view, finding, asked.range)).collect();
     let mut actions = Vec::new();
     if view.client.takes_actions {
         for finding in &findings {
