@@ -27,6 +27,8 @@ pub mod suppress;
 
 pub mod rules;
 
+pub mod migrate;
+
 pub mod candidates;
 
 pub mod pipeline;

@@ -1,0 +1,59 @@
+//! From a loop that updates its filters by hand to the same loop with a guard of `ceid-core`: the edits, or why there are none.
+//!
+//! A loop is rewritten only if every filter that it updates exactly once can be handed to a guard so that the program does what it
+//! did before; where it would do something else, the plan says so, and is followed only if that was asked for.
+//! Reads no file and writes none.
+
+mod body;
+mod exits;
+mod law;
+mod mentions;
+mod observed;
+mod plan;
+mod purity;
+mod sites;
+mod text;
+mod walk;
+
+use std::collections::BTreeSet;
+
+use crate::source::Span;
+
+pub use plan::plans;
+
+/// What can be done about one loop.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The head of the cycle.
+    pub head: Span,
+    /// The function it lies in.
+    pub function: String,
+    /// The filters that it updates by hand, as the source spells them.
+    pub filters: Vec<String>,
+    /// The rewriting, or why there is none.
+    pub outcome: Result<Rewrite, Vec<Reason>>,
+}
+
+/// How a loop is rewritten.
+#[derive(Clone, Debug)]
+pub struct Rewrite {
+    /// Places and what to write there instead.
+    pub edits: Vec<(Span, String)>,
+    /// The packages that have to depend on `ceid-core`, as indices into those of the project.
+    pub packages: BTreeSet<usize>,
+    /// Whether `ceid-core` has to know `Vec` and `Box`.
+    pub needs_alloc: bool,
+    /// What the program does otherwise than before; empty if it does the same.
+    pub changes: Vec<Reason>,
+    /// What a person should know of it.
+    pub notes: Vec<String>,
+}
+
+/// Why something is not done, or what changes by it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Reason {
+    /// Where.
+    pub span: Span,
+    /// What; lower case, no full stop.
+    pub text: String,
+}
