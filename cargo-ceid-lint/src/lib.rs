@@ -33,6 +33,8 @@ pub mod candidates;
 
 pub mod pipeline;
 
+pub mod fix;
+
 pub mod report;
 
 pub mod draft;

@@ -11,6 +11,7 @@ mod documents;
 mod dogfood;
 mod exit_status;
 mod explain;
+mod fix;
 mod fixtures_compile;
 mod init;
 mod lsp;

@@ -21,6 +21,7 @@ const FLOORS: &[&str] = &[
     "rules",
     "candidates",
     "pipeline",
+    "fix",
     "report",
     "draft",
     "snapshot",

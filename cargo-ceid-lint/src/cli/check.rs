@@ -7,6 +7,7 @@ use clap::ArgMatches;
 
 use super::args::CheckArgs;
 use super::console::Stream;
+use super::fix::{self, Fixed};
 use super::format::{Format, OutputFile, add_step_summary};
 use super::input::{self, Checked};
 use super::{Console, ExitStatus, beside, levels};
@@ -30,12 +31,21 @@ pub(super) fn run(mut args: CheckArgs, matches: &ArgMatches) -> Result<ExitStatu
     let printed = if is_in_file { Format::Human } else { format };
     let overrides = levels::read(matches, &args.levels, &mut args.input.build.features, &args.rest)?;
     let cargo = args.beside.map(|command| beside::run(command, &args, console));
-    let (checked, mut status) = match input::check(&args.input, overrides, console, args.talk.stats) {
-        Ok(checked) => {
+    let loaded = if fix::is_asked(&args, printed)? {
+        match fix::run(&args, overrides, printed, console) {
+            Ok(Fixed::Ended(status)) => return Ok(status),
+            Ok(Fixed::Checked(checked, is_unwritten)) => Ok((*checked, is_unwritten)),
+            Err(error) => Err(error),
+        }
+    } else {
+        input::check(&args.input, overrides, console, args.talk.stats).map(|checked| (checked, false))
+    };
+    let (checked, mut status) = match loaded {
+        Ok((checked, is_unwritten)) => {
             show(&checked, printed, console);
             checked.say_summary(console);
             let status = checked.status(&args.input, console);
-            (checked, status)
+            (checked, if is_unwritten { ExitStatus::Incomplete } else { status })
         }
         Err(error) => (Checked::of_failed_load(error), ExitStatus::Incomplete),
     };

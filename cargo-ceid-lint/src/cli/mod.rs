@@ -8,6 +8,7 @@ mod command;
 mod console;
 mod exit;
 mod explain;
+mod fix;
 mod format;
 mod init;
 mod input;
@@ -16,6 +17,7 @@ mod lsp;
 mod report;
 mod rules;
 mod unread;
+mod vcs;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -53,6 +55,10 @@ fn run_caught(args: Vec<OsString>) -> ExitStatus {
     let result = match cli.command {
         None => check::run(cli.check, &matches),
         Some(Command::Check(args)) => check::run(*args, of_subcommand(&matches)),
+        Some(Command::Fix(mut args)) => {
+            args.fixes.fix = true;
+            check::run(*args, of_subcommand(&matches))
+        }
         Some(Command::Report(args)) => report::run(*args, of_subcommand(&matches)),
         Some(Command::Explain(args)) => explain::run(&args),
         Some(Command::Rules(args)) => Ok(rules::run(&args)),
