@@ -16,6 +16,7 @@ mod fixtures_compile;
 mod init;
 mod lsp;
 mod messages;
+mod migrate;
 mod mutations;
 mod presets;
 mod repositories;

@@ -19,6 +19,7 @@ const FLOORS: &[&str] = &[
     "count",
     "suppress",
     "rules",
+    "migrate",
     "candidates",
     "pipeline",
     "fix",

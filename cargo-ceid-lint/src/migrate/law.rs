@@ -27,7 +27,10 @@ pub(super) fn delegation(program: &Program<'_>, filter: &Ty, law: FunctionId) ->
         return if runs(program, existing, law) {
             Ok(None)
         } else {
-            Err(format!("`{type_name}` is a `SampledFilter` of ceid-core already, with another law than `{}`", def.name))
+            Err(format!(
+                "`{type_name}` is a `SampledFilter` of ceid-core already, with another law than `{}`",
+                def.name
+            ))
         };
     }
     if def.function.is_async || !matches!(def.function.receiver, Some(Receiver::Exclusive)) {
@@ -101,7 +104,8 @@ impl<'t> Head<'t> {
             return None;
         }
         let where_at = super::text::words(rest, "where").next().unwrap_or(rest.len());
-        let for_at = super::text::words(&rest[..where_at], "for").find(|at| !rest[at + 3..].trim_start().starts_with('<'));
+        let for_at =
+            super::text::words(&rest[..where_at], "for").find(|at| !rest[at + 3..].trim_start().starts_with('<'));
         Some(match for_at {
             Some(at) => Self { generics, of_trait: Some(rest[..at].trim()), of_type: rest[at + 3..].trim_start() },
             None => Self { generics, of_trait: None, of_type: rest.trim_start() },
@@ -169,7 +173,12 @@ mod tests {
     fn heads_come_apart() {
         check("impl Pid ", "", None, "Pid ");
         check("impl crate::Step for Pid ", "", Some("crate::Step"), "Pid ");
-        check("impl<T: Fn(u8) -> u8, const N: usize> Step<T> for Pid<T, N>\nwhere\n    T: Copy,\n", "T: Fn(u8) -> u8, const N: usize", Some("Step<T>"), "Pid<T, N>\nwhere\n    T: Copy,\n");
+        check(
+            "impl<T: Fn(u8) -> u8, const N: usize> Step<T> for Pid<T, N>\nwhere\n    T: Copy,\n",
+            "T: Fn(u8) -> u8, const N: usize",
+            Some("Step<T>"),
+            "Pid<T, N>\nwhere\n    T: Copy,\n",
+        );
         check("impl<F> Step for F where F: for<'a> Fn(&'a u8) ", "F", Some("Step"), "F where F: for<'a> Fn(&'a u8) ");
         assert!(Head::of("unsafe impl A for B ").is_none());
         assert!(Head::of("impl !A for B ").is_none());

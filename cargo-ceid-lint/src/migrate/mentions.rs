@@ -3,9 +3,9 @@
 use super::Reason;
 use super::body::LoopBody;
 use super::sites::{Place, Site};
-use crate::index::{Index, Ty};
+use crate::index::{FunctionId, Index, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{BlockKind, ExprId, ExprKind, MacroKind, Receiver};
+use crate::syntax::tree::{BlockKind, ExprId, ExprKind, MacroKind, Receiver, TypeRef};
 use crate::types::Callee;
 
 /// A place that a guard is to hold.
@@ -16,8 +16,14 @@ pub(super) struct Guarded {
     pub(super) spelled: String,
     /// What it is called in the body of the loop.
     pub(super) name: String,
+    /// An expression that is the place.
+    pub(super) at: ExprId,
     /// Its type.
     pub(super) ty: Ty,
+    /// The type of the filter that lies there, and its law.
+    pub(super) filter: Ty,
+    pub(super) law: FunctionId,
+    /// Where it is updated by hand; nowhere if that is what is wrong.
     pub(super) sites: Vec<Site>,
 }
 
@@ -100,10 +106,31 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
     if written == name || is_in_format_string(of, at) && own.place.fields.is_empty() {
         return Ok(None);
     }
+    let parent = of.parent(at).filter(|_| matches!(form, Form::Deref));
+    if let Some(parent) = parent.filter(|parent| is_borrowed_for_parameter(of, *parent)) {
+        return Ok(Some((of.span(parent), own.name.clone())));
+    }
     if written.split_whitespace().collect::<String>() != *spelled {
         return refuse(format!("`{spelled}` is used here by code that is written elsewhere"));
     }
     Ok(Some((span, name)))
+}
+
+/// Whether `&mut kf` is an argument for a parameter that is a reference, so that a reference can be given as it is.
+fn is_borrowed_for_parameter(of: &LoopBody<'_>, id: ExprId) -> bool {
+    let (ExprKind::Reference { raw: false, .. }, Some(call)) = (of.kind(id), of.parent(id)) else { return false };
+    let Some(Callee::Resolved(callee)) = of.typed.callees.get(&call) else { return false };
+    let (args, skipped) = match of.kind(call) {
+        ExprKind::MethodCall { args, .. } => (args, 0),
+        ExprKind::Call { args, .. } => (args, usize::from(callee.has_receiver)),
+        _ => return false,
+    };
+    let number = args.iter().position(|arg| *arg == id).and_then(|at| at.checked_sub(skipped));
+    let is_reference = |target: &FunctionId| {
+        let params = &of.program.index.function(*target).function.params;
+        number.and_then(|number| params.get(number)).is_some_and(|ty| matches!(ty, TypeRef::Reference { .. }))
+    };
+    !callee.targets.is_empty() && callee.targets.iter().all(is_reference)
 }
 
 /// Whether a name stands in the text of a format string: `{kf:?}`.
@@ -153,7 +180,9 @@ fn form(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<Form> {
         ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } if *place == at => Some(Form::Deref),
         ExprKind::Match { .. } | ExprKind::Let { .. } | ExprKind::Binary { .. } => Some(Form::Deref),
         ExprKind::Macro(_) if is_format_operand(of, at) => Some(Form::Name),
-        ExprKind::Call { .. } | ExprKind::MethodCall { .. } | ExprKind::Block(_) | ExprKind::Assign { .. } => by_value(),
+        ExprKind::Call { .. } | ExprKind::MethodCall { .. } | ExprKind::Block(_) | ExprKind::Assign { .. } => {
+            by_value()
+        }
         _ => None,
     }
 }
@@ -196,7 +225,6 @@ pub(super) fn held(ty: &Ty) -> Option<&Ty> {
         Ty::Adt(..) => Some(inner),
         Ty::Array(element, _) | Ty::Slice(element) => Some(element),
         Ty::External(path, args) if path == "std::vec::Vec" => args.first(),
-        Ty::External(path, args) if path == "std::boxed::Box" => args.first(),
         _ => None,
     }
 }

@@ -6,7 +6,11 @@
 
 mod body;
 mod exits;
+mod head;
+mod holding;
+mod imports;
 mod law;
+mod manifest;
 mod mentions;
 mod observed;
 mod plan;
@@ -19,6 +23,8 @@ use std::collections::BTreeSet;
 
 use crate::source::Span;
 
+pub use imports::idle_imports;
+pub use manifest::{Wanted, dependency};
 pub use plan::plans;
 
 /// What can be done about one loop.
@@ -26,6 +32,8 @@ pub use plan::plans;
 pub struct Plan {
     /// The head of the cycle.
     pub head: Span,
+    /// The whole cycle, as far as it is a loop.
+    pub whole: Span,
     /// The function it lies in.
     pub function: String,
     /// The filters that it updates by hand, as the source spells them.
@@ -41,7 +49,7 @@ pub struct Rewrite {
     pub edits: Vec<(Span, String)>,
     /// The packages that have to depend on `ceid-core`, as indices into those of the project.
     pub packages: BTreeSet<usize>,
-    /// Whether `ceid-core` has to know `Vec` and `Box`.
+    /// Whether `ceid-core` has to know `Vec`.
     pub needs_alloc: bool,
     /// What the program does otherwise than before; empty if it does the same.
     pub changes: Vec<Reason>,

@@ -49,9 +49,12 @@ fn is_output(path: &str, kind: &MacroKind) -> bool {
 }
 
 fn is_outside_world(path: &str) -> bool {
-    let worlds = ["std::time::", "std::thread::", "std::fs::", "std::net::", "std::io::", "std::process::", "std::env::"];
+    let worlds =
+        ["std::time::", "std::thread::", "std::fs::", "std::net::", "std::io::", "std::process::", "std::env::"];
     let is_clock = path.ends_with("::now");
-    is_clock || path.contains("rand::") || worlds.iter().any(|world| path.starts_with(world) && !path.contains("Duration"))
+    is_clock
+        || path.contains("rand::")
+        || worlds.iter().any(|world| path.starts_with(world) && !path.contains("Duration"))
 }
 
 /// The first part of a type by which its values share state with others.
@@ -69,7 +72,15 @@ fn shared(index: &Index, ty: &Ty, seen: &mut BTreeSet<TypeId>) -> Option<String>
             let name = path.rsplit("::").next().unwrap_or(path);
             let is_shared = matches!(
                 name,
-                "Rc" | "Arc" | "Cell" | "RefCell" | "Mutex" | "RwLock" | "OnceCell" | "Sender" | "SyncSender" | "Receiver"
+                "Rc" | "Arc"
+                    | "Cell"
+                    | "RefCell"
+                    | "Mutex"
+                    | "RwLock"
+                    | "OnceCell"
+                    | "Sender"
+                    | "SyncSender"
+                    | "Receiver"
             ) || name.starts_with("Atomic");
             if is_shared { Some(format!("`{name}`")) } else { args.iter().find_map(|arg| shared(index, arg, seen)) }
         }

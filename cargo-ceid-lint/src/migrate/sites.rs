@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::Reason;
 use super::body::LoopBody;
+use super::mentions::held;
 use crate::count::Pair;
 use crate::index::{FunctionId, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
@@ -50,11 +51,15 @@ pub(super) struct Site {
 
 /// The statements that update the filter of a pair.
 pub(super) fn sites(of: &LoopBody<'_>, pair: &Pair) -> Result<Vec<Site>, Reason> {
-    let head = of.span(of.whole);
-    if pair.updates.is_empty() {
-        return Err(Reason { span: head, text: format!("no statement of this loop updates `{}`", pair.name) });
-    }
     pair.updates.iter().map(|span| site(of, pair, *span)).collect()
+}
+
+/// The place of a filter that the loop uses and never updates, with an expression that is it and the law that it owes.
+pub(super) fn owed(of: &LoopBody<'_>, pair: &Pair) -> Option<(Place, ExprId, FunctionId)> {
+    let at = of.inside.iter().copied().find(|id| of.written(*id) == pair.name && place_of(of, *id).is_some())?;
+    let filter = held(of.typed.ty(at)).filter(|held| matches!(held, Ty::Adt(..)))?;
+    let law = of.program.index.methods(filter, &pair.law).first()?.function()?;
+    Some((place_of(of, at)?, at, law))
 }
 
 fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Site, Reason> {
@@ -88,10 +93,12 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
     let stmt = statement(of, call, name)?;
     let filter = callee.self_ty.clone();
     let (place, part, at, inner) = target(of, receiver).ok_or_else(|| {
-        refuse(format!("`{}` is neither a variable nor a field: it is not known what it leads to", of.written(receiver)))
+        refuse(format!(
+            "`{}` is neither a variable nor a field: it is not known what it leads to",
+            of.written(receiver)
+        ))
     })?;
-    let mut site =
-        Site { place, part, at, filter, law: *law, call, inner, gone: call, stmt };
+    let mut site = Site { place, part, at, filter, law: *law, call, inner, gone: call, stmt };
     if let Some(inner) = inner {
         let ExprKind::For { body, .. } = of.kind(inner) else { return Err(refuse("not a loop".to_owned())) };
         if let ExprKind::Block(block) = of.kind(*body)

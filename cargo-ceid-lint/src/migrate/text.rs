@@ -90,9 +90,9 @@ pub(super) fn has_word(text: &str, word: &str) -> bool {
 /// Where a word stands in the text.
 pub(super) fn words<'t>(text: &'t str, word: &'t str) -> impl Iterator<Item = usize> + 't {
     let is_of_word = |c: char| c.is_alphanumeric() || c == '_';
-    text.match_indices(word).map(|(at, _)| at).filter(move |at| {
-        !text[..*at].ends_with(is_of_word) && !text[at + word.len()..].starts_with(is_of_word)
-    })
+    text.match_indices(word)
+        .map(|(at, _)| at)
+        .filter(move |at| !text[..*at].ends_with(is_of_word) && !text[at + word.len()..].starts_with(is_of_word))
 }
 
 #[cfg(test)]
