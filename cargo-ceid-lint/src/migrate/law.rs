@@ -133,9 +133,18 @@ fn closing(text: &str) -> Option<usize> {
 
 /// What ceid-core is called where a function stands.
 pub(super) fn ceid_core_name(index: &Index, function: FunctionId) -> String {
+    extern_name(index, function).unwrap_or("ceid_core").to_owned()
+}
+
+/// Whether ceid-core can be named where a function stands.
+pub(super) fn has_ceid_core(index: &Index, function: FunctionId) -> bool {
+    extern_name(index, function).is_some()
+}
+
+fn extern_name(index: &Index, function: FunctionId) -> Option<&str> {
     let externs = &index.crate_of(index.function(function).module).externs;
-    let found = externs.iter().find(|(_, (_, package))| package.replace('-', "_") == "ceid_core");
-    found.map_or_else(|| "ceid_core".to_owned(), |(name, _)| name.clone())
+    let mut found = externs.iter().filter(|(_, (_, package))| package.replace('-', "_") == "ceid_core");
+    found.next().map(|(name, _)| name.as_str())
 }
 
 /// The law by which a type is a filter of ceid-core.

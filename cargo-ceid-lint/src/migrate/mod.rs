@@ -21,6 +21,7 @@ mod walk;
 
 use std::collections::BTreeSet;
 
+use crate::diagnostic::{Applicability, Suggestion};
 use crate::source::Span;
 
 pub use imports::idle_imports;
@@ -42,6 +43,21 @@ pub struct Plan {
     pub outcome: Result<Rewrite, Vec<Reason>>,
 }
 
+impl Plan {
+    /// The rewriting as a suggestion, if there is one and no manifest has to change for it.
+    #[must_use]
+    pub fn suggestion(&self) -> Option<Suggestion> {
+        let rewrite = self.outcome.as_ref().ok().filter(|rewrite| rewrite.is_dependency)?;
+        let names: Vec<String> = self.filters.iter().map(|name| format!("`{name}`")).collect();
+        let changes = if rewrite.changes.is_empty() { "" } else { ", which changes what the program does" };
+        Some(Suggestion {
+            message: format!("let a guard update {}{changes}", names.join(", ")),
+            edits: rewrite.edits.clone(),
+            applicability: Applicability::MaybeIncorrect,
+        })
+    }
+}
+
 /// How a loop is rewritten.
 #[derive(Clone, Debug)]
 pub struct Rewrite {
@@ -49,6 +65,8 @@ pub struct Rewrite {
     pub edits: Vec<(Span, String)>,
     /// The packages that have to depend on `ceid-core`, as indices into those of the project.
     pub packages: BTreeSet<usize>,
+    /// Whether they do already.
+    pub is_dependency: bool,
     /// Whether `ceid-core` has to know `Vec`.
     pub needs_alloc: bool,
     /// What the program does otherwise than before; empty if it does the same.

@@ -11,7 +11,7 @@ use super::law::delegation;
 use super::mentions::{Guarded, Mention, mentions};
 use super::sites::{Site, owed, place_of, sites};
 use super::text::{has_word, removal};
-use super::{Plan, Reason, Rewrite, head, observed, purity};
+use super::{Plan, Reason, Rewrite, head, law, observed, purity};
 use crate::count::{Cycle, CycleKind, Pair, Verdict};
 use crate::flow::Program;
 use crate::index::Ty;
@@ -189,7 +189,9 @@ impl Rewriter<'_> {
             notes.push(format!("`{}` stays as it is: it is {}", pair.name, pair.verdict.name()));
         }
         let needs_alloc = self.guarded.iter().any(|own| matches!(&own.ty, Ty::External(..)));
-        Ok(Rewrite { edits, packages, needs_alloc, changes, notes })
+        let laws = self.guarded.iter().map(|own| own.law);
+        let is_dependency = laws.chain([of.function]).all(|function| law::has_ceid_core(program.index, function));
+        Ok(Rewrite { edits, packages, is_dependency, needs_alloc, changes, notes })
     }
 
     /// What takes the updates away; statements that follow each other go together.

@@ -205,12 +205,23 @@ fn analyse_all(
     let idle_imports = migrate::idle_imports(&program, &analysis.cycles);
     let mut findings = rules::findings(&analysis, &known);
     findings.extend(hygiene);
+    suggest_guards(&mut findings, &plans);
     mark_suppressed(&mut analysis.cycles, &findings);
     let diagnostics = with_levels(project, config, findings);
     let filter_types = index.filter_type_count();
     let presumed = analysis.presumed.iter().map(|function| function.head).collect::<BTreeSet<_>>().len();
     let cycles = analysis.cycles;
     Ok(Report { diagnostics, cycles, filter_types, presumed, sources, plans, idle_imports, ..Report::default() })
+}
+
+/// Adds to each finding about the updates of a loop that a guard could make them.
+fn suggest_guards(findings: &mut [Diagnostic], plans: &[Plan]) {
+    let is_about_updates =
+        |rule: &str| matches!(rule, "missed_update" | "repeated_update" | "skipped_update" | "unguarded_update");
+    for finding in findings.iter_mut().filter(|finding| is_about_updates(finding.rule)) {
+        let plan = plans.iter().find(|plan| finding.facts.cycle == Some(plan.head));
+        finding.suggestions.extend(plan.and_then(Plan::suggestion));
+    }
 }
 
 /// The paths that entries name in crates whose sources are perhaps not read.

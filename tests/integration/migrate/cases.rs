@@ -111,7 +111,7 @@ fn what_is_refused_says_why() {
 }
 
 /// Copies a case's files into a directory.
-fn copy(from: &Path, to: &Path, core: &str) {
+pub(super) fn copy(from: &Path, to: &Path, core: &str) {
     for (_, path) in entries(from) {
         let target = to.join(path.file_name().expect("it has a name"));
         if path.is_dir() {

@@ -3,6 +3,7 @@
 mod asked;
 mod cases;
 mod compiled;
+mod guide;
 
 use std::fs;
 use std::path::{Path, PathBuf};
