@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::migrate;
 use crate::project::Partition;
 
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
@@ -91,6 +92,9 @@ pub(super) enum Command {
     /// Write a first `ceid-lint.toml` with the filters and cycles that were found.
     #[command(after_help = AFTER_INIT_HELP)]
     Init(Box<InitArgs>),
+    /// Put a guard of `ceid-core` into loops that update their filters by hand.
+    #[command(after_help = migrate::AFTER_HELP)]
+    Migrate(Box<migrate::MigrateArgs>),
     /// Serve an editor: a language server on stdin and stdout.
     #[command(
         after_help = "Settings for editors: docs/editors.md. Exit codes: 0 after `shutdown` and `exit`, 1 without."
