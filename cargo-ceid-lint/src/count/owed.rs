@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use super::analyse::{Analysis, Context, CycleId, FunctionFacts, Unregistered, field_key};
+use super::counts::Count;
 use super::decide::{self, Decision};
 use super::functions::FunctionKind;
 use super::given::place_of;
@@ -118,7 +119,14 @@ impl Context<'_> {
                 .and_then(|key| self.fields.get(&key))
                 .is_some_and(|laws| laws.contains(&instance.law));
             let is_here = !instance.loops.is_empty() || instance.function;
-            if elsewhere || is_here || self.multiplicity(facts, &instance.place, instance.law) != Multiplicity::Once {
+            // Whoever calls a helper may run the other half.
+            let is_lent = facts.kind == FunctionKind::Helper
+                && instance.place.base_var().is_some_and(|var| facts.graph.var(var).param.is_some());
+            if elsewhere
+                || is_here
+                || is_lent
+                || self.multiplicity(facts, &instance.place, instance.law) != Multiplicity::Once
+            {
                 continue;
             }
             let other = facts.updated.iter().find(|other| {
@@ -140,7 +148,7 @@ impl Context<'_> {
             .iter()
             .any(|instance| instance.place.overlaps(place) && (!instance.loops.is_empty() || instance.function));
         let elsewhere = field_key(self.program.index, graph, place).is_some_and(|key| self.fields.contains_key(&key));
-        if is_in_cycle || elsewhere {
+        if is_in_cycle || elsewhere || self.is_updated_in_loop_of_callee(facts, place) {
             return;
         }
         // What is made inside the iteration owes nothing.
@@ -151,6 +159,19 @@ impl Context<'_> {
         if let Some(id) = self.using_loop(facts, place).filter(|id| is_outside(*id)) {
             self.push_missed(facts, place, 0, CycleId::Loop(id), pairs);
         }
+    }
+
+    /// Whether a function that is called updates an instance in a loop of its own: `calibrate(&mut gyro);`
+    fn is_updated_in_loop_of_callee(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
+        let is_it = |other: &Place| facts.aliases.roots(other).iter().any(|root| root.overlaps(place));
+        facts.graph.nodes.iter().any(|node| {
+            let Effect::Call(site) = &node.effect else { return false };
+            let callees = site.targets.iter().filter_map(|target| self.summaries.get(*target));
+            callees.flat_map(|callee| callee.all_outcomes()).any(|(given, outcomes)| {
+                outcomes.iter().any(|outcome| outcome.count == Count::PerSample)
+                    && place_of(given, site).is_some_and(|place| is_it(&place))
+            })
+        })
     }
 
     fn owed_instance(
