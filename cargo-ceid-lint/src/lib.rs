@@ -27,6 +27,8 @@ pub mod suppress;
 
 pub mod rules;
 
+pub mod suggest;
+
 pub mod migrate;
 
 pub mod candidates;

@@ -19,6 +19,7 @@ const FLOORS: &[&str] = &[
     "count",
     "suppress",
     "rules",
+    "suggest",
     "migrate",
     "candidates",
     "pipeline",

@@ -14,7 +14,8 @@ pub fn commit(
     check: impl FnOnce() -> Report,
 ) -> Result<(), String> {
     write(&revision.changes, disk).map_err(|error| error.to_string())?;
-    let Some(new) = news(before, &check()) else { return Ok(()) };
+    let news = news(before, &check());
+    let Some(new) = news.first().map(|new| &new.words) else { return Ok(()) };
     match put_back(&revision.changes, disk) {
         Ok(()) => Err(format!("the files were put back as they were: {new}")),
         Err(error) => Err(format!("{new}; the files should be put back, but {error}")),

@@ -22,7 +22,7 @@ pub use bounds::Bounds;
 pub use commit::commit;
 pub use diff::diff;
 pub use edits::{Change, Texts};
-pub use news::news;
+pub use news::{News, news};
 pub use offers::offered;
 pub use revise::{Refused, Revision, revise};
 pub use write::{Disk, RealDisk, WriteError, put_back, write};

@@ -1,63 +1,69 @@
 //! What a check finds that the one before did not: the reason to take a fix back.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::pipeline::Report;
 use crate::source::FileId;
 
-/// The first thing that is in `after` and not in `before`, in words: a file that can no longer be read, a finding, a filter whose
-/// updates are no longer proved. Lines do not matter, nor does whether a finding is suppressed.
+/// Something that a check finds and the one before did not.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct News {
+    /// The file that it is found in, as it is shown to users.
+    pub file: String,
+    /// What it is, in words.
+    pub words: String,
+}
+
+/// What is in `after` and not in `before`: files that can no longer be read, findings, filters whose updates are no longer proved.
+/// Lines do not matter, nor does whether a finding is suppressed.
 #[must_use]
-pub fn news(before: &Report, after: &Report) -> Option<String> {
-    let mut known = counted(before);
-    for (key, words) in told(after) {
-        match known.get_mut(&key) {
-            Some(left) if *left > 0 => *left -= 1,
-            _ => return Some(words),
+pub fn news(before: &Report, after: &Report) -> Vec<News> {
+    let mut known: BTreeMap<Vec<String>, Vec<BTreeSet<String>>> = BTreeMap::new();
+    for told in told(before) {
+        known.entry(told.key).or_default().push(told.filters);
+    }
+    let mut news = Vec::new();
+    for told in told(after) {
+        let alike = known.entry(told.key).or_default();
+        // A finding about fewer filters is what is left of one.
+        match alike.iter().position(|old| told.filters.is_subset(old)) {
+            Some(at) => drop(alike.swap_remove(at)),
+            None => news.push(told.news),
         }
     }
-    None
+    news
 }
 
-type Key = Vec<String>;
-
-fn counted(report: &Report) -> BTreeMap<Key, usize> {
-    let mut counted = BTreeMap::new();
-    for (key, _) in told(report) {
-        *counted.entry(key).or_default() += 1;
-    }
-    counted
+/// What a fix must not bring.
+struct Told {
+    /// What it is, but for the filters.
+    key: Vec<String>,
+    filters: BTreeSet<String>,
+    news: News,
 }
 
-/// Everything in a report that a fix must not bring, with its words.
-fn told(report: &Report) -> Vec<(Key, String)> {
+/// Everything in a report that a fix must not bring.
+fn told(report: &Report) -> Vec<Told> {
     let name = |file: FileId| report.sources.file(file).name.clone();
     let mut told = Vec::new();
+    let mut add = |file: String, key: Vec<&str>, filters: &[String], words: String| {
+        let key = [file.as_str()].into_iter().chain(key).map(str::to_owned).collect();
+        told.push(Told { key, filters: filters.iter().cloned().collect(), news: News { file, words } });
+    };
     for problem in &report.problems {
         let words = format!("`{}` can no longer be read: {}", problem.file, problem.message);
-        told.push((vec![problem.file.clone(), problem.message.clone()], words));
+        add(problem.file.clone(), vec![&problem.message], &[], words);
     }
     for finding in &report.diagnostics {
+        let words = format!("it would bring `ceid::{}`: {}", finding.rule, finding.message);
         let facts = &finding.facts;
-        let key = vec![
-            finding.rule.to_owned(),
-            name(finding.primary.span.file),
-            facts.function.clone(),
-            facts.filters.join(", "),
-        ];
-        told.push((key, format!("it would bring `ceid::{}`: {}", finding.rule, finding.message)));
+        add(name(finding.primary.span.file), vec![finding.rule, &facts.function], &facts.filters, words);
     }
     for cycle in &report.cycles {
         for pair in cycle.filters.iter().filter(|pair| !pair.verdict.is_proved()) {
             let verdict = pair.verdict.name();
-            let key = vec![
-                verdict.to_owned(),
-                name(cycle.head.file),
-                cycle.function.clone(),
-                pair.name.clone(),
-                pair.law.clone(),
-            ];
-            told.push((key, format!("`{}` in `{}` would be {verdict}", pair.name, cycle.function)));
+            let words = format!("`{}` in `{}` would be {verdict}", pair.name, cycle.function);
+            add(name(cycle.head.file), vec![verdict, &cycle.function, &pair.law], &[pair.name.clone()], words);
         }
     }
     told
@@ -81,7 +87,9 @@ mod tests {
 
     #[test]
     fn each_thing_is_known_as_often_as_it_was_there() {
-        assert_eq!(news(&report(&["a", "b"]), &report(&["b"])), None);
-        assert_eq!(news(&report(&["a"]), &report(&["a", "a"])).as_deref(), Some("`src/a.rs` can no longer be read: a"));
+        assert_eq!(news(&report(&["a", "b"]), &report(&["b"])), []);
+        let found = news(&report(&["a"]), &report(&["a", "a"]));
+        let words = "`src/a.rs` can no longer be read: a".to_owned();
+        assert_eq!(found, [News { file: "src/a.rs".to_owned(), words }]);
     }
 }

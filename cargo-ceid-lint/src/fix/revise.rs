@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Change, Fix, Texts, news};
+use super::{Change, Fix, News, Texts, news};
 use crate::pipeline::Report;
 use crate::source::ReadSource;
 
@@ -92,31 +92,51 @@ struct Round<'a, C> {
 }
 
 impl<C: Fn(Box<dyn ReadSource>) -> Report> Round<'_, C> {
-    /// Makes these fixes together; where that brings something new, one half after the other, down to the fix that brings it.
+    /// Makes these fixes together. Where that brings something new, those are refused that are alone in the file where it is found,
+    /// and the others are made one half after the other, down to the fix that brings it.
     fn make(&mut self, fixes: &[Fix]) {
         if fixes.is_empty() {
             return;
         }
         let together = [&self.made, fixes].concat();
-        let why = match self.texts.with(&together, &self.before.sources) {
-            Err(why) => why,
+        let news = match self.texts.with(&together, &self.before.sources) {
+            Err(words) => vec![News { file: String::new(), words }],
             Ok(texts) => {
                 let report = (self.check)(texts.source());
-                let Some(why) = news(self.before, &report) else {
+                let news = news(self.before, &report);
+                if news.is_empty() {
                     self.made = together;
                     self.after = Some((texts, report));
                     return;
-                };
-                why
+                }
+                news
             }
         };
-        match fixes {
-            [fix] => self.refused.push(Refused { fix: fix.clone(), why, is_unwritable: false }),
-            fixes => {
-                let (first, second) = fixes.split_at(fixes.len() / 2);
-                self.make(first);
-                self.make(second);
+        if let [fix] = fixes {
+            return self.refuse(fix, &news[0].words);
+        }
+        let mut left: Vec<Fix> = Vec::new();
+        for fix in fixes {
+            let is_alone = fixes.iter().filter(|other| other.file == fix.file).count() == 1;
+            match news.iter().find(|new| is_alone && new.file == fix.file) {
+                Some(new) => self.refuse(fix, &new.words),
+                None => left.push(fix.clone()),
             }
         }
+        if left.len() < fixes.len() {
+            return self.make(&left);
+        }
+        let (guilty, innocent): (Vec<Fix>, Vec<Fix>) =
+            left.into_iter().partition(|fix| news.iter().any(|new| new.file == fix.file));
+        let (first, second) = match (guilty.as_slice(), innocent.as_slice()) {
+            (all, []) | ([], all) => all.split_at(all.len() / 2),
+            (guilty, innocent) => (innocent, guilty),
+        };
+        self.make(first);
+        self.make(second);
+    }
+
+    fn refuse(&mut self, fix: &Fix, why: &str) {
+        self.refused.push(Refused { fix: fix.clone(), why: why.to_owned(), is_unwritable: false });
     }
 }

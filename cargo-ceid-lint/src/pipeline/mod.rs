@@ -19,6 +19,7 @@ use crate::migrate::{self, Plan};
 use crate::project::{Project, TargetKind};
 use crate::rules::{self, Known, RULES};
 use crate::source::{DiskSource, FileSet, ReadSource, SourceMap, Span};
+use crate::suggest;
 use crate::suppress::{Crate, Suppressions};
 use crate::syntax::{Directives, parse_root, with_large_stack};
 
@@ -204,6 +205,7 @@ fn analyse_all(
     let plans = migrate::plans(&program, &analysis.cycles, edition);
     let idle_imports = migrate::idle_imports(&program, &analysis.cycles);
     let mut findings = rules::findings(&analysis, &known);
+    suggest::add(&program, &analysis, &mut findings);
     findings.extend(hygiene);
     suggest_guards(&mut findings, &plans);
     mark_suppressed(&mut analysis.cycles, &findings);
