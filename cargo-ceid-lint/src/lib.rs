@@ -33,6 +33,8 @@ pub mod migrate;
 
 pub mod candidates;
 
+pub mod baseline;
+
 pub mod pipeline;
 
 pub mod fix;

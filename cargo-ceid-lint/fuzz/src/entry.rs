@@ -6,7 +6,7 @@ use std::sync::Arc;
 use cargo_ceid_lint::config::Config;
 use cargo_ceid_lint::pipeline::check_with;
 use cargo_ceid_lint::project::{CfgValues, Package, Project, Target, TargetKind};
-use cargo_ceid_lint::report::{self, Style, Summary, json, proof, short, text};
+use cargo_ceid_lint::report::{self, Style, Summary, html, json, proof, short, text};
 use cargo_ceid_lint::source::MemorySource;
 
 /// A trait that makes the pipeline look at bodies, whatever the text says.
@@ -37,7 +37,8 @@ fn check_edition(source: &str, edition: &str) {
         written += text::problem(&report.sources, problem, style).len();
     }
     written += json::messages(&project, &report, json::Options::default()).len();
-    written += proof::json(&project, &report).len() + proof::human(&project, &report, style).len();
+    written += proof::json(&project, &report, None).len() + proof::human(&project, &report, None, style).len();
+    written += html::page(&project, &report, None).len();
     written += report::stats(&project, &report).len() + Summary::of(&report).line().len();
     assert!(written > 0);
 }

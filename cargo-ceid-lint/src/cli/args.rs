@@ -22,6 +22,17 @@ Accepted and ignored, because editors pass them to `cargo check` (the network is
 
 `cargo ceid-lint explain missed_update` explains a rule; `cargo ceid-lint rules` lists all of them.";
 
+const AFTER_BASELINE_HELP: &str = "\
+The list counts findings by file, function, rule and filter, and holds no line numbers: it survives `cargo fmt`, moved
+functions and new loops. Without flags the first list is written; one that is there is compared, and nothing is changed.
+
+  cargo ceid-lint baseline               write the first list
+  cargo ceid-lint baseline --prune       take out what is fixed
+  cargo ceid-lint baseline --accept-new  add what is new
+
+Exit codes: 0 the list holds all that was found, 100 there is more, 101 the run could not be made, something could not be
+read, or the list could not be written, 2 wrong usage.";
+
 const AFTER_INIT_HELP: &str = "\
 Filters that are certain are turned on. All others stand in the file behind `#`, each with the reason why it looks like
 a filter and the number of its uses: remove the `#` of those that are, and run `cargo ceid-lint`.
@@ -71,6 +82,9 @@ pub(super) enum Command {
     /// Print the proof report: every cycle and filter with its verdict.
     #[command(after_help = "Exit codes: 0 the report is complete, 101 it is not. A report has no findings of its own.")]
     Report(Box<ReportArgs>),
+    /// Write, extend or prune the list of findings that are known, so that only new ones fail.
+    #[command(after_help = AFTER_BASELINE_HELP)]
+    Baseline(Box<BaselineArgs>),
     /// Print the long text of a rule.
     Explain(ExplainArgs),
     /// Print the table of rules, their groups and default levels.
@@ -98,6 +112,8 @@ pub(super) struct CheckArgs {
     pub(super) input: Input,
     #[command(flatten)]
     pub(super) levels: LevelArgs,
+    #[command(flatten)]
+    pub(super) legacy: Legacy,
     #[command(flatten)]
     pub(super) talk: Talk,
     /// How findings are printed.
@@ -148,12 +164,56 @@ pub(super) struct ReportArgs {
     #[command(flatten)]
     pub(super) levels: LevelArgs,
     #[command(flatten)]
+    pub(super) legacy: Legacy,
+    #[command(flatten)]
     pub(super) talk: Talk,
     /// How the report is printed.
     #[arg(long, value_name = "FORMAT", value_enum, default_value = "human", help_heading = "Output")]
-    pub(super) message_format: DataFormat,
+    pub(super) message_format: ReportFormat,
+    /// Write the chosen format, or the one named before `=`, to a file as well (`-` is stdout); may be given several times.
+    #[arg(long, value_name = "[FORMAT=]FILE", help_heading = "Output")]
+    pub(super) output: Vec<String>,
+    /// Say what has changed since this report, which was written with `--message-format json`.
+    #[arg(long, value_name = "FILE", conflicts_with = "since", help_heading = "Output")]
+    pub(super) compare_with: Option<PathBuf>,
     #[arg(last = true, value_name = "LEVELS", hide = true)]
     pub(super) rest: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct BaselineArgs {
+    #[command(flatten)]
+    pub(super) input: Input,
+    #[command(flatten)]
+    pub(super) levels: LevelArgs,
+    /// The file, instead of `ceid-baseline.toml` beside the manifest of the workspace.
+    #[arg(long, value_name = "FILE", help_heading = "What is written")]
+    pub(super) baseline: Option<PathBuf>,
+    /// Add the findings that are new.
+    #[arg(long, help_heading = "What is written")]
+    pub(super) accept_new: bool,
+    /// Take out the findings that are fixed, as far as this run has looked for them.
+    #[arg(long, help_heading = "What is written")]
+    pub(super) prune: bool,
+    #[command(flatten)]
+    pub(super) talk: Talk,
+    #[arg(last = true, value_name = "LEVELS", hide = true)]
+    pub(super) rest: Vec<String>,
+}
+
+/// What keeps old findings apart from new ones.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Legacy code")]
+pub(super) struct Legacy {
+    /// The list of known findings, instead of `ceid-baseline.toml` beside the manifest of the workspace.
+    #[arg(long, value_name = "FILE", conflicts_with = "no_baseline")]
+    pub(super) baseline: Option<PathBuf>,
+    /// Show known findings as well.
+    #[arg(long)]
+    pub(super) no_baseline: bool,
+    /// Report only what touches lines that were changed since this git revision.
+    #[arg(long, value_name = "REV", conflicts_with = "stdin_filename")]
+    pub(super) since: Option<String>,
 }
 
 #[derive(Debug, Args)]
@@ -419,6 +479,16 @@ pub(super) enum DataFormat {
     Human,
     /// For programs.
     Json,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum ReportFormat {
+    /// For people.
+    Human,
+    /// For programs.
+    Json,
+    /// One page for a browser, which needs nothing else.
+    Html,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -6,8 +6,8 @@ use super::args::{CheckArgs, FixArgs};
 use super::format::Format;
 use super::input::{self, Checked, Loaded};
 use super::{Console, ExitStatus, vcs};
-use crate::config::LevelOverrides;
 use crate::fix::{self, Bounds, RealDisk, Revision};
+use crate::pipeline::Options;
 use crate::pipeline::{self, Report};
 use crate::project::{LoadError, Project};
 use crate::report::json;
@@ -42,6 +42,9 @@ pub(super) fn is_asked(args: &CheckArgs, printed: Format) -> Result<bool, String
             "`--with` cannot be used with fixes: what cargo says would be about the code before them".to_owned()
         );
     }
+    if args.legacy.since.is_some() {
+        return Err("`--since` cannot be used with fixes: name the files that are to be fixed".to_owned());
+    }
     if diff && (!args.output.is_empty() || matches!(printed, Format::Service(_))) {
         return Err("`--diff` writes nothing: it is printed for people or as JSON".to_owned());
     }
@@ -52,13 +55,8 @@ pub(super) fn is_asked(args: &CheckArgs, printed: Format) -> Result<bool, String
 ///
 /// # Errors
 /// Why nothing could be loaded, which was told.
-pub(super) fn run(
-    args: &CheckArgs,
-    overrides: LevelOverrides,
-    printed: Format,
-    console: Console,
-) -> Result<Fixed, LoadError> {
-    let Loaded { project, first } = input::load(&args.input, overrides.clone(), console)?;
+pub(super) fn run(args: &CheckArgs, options: &Options, printed: Format, console: Console) -> Result<Fixed, LoadError> {
+    let Loaded { project, first } = input::load(&args.input, options, console)?;
     let bounds = Bounds::of(&project);
     let refusal = bounds.roots().iter().find_map(|root| vcs::check(root, &args.fixes).err());
     if let Some(refusal) = refusal.filter(|_| !args.fixes.diff) {
@@ -73,8 +71,7 @@ pub(super) fn run(
     }
     // A fix may break what lies outside the paths that were named.
     let whole = Project { only: Vec::new(), ..project.clone() };
-    let check =
-        |project: &Project, source: Box<dyn ReadSource>| pipeline::check_configured(project, overrides.clone(), source);
+    let check = |project: &Project, source: Box<dyn ReadSource>| pipeline::check_configured(project, options, source);
     let before = if project.only.is_empty() { first } else { check(&whole, Box::new(DiskSource)) };
     let offer = |report: &Report| {
         let path = |finding: &crate::diagnostic::Diagnostic| &report.sources.file(finding.primary.span.file).path;

@@ -1,6 +1,7 @@
 //! The command line: reads the arguments, runs, prints, and answers the exit code. The only module that prints.
 
 mod args;
+mod baseline;
 mod beside;
 mod bug;
 mod check;
@@ -61,6 +62,7 @@ fn run_caught(args: Vec<OsString>) -> ExitStatus {
             check::run(*args, of_subcommand(&matches))
         }
         Some(Command::Report(args)) => report::run(*args, of_subcommand(&matches)),
+        Some(Command::Baseline(args)) => baseline::run(*args, of_subcommand(&matches)),
         Some(Command::Explain(args)) => explain::run(&args),
         Some(Command::Rules(args)) => Ok(rules::run(&args)),
         Some(Command::Init(args)) => init::run(&args),

@@ -33,7 +33,7 @@ pub(super) fn actions(view: &View<'_>, asked: &InRange) -> Vec<Value> {
     if !wants(QUICK_FIX) {
         return migrations;
     }
-    let findings: Vec<&Diagnostic> = view.report.shown().filter(|finding| is_on(view, finding, asked.range)).collect();
+    let findings: Vec<&Diagnostic> = view.findings().filter(|finding| is_on(view, finding, asked.range)).collect();
     let mut actions = Vec::new();
     if view.client.takes_actions {
         for finding in &findings {

@@ -1,20 +1,25 @@
 //! From a project to a report: the one function to read first.
 
 mod configured;
+mod known;
 mod prospect;
+mod since;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-pub use configured::{Configured, check_configured};
+pub use configured::{Configured, Options, check_configured};
+pub use known::{BaselineChoice, CheckedCrate};
 pub use prospect::{Prospect, prospect};
+pub use since::Unchanged;
 
+use crate::baseline::Comparison;
 use crate::config::{self, Config, ConfigError, Preset, Scope, Section};
 use crate::count::{Cycle, Pair, analyse};
 use crate::diagnostic::{Diagnostic, Level, Problem};
 use crate::flow::{Program, lower_function};
-use crate::index::{CrateId, CrateInput, EntryScope, Index};
+use crate::index::{CrateId, CrateInput, EntryScope, FunctionPlaces, Index};
 use crate::migrate::{self, Plan};
 use crate::project::{Project, TargetKind};
 use crate::rules::{self, Known, RULES};
@@ -38,6 +43,14 @@ pub struct Report {
     pub unread: Vec<Problem>,
     /// The files and directories of modules that are declared, and not there under this `cfg`.
     pub left_out: BTreeSet<PathBuf>,
+    /// The crates that were looked at.
+    pub checked: Vec<CheckedCrate>,
+    /// The functions of all code that was read; none if there is no filter.
+    pub functions: FunctionPlaces,
+    /// The baselines that the findings were compared with.
+    pub baselines: Vec<Comparison>,
+    /// What was left out, if only changed lines are looked at.
+    pub unchanged: Option<Unchanged>,
     /// How many filter types were found.
     pub filter_types: usize,
     /// How many functions were only searched for repetitions, as nothing calls them, and have none.
@@ -51,9 +64,9 @@ pub struct Report {
 }
 
 impl Report {
-    /// The findings that nothing suppresses: those that people see and that decide how a run ends.
+    /// The findings that nothing suppresses and no baseline knows: those that people see and that decide how a run ends.
     pub fn shown(&self) -> impl Iterator<Item = &Diagnostic> {
-        self.diagnostics.iter().filter(|finding| finding.suppressed.is_none())
+        self.diagnostics.iter().filter(|finding| finding.is_shown())
     }
 }
 
@@ -73,7 +86,8 @@ pub fn check_with(project: &Project, config: &Config, source: Box<dyn ReadSource
     let mut files = FileSet::new(SourceMap::new(project.root.clone()), source);
     let mut problems = Vec::new();
     let mut left_out = BTreeSet::new();
-    let inputs = parse_all(project, &mut files, &mut problems, &mut left_out);
+    let mut checked = Vec::new();
+    let inputs = parse_all(project, &mut files, &mut problems, &mut left_out, &mut checked);
     let (sources, source) = files.into_parts();
     // Expressions nest as deep as the parser allows, and the walks over them with them.
     let is_partial = !problems.is_empty() || !project.problems.is_empty();
@@ -81,7 +95,7 @@ pub fn check_with(project: &Project, config: &Config, source: Box<dyn ReadSource
     let mut seen = BTreeSet::new();
     problems.retain(|problem: &Problem| seen.insert((problem.file.clone(), problem.span, problem.message.clone())));
     (report.problems, report.unread) = problems.into_iter().partition(|problem| problem.is_error);
-    report.left_out = left_out;
+    (report.left_out, report.checked) = (left_out, checked);
     report.manifests = manifests(project, &report.plans, &*source);
     Ok(report)
 }
@@ -101,6 +115,7 @@ fn parse_all(
     files: &mut FileSet,
     problems: &mut Vec<Problem>,
     left_out: &mut BTreeSet<PathBuf>,
+    checked: &mut Vec<CheckedCrate>,
 ) -> Vec<CrateInput> {
     let mut inputs: Vec<CrateInput> = Vec::new();
     let mut libs: BTreeMap<usize, usize> = BTreeMap::new();
@@ -115,6 +130,11 @@ fn parse_all(
             }
             let root = parse_root(&target.src_path, &target.edition, &cfg, files, problems);
             left_out.extend(root.left_out);
+            let is_reported = target.is_reported && package.is_reported;
+            if is_reported {
+                let removed = root.removed.clone();
+                checked.push(CheckedCrate { package: package_number, files: root.files, removed });
+            }
             inputs.push(CrateInput {
                 package: package_number,
                 target: target_number,
@@ -122,7 +142,7 @@ fn parse_all(
                 package_name: package.name.replace('-', "_"),
                 removed: root.removed,
                 externs: BTreeMap::new(),
-                is_reported: target.is_reported && package.is_reported,
+                is_reported,
                 is_test: matches!(target.kind, TargetKind::Test | TargetKind::Bench),
                 items: root.items,
             });
@@ -212,8 +232,19 @@ fn analyse_all(
     let diagnostics = with_levels(project, config, findings);
     let filter_types = index.filter_type_count();
     let presumed = analysis.presumed.iter().map(|function| function.head).collect::<BTreeSet<_>>().len();
+    let functions = index.function_places(&sources);
     let cycles = analysis.cycles;
-    Ok(Report { diagnostics, cycles, filter_types, presumed, sources, plans, idle_imports, ..Report::default() })
+    Ok(Report {
+        diagnostics,
+        cycles,
+        filter_types,
+        presumed,
+        functions,
+        sources,
+        plans,
+        idle_imports,
+        ..Report::default()
+    })
 }
 
 /// Adds to each finding about the updates of a loop that a guard could make them.

@@ -33,7 +33,7 @@ pub struct Prospect {
 pub fn prospect(project: &Project) -> Result<Prospect, ConfigError> {
     let mut files = FileSet::new(SourceMap::new(project.root.clone()), Box::new(DiskSource));
     let mut problems = Vec::new();
-    let inputs = parse_all(project, &mut files, &mut problems, &mut BTreeSet::new());
+    let inputs = parse_all(project, &mut files, &mut problems, &mut BTreeSet::new(), &mut Vec::new());
     let sources = files.into_map();
     with_large_stack(|| prospect_all(project, inputs, sources, problems))
 }
