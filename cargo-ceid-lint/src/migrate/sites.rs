@@ -129,7 +129,8 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
 /// Whether a call stands in the source as a call of that function: what a macro makes stands where the macro is called.
 fn is_written_out(of: &LoopBody<'_>, call: ExprId, law: &str) -> bool {
     let text = of.written(call);
-    let rest = |first: ExprId| text.strip_prefix(of.written(first)).filter(|_| of.span(first).start == of.span(call).start);
+    let rest =
+        |first: ExprId| text.strip_prefix(of.written(first)).filter(|_| of.span(first).start == of.span(call).start);
     match of.kind(call) {
         ExprKind::MethodCall { receiver, .. } => rest(*receiver)
             .and_then(|rest| rest.trim_start().strip_prefix('.'))

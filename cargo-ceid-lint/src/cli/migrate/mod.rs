@@ -8,10 +8,9 @@ use std::path::{Path, PathBuf};
 
 use super::args::FixArgs;
 use super::{Console, ExitStatus, input, vcs};
-use crate::config::LevelOverrides;
 use crate::fix::{self, Bounds, Edit, Fix, RealDisk, Revision};
 use crate::migrate::{self, Plan, Reason, Rewrite, Wanted};
-use crate::pipeline::{self, Report};
+use crate::pipeline::{self, Options, Report};
 use crate::project::{self, Package, Project};
 use crate::report::count;
 use crate::source::{DiskSource, ReadSource, SourceMap, Span};
@@ -45,7 +44,7 @@ pub(super) fn run(args: &MigrateArgs) -> Result<ExitStatus, String> {
     for notice in project.notices.iter().filter(|_| !console.is_quiet()) {
         console.warn(notice);
     }
-    let check = |source: Box<dyn ReadSource>| pipeline::check_configured(&project, LevelOverrides::default(), source);
+    let check = |source: Box<dyn ReadSource>| pipeline::check_configured(&project, &Options::default(), source);
     let first = check(Box::new(DiskSource));
     if first.is_config_wrong || !first.report.problems.is_empty() {
         let problems = first.report.problems.iter().map(|problem| format!("{}: {}", problem.file, problem.message));
