@@ -4,7 +4,7 @@ use super::walk;
 use crate::flow::Program;
 use crate::index::{FunctionDef, FunctionId};
 use crate::source::{FileId, Span};
-use crate::syntax::tree::{Block, Body, ExprId, ExprKind, Stmt, StmtKind};
+use crate::syntax::tree::{Block, Body, ExprId, ExprKind, PatKind, Stmt, StmtKind};
 use crate::types::{LocalId, TypedBody};
 
 /// A loop.
@@ -80,7 +80,14 @@ impl<'a> LoopBody<'a> {
     /// The block in which an expression is a statement of its own, with that statement; without one if it stands at the end.
     pub(super) fn statement(&self, id: ExprId) -> Option<(&'a Block, Option<&'a Stmt>)> {
         let ExprKind::Block(block) = self.kind(self.parent(id)?) else { return None };
-        let is_it = |stmt: &&Stmt| matches!(stmt.kind, StmtKind::Expr { expr, .. } if expr == id);
+        let is_it = |stmt: &&Stmt| match &stmt.kind {
+            StmtKind::Expr { expr, .. } => *expr == id,
+            // What is thrown away is not used.
+            StmtKind::Let { pat, init, otherwise: None, .. } => {
+                *init == Some(id) && matches!(self.body.pat(*pat).kind, PatKind::Wild)
+            }
+            StmtKind::Let { .. } => false,
+        };
         let stmt = block.stmts.iter().find(is_it);
         (stmt.is_some() || block.tail == Some(id)).then_some((block, stmt))
     }

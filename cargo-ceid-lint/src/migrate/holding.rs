@@ -81,7 +81,7 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
     let local = of.typed.local(place.local);
     if local.span.start > of.span(of.whole).start {
         return Err(format!(
-            "`{spelled}` is made anew in each iteration, so that no instance lives outside of the loop"
+            "`{spelled}` is bound in the loop itself, so that it means no instance that lives outside of it"
         ));
     }
     if local.by_ref {

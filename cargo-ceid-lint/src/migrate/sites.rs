@@ -90,6 +90,9 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
             "the law of `{name}` takes an input: give the filter a method that only keeps the input, and let the law use it"
         )));
     }
+    if !is_written_out(of, call, &of.program.index.function(*law).name) {
+        return Err(refuse(format!("the update of `{name}` is written by a macro")));
+    }
     let stmt = statement(of, call, name)?;
     let filter = callee.self_ty.clone();
     let (place, part, at, inner) = target(of, receiver).ok_or_else(|| {
@@ -123,6 +126,20 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
     Ok(site)
 }
 
+/// Whether a call stands in the source as a call of that function: what a macro makes stands where the macro is called.
+fn is_written_out(of: &LoopBody<'_>, call: ExprId, law: &str) -> bool {
+    let text = of.written(call);
+    let rest =
+        |first: ExprId| text.strip_prefix(of.written(first)).filter(|_| of.span(first).start == of.span(call).start);
+    match of.kind(call) {
+        ExprKind::MethodCall { receiver, .. } => rest(*receiver)
+            .and_then(|rest| rest.trim_start().strip_prefix('.'))
+            .is_some_and(|rest| rest.trim_start().starts_with(law)),
+        ExprKind::Call { callee, .. } => of.written(*callee).ends_with(law) && rest(*callee).is_some(),
+        _ => false,
+    }
+}
+
 /// The text of the statement that an expression is, if nothing uses its value and something is left beside it.
 fn statement(of: &LoopBody<'_>, id: ExprId, name: &str) -> Result<Range<usize>, Reason> {
     let span = of.span(id);
@@ -139,7 +156,7 @@ fn statement(of: &LoopBody<'_>, id: ExprId, name: &str) -> Result<Range<usize>, 
         Some(stmt) => stmt.span.start as usize..stmt.span.end as usize,
         None => span.start as usize..span.end as usize,
     };
-    if of.text.get(range.clone()).is_none_or(|text| !text.starts_with(of.written(id))) {
+    if of.text.get(range.clone()).is_none_or(|text| !text.contains(of.written(id))) {
         return refuse(format!("the update of `{name}` is not written where it runs"));
     }
     Ok(range)

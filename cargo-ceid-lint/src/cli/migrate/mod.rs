@@ -10,8 +10,7 @@ use super::args::FixArgs;
 use super::{Console, ExitStatus, input, vcs};
 use crate::fix::{self, Bounds, Edit, Fix, RealDisk, Revision};
 use crate::migrate::{self, Plan, Reason, Rewrite, Wanted};
-use crate::pipeline::Options;
-use crate::pipeline::{self, Report};
+use crate::pipeline::{self, Options, Report};
 use crate::project::{self, Package, Project};
 use crate::report::count;
 use crate::source::{DiskSource, ReadSource, SourceMap, Span};
@@ -186,8 +185,7 @@ impl Run<'_> {
                 && let Ok(edits) = self.edits(report, rewrite)
             {
                 self.touched.borrow_mut().extend(edits.iter().map(|edit| edit.path.clone()));
-                let title = format!("{} updated by a guard", names(plan));
-                fixes.push(self.fix(report, plan.head, title, edits));
+                fixes.push(self.fix(report, plan.head, title_of(plan), edits));
             }
         }
         for import in &report.idle_imports {
@@ -238,8 +236,9 @@ impl Run<'_> {
     fn tell(&self, first: &Report, chosen: &[&Plan], revision: &Revision) -> usize {
         let is_made = |plan: &Plan| {
             let file = &first.sources.file(plan.head.file).name;
-            let title = format!("{} updated by a guard", names(plan));
-            revision.made.iter().any(|fix| fix.file == *file && fix.title == title)
+            let title = title_of(plan);
+            let is_possible = plan.outcome.as_ref().is_ok_and(|rewrite| self.is_taken(rewrite));
+            is_possible && revision.made.iter().any(|fix| fix.file == *file && fix.title == title)
         };
         let (made, left): (Vec<&Plan>, Vec<&Plan>) = chosen.iter().partition(|plan| is_made(plan));
         let verb = if self.args.diff { "would migrate" } else { "migrated" };
@@ -309,6 +308,11 @@ fn told(report: &Report, plan: &Plan, reason: &Reason) -> String {
     } else {
         format!("{}:{line}: {}", report.sources.file(reason.span.file).name, reason.text)
     }
+}
+
+/// What a plan does; it tells plans of one file apart, from round to round.
+fn title_of(plan: &Plan) -> String {
+    format!("{} updated by a guard in `{}`", names(plan), plan.function)
 }
 
 fn names(plan: &Plan) -> String {
