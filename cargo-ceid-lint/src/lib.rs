@@ -27,11 +27,15 @@ pub mod suppress;
 
 pub mod rules;
 
+pub mod suggest;
+
 pub mod candidates;
 
 pub mod baseline;
 
 pub mod pipeline;
+
+pub mod fix;
 
 pub mod report;
 

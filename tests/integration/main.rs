@@ -12,6 +12,7 @@ mod documents;
 mod dogfood;
 mod exit_status;
 mod explain;
+mod fix;
 mod fixtures_compile;
 mod init;
 mod lsp;

@@ -43,6 +43,14 @@ a filter and the number of its uses: remove the `#` of those that are, and run `
 
 Exit codes: 0 the file is written, 101 it is not, or a file could not be read or parsed, 2 wrong usage.";
 
+const AFTER_FIX_HELP: &str = "\
+Without `--unsafe-fixes` only those fixes are applied that are what was meant. The changed files are checked again before
+they are written and after, and a fix that would bring a new finding is taken back. Each file is written in full or not at
+all. The working directory must have no uncommitted changes, as for `cargo fix`.
+
+Exit codes: 0 nothing is left at `deny`, 100 findings at `deny` are left, 101 something could not be read or written, 2 wrong
+usage. With `--diff`: 0 nothing would be changed, 100 something would be.";
+
 /// The command line.
 #[derive(Debug, Parser)]
 #[command(
@@ -67,6 +75,9 @@ pub(super) enum Command {
     /// Check the filters of every control cycle (what happens without a subcommand).
     #[command(after_help = AFTER_HELP)]
     Check(Box<CheckArgs>),
+    /// Apply the fixes that the findings offer, and check again.
+    #[command(after_help = AFTER_FIX_HELP)]
+    Fix(Box<CheckArgs>),
     /// Print the proof report: every cycle and filter with its verdict.
     #[command(after_help = "Exit codes: 0 the report is complete, 101 it is not. A report has no findings of its own.")]
     Report(Box<ReportArgs>),
@@ -111,9 +122,35 @@ pub(super) struct CheckArgs {
     /// checker.
     #[arg(long = "with", value_name = "COMMAND", value_enum, help_heading = "Output")]
     pub(super) beside: Option<CargoCommand>,
+    #[command(flatten)]
+    pub(super) fixes: FixArgs,
     /// Levels again, as for clippy: `-- -W ceid::gated_update`.
     #[arg(last = true, value_name = "LEVELS", help_heading = "Levels")]
     pub(super) rest: Vec<String>,
+}
+
+/// What is done about the findings.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Fixes")]
+pub(super) struct FixArgs {
+    /// Apply the fixes that the findings offer, as `cargo ceid-lint fix` does.
+    #[arg(long)]
+    pub(super) fix: bool,
+    /// Apply also the fixes that may not be what was meant: look at what they did.
+    #[arg(long)]
+    pub(super) unsafe_fixes: bool,
+    /// Print what the fixes would change as a unified diff on stdout, write nothing, and fail if there is something.
+    #[arg(long)]
+    pub(super) diff: bool,
+    /// Fix code even if the working directory is dirty or has staged changes.
+    #[arg(long)]
+    pub(super) allow_dirty: bool,
+    /// Fix code even if the working directory has staged changes.
+    #[arg(long)]
+    pub(super) allow_staged: bool,
+    /// Fix code even if a VCS was not detected.
+    #[arg(long)]
+    pub(super) allow_no_vcs: bool,
 }
 
 #[derive(Debug, Args)]

@@ -43,6 +43,25 @@ pub(super) fn check(
     console: Console,
     with_stats: bool,
 ) -> Result<Checked, LoadError> {
+    let mut loaded = load(input, options, console)?;
+    if let Some(since) = since.filter(|_| !loaded.first.is_config_wrong) {
+        keep_changed(&mut loaded.first.report, since, &loaded.project)
+            .inspect_err(|error| console.error(&error.message, error.help.as_deref()))?;
+    }
+    Ok(Checked::of(loaded.project, loaded.first, console, with_stats))
+}
+
+/// A project, and the first check of it.
+pub(super) struct Loaded {
+    pub(super) project: Project,
+    pub(super) first: Configured,
+}
+
+/// Loads what the arguments select, and checks it.
+///
+/// # Errors
+/// Why nothing could be loaded, which was told.
+pub(super) fn load(input: &Input, options: &Options, console: Console) -> Result<Loaded, LoadError> {
     let paths = if input.paths.is_empty() { input.stdin_filename.as_slice() } else { &input.paths };
     let selection = selection(paths, &input.scope, &input.build);
     let loaded = unsaved_text(input).and_then(|text| Ok((text, project::load(&selection)?)));
@@ -63,25 +82,13 @@ pub(super) fn check(
         let targets: Vec<String> = targets.map(|target| format!("{} `{}`", target.kind.name(), target.name)).collect();
         console.say_if_verbose(&format!("checking `{}` {}: {}", package.name, package.version, targets.join(", ")));
     }
-    let mut checked = pipeline::check_configured(&project, options, source(unsaved.as_ref()));
-    let alone = unread::files_of_no_target(&project, &checked.report);
-    if !alone.is_empty() && !checked.is_config_wrong {
+    let mut first = pipeline::check_configured(&project, options, source(unsaved.as_ref()));
+    let alone = unread::files_of_no_target(&project, &first.report);
+    if !alone.is_empty() && !first.is_config_wrong {
         project = project::with_files(project, &alone, &selection)?;
-        checked = pipeline::check_configured(&project, options, source(unsaved.as_ref()));
+        first = pipeline::check_configured(&project, options, source(unsaved.as_ref()));
     }
-    let Configured { mut report, is_config_wrong: is_unchecked, config } = checked;
-    if !is_unchecked {
-        unread::add_unread(&project, &config, &mut report);
-    }
-    if let Some(since) = since.filter(|_| !is_unchecked) {
-        keep_changed(&mut report, since, &project)
-            .inspect_err(|error| console.error(&error.message, error.help.as_deref()))?;
-    }
-    if with_stats {
-        console.show(&report::stats(&project, &report));
-    }
-    let summary = Summary::of(&report);
-    Ok(Checked { project, report, summary, is_unchecked })
+    Ok(Loaded { project, first })
 }
 
 /// Leaves out what was not changed since the revision.
@@ -97,6 +104,19 @@ fn keep_changed(report: &mut Report, since: Since<'_>, project: &Project) -> Res
 }
 
 impl Checked {
+    /// What a check came to.
+    pub(super) fn of(project: Project, checked: Configured, console: Console, with_stats: bool) -> Self {
+        let Configured { mut report, is_config_wrong: is_unchecked, config } = checked;
+        if !is_unchecked {
+            unread::add_unread(&project, &config, &mut report);
+        }
+        if with_stats {
+            console.show(&report::stats(&project, &report));
+        }
+        let summary = Summary::of(&report);
+        Self { project, report, summary, is_unchecked }
+    }
+
     /// What a run came to that found nothing to load.
     pub(super) fn of_failed_load(error: LoadError) -> Self {
         let report = Report { problems: vec![error.problem(Path::new("Cargo.toml"))], ..Report::default() };

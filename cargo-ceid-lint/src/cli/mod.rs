@@ -9,6 +9,7 @@ mod command;
 mod console;
 mod exit;
 mod explain;
+mod fix;
 mod format;
 mod init;
 mod input;
@@ -17,6 +18,7 @@ mod lsp;
 mod report;
 mod rules;
 mod unread;
+mod vcs;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -54,6 +56,10 @@ fn run_caught(args: Vec<OsString>) -> ExitStatus {
     let result = match cli.command {
         None => check::run(cli.check, &matches),
         Some(Command::Check(args)) => check::run(*args, of_subcommand(&matches)),
+        Some(Command::Fix(mut args)) => {
+            args.fixes.fix = true;
+            check::run(*args, of_subcommand(&matches))
+        }
         Some(Command::Report(args)) => report::run(*args, of_subcommand(&matches)),
         Some(Command::Baseline(args)) => baseline::run(*args, of_subcommand(&matches)),
         Some(Command::Explain(args)) => explain::run(&args),

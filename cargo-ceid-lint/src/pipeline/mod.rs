@@ -22,6 +22,7 @@ use crate::index::{CrateId, CrateInput, EntryScope, FunctionPlaces, Index};
 use crate::project::{Project, TargetKind};
 use crate::rules::{self, Known, RULES};
 use crate::source::{DiskSource, FileSet, ReadSource, SourceMap, Span};
+use crate::suggest;
 use crate::suppress::{Crate, Suppressions};
 use crate::syntax::{Directives, parse_root, with_large_stack};
 
@@ -203,6 +204,7 @@ fn analyse_all(
     let mut seen = BTreeSet::new();
     analysis.cycles.retain(|cycle| seen.insert((cycle.head, cycle.function.clone())));
     let mut findings = rules::findings(&analysis, &known);
+    suggest::add(&program, &analysis, &mut findings);
     findings.extend(hygiene);
     mark_suppressed(&mut analysis.cycles, &findings);
     let diagnostics = with_levels(project, config, findings);

@@ -26,6 +26,7 @@ use crate::project::CfgValues;
 use crate::source::{FileId, FileSet, MemorySource, SourceMap};
 pub use depth::{Excess, MAX_LINKS, MAX_NESTING, TooDeep, check_depth};
 pub use directives::{CycleDirective, Directive, DirectiveKind, Directives, NearMiss, Site, Suppression};
+pub(crate) use lex::{Lexer, Token, TokenKind};
 use modules::Loader;
 pub use stack::with_large_stack;
 use tree::{Attribute, Item};

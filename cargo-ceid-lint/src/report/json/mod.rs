@@ -1,9 +1,12 @@
 //! cargo's own messages, one JSON object a line, so that editors and every other reader of cargo's output work unchanged.
 
+mod fixes;
 mod message;
 mod span;
 
 use std::path::Path;
+
+pub use fixes::{FixOutcome, fixes};
 
 use serde::Serialize;
 use serde_json::Value;
