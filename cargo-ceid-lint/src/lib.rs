@@ -29,6 +29,8 @@ pub mod rules;
 
 pub mod suggest;
 
+pub mod migrate;
+
 pub mod candidates;
 
 pub mod baseline;

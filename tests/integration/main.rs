@@ -17,6 +17,7 @@ mod fixtures_compile;
 mod init;
 mod lsp;
 mod messages;
+mod migrate;
 mod migration_report;
 mod mutations;
 mod presets;

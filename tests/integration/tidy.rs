@@ -20,6 +20,7 @@ const FLOORS: &[&str] = &[
     "suppress",
     "rules",
     "suggest",
+    "migrate",
     "candidates",
     "baseline",
     "pipeline",

@@ -44,6 +44,9 @@ pub(super) fn is_asked(args: &CheckArgs, printed: Format) -> Result<bool, String
             "`--with` cannot be used with fixes: what cargo says would be about the code before them".to_owned()
         );
     }
+    if args.legacy.since.is_some() {
+        return Err("`--since` cannot be used with fixes: name the files that are to be fixed".to_owned());
+    }
     if diff && (!args.output.is_empty() || matches!(printed, Format::Service(_))) {
         return Err("`--diff` writes nothing: it is printed for people or as JSON".to_owned());
     }

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::Console;
-use super::args::Legacy;
 use super::args::{Build, Input, NoLoops, Scope};
+use super::baseline::args::Legacy;
 use super::console::Stream;
 use super::exit::ExitStatus;
 use super::unread;
@@ -43,12 +43,12 @@ pub(super) fn check(
     console: Console,
     with_stats: bool,
 ) -> Result<Checked, LoadError> {
-    let mut loaded = load(input, options, console)?;
-    if let Some(since) = since.filter(|_| !loaded.first.is_config_wrong) {
-        keep_changed(&mut loaded.first.report, since, &loaded.project)
+    let Loaded { project, mut first } = load(input, options, console)?;
+    if let Some(since) = since.filter(|_| !first.is_config_wrong) {
+        keep_changed(&mut first.report, since, &project)
             .inspect_err(|error| console.error(&error.message, error.help.as_deref()))?;
     }
-    Ok(Checked::of(loaded.project, loaded.first, console, with_stats))
+    Ok(Checked::of(project, first, console, with_stats))
 }
 
 /// A project, and the first check of it.

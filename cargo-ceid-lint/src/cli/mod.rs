@@ -15,6 +15,7 @@ mod init;
 mod input;
 mod levels;
 mod lsp;
+mod migrate;
 mod report;
 mod rules;
 mod unread;
@@ -65,6 +66,7 @@ fn run_caught(args: Vec<OsString>) -> ExitStatus {
         Some(Command::Explain(args)) => explain::run(&args),
         Some(Command::Rules(args)) => Ok(rules::run(&args)),
         Some(Command::Init(args)) => init::run(&args),
+        Some(Command::Migrate(args)) => migrate::run(&args),
         Some(Command::Lsp(_)) => Ok(lsp::run()),
         Some(Command::Completions(args)) => command::completions(&args),
         Some(Command::Man) => command::manual(),

@@ -360,6 +360,10 @@ impl Summaries {
         }
         let dependence = Rc::new(ControlDependence::of(graph));
         touched = touched.into_iter().flat_map(Given::numbered).collect();
+        // Where one element is named, each of the others is another instance.
+        let places = touched.iter().map(|given| instance_of(graph, given)).collect();
+        let elements = super::instances::settle_elements(program.index, graph, &places);
+        touched.extend(elements.iter().filter_map(|place| given(graph, place)));
         if touched.len() > 4 * MAX_PLACES {
             let cause = Cause::Limit("a helper has too many places to do with".to_owned());
             bound(&mut touched);

@@ -7,6 +7,7 @@ mod since;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 pub use configured::{Configured, Options, check_configured};
 pub use known::{BaselineChoice, CheckedCrate};
@@ -19,6 +20,7 @@ use crate::count::{Cycle, Pair, analyse};
 use crate::diagnostic::{Diagnostic, Level, Problem};
 use crate::flow::{Program, lower_function};
 use crate::index::{CrateId, CrateInput, EntryScope, FunctionPlaces, Index};
+use crate::migrate::{self, Plan};
 use crate::project::{Project, TargetKind};
 use crate::rules::{self, Known, RULES};
 use crate::source::{DiskSource, FileSet, ReadSource, SourceMap, Span};
@@ -53,6 +55,12 @@ pub struct Report {
     pub filter_types: usize,
     /// How many functions were only searched for repetitions, as nothing calls them, and have none.
     pub presumed: usize,
+    /// What can be done about each loop that updates filters by hand.
+    pub plans: Vec<Plan>,
+    /// The edits that remove each import of a filter's trait that nothing needs beside a guard.
+    pub idle_imports: Vec<Vec<(Span, String)>>,
+    /// The manifests of the packages that these plans change, and of their workspaces.
+    pub manifests: BTreeMap<PathBuf, Arc<str>>,
 }
 
 impl Report {
@@ -80,7 +88,7 @@ pub fn check_with(project: &Project, config: &Config, source: Box<dyn ReadSource
     let mut left_out = BTreeSet::new();
     let mut checked = Vec::new();
     let inputs = parse_all(project, &mut files, &mut problems, &mut left_out, &mut checked);
-    let sources = files.into_map();
+    let (sources, source) = files.into_parts();
     // Expressions nest as deep as the parser allows, and the walks over them with them.
     let is_partial = !problems.is_empty() || !project.problems.is_empty();
     let mut report = with_large_stack(|| analyse_all(project, config, inputs, sources, is_partial))?;
@@ -88,7 +96,17 @@ pub fn check_with(project: &Project, config: &Config, source: Box<dyn ReadSource
     problems.retain(|problem: &Problem| seen.insert((problem.file.clone(), problem.span, problem.message.clone())));
     (report.problems, report.unread) = problems.into_iter().partition(|problem| problem.is_error);
     (report.left_out, report.checked) = (left_out, checked);
+    report.manifests = manifests(project, &report.plans, &*source);
     Ok(report)
+}
+
+/// The manifests that plans are about.
+fn manifests(project: &Project, plans: &[Plan], source: &dyn ReadSource) -> BTreeMap<PathBuf, Arc<str>> {
+    let rewrites = plans.iter().filter_map(|plan| plan.outcome.as_ref().ok());
+    let packages: BTreeSet<usize> = rewrites.flat_map(|rewrite| rewrite.packages.iter().copied()).collect();
+    let packages = packages.iter().map(|package| &project.packages[*package]);
+    let paths = packages.flat_map(|package| [package.manifest_path.clone(), package.workspace_root.join("Cargo.toml")]);
+    paths.filter_map(|path| Some((path.clone(), source.read(&path).ok()?))).collect()
 }
 
 /// Parses every crate root with its modules.
@@ -203,16 +221,40 @@ fn analyse_all(
     // A file that belongs to several targets is judged once.
     let mut seen = BTreeSet::new();
     analysis.cycles.retain(|cycle| seen.insert((cycle.head, cycle.function.clone())));
+    let edition = |cycle: &Cycle| project.packages[cycle.package].targets[cycle.target].edition.clone();
+    let plans = migrate::plans(&program, &analysis.cycles, edition);
+    let idle_imports = migrate::idle_imports(&program, &analysis.cycles);
     let mut findings = rules::findings(&analysis, &known);
     suggest::add(&program, &analysis, &mut findings);
     findings.extend(hygiene);
+    suggest_guards(&mut findings, &plans);
     mark_suppressed(&mut analysis.cycles, &findings);
     let diagnostics = with_levels(project, config, findings);
     let filter_types = index.filter_type_count();
     let presumed = analysis.presumed.iter().map(|function| function.head).collect::<BTreeSet<_>>().len();
     let functions = index.function_places(&sources);
     let cycles = analysis.cycles;
-    Ok(Report { diagnostics, cycles, filter_types, presumed, functions, sources, ..Report::default() })
+    Ok(Report {
+        diagnostics,
+        cycles,
+        filter_types,
+        presumed,
+        functions,
+        sources,
+        plans,
+        idle_imports,
+        ..Report::default()
+    })
+}
+
+/// Adds to each finding about the updates of a loop that a guard could make them.
+fn suggest_guards(findings: &mut [Diagnostic], plans: &[Plan]) {
+    let is_about_updates =
+        |rule: &str| matches!(rule, "missed_update" | "repeated_update" | "skipped_update" | "unguarded_update");
+    for finding in findings.iter_mut().filter(|finding| is_about_updates(finding.rule)) {
+        let plan = plans.iter().find(|plan| finding.facts.cycle == Some(plan.head));
+        finding.suggestions.extend(plan.and_then(Plan::suggestion));
+    }
 }
 
 /// The paths that entries name in crates whose sources are perhaps not read.

@@ -197,6 +197,12 @@ impl FileSet {
     pub fn into_map(self) -> SourceMap {
         self.map
     }
+
+    /// The texts read so far, and what they were read from.
+    #[must_use]
+    pub fn into_parts(self) -> (SourceMap, Box<dyn ReadSource>) {
+        (self.map, self.source)
+    }
 }
 
 fn io_error(error: &std::io::Error) -> ReadError {

@@ -11,6 +11,7 @@ mod lex;
 mod lower;
 mod macros;
 mod modules;
+mod outline;
 mod stack;
 mod text;
 
@@ -28,6 +29,7 @@ pub use depth::{Excess, MAX_LINKS, MAX_NESTING, TooDeep, check_depth};
 pub use directives::{CycleDirective, Directive, DirectiveKind, Directives, NearMiss, Site, Suppression};
 pub(crate) use lex::{Lexer, Token, TokenKind};
 use modules::Loader;
+pub use outline::{Enclosure, enclosures};
 pub use stack::with_large_stack;
 use tree::{Attribute, Item};
 

@@ -1,6 +1,7 @@
 //! Iterators over options: only what is there gets a round.
 
 use super::sources::{Item, Source, Stage};
+use super::subjects::lends_payload;
 use super::{Builder, Value};
 use crate::flow::{About, LoopId, Place, Rounds};
 use crate::index::Ty;
@@ -33,16 +34,15 @@ impl Builder<'_> {
     /// Whether a closure gives back the option that it gets: `Option::as_mut`, `|slot| slot.as_mut()`.
     fn gives_payload(&self, closure: ExprId) -> bool {
         let body = self.body();
-        let lends = |method: &str| matches!(method, "as_mut" | "as_deref_mut" | "as_ref");
         match &body.expr(closure).kind {
-            ExprKind::Path(path) => lends(path.last()),
+            ExprKind::Path(path) => lends_payload(path.last()),
             ExprKind::Closure(code) => {
                 let [(pat, _)] = code.params.as_slice() else { return false };
                 let PatKind::Bind { name, .. } = &body.pat(*pat).kind else { return false };
                 let is_param = |id: ExprId| matches!(&body.expr(id).kind, ExprKind::Path(path) if path.text() == *name);
                 match &body.expr(code.body).kind {
                     ExprKind::MethodCall { receiver, method, args, .. } => {
-                        args.is_empty() && lends(method) && is_param(*receiver)
+                        args.is_empty() && lends_payload(method) && is_param(*receiver)
                     }
                     _ => is_param(code.body),
                 }
