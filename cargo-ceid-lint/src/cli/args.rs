@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::baseline::args::{AFTER_BASELINE_HELP, BaselineArgs, Legacy};
 use super::migrate;
 use crate::project::Partition;
 
@@ -21,17 +22,6 @@ Accepted and ignored, because editors pass them to `cargo check` (the network is
   --future-incompat-report, --lockfile-path
 
 `cargo ceid-lint explain missed_update` explains a rule; `cargo ceid-lint rules` lists all of them.";
-
-const AFTER_BASELINE_HELP: &str = "\
-The list counts findings by file, function, rule and filter, and holds no line numbers: it survives `cargo fmt`, moved
-functions and new loops. Without flags the first list is written; one that is there is compared, and nothing is changed.
-
-  cargo ceid-lint baseline               write the first list
-  cargo ceid-lint baseline --prune       take out what is fixed
-  cargo ceid-lint baseline --accept-new  add what is new
-
-Exit codes: 0 the list holds all that was found, 100 there is more, 101 the run could not be made, something could not be
-read, or the list could not be written, 2 wrong usage.";
 
 const AFTER_INIT_HELP: &str = "\
 Filters that are certain are turned on. All others stand in the file behind `#`, each with the reason why it looks like
@@ -178,42 +168,6 @@ pub(super) struct ReportArgs {
     pub(super) compare_with: Option<PathBuf>,
     #[arg(last = true, value_name = "LEVELS", hide = true)]
     pub(super) rest: Vec<String>,
-}
-
-#[derive(Debug, Args)]
-pub(super) struct BaselineArgs {
-    #[command(flatten)]
-    pub(super) input: Input,
-    #[command(flatten)]
-    pub(super) levels: LevelArgs,
-    /// The file, instead of `ceid-baseline.toml` beside the manifest of the workspace.
-    #[arg(long, value_name = "FILE", help_heading = "What is written")]
-    pub(super) baseline: Option<PathBuf>,
-    /// Add the findings that are new.
-    #[arg(long, help_heading = "What is written")]
-    pub(super) accept_new: bool,
-    /// Take out the findings that are fixed, as far as this run has looked for them.
-    #[arg(long, help_heading = "What is written")]
-    pub(super) prune: bool,
-    #[command(flatten)]
-    pub(super) talk: Talk,
-    #[arg(last = true, value_name = "LEVELS", hide = true)]
-    pub(super) rest: Vec<String>,
-}
-
-/// What keeps old findings apart from new ones.
-#[derive(Debug, Default, Args)]
-#[command(next_help_heading = "Legacy code")]
-pub(super) struct Legacy {
-    /// The list of known findings, instead of `ceid-baseline.toml` beside the manifest of the workspace.
-    #[arg(long, value_name = "FILE", conflicts_with = "no_baseline")]
-    pub(super) baseline: Option<PathBuf>,
-    /// Show known findings as well.
-    #[arg(long)]
-    pub(super) no_baseline: bool,
-    /// Report only what touches lines that were changed since this git revision.
-    #[arg(long, value_name = "REV", conflicts_with = "stdin_filename")]
-    pub(super) since: Option<String>,
 }
 
 #[derive(Debug, Args)]

@@ -7,8 +7,7 @@ use super::format::Format;
 use super::input::{self, Checked, Loaded};
 use super::{Console, ExitStatus, vcs};
 use crate::fix::{self, Bounds, RealDisk, Revision};
-use crate::pipeline::Options;
-use crate::pipeline::{self, Report};
+use crate::pipeline::{self, BaselineChoice, Options, Report};
 use crate::project::{LoadError, Project};
 use crate::report::json;
 use crate::source::{DiskSource, ReadSource, SourceMap};
@@ -36,6 +35,9 @@ pub(super) fn is_asked(args: &CheckArgs, printed: Format) -> Result<bool, String
     }
     if args.input.stdin_filename.is_some() {
         return Err("`--stdin-filename` cannot be used with fixes: the file on the disk is another text".to_owned());
+    }
+    if args.legacy.since.is_some() {
+        return Err("`--since` cannot be used with fixes: name files instead".to_owned());
     }
     if args.beside.is_some() {
         return Err(
@@ -71,8 +73,12 @@ pub(super) fn run(args: &CheckArgs, options: &Options, printed: Format, console:
     }
     // A fix may break what lies outside the paths that were named.
     let whole = Project { only: Vec::new(), ..project.clone() };
-    let check = |project: &Project, source: Box<dyn ReadSource>| pipeline::check_configured(project, options, source);
-    let before = if project.only.is_empty() { first } else { check(&whole, Box::new(DiskSource)) };
+    // What is known may be fixed as well.
+    let everything = Options { baseline: BaselineChoice::Ignored, ..options.clone() };
+    let check =
+        |project: &Project, source: Box<dyn ReadSource>| pipeline::check_configured(project, &everything, source);
+    let is_whole = project.only.is_empty() && first.report.baselines.is_empty();
+    let before = if is_whole { first } else { check(&whole, Box::new(DiskSource)) };
     let offer = |report: &Report| {
         let path = |finding: &crate::diagnostic::Diagnostic| &report.sources.file(finding.primary.span.file).path;
         fix::offered(report, args.fixes.unsafe_fixes, |finding| project.is_wanted(path(finding)))
@@ -87,7 +93,7 @@ pub(super) fn run(args: &CheckArgs, options: &Options, printed: Format, console:
         console.error(error, None);
     }
     tell(&revision, written.is_ok(), printed, console);
-    let after = check(&project, Box::new(DiskSource));
+    let after = pipeline::check_configured(&project, options, Box::new(DiskSource));
     say_hidden(&after.report, &args.fixes, console);
     let failed = written.is_err() || revision.refused.iter().any(|refused| refused.is_unwritable);
     Ok(Fixed::Checked(Box::new(Checked::of(project, after, console, args.talk.stats)), failed))

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::Console;
-use super::args::Legacy;
 use super::args::{Build, Input, NoLoops, Scope};
+use super::baseline::args::Legacy;
 use super::console::Stream;
 use super::exit::ExitStatus;
 use super::unread;

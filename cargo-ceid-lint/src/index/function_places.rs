@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::{BTreeSet, HashMap};
 
 use super::{BodyOwner, FunctionId, ImplDef, Index, ModuleId, Owner};
-use crate::source::{SourceMap, Span};
+use crate::source::{FileId, SourceMap, Span};
 use crate::syntax::tree::{GenericArg, Generics, Path, TypeRef};
 
 /// The functions of a run, by place.
@@ -33,9 +33,12 @@ impl FunctionPlaces {
         before.into_iter().find(|function| function.span.contains(place))
     }
 
-    /// All functions.
-    pub fn iter(&self) -> impl Iterator<Item = &FunctionPlace> {
-        self.list.iter()
+    /// The functions of a file.
+    #[must_use]
+    pub fn of_file(&self, file: FileId) -> &[FunctionPlace] {
+        let start = self.list.partition_point(|function| function.span.file < file);
+        let end = self.list.partition_point(|function| function.span.file <= file);
+        &self.list[start..end]
     }
 }
 

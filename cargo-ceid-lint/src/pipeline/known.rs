@@ -181,7 +181,7 @@ impl<'a> Coverage<'a> {
     /// Whether the code of a function is another one under other features or for another target.
     fn depends_on_build(&self, file: FileId, function: &str) -> bool {
         let sources: &SourceMap = &self.report.sources;
-        let mut places = self.report.functions.iter().filter(|it| it.span.file == file && it.path == function);
+        let mut places = self.report.functions.of_file(file).iter().filter(|it| it.path == function);
         let is_conditional = |span: Span| {
             let mut conditions =
                 sources.snippet(span).split("cfg").skip(1).map(|rest| rest.lines().next().unwrap_or(""));

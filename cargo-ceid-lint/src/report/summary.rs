@@ -18,8 +18,6 @@ pub struct Summary {
     pub violated: usize,
     /// How many findings are suppressed, with a reason or without.
     pub suppressed: usize,
-    /// How many findings are in a baseline.
-    pub known: usize,
     /// How many could not be decided.
     pub unproved: usize,
     /// How many filter types were found.
@@ -55,7 +53,6 @@ impl Summary {
         }
         let is_suppressed = |finding: &&Diagnostic| finding.suppressed.is_some();
         summary.suppressed = report.diagnostics.iter().filter(is_suppressed).count();
-        summary.known = report.diagnostics.iter().filter(|finding| finding.known).count();
         for diagnostic in report.shown() {
             match diagnostic.level.severity() {
                 Some(Severity::Error) => summary.errors += 1,

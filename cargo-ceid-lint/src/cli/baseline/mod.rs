@@ -1,8 +1,9 @@
 //! `cargo ceid-lint baseline`: the counts of what is known, written, extended and pruned.
 
-use clap::ArgMatches;
+pub(super) mod args;
 
-use super::args::BaselineArgs;
+use args::BaselineArgs;
+use clap::ArgMatches;
 
 use super::input::{self, Checked};
 use super::{Console, ExitStatus, levels};
