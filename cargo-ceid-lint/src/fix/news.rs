@@ -63,7 +63,12 @@ fn told(report: &Report) -> Vec<Told> {
         for pair in cycle.filters.iter().filter(|pair| !pair.verdict.is_proved()) {
             let verdict = pair.verdict.name();
             let words = format!("`{}` in `{}` would be {verdict}", pair.name, cycle.function);
-            add(name(cycle.head.file), vec![verdict, &cycle.function, &pair.law], &[pair.name.clone()], words);
+            add(
+                name(cycle.head.file),
+                vec![verdict, &cycle.function, &pair.law],
+                std::slice::from_ref(&pair.name),
+                words,
+            );
         }
     }
     told

@@ -166,7 +166,7 @@ fn inserted(site: &Site<'_>, head: usize, body: Range<usize>, own: &[Range<usize
     }
     let line_break = line_break(text, body.start);
     let at = opening.end + line_break.len();
-    let first = text[at..body.end].lines().map(|line| line.trim_end()).find(|line| !line.trim().is_empty())?;
+    let first = text[at..body.end].lines().map(str::trim_end).find(|line| !line.trim().is_empty())?;
     let outer = indentation(text, head);
     let indent = if first.trim_start().starts_with('}') {
         format!("{outer}{}", if outer.contains('\t') { "\t" } else { "    " })
