@@ -87,6 +87,17 @@ fn each_fix_writes_what_is_expected() {
         let wanted = expected.get(&path.replace(".rs", ".fixed"));
         assert_eq!(changed.get(path), wanted, "{path}\n{}", changed.get(path).unwrap_or(text));
     }
+    // Other line ends, a byte order mark and no last line end change nothing about what is written.
+    let foreign = |text: &String| format!("\u{feff}{}", text.trim_end().replace('\n', "\r\n"));
+    let directory = temporary("fix_cases_foreign");
+    for (path, text) in &cases {
+        write(&directory, path, foreign(text).as_bytes());
+    }
+    run(&directory, ["fix", "--unsafe-fixes", "--allow-no-vcs", "--quiet", "."]);
+    let changed = files(&directory, "rs");
+    for (path, text) in &cases {
+        assert_eq!(changed[path], foreign(expected.get(&path.replace(".rs", ".fixed")).unwrap_or(text)), "{path}");
+    }
     assert!(expected.keys().all(|path| cases.contains_key(&path.replace(".fixed", ".rs"))), "a result has its case");
 }
 
