@@ -80,7 +80,9 @@ fn is_on(view: &View<'_>, finding: &Diagnostic, range: Range) -> bool {
     let mut places = [finding.primary.span].into_iter().chain(finding.facts.cycle).chain(edits);
     places.any(|span| {
         let own = view.range(span);
-        span.file == view.file && own.start.line <= range.end.line && range.start.line <= own.end.line
+        // What ends with a line break ends before the line behind it.
+        let last = if own.end.character == 0 { own.end.line.saturating_sub(1) } else { own.end.line };
+        span.file == view.file && own.start.line <= range.end.line && range.start.line <= last.max(own.start.line)
     })
 }
 

@@ -17,14 +17,17 @@ use site::Site;
 /// Adds to each finding the change that would put it right, if there is one. What is suppressed is meant so.
 pub fn add(program: &Program<'_>, analysis: &Analysis, findings: &mut [Diagnostic]) {
     for finding in findings.iter_mut().filter(|finding| finding.suppressed.is_none()) {
-        let suggestion = of_finding(program, analysis, finding);
-        finding.suggestions.extend(suggestion);
+        if let Some(suggestion) = of_finding(program, analysis, finding) {
+            // The first help says the same without an offer.
+            finding.helps.drain(..1.min(finding.helps.len()));
+            finding.suggestions.push(suggestion);
+        }
     }
 }
 
 fn of_finding(program: &Program<'_>, analysis: &Analysis, finding: &Diagnostic) -> Option<Suggestion> {
     match finding.rule {
-        "guard_dropped_early" => name_guard::suggestion(&Site::of(program, finding.primary.span)?),
+        "guard_dropped_early" => name_guard::suggestion(&Site::of(program, finding.primary.span)?, finding.facts.cycle),
         "guard_outside_cycle" => into_loop::suggestion(&Site::of(program, finding.primary.span)?, finding.facts.cycle?),
         "repeated_update" => {
             let site = Site::of(program, finding.primary.span)?;

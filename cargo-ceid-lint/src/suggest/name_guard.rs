@@ -6,7 +6,10 @@ use super::loans::{Needs, needs};
 use super::site::{Site, bytes};
 use super::words::{has_word, indentation, line_break, mentions, own_lines};
 use crate::diagnostic::{Applicability, Suggestion};
+use crate::index::Ty;
+use crate::source::Span;
 use crate::syntax::tree::{ExprId, PatKind, StmtKind};
+use crate::types::Local;
 
 /// Names for a guard that nothing reads.
 const UNREAD: &[&str] = &["_guard", "_cycle_guard", "_guard_of_cycle"];
@@ -15,9 +18,12 @@ const UNREAD: &[&str] = &["_guard", "_cycle_guard", "_guard_of_cycle"];
 const READ: &[&str] = &["guard", "cycle_guard", "guard_of_cycle"];
 
 /// The statement with a name for its guard, if what follows can live with the guard.
-pub(super) fn suggestion(site: &Site<'_>) -> Option<Suggestion> {
+pub(super) fn suggestion(site: &Site<'_>, cycle: Option<Span>) -> Option<Suggestion> {
     let (head, init) = unbound(site)?;
     let needs = needs(site, init)?;
+    if needs.loans.iter().any(|loan| is_made_in(site, cycle, &loan.root)) {
+        return None;
+    }
     let rest = bytes(site.stmt().span).end..site.braces.end;
     if !conflicts(site, &needs, rest.clone(), None) {
         let text = format!("let {} = ", site.free_name(UNREAD)?);
@@ -45,6 +51,15 @@ pub(super) fn suggestion(site: &Site<'_>) -> Option<Suggestion> {
     Some(site.suggestion(message, edits, Applicability::MachineApplicable))
 }
 
+/// Whether a variable is declared in the cycle: it may refer to what the rest of the cycle uses. One from before the cycle is used
+/// again in the next round, so that nothing else can use what it refers to.
+fn is_made_in(site: &Site<'_>, cycle: Option<Span>, name: &str) -> bool {
+    let start = cycle.map_or(site.function.start, |cycle| cycle.start as usize);
+    let is_param = |local: &Local| site.body.params.iter().any(|param| site.body.pat(*param).span.contains(local.span));
+    let named = site.typed.locals.iter().filter(|local| local.name == name);
+    named.into_iter().any(|local| local.span.start as usize > start && !is_param(local))
+}
+
 /// What stands before the expression that makes the guard, and the expression.
 fn unbound(site: &Site<'_>) -> Option<(Range<usize>, ExprId)> {
     let stmt = site.stmt();
@@ -56,7 +71,11 @@ fn unbound(site: &Site<'_>) -> Option<(Range<usize>, ExprId)> {
             let is_short = site.text.get(start..value.start)?.split_whitespace().eq(["let", "_", "="]);
             (is_wild && is_short && site.place == stmt.span).then_some((start..value.start, *init))
         }
-        StmtKind::Expr { expr, semicolon: true } if site.place == stmt.span => Some((start..start, *expr)),
+        // `drop(guard)` gives nothing that could have a name.
+        StmtKind::Expr { expr, semicolon: true } => {
+            let is_guard = site.place == stmt.span && *site.typed.ty(*expr) != Ty::unit();
+            is_guard.then_some((start..start, *expr))
+        }
         _ => None,
     }
 }

@@ -44,7 +44,11 @@ pub(super) fn suggestion(site: &Site<'_>, pair: &Pair, missed: &[String]) -> Opt
     let changed = calls.iter().zip(&given).filter(|(_, name)| **name != pair.name);
     edits.extend(changed.map(|(call, name)| (bytes(site.body.expr(call.receiver).span), (*name).to_owned())));
     let missed: Vec<String> = missed.iter().map(|name| format!("`{name}`")).collect();
-    let message = format!("update {} where `{}` is written once too often", missed.join(" and "), pair.name);
+    // What is written is told behind the message, if it is one word.
+    let message = match edits.as_slice() {
+        [_] => "update the sibling that is missed here".to_owned(),
+        _ => format!("update {} where `{}` is written once too often", missed.join(" and "), pair.name),
+    };
     Some(site.suggestion(message, edits, Applicability::MaybeIncorrect))
 }
 

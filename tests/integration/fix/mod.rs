@@ -1,5 +1,6 @@
 //! Fixes: what is written, what is refused, and that nothing is lost.
 
+mod fixtures;
 mod safety;
 
 use std::fs;

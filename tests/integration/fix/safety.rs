@@ -170,6 +170,41 @@ fn nothing_is_fixed_beside_what_cannot_be_parsed() {
 }
 
 #[test]
+fn a_fix_that_brings_something_new_is_taken_back_alone() {
+    let bad = "\
+use super::{Kalman, SampledFilter};
+pub fn host(mut kf: Kalman, mut plugin: impl FnMut(&mut Kalman)) {
+    loop {
+        kf.update();
+        plugin(&mut kf);
+        kf.update();
+    }
+}
+";
+    let good = "\
+use super::{Kalman, SampledFilter};
+pub fn run(mut kf: Kalman) {
+    loop {
+        kf.update();
+        kf.update();
+    }
+}
+";
+    let lib = SUPPRESSED.lines().take(3).map(|line| format!("{line}\n")).collect::<String>() + "mod bad;\nmod good;\n";
+    let directory = repository(
+        "fix_taken_back",
+        &[("src/lib.rs", lib.as_bytes()), ("src/bad.rs", bad.as_bytes()), ("src/good.rs", good.as_bytes())],
+    );
+    let untouched = fix(&directory, &[]);
+    untouched.assert_code(100).assert_stderr("2 fixes may not be what was meant; `--unsafe-fixes` makes them");
+    let done = fix(&directory, &["--unsafe-fixes"]);
+    done.assert_code(100).assert_stderr("fixed src/good.rs (1 fix)\n  line 5: remove this update");
+    done.assert_stderr("src/bad.rs:6: not fixed (ceid::repeated_update): `kf` in `host` would be unproved");
+    assert_eq!(read(&directory, "src/bad.rs"), bad);
+    assert_eq!(read(&directory, "src/good.rs"), good.replacen("        kf.update();\n", "", 1));
+}
+
+#[test]
 fn flags_that_do_not_go_together_are_wrong_usage() {
     let directory = temporary_package("fix_usage", &[("src/lib.rs", b"")]);
     for args in [
@@ -192,8 +227,12 @@ fn a_kill_leaves_each_file_whole() {
     let mut files: Vec<(&str, &[u8])> = paths.iter().map(|path| (path.as_str(), SUPPRESSED.as_bytes())).collect();
     files.push(("src/lib.rs", lib.as_bytes()));
     let directory = repository("fix_kill", &files);
-    let mut partial = 0;
-    for delay in (0..400).step_by(20) {
+    let is_staged = || {
+        let mut entries = fs::read_dir(directory.join("src")).expect("it is there");
+        entries.any(|entry| entry.is_ok_and(|entry| entry.file_name().to_string_lossy().starts_with(".ceid-lint-")))
+    };
+    let mut partial: u32 = 0;
+    for number in 0..16 {
         git(&directory, &["checkout", "--quiet", "."]);
         git(&directory, &["clean", "--quiet", "--force"]);
         let mut child = Command::new(program())
@@ -202,15 +241,20 @@ fn a_kill_leaves_each_file_whole() {
             .stderr(Stdio::null())
             .spawn()
             .expect("the program was built and starts");
-        std::thread::sleep(Duration::from_millis(delay));
+        // Half of the runs are killed while the files are staged, the others once the first of them is replaced.
+        let is_reached = || if number % 2 == 0 { is_staged() } else { read(&directory, &paths[0]) != SUPPRESSED };
+        while !is_reached() && child.try_wait().expect("it is ours").is_none() {
+            std::thread::yield_now();
+        }
+        std::thread::sleep(Duration::from_micros(number * 100));
         child.kill().expect("it is ours");
         child.wait().expect("it is ours");
         let new = paths.iter().filter(|path| {
             let text = read(&directory, path);
-            assert!(text == SUPPRESSED || text == unsuppressed(), "{path} after {delay} ms: {text}");
+            assert!(text == SUPPRESSED || text == unsuppressed(), "{path} in run {number}: {text}");
             text != SUPPRESSED
         });
-        partial += usize::from((1..paths.len()).contains(&new.count()));
+        partial += u32::from((1..paths.len()).contains(&new.count()));
     }
-    println!("{partial} runs were killed between two files");
+    println!("killed between two files: {partial}");
 }
