@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::Path;
 
 use crate::config::{Config, LevelOverrides};
-use crate::pipeline::{Report, check_configured, check_with};
+use crate::pipeline::{Gate, Report, check_configured, check_with};
 use crate::project::{self, Selection};
 use crate::report::text;
 use crate::source::{DiskSource, MemorySource};
@@ -64,14 +64,14 @@ pub fn snapshot(subject: Subject<'_>) -> Result<String, SnapshotError> {
             let manifest_path = Some(current_dir.join("Cargo.toml"));
             let selection = Selection { current_dir, manifest_path, workspace: true, ..Selection::default() };
             let project = project::load(&selection).map_err(|error| SnapshotError(error.message))?;
-            check_configured(&project, LevelOverrides::default(), Box::new(DiskSource)).report
+            check_configured(&project, LevelOverrides::default(), Box::new(DiskSource), Gate::On).report
         }
         Subject::Source(text) => {
             let path = Path::new("/source.rs");
             let mut source = MemorySource::default();
             source.insert(path, text.into());
             let project = project::of_file(path, text).map_err(|error| SnapshotError(error.message))?;
-            let checked = check_with(&project, &Config::default(), Box::new(source));
+            let checked = check_with(&project, &Config::default(), Box::new(source), Gate::On);
             checked.map_err(|error| SnapshotError(error.message))?
         }
     };

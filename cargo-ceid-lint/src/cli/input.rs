@@ -10,7 +10,7 @@ use super::console::Stream;
 use super::exit::ExitStatus;
 use super::unread;
 use crate::config::LevelOverrides;
-use crate::pipeline::{self, Configured, Report};
+use crate::pipeline::{self, Configured, Gate, Report};
 use crate::project::{self, Features, LoadError, Names, Project, Selection, TargetFilter};
 use crate::report::{self, Summary, text};
 use crate::source::{DiskSource, MAX_FILE_BYTES, MemorySource, ReadError, ReadSource};
@@ -54,11 +54,12 @@ pub(super) fn check(
         let targets: Vec<String> = targets.map(|target| format!("{} `{}`", target.kind.name(), target.name)).collect();
         console.say_if_verbose(&format!("checking `{}` {}: {}", package.name, package.version, targets.join(", ")));
     }
-    let mut checked = pipeline::check_configured(&project, overrides.clone(), source(unsaved.as_ref()));
+    let gate = if input.no_gate { Gate::Off } else { Gate::On };
+    let mut checked = pipeline::check_configured(&project, overrides.clone(), source(unsaved.as_ref()), gate);
     let alone = unread::files_of_no_target(&project, &checked.report);
     if !alone.is_empty() && !checked.is_config_wrong {
         project = project::with_files(project, &alone, &selection)?;
-        checked = pipeline::check_configured(&project, overrides, source(unsaved.as_ref()));
+        checked = pipeline::check_configured(&project, overrides, source(unsaved.as_ref()), gate);
     }
     let Configured { mut report, is_config_wrong: is_unchecked, config } = checked;
     if !is_unchecked {

@@ -1,6 +1,6 @@
 //! A check with the configuration that lies beside the project's manifests.
 
-use super::{Report, check_with};
+use super::{Gate, Report, check_with};
 use crate::config::{self, Config, ConfigError, LevelOverrides};
 use crate::diagnostic::Problem;
 use crate::project::Project;
@@ -20,9 +20,14 @@ pub struct Configured {
 
 /// Checks a project with its own configuration. What could not be loaded is among the problems.
 #[must_use]
-pub fn check_configured(project: &Project, overrides: LevelOverrides, source: Box<dyn ReadSource>) -> Configured {
+pub fn check_configured(
+    project: &Project,
+    overrides: LevelOverrides,
+    source: Box<dyn ReadSource>,
+    gate: Gate,
+) -> Configured {
     let checked =
-        configuration(project, overrides).and_then(|config| Ok((check_with(project, &config, source)?, config)));
+        configuration(project, overrides).and_then(|config| Ok((check_with(project, &config, source, gate)?, config)));
     let (mut report, is_config_wrong, config) = match checked {
         Ok((report, config)) => (report, false, config),
         Err(error) => (of_wrong_configuration(project, &error), true, Config::default()),
