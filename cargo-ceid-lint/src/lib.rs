@@ -29,9 +29,17 @@ pub mod suppress;
 
 pub mod rules;
 
+pub mod suggest;
+
+pub mod migrate;
+
 pub mod candidates;
 
+pub mod baseline;
+
 pub mod pipeline;
+
+pub mod fix;
 
 pub mod report;
 

@@ -3,8 +3,8 @@
 use std::fmt;
 use std::path::Path;
 
-use crate::config::{Config, LevelOverrides};
-use crate::pipeline::{Gate, Report, check_configured, check_with};
+use crate::config::Config;
+use crate::pipeline::{Gate, Options, Report, check_configured, check_with};
 use crate::project::{self, Selection};
 use crate::report::text;
 use crate::source::{DiskSource, MemorySource};
@@ -64,7 +64,7 @@ pub fn snapshot(subject: Subject<'_>) -> Result<String, SnapshotError> {
             let manifest_path = Some(current_dir.join("Cargo.toml"));
             let selection = Selection { current_dir, manifest_path, workspace: true, ..Selection::default() };
             let project = project::load(&selection).map_err(|error| SnapshotError(error.message))?;
-            check_configured(&project, LevelOverrides::default(), Box::new(DiskSource), Gate::On).report
+            check_configured(&project, &Options::default(), Box::new(DiskSource)).report
         }
         Subject::Source(text) => {
             let path = Path::new("/source.rs");

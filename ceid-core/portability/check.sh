@@ -114,12 +114,12 @@ check_avr() {
     build_demo --target avr-none -Zbuild-std=core --features avr --bin avr --bin avr-guard --bin avr-hand
     avr-size "$target_directory"/avr-none/release/*.elf
     local output
-    output=$(in_simavr avr)
-    compare_with_host "$output"
+    output=$(in_simavr atmega328p avr)
+    compare_with_host '^virtual\|^own' "$output"
 
     local guard hand
-    guard=$(in_simavr avr-guard)
-    hand=$(in_simavr avr-hand)
+    guard=$(in_simavr atmega328p avr-guard)
+    hand=$(in_simavr atmega328p avr-hand)
     echo "guard: $guard"
     echo "hand: $hand"
     if [ "${guard#*, }" != "${hand#*, }" ]; then
@@ -135,6 +135,12 @@ check_avr() {
             guard, hand, guard / hand, missed ? "MISSED" : "met"
         exit missed
     }'
+
+    # The robot needs the memory of the larger sister.
+    export CARGO_TARGET_AVR_NONE_RUSTFLAGS='-C target-cpu=atmega1284p'
+    build_demo --target avr-none -Zbuild-std=core --features avr --bin avr-robot
+    output=$(in_simavr atmega1284p avr-robot)
+    compare_with_host '^robot, 1 s' "$output"
 }
 
 check_windows() {
@@ -154,7 +160,9 @@ C
     x86_64-w64-mingw32-gcc-posix -shared -o "$libraries/bcryptprimitives.dll" "$libraries/bcryptprimitives.c" -ladvapi32
     WINEPATH="Z:${libraries//\//\\}"
     export WINEPATH
-    run_tests --target x86_64-pc-windows-gnu -Zbuild-std=std,panic_unwind,test --features std
+    # Wine sleeps in steps of 16 ms, which no functionality of 1000 Hz can be run with.
+    run_tests --target x86_64-pc-windows-gnu -Zbuild-std=std,panic_unwind,test --features std -- \
+        --skip the_soft_thread_gives_the_simulated_path
     run_hosted --target x86_64-pc-windows-gnu -Zbuild-std=std,panic_unwind,test --features std
 }
 
@@ -218,15 +226,15 @@ build_demo() {
 run_hosted() {
     local output
     output=$(cargo run --locked --manifest-path portability/Cargo.toml --bin hosted "$@")
-    compare_with_host "$output"
+    compare_with_host '^virtual\|^own\|^robot' "$output"
 }
 
-# Two lines have to be the same everywhere; the third is how punctual an emulator is.
+# The lines that a pattern selects have to be the same everywhere. How punctual an emulator is, is another line.
 compare_with_host() {
     local expected
     expected=$(cargo run -q --locked --manifest-path portability/Cargo.toml --bin hosted)
-    echo "$1"
-    diff <(head -2 <<<"$expected") <(head -2 <<<"$1")
+    echo "$2"
+    diff <(grep "$1" <<<"$expected") <(grep "$1" <<<"$2")
     echo 'the same as here'
 }
 
@@ -241,13 +249,13 @@ cortex_m() {
     local output
     output=$(timeout 60 qemu-system-arm "$@" -nographic -semihosting-config enable=on,target=native \
         -kernel "$target_directory/$target/release/cortex-m" </dev/null)
-    compare_with_host "$output"
+    compare_with_host '^virtual\|^own\|^robot' "$output"
 }
 
-# What a program for the ATmega328P writes to its serial port, without the colours of the simulator.
+# What a program for a processor writes to its serial port, without the colours of the simulator.
 in_simavr() {
-    timeout 60 simavr -m atmega328p -f 16000000 "$target_directory/avr-none/release/$1.elf" 2>&1 |
-        sed -n 's/\x1b\[[0-9;]*m//g; s/\.\r\{0,1\}$//; /^virtual\|^own\|^of which\|^clocks\|panicked/p'
+    timeout 600 simavr -m "$1" -f 16000000 "$target_directory/avr-none/release/$2.elf" 2>&1 |
+        sed -n 's/\x1b\[[0-9;]*m//g; s/\.\r\{0,1\}$//; /^virtual\|^own\|^of which\|^clocks\|^robot\|panicked/p'
 }
 
 type_check() {

@@ -27,7 +27,7 @@ pub use cycle::StdTime;
 pub use cycle::{Clock, Cycle, CycleGuard, CycleInfo, Cyclic, Free, Overrun, Periodic, Releases, Take, Time};
 pub use filter::{Divider, OnlyInCeid, Sample, SampledFilter, Shared, Tick, Unregistered};
 pub use rate::{Hz, Rate};
-pub use thread::{Flow, RealtimeFunctionality, RealtimeThread};
+pub use thread::{ClockOf, Flow, RealtimeFunctionality, RealtimeThread};
 pub use transaction::TransactionIo;
 
 /// Everything a control loop needs, for `use ceid_core::prelude::*;`.
@@ -35,9 +35,10 @@ pub mod prelude {
     #[cfg(feature = "std")]
     pub use crate::StdTime;
     pub use crate::{
-        Clock, CycleInfo, Cyclic, Free, Hz, Overrun, Periodic, Rate, Sample, SampledFilter, Tick, Unregistered,
+        Clock, CycleInfo, Cyclic, Free, Hz, OnlyInCeid, Overrun, Periodic, Rate, Sample, SampledFilter, Tick,
+        Unregistered,
     };
-    pub use crate::{Flow, RealtimeFunctionality, RealtimeThread};
+    pub use crate::{ClockOf, Flow, RealtimeFunctionality, RealtimeThread};
     pub use crate::{assert_updated_once, ceid, each_cycle, filters};
 }
 

@@ -66,7 +66,7 @@ fn the_goal_is_reached_at_every_intensity() {
         for quarter in 0..=40 {
             let intensity = f64::from(quarter) / 4.0;
             let (path, journey) = simulate(&with_seed(intensity, seed));
-            assert_eq!((journey.points, journey.missed, journey.outcome), (71, 0, Some(Outcome::Completed)));
+            assert_eq!((journey.points, journey.missed, journey.outcome), (71, 0, Some(Outcome::Finished)));
             let rest = from_the_goal(&path);
             assert!(rest < REACHED, "intensity {intensity}, seed {seed}: {rest} m from the goal");
         }
@@ -132,7 +132,7 @@ fn gives_the_simulated_path(world: World) {
     for _ in 0..3 {
         let mut path = [Vector::default(); 71];
         let journey = worlds::drive(world, &trip, &mut path).expect("this world is there");
-        assert_eq!((journey.points, journey.outcome), (71, Some(Outcome::Completed)));
+        assert_eq!((journey.points, journey.outcome), (71, Some(Outcome::Finished)));
         let (away, allowed) = (deviation(&path, &simulated), tolerance(journey.late));
         if away <= allowed && from_the_goal(&path) <= REACHED + allowed {
             return;
@@ -188,7 +188,7 @@ fn stands_still_for_a_while((path, journey): &(Path, Journey<()>)) {
 fn stands_still_to_the_end((path, journey): &(Path, Journey<()>)) {
     assert!(path.iter().all(|point| point.is_finite()));
     assert!(moved(&path[25..]) < 0.001 && from_the_goal(path) > 1.0, "{:?}", &path[20..]);
-    assert_eq!(journey.outcome, Some(Outcome::Completed));
+    assert_eq!(journey.outcome, Some(Outcome::Finished));
 }
 
 /// Virtual time that loses 30 ms every half second, as a machine does that has something else to do.
@@ -218,7 +218,7 @@ fn missed_releases_are_counted_and_the_robot_arrives_all_the_same() {
     let trip = Trip::new(2.0);
     let (path, journey) = drive(&mut SuperloopCycleThread::new(INTERRUPTED), &trip);
     assert!(journey.missed > 1000, "{journey:?}");
-    assert_eq!((journey.points, journey.outcome), (71, Some(Outcome::Completed)));
+    assert_eq!((journey.points, journey.outcome), (71, Some(Outcome::Finished)));
     let away = deviation(&path, &simulate(&trip).0);
     assert!(away < tolerance(journey.late), "{away} m, {journey:?}");
     assert!(from_the_goal(&path) < REACHED && journey.clearance > 0.0, "{journey:?}");
@@ -237,7 +237,7 @@ fn a_robot_that_must_not_miss_a_release_ends_at_the_first() {
 fn releases_that_are_caught_up_with_are_all_run() {
     let trip = Trip { overrun: Overrun::CatchUp { max: u32::MAX }, ..Trip::new(2.0) };
     let (path, journey) = drive(&mut SuperloopCycleThread::new(INTERRUPTED), &trip);
-    assert_eq!((journey.missed, journey.outcome), (0, Some(Outcome::Completed)));
+    assert_eq!((journey.missed, journey.outcome), (0, Some(Outcome::Finished)));
     assert!(from_the_goal(&path) < REACHED && journey.clearance > 0.0, "{journey:?}");
 }
 

@@ -75,6 +75,7 @@ fn workspaces_compile() {
         "init_robot",
         "init_nothing",
         "init_clash",
+        "legacy_robot",
     ] {
         let manifest = workspace::committed(name).join("Cargo.toml");
         cargo_check(&manifest, "fixtures_compile_target", &["--workspace"]);

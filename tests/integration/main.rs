@@ -3,6 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod baseline;
 mod ci_formats;
 mod cli;
 mod configuration;
@@ -11,15 +12,20 @@ mod documents;
 mod dogfood;
 mod exit_status;
 mod explain;
+mod fix;
 mod fixtures_compile;
+mod gate;
 mod init;
 mod lsp;
 mod messages;
+mod migrate;
+mod migration_report;
 mod mutations;
 mod presets;
 mod repositories;
 mod robustness;
 mod schema;
+mod since;
 mod snapshot_tests;
 mod suppressions;
 mod tidy;

@@ -44,6 +44,11 @@ fn guarded_robot_of_figure_3() {
 }
 
 #[test]
+fn legacy_drone_without_its_baseline() {
+    check("legacy_drone");
+}
+
+#[test]
 fn finding_across_two_crates() {
     check("two_crates");
 }

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! A shrunk program is printed in the form of `fixtures/oracle`, so that it can be kept as a file there. `--show INDEX`
-//! prints a program of the seed, `--kept N` shrinks more of a kind than three, `--no-shrink` none.
+//! prints a program of the seed, `--first INDEX` begins with it, `--kept N` shrinks more of a kind than three, `--no-shrink` none.
 
 #![expect(clippy::print_stdout, reason = "the figures and the disagreements are what it is run for")]
 
@@ -37,7 +37,7 @@ const CANDIDATES: usize = 16;
 
 fn main() -> ExitCode {
     let Some(options) = Options::read() else {
-        println!("usage: oracle [--programs N] [--seed N] [--show INDEX] [--kept N] [--no-shrink]");
+        println!("usage: oracle [--programs N] [--seed N] [--first INDEX] [--show INDEX] [--kept N] [--no-shrink]");
         return ExitCode::SUCCESS;
     };
     if let Some(index) = options.shown {
@@ -49,8 +49,9 @@ fn main() -> ExitCode {
     let mut open = judged(&options.directory, &kept, &mut figures);
     assert_eq!(figures.programs, kept.len(), "a program of fixtures/oracle does not compile");
     let are_kept_good = open.is_empty();
-    for first in (0..options.programs).step_by(BATCH as usize) {
-        let indices = first..(first + BATCH).min(options.programs);
+    let last = options.first.saturating_add(options.programs);
+    for first in (options.first..last).step_by(BATCH as usize) {
+        let indices = first..(first + BATCH).min(last);
         let programs: Vec<Program> = indices.map(|index| generate::program(options.seed, index)).collect();
         for case in judged(&options.directory, &programs, &mut figures) {
             if open.iter().filter(|other| other.found.is_like(&case.found)).count() < options.kept {
@@ -74,6 +75,7 @@ fn main() -> ExitCode {
 
 struct Options {
     programs: u64,
+    first: u64,
     seed: u64,
     shown: Option<u64>,
     shrinks: bool,
@@ -85,12 +87,13 @@ struct Options {
 impl Options {
     fn read() -> Option<Self> {
         let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("oracle-{}", std::process::id()));
-        let mut options = Self { programs: 60, seed: 1, shown: None, shrinks: true, kept: 3, directory };
+        let mut options = Self { programs: 60, first: 0, seed: 1, shown: None, shrinks: true, kept: 3, directory };
         let mut arguments = std::env::args().skip(1);
         while let Some(argument) = arguments.next() {
             let mut number = || arguments.next()?.parse::<u64>().ok();
             match argument.as_str() {
                 "--programs" => options.programs = number()?,
+                "--first" => options.first = number()?,
                 "--seed" => options.seed = number()?,
                 "--show" => options.shown = Some(number()?),
                 "--kept" => options.kept = number()? as usize,

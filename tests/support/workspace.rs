@@ -10,6 +10,26 @@ pub(crate) fn committed(name: &str) -> PathBuf {
     directory
 }
 
+/// A throw-away copy of a committed workspace.
+pub(crate) fn copy(workspace: &str, name: &str) -> PathBuf {
+    let (from, to) = (committed(workspace), temporary(name));
+    copy_all(&from, &to);
+    to
+}
+
+fn copy_all(from: &Path, to: &Path) {
+    fs::create_dir_all(to).expect("the target directory is writable");
+    for entry in fs::read_dir(from).expect("the workspace is readable") {
+        let path = entry.expect("the workspace is readable").path();
+        let target = to.join(path.file_name().expect("it has a name"));
+        if path.is_dir() {
+            copy_all(&path, &target);
+        } else {
+            fs::copy(&path, &target).expect("the target directory is writable");
+        }
+    }
+}
+
 /// A throw-away directory below the target directory, emptied first.
 pub(crate) fn temporary(name: &str) -> PathBuf {
     let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);

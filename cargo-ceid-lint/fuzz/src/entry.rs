@@ -4,9 +4,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use cargo_ceid_lint::config::Config;
-use cargo_ceid_lint::pipeline::check_with;
+use cargo_ceid_lint::pipeline::{Gate, check_with};
 use cargo_ceid_lint::project::{CfgValues, Package, Project, Target, TargetKind};
-use cargo_ceid_lint::report::{self, Style, Summary, json, proof, short, text};
+use cargo_ceid_lint::report::{self, Style, Summary, html, json, proof, short, text};
 use cargo_ceid_lint::source::MemorySource;
 
 /// A trait that makes the pipeline look at bodies, whatever the text says.
@@ -26,7 +26,7 @@ fn check_edition(source: &str, edition: &str) {
     let mut memory = MemorySource::default();
     memory.insert(path, Arc::from(source));
     let project = project(path, edition);
-    let Ok(report) = check_with(&project, &Config::default(), Box::new(memory)) else { return };
+    let Ok(report) = check_with(&project, &Config::default(), Box::new(memory), Gate::On) else { return };
     let style = Style { color: true, full_trace: true };
     let mut written = 0;
     for diagnostic in &report.diagnostics {
@@ -37,7 +37,8 @@ fn check_edition(source: &str, edition: &str) {
         written += text::problem(&report.sources, problem, style).len();
     }
     written += json::messages(&project, &report, json::Options::default()).len();
-    written += proof::json(&project, &report).len() + proof::human(&project, &report, style).len();
+    written += proof::json(&project, &report, None).len() + proof::human(&project, &report, None, style).len();
+    written += html::page(&project, &report, None).len();
     written += report::stats(&project, &report).len() + Summary::of(&report).line().len();
     assert!(written > 0);
 }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::migrate;
 use crate::project::Partition;
 
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
@@ -21,6 +22,17 @@ Accepted and ignored, because editors pass them to `cargo check` (the network is
 
 `cargo ceid-lint explain missed_update` explains a rule; `cargo ceid-lint rules` lists all of them.";
 
+const AFTER_BASELINE_HELP: &str = "\
+The list counts findings by file, function, rule and filter, and holds no line numbers: it survives `cargo fmt`, moved
+functions and new loops. Without flags the first list is written; one that is there is compared, and nothing is changed.
+
+  cargo ceid-lint baseline               write the first list
+  cargo ceid-lint baseline --prune       take out what is fixed
+  cargo ceid-lint baseline --accept-new  add what is new
+
+Exit codes: 0 the list holds all that was found, 100 there is more, 101 the run could not be made, something could not be
+read, or the list could not be written, 2 wrong usage.";
+
 const AFTER_INIT_HELP: &str = "\
 Filters that are certain are turned on. All others stand in the file behind `#`, each with the reason why it looks like
 a filter and the number of its uses: remove the `#` of those that are, and run `cargo ceid-lint`.
@@ -31,6 +43,14 @@ a filter and the number of its uses: remove the `#` of those that are, and run `
   cargo ceid-lint init --stdout            look, and write nothing
 
 Exit codes: 0 the file is written, 101 it is not, or a file could not be read or parsed, 2 wrong usage.";
+
+const AFTER_FIX_HELP: &str = "\
+Without `--unsafe-fixes` only those fixes are applied that are what was meant. The changed files are checked again before
+they are written and after, and a fix that would bring a new finding is taken back. Each file is written in full or not at
+all. The working directory must have no uncommitted changes, as for `cargo fix`.
+
+Exit codes: 0 nothing is left at `deny`, 100 findings at `deny` are left, 101 something could not be read or written, 2 wrong
+usage. With `--diff`: 0 nothing would be changed, 100 something would be.";
 
 /// The command line.
 #[derive(Debug, Parser)]
@@ -56,9 +76,15 @@ pub(super) enum Command {
     /// Check the filters of every control cycle (what happens without a subcommand).
     #[command(after_help = AFTER_HELP)]
     Check(Box<CheckArgs>),
+    /// Apply the fixes that the findings offer, and check again.
+    #[command(after_help = AFTER_FIX_HELP)]
+    Fix(Box<CheckArgs>),
     /// Print the proof report: every cycle and filter with its verdict.
     #[command(after_help = "Exit codes: 0 the report is complete, 101 it is not. A report has no findings of its own.")]
     Report(Box<ReportArgs>),
+    /// Write, extend or prune the list of findings that are known, so that only new ones fail.
+    #[command(after_help = AFTER_BASELINE_HELP)]
+    Baseline(Box<BaselineArgs>),
     /// Print the long text of a rule.
     Explain(ExplainArgs),
     /// Print the table of rules, their groups and default levels.
@@ -66,6 +92,9 @@ pub(super) enum Command {
     /// Write a first `ceid-lint.toml` with the filters and cycles that were found.
     #[command(after_help = AFTER_INIT_HELP)]
     Init(Box<InitArgs>),
+    /// Put a guard of `ceid-core` into loops that update their filters by hand.
+    #[command(after_help = migrate::AFTER_HELP)]
+    Migrate(Box<migrate::MigrateArgs>),
     /// Serve an editor: a language server on stdin and stdout.
     #[command(
         after_help = "Settings for editors: docs/editors.md. Exit codes: 0 after `shutdown` and `exit`, 1 without."
@@ -84,6 +113,8 @@ pub(super) struct CheckArgs {
     #[command(flatten)]
     pub(super) levels: LevelArgs,
     #[command(flatten)]
+    pub(super) legacy: Legacy,
+    #[command(flatten)]
     pub(super) talk: Talk,
     /// How findings are printed.
     #[arg(long, value_name = "FORMAT", value_enum, value_delimiter = ',', help_heading = "Output")]
@@ -95,9 +126,35 @@ pub(super) struct CheckArgs {
     /// checker.
     #[arg(long = "with", value_name = "COMMAND", value_enum, help_heading = "Output")]
     pub(super) beside: Option<CargoCommand>,
+    #[command(flatten)]
+    pub(super) fixes: FixArgs,
     /// Levels again, as for clippy: `-- -W ceid::gated_update`.
     #[arg(last = true, value_name = "LEVELS", help_heading = "Levels")]
     pub(super) rest: Vec<String>,
+}
+
+/// What is done about the findings.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Fixes")]
+pub(super) struct FixArgs {
+    /// Apply the fixes that the findings offer, as `cargo ceid-lint fix` does.
+    #[arg(long)]
+    pub(super) fix: bool,
+    /// Apply also the fixes that may not be what was meant: look at what they did.
+    #[arg(long)]
+    pub(super) unsafe_fixes: bool,
+    /// Print what the fixes would change as a unified diff on stdout, write nothing, and fail if there is something.
+    #[arg(long)]
+    pub(super) diff: bool,
+    /// Fix code even if the working directory is dirty or has staged changes.
+    #[arg(long)]
+    pub(super) allow_dirty: bool,
+    /// Fix code even if the working directory has staged changes.
+    #[arg(long)]
+    pub(super) allow_staged: bool,
+    /// Fix code even if a VCS was not detected.
+    #[arg(long)]
+    pub(super) allow_no_vcs: bool,
 }
 
 #[derive(Debug, Args)]
@@ -107,12 +164,56 @@ pub(super) struct ReportArgs {
     #[command(flatten)]
     pub(super) levels: LevelArgs,
     #[command(flatten)]
+    pub(super) legacy: Legacy,
+    #[command(flatten)]
     pub(super) talk: Talk,
     /// How the report is printed.
     #[arg(long, value_name = "FORMAT", value_enum, default_value = "human", help_heading = "Output")]
-    pub(super) message_format: DataFormat,
+    pub(super) message_format: ReportFormat,
+    /// Write the chosen format, or the one named before `=`, to a file as well (`-` is stdout); may be given several times.
+    #[arg(long, value_name = "[FORMAT=]FILE", help_heading = "Output")]
+    pub(super) output: Vec<String>,
+    /// Say what has changed since this report, which was written with `--message-format json`.
+    #[arg(long, value_name = "FILE", conflicts_with = "since", help_heading = "Output")]
+    pub(super) compare_with: Option<PathBuf>,
     #[arg(last = true, value_name = "LEVELS", hide = true)]
     pub(super) rest: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct BaselineArgs {
+    #[command(flatten)]
+    pub(super) input: Input,
+    #[command(flatten)]
+    pub(super) levels: LevelArgs,
+    /// The file, instead of `ceid-baseline.toml` beside the manifest of the workspace.
+    #[arg(long, value_name = "FILE", help_heading = "What is written")]
+    pub(super) baseline: Option<PathBuf>,
+    /// Add the findings that are new.
+    #[arg(long, help_heading = "What is written")]
+    pub(super) accept_new: bool,
+    /// Take out the findings that are fixed, as far as this run has looked for them.
+    #[arg(long, help_heading = "What is written")]
+    pub(super) prune: bool,
+    #[command(flatten)]
+    pub(super) talk: Talk,
+    #[arg(last = true, value_name = "LEVELS", hide = true)]
+    pub(super) rest: Vec<String>,
+}
+
+/// What keeps old findings apart from new ones.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Legacy code")]
+pub(super) struct Legacy {
+    /// The list of known findings, instead of `ceid-baseline.toml` beside the manifest of the workspace.
+    #[arg(long, value_name = "FILE", conflicts_with = "no_baseline")]
+    pub(super) baseline: Option<PathBuf>,
+    /// Show known findings as well.
+    #[arg(long)]
+    pub(super) no_baseline: bool,
+    /// Report only what touches lines that were changed since this git revision.
+    #[arg(long, value_name = "REV", conflicts_with = "stdin_filename")]
+    pub(super) since: Option<String>,
 }
 
 #[derive(Debug, Args)]
@@ -381,6 +482,16 @@ pub(super) enum DataFormat {
     Human,
     /// For programs.
     Json,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum ReportFormat {
+    /// For people.
+    Human,
+    /// For programs.
+    Json,
+    /// One page for a browser, which needs nothing else.
+    Html,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

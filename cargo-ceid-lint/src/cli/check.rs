@@ -7,9 +7,11 @@ use clap::ArgMatches;
 
 use super::args::CheckArgs;
 use super::console::Stream;
+use super::fix::{self, Fixed};
 use super::format::{Format, OutputFile, add_step_summary};
-use super::input::{self, Checked};
+use super::input::{self, Checked, Since};
 use super::{Console, ExitStatus, beside, levels};
+use crate::pipeline::Options;
 use crate::report::{Outcome, Service, text};
 
 /// Runs the check.
@@ -29,13 +31,24 @@ pub(super) fn run(mut args: CheckArgs, matches: &ArgMatches) -> Result<ExitStatu
     let is_in_file = files.iter().any(|file| !file.is_named);
     let printed = if is_in_file { Format::Human } else { format };
     let overrides = levels::read(matches, &args.levels, &mut args.input.build.features, &args.rest)?;
+    let since = args.legacy.since.as_deref().map(|revision| Since { revision, is_about_cycles: false });
+    let options = Options { overrides, baseline: input::baseline(&args.legacy), gate: input::gate(&args.input) };
     let cargo = args.beside.map(|command| beside::run(command, &args, console));
-    let (checked, mut status) = match input::check(&args.input, overrides, console, args.talk.stats) {
-        Ok(checked) => {
+    let loaded = if fix::is_asked(&args, printed)? {
+        match fix::run(&args, &options, printed, console) {
+            Ok(Fixed::Ended(status)) => return Ok(status),
+            Ok(Fixed::Checked(checked, is_unwritten)) => Ok((*checked, is_unwritten)),
+            Err(error) => Err(error),
+        }
+    } else {
+        input::check(&args.input, &options, since, console, args.talk.stats).map(|checked| (checked, false))
+    };
+    let (checked, mut status) = match loaded {
+        Ok((checked, is_unwritten)) => {
             show(&checked, printed, console);
             checked.say_summary(console);
             let status = checked.status(&args.input, console);
-            (checked, status)
+            (checked, if is_unwritten { ExitStatus::Incomplete } else { status })
         }
         Err(error) => (Checked::of_failed_load(error), ExitStatus::Incomplete),
     };

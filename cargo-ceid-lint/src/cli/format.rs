@@ -94,25 +94,10 @@ impl Format {
 impl OutputFile {
     /// Reads `FILE`, for the format that is printed, or `FORMAT=FILE`.
     pub(super) fn read(text: &str, printed: Format) -> Result<Self, String> {
-        // A path that has an equals sign in it is not taken apart.
-        let named = text.split_once('=').filter(|(name, _)| !name.contains(['/', '\\', '.']));
-        let Some((name, path)) = named else {
-            return Ok(Self { format: printed, path: text.into(), is_named: false });
-        };
-        let known = || MessageFormat::value_variants().iter().filter_map(ValueEnum::to_possible_value);
-        let Ok(word) = MessageFormat::from_str(name, false) else {
-            let names: Vec<String> = known().map(|value| value.get_name().to_owned()).collect();
-            let similar = nearest(name, names.iter().map(String::as_str));
-            let hint = similar.map_or_else(
-                || format!("the formats are {}", names.join(", ")),
-                |similar| format!("did you mean `{similar}`?"),
-            );
-            return Err(format!("unknown format `{name}` in `--output {text}`; {hint}"));
-        };
-        if path.is_empty() {
-            return Err(format!("`--output {text}` names no file"));
+        match named_output::<MessageFormat>(text)? {
+            (Some(word), path) => Ok(Self { format: Format::read(&[word])?, path, is_named: true }),
+            (None, path) => Ok(Self { format: printed, path, is_named: false }),
         }
-        Ok(Self { format: Format::read(&[word])?, path: path.into(), is_named: true })
     }
 
     /// Writes the file, and the directories above it where they are missing; `-` is stdout.
@@ -120,15 +105,46 @@ impl OutputFile {
     /// # Errors
     /// What to say when it cannot be written.
     pub(super) fn write(&self, checked: &Checked, outcome: &Outcome, console: Console) -> Result<(), String> {
-        let text = self.format.render(checked, outcome);
-        if self.path.as_os_str() == "-" {
-            console.print(&text);
-            return Ok(());
-        }
-        let directory = self.path.parent().filter(|directory| !directory.as_os_str().is_empty());
-        let written = directory.map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(&self.path, text));
-        written.map_err(|error| format!("cannot write `{}`: {error}", self.path.display()))
+        write_output(&self.path, &self.format.render(checked, outcome), console)
     }
+}
+
+/// Reads `FILE` or `FORMAT=FILE`.
+///
+/// # Errors
+/// What to say about a format that there is not, or a file without a name.
+pub(super) fn named_output<F: ValueEnum>(text: &str) -> Result<(Option<F>, PathBuf), String> {
+    // A path that has an equals sign in it is not taken apart.
+    let named = text.split_once('=').filter(|(name, _)| !name.contains(['/', '\\', '.']));
+    let Some((name, path)) = named else { return Ok((None, text.into())) };
+    let Ok(word) = F::from_str(name, false) else {
+        let known = F::value_variants().iter().filter_map(ValueEnum::to_possible_value);
+        let names: Vec<String> = known.map(|value| value.get_name().to_owned()).collect();
+        let similar = nearest(name, names.iter().map(String::as_str));
+        let hint = similar.map_or_else(
+            || format!("the formats are {}", names.join(", ")),
+            |similar| format!("did you mean `{similar}`?"),
+        );
+        return Err(format!("unknown format `{name}` in `--output {text}`; {hint}"));
+    };
+    if path.is_empty() {
+        return Err(format!("`--output {text}` names no file"));
+    }
+    Ok((Some(word), path.into()))
+}
+
+/// Writes a file, and the directories above it where they are missing; `-` is stdout.
+///
+/// # Errors
+/// What to say when it cannot be written.
+pub(super) fn write_output(path: &Path, text: &str, console: Console) -> Result<(), String> {
+    if path.as_os_str() == "-" {
+        console.print(text);
+        return Ok(());
+    }
+    let directory = path.parent().filter(|directory| !directory.as_os_str().is_empty());
+    let written = directory.map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(path, text));
+    written.map_err(|error| format!("cannot write `{}`: {error}", path.display()))
 }
 
 /// Adds the table to the summary of the step, if this is a step of GitHub Actions.

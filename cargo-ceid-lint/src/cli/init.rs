@@ -35,7 +35,7 @@ pub(super) fn run(args: &InitArgs) -> Result<ExitStatus, String> {
     let roots = project.packages.iter().filter(|package| package.is_reported).map(|package| &package.workspace_root);
     if let Some(root) = roots.clone().find(|root| !args.force && !args.stdout && root.join(FILE_NAME).exists()) {
         console.error(
-            &format!("`{}` is already there", shown(&root.join(FILE_NAME))),
+            &format!("`{}` is already there", input::shown(&root.join(FILE_NAME))),
             Some("`--stdout` prints what would be written; `--force` writes over it, and what was changed by hand is lost"),
         );
         return Ok(ExitStatus::Incomplete);
@@ -68,7 +68,7 @@ pub(super) fn run(args: &InitArgs) -> Result<ExitStatus, String> {
         if args.stdout {
             console.print(&draft.text);
         } else if let Err(error) = std::fs::write(&path, &draft.text) {
-            console.error(&format!("cannot write `{}`: {error}", shown(&path)), None);
+            console.error(&format!("cannot write `{}`: {error}", input::shown(&path)), None);
             status = ExitStatus::Incomplete;
         } else {
             console.say(&said(&path, &draft));
@@ -84,7 +84,7 @@ pub(super) fn run(args: &InitArgs) -> Result<ExitStatus, String> {
 /// What was written, and what to do next.
 fn said(path: &Path, draft: &Draft) -> String {
     let Draft { filters_on, filters, cycles_on, cycles, .. } = *draft;
-    let path = shown(path);
+    let path = input::shown(path);
     if filters + cycles == 0 {
         return format!(
             "wrote `{path}`: nothing was found that looks like a filter and is not known as one; the file says how to name one"
@@ -110,10 +110,4 @@ fn say_problems(problems: &[crate::diagnostic::Problem], prospect: &Prospect, co
             count(unread, "file or package")
         ));
     }
-}
-
-/// A path as the user would write it.
-fn shown(path: &Path) -> String {
-    let current = std::env::current_dir().unwrap_or_default();
-    path.strip_prefix(current).unwrap_or(path).display().to_string()
 }

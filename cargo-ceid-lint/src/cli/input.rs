@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::Console;
+use super::args::Legacy;
 use super::args::{Build, Input, NoLoops, Scope};
 use super::console::Stream;
 use super::exit::ExitStatus;
 use super::unread;
-use crate::config::LevelOverrides;
-use crate::pipeline::{self, Configured, Gate, Report};
-use crate::project::{self, Features, LoadError, Names, Project, Selection, TargetFilter};
+use crate::pipeline::{self, BaselineChoice, Configured, Gate, Options, Report};
+use crate::project::{self, Changes, Features, LoadError, Names, Project, Selection, TargetFilter};
 use crate::report::{self, Summary, text};
 use crate::source::{DiskSource, MAX_FILE_BYTES, MemorySource, ReadError, ReadSource};
 
@@ -24,16 +24,44 @@ pub(super) struct Checked {
     pub(super) is_unchecked: bool,
 }
 
+/// Since when lines count as changed, and what is left out for it.
+#[derive(Clone, Copy)]
+pub(super) struct Since<'a> {
+    pub(super) revision: &'a str,
+    /// Whether cycles are left out as well as findings.
+    pub(super) is_about_cycles: bool,
+}
+
 /// Loads and checks.
 ///
 /// # Errors
 /// Why nothing could be loaded, which was told.
 pub(super) fn check(
     input: &Input,
-    overrides: LevelOverrides,
+    options: &Options,
+    since: Option<Since<'_>>,
     console: Console,
     with_stats: bool,
 ) -> Result<Checked, LoadError> {
+    let Loaded { project, mut first } = load(input, options, console)?;
+    if let Some(since) = since.filter(|_| !first.is_config_wrong) {
+        keep_changed(&mut first.report, since, &project)
+            .inspect_err(|error| console.error(&error.message, error.help.as_deref()))?;
+    }
+    Ok(Checked::of(project, first, console, with_stats))
+}
+
+/// A project, and the first check of it.
+pub(super) struct Loaded {
+    pub(super) project: Project,
+    pub(super) first: Configured,
+}
+
+/// Loads what the arguments select, and checks it.
+///
+/// # Errors
+/// Why nothing could be loaded, which was told.
+pub(super) fn load(input: &Input, options: &Options, console: Console) -> Result<Loaded, LoadError> {
     let paths = if input.paths.is_empty() { input.stdin_filename.as_slice() } else { &input.paths };
     let selection = selection(paths, &input.scope, &input.build);
     let loaded = unsaved_text(input).and_then(|text| Ok((text, project::load(&selection)?)));
@@ -54,25 +82,41 @@ pub(super) fn check(
         let targets: Vec<String> = targets.map(|target| format!("{} `{}`", target.kind.name(), target.name)).collect();
         console.say_if_verbose(&format!("checking `{}` {}: {}", package.name, package.version, targets.join(", ")));
     }
-    let gate = if input.no_gate { Gate::Off } else { Gate::On };
-    let mut checked = pipeline::check_configured(&project, overrides.clone(), source(unsaved.as_ref()), gate);
-    let alone = unread::files_of_no_target(&project, &checked.report);
-    if !alone.is_empty() && !checked.is_config_wrong {
+    let mut first = pipeline::check_configured(&project, options, source(unsaved.as_ref()));
+    let alone = unread::files_of_no_target(&project, &first.report);
+    if !alone.is_empty() && !first.is_config_wrong {
         project = project::with_files(project, &alone, &selection)?;
-        checked = pipeline::check_configured(&project, overrides, source(unsaved.as_ref()), gate);
+        first = pipeline::check_configured(&project, options, source(unsaved.as_ref()));
     }
-    let Configured { mut report, is_config_wrong: is_unchecked, config } = checked;
-    if !is_unchecked {
-        unread::add_unread(&project, &config, &mut report);
+    Ok(Loaded { project, first })
+}
+
+/// Leaves out what was not changed since the revision.
+fn keep_changed(report: &mut Report, since: Since<'_>, project: &Project) -> Result<(), LoadError> {
+    let paths = report.sources.files().map(|(_, file)| file.path.as_path());
+    let others: Vec<&Path> = paths.filter(|path| path.extension().is_none_or(|extension| extension != "rs")).collect();
+    let changes = Changes::since(since.revision, &project.root, &others)?;
+    report.keep_changed(since.revision, &changes);
+    if since.is_about_cycles {
+        report.keep_changed_cycles(&changes);
     }
-    if with_stats {
-        console.show(&report::stats(&project, &report));
-    }
-    let summary = Summary::of(&report);
-    Ok(Checked { project, report, summary, is_unchecked })
+    Ok(())
 }
 
 impl Checked {
+    /// What a check came to.
+    pub(super) fn of(project: Project, checked: Configured, console: Console, with_stats: bool) -> Self {
+        let Configured { mut report, is_config_wrong: is_unchecked, config } = checked;
+        if !is_unchecked {
+            unread::add_unread(&project, &config, &mut report);
+        }
+        if with_stats {
+            console.show(&report::stats(&project, &report));
+        }
+        let summary = Summary::of(&report);
+        Self { project, report, summary, is_unchecked }
+    }
+
     /// What a run came to that found nothing to load.
     pub(super) fn of_failed_load(error: LoadError) -> Self {
         let report = Report { problems: vec![error.problem(Path::new("Cargo.toml"))], ..Report::default() };
@@ -83,6 +127,12 @@ impl Checked {
 
     /// How the run ends, telling loudly when nothing was checked.
     pub(super) fn status(&self, input: &Input, console: Console) -> ExitStatus {
+        let status = self.status_of_run(input, console);
+        if status == ExitStatus::Clean && self.summary.errors > 0 { ExitStatus::Findings } else { status }
+    }
+
+    /// The same, whatever was found.
+    pub(super) fn status_of_run(&self, input: &Input, console: Console) -> ExitStatus {
         if self.is_unchecked || self.summary.problems > 0 {
             return ExitStatus::Incomplete;
         }
@@ -105,7 +155,7 @@ impl Checked {
                 NoLoops::Pass => {}
             }
         }
-        if self.summary.errors > 0 { ExitStatus::Findings } else { ExitStatus::Clean }
+        ExitStatus::Clean
     }
 
     /// Prints what could not be read, for people.
@@ -122,6 +172,9 @@ impl Checked {
         }
         if !self.summary.is_nothing() && !self.is_unchecked {
             console.say(&self.summary.line());
+        }
+        for line in report::asides(&self.report) {
+            console.say(&line);
         }
     }
 }
@@ -154,6 +207,31 @@ fn unsaved_text(input: &Input) -> Result<Option<(PathBuf, Arc<str>)>, LoadError>
     let text = String::from_utf8(bytes)
         .map_err(|error| unreadable(ReadError::NotUtf8 { byte: error.utf8_error().valid_up_to() }.to_string()))?;
     Ok(Some((current_dir().join(name), text.into())))
+}
+
+/// Which packages the arguments ask to be parsed.
+pub(super) fn gate(input: &Input) -> Gate {
+    if input.no_gate { Gate::Off } else { Gate::On }
+}
+
+/// The baseline that the arguments name.
+pub(super) fn baseline(legacy: &Legacy) -> BaselineChoice {
+    match &legacy.baseline {
+        Some(path) => BaselineChoice::File(from_current_dir(path)),
+        None if legacy.no_baseline => BaselineChoice::Ignored,
+        None => BaselineChoice::Beside,
+    }
+}
+
+/// A path of the command line, in full.
+pub(super) fn from_current_dir(path: &Path) -> PathBuf {
+    let path = current_dir().join(path);
+    path.canonicalize().unwrap_or(path)
+}
+
+/// A path as the user would write it.
+pub(super) fn shown(path: &Path) -> String {
+    path.strip_prefix(current_dir()).unwrap_or(path).display().to_string()
 }
 
 fn current_dir() -> PathBuf {

@@ -1,6 +1,7 @@
 //! The command line: reads the arguments, runs, prints, and answers the exit code. The only module that prints.
 
 mod args;
+mod baseline;
 mod beside;
 mod bug;
 mod check;
@@ -8,14 +9,17 @@ mod command;
 mod console;
 mod exit;
 mod explain;
+mod fix;
 mod format;
 mod init;
 mod input;
 mod levels;
 mod lsp;
+mod migrate;
 mod report;
 mod rules;
 mod unread;
+mod vcs;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -53,10 +57,16 @@ fn run_caught(args: Vec<OsString>) -> ExitStatus {
     let result = match cli.command {
         None => check::run(cli.check, &matches),
         Some(Command::Check(args)) => check::run(*args, of_subcommand(&matches)),
+        Some(Command::Fix(mut args)) => {
+            args.fixes.fix = true;
+            check::run(*args, of_subcommand(&matches))
+        }
         Some(Command::Report(args)) => report::run(*args, of_subcommand(&matches)),
+        Some(Command::Baseline(args)) => baseline::run(*args, of_subcommand(&matches)),
         Some(Command::Explain(args)) => explain::run(&args),
         Some(Command::Rules(args)) => Ok(rules::run(&args)),
         Some(Command::Init(args)) => init::run(&args),
+        Some(Command::Migrate(args)) => migrate::run(&args),
         Some(Command::Lsp(_)) => Ok(lsp::run()),
         Some(Command::Completions(args)) => command::completions(&args),
         Some(Command::Man) => command::manual(),

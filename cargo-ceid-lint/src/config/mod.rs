@@ -7,7 +7,7 @@ pub mod glob;
 mod levels;
 mod load;
 mod presets;
-mod reader;
+pub(crate) mod reader;
 pub mod spelling;
 
 use std::path::{Path, PathBuf};

@@ -472,6 +472,7 @@ impl Context<'_> {
             others: decision.others,
             updates: Vec::new(),
             suppressed: None,
+            known: false,
         }
     }
 }

@@ -28,33 +28,54 @@ pub(super) struct Decision {
     pub(super) law: Option<String>,
 }
 
-/// How a function updates a filter twice, for those who call it.
-#[derive(Clone, Debug)]
-pub(super) struct Repeat {
-    /// The second update.
-    pub(super) primary: Span,
-    /// The steps that lead to it, the first update among them.
-    witness: Vec<WitnessStep>,
-}
-
 /// How the ways through a function come to a second update, if one does.
-pub(super) fn repeat_of(search: &Search<'_>, exploration: &Exploration) -> Option<Repeat> {
+pub(super) fn repeat_of(search: &Search<'_>, exploration: &Exploration) -> Option<Evidence> {
     let end = shortest(exploration, exploration.ends.iter().filter(|end| end.state.count == Count::Many))?;
     if asks_dropped(search, exploration, end) {
         return None;
     }
     let path = exploration.path(end.at);
-    let mut witness = steps(search, Region::Function, exploration, end);
-    witness.remove(0);
+    let witness = steps_inside(search, exploration, end);
     if let Some(inner) = path.iter().find_map(|at| inner_repeat(search, exploration, *at)) {
-        return Some(Repeat { primary: inner.primary, witness });
+        return Some(Evidence { primary: inner.primary, witness });
     }
     let primary = path.iter().find_map(|at| second_update(search, exploration, *at))?;
-    Some(Repeat { primary, witness })
+    Some(Evidence { primary, witness })
+}
+
+/// How the ways through a function come to skip what others of them update, if they do without a reason that is known and are all
+/// the same to those who call it.
+pub(super) fn skip_of(search: &Search<'_>, gates: &Gates<'_, '_>, exploration: &Exploration) -> Option<Evidence> {
+    let (skipping, updating): (Vec<&End>, Vec<&End>) =
+        exploration.ends.iter().partition(|end| end.state.count == Count::Zero);
+    let is_unexplained = |end: &&&End| {
+        !end.state.reset
+            && !end.state.attempted
+            && gates.of_end(exploration, end).is_none()
+            && gates.asks(end).is_none()
+    };
+    let unexplained: Vec<&End> = skipping.iter().filter(is_unexplained).copied().collect();
+    let end = shortest(exploration, unexplained.iter().copied())?;
+    let is_one = unexplained.iter().all(|other| other.returned == end.returned);
+    if updating.is_empty() || !is_one || asks_dropped(search, exploration, end) {
+        return None;
+    }
+    let (primary, _) = skip_place(search, exploration, end)?;
+    Some(Evidence { primary, witness: steps_inside(search, exploration, end) })
+}
+
+/// The way through a function as those see it who call it.
+fn steps_inside(search: &Search<'_>, exploration: &Exploration, end: &End) -> Vec<WitnessStep> {
+    let mut witness = steps(search, Region::Function, exploration, end);
+    witness.remove(0);
+    for step in witness.iter_mut().filter(|step| step.message == RETURNS) {
+        "`return` leaves the function".clone_into(&mut step.message);
+    }
+    witness
 }
 
 /// How a call comes to both updates, where a state behind it has seen two and the one before it none.
-fn inner_repeat<'s>(search: &'s Search<'_>, exploration: &Exploration, at: usize) -> Option<&'s Repeat> {
+fn inner_repeat<'s>(search: &'s Search<'_>, exploration: &Exploration, at: usize) -> Option<&'s Evidence> {
     let before = &exploration.states[exploration.parent(at)?];
     if before.count != Count::Zero || exploration.states[at].count != Count::Many {
         return None;
@@ -221,10 +242,12 @@ fn skipped(
         Some(end) if asks_dropped(search, exploration, end) => too_many_conditions(base),
         Some(end) => {
             let witness = steps(search, region, exploration, end);
+            let place = skip_place(search, exploration, end);
             // Where no statement skips, a loop over filtered items does so by having no round.
-            let primary = skip_span(search, exploration, end).or_else(|| Some(head_of(search, region)));
+            let primary = place.map_or_else(|| head_of(search, region), |(primary, _)| primary);
+            let through = place.and_then(|(_, through)| through);
             let others = other_skips(search, region, exploration, unexplained, primary);
-            Decision { verdict: Verdict::Skipped, witness, primary, others, ..base }
+            Decision { verdict: Verdict::Skipped, witness, primary: Some(primary), through, others, ..base }
         }
     }
 }
@@ -235,13 +258,13 @@ fn other_skips(
     region: Region,
     exploration: &Exploration,
     mut ends: Vec<&End>,
-    first: Option<Span>,
+    first: Span,
 ) -> Vec<Evidence> {
     ends.sort_by_cached_key(|end| (exploration.path(end.at).len(), end.at));
     let mut others: Vec<Evidence> = Vec::new();
     for end in ends {
-        let Some(primary) = skip_span(search, exploration, end) else { continue };
-        let is_known = first == Some(primary) || others.iter().any(|other| other.primary == primary);
+        let Some((primary, _)) = skip_place(search, exploration, end) else { continue };
+        let is_known = first == primary || others.iter().any(|other| other.primary == primary);
         if !is_known && !asks_dropped(search, exploration, end) {
             others.push(Evidence { primary, witness: steps(search, region, exploration, end) });
         }
@@ -340,8 +363,9 @@ fn shortest<'e>(exploration: &Exploration, ends: impl Iterator<Item = &'e End>) 
     ends.min_by_key(|end| (exploration.path(end.at).len(), end.at))
 }
 
-/// The statement that skips: the way out that is taken, the arm, or the condition that fails.
-fn skip_span(search: &Search<'_>, exploration: &Exploration, end: &End) -> Option<Span> {
+/// The statement that skips: the way out that is taken, the arm, or the condition that fails. Where it is in a function that is
+/// called, the call as well.
+fn skip_place(search: &Search<'_>, exploration: &Exploration, end: &End) -> Option<(Span, Option<Span>)> {
     let decided = end.state.skipped_at?;
     let nodes: Vec<NodeId> = exploration.path(end.at).iter().map(|at| exploration.states[*at].node).collect();
     let from = nodes.iter().position(|node| *node == decided)?;
@@ -351,8 +375,18 @@ fn skip_span(search: &Search<'_>, exploration: &Exploration, end: &End) -> Optio
     });
     let arm = behind.iter().find(|node| matches!(search.graph.node(**node).effect, Effect::Mark(Mark::Arm)));
     let is_match = matches!(&search.graph.node(decided).effect, Effect::Branch(test) if test.text.contains(" is "));
-    let shown = way_out.or(arm.filter(|_| is_match)).unwrap_or(&decided);
-    Some(search.graph.node(*shown).span)
+    let shown = *way_out.or(arm.filter(|_| is_match)).unwrap_or(&decided);
+    let span = search.graph.node(shown).span;
+    let inner = skip_inside(search, shown);
+    Some(inner.map_or((span, None), |inner| (inner.primary, Some(span))))
+}
+
+/// How a call skips, if it does.
+fn skip_inside<'s>(search: &'s Search<'_>, node: NodeId) -> Option<&'s Evidence> {
+    match &search.graph.node(node).effect {
+        Effect::Call(site) => search.skip_in(site),
+        _ => None,
+    }
 }
 
 /// The keyword at the head of a cycle.
@@ -365,6 +399,9 @@ fn head_of(search: &Search<'_>, region: Region) -> Span {
         Region::Function => search.program.index.function(search.graph.function).function.keyword,
     }
 }
+
+/// What the last step of a cycle function is called.
+const RETURNS: &str = "`return` ends the cycle";
 
 /// The way as labelled steps.
 fn steps(search: &Search<'_>, region: Region, exploration: &Exploration, end: &End) -> Vec<WitnessStep> {
@@ -407,6 +444,8 @@ fn steps(search: &Search<'_>, region: Region, exploration: &Exploration, end: &E
             Effect::Call(site) if state.skipped_at.is_none() && end.state.skipped_at == Some(state.node) => {
                 let message = format!("`{}` may return without the update", site.text);
                 steps.push(WitnessStep { span: node.span, message });
+                let inner = skip_inside(search, state.node);
+                steps.extend(inner.iter().flat_map(|skip| skip.witness.iter().cloned()));
             }
             Effect::Branch(test) => {
                 let holds = next.is_none_or(|next| node.next.first() == Some(&next.node));
@@ -423,7 +462,7 @@ fn steps(search: &Search<'_>, region: Region, exploration: &Exploration, end: &E
                 steps.push(WitnessStep { span: node.span, message });
             }
             Effect::Mark(Mark::Return) if region == Region::Function => {
-                steps.push(WitnessStep { span: node.span, message: "`return` ends the cycle".to_owned() });
+                steps.push(WitnessStep { span: node.span, message: RETURNS.to_owned() });
             }
             _ => {}
         }

@@ -30,6 +30,7 @@ pub(super) fn place_ty(index: &Index, graph: &ControlFlowGraph, place: &Place) -
                     ty = index.field_ty(&ty, at, name)?;
                     variant = None;
                 }
+                (Ty::External(path, args), _) if path == "ceid_core::Cyclic" => ty = args.first()?.clone(),
                 _ => return None,
             },
             Projection::Channel(_) => {}

@@ -180,7 +180,7 @@ impl Context<'_> {
         if is_forgotten {
             return;
         }
-        if uses.leaves || (leaf.is_uncertain && !uses.copied) {
+        if uses.leaves || (leaf.is_uncertain && !uses.copied && !self.is_beside_updated(facts, place)) {
             return;
         }
         // A cycle that updates a sibling owes this one an update, too.
@@ -228,6 +228,26 @@ impl Context<'_> {
             None if is_local_filter => self.push_unregistered(facts, var, place, None, analysis),
             _ => {}
         }
+    }
+
+    /// Whether something is updated that lies in the same elements of a collection: where there is one, there is the other.
+    fn is_beside_updated(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
+        let index = self.program.index;
+        (0..place.steps.len()).filter(|at| place.steps[*at].key().is_some()).any(|at| {
+            let (collection, rest) = (&place.steps[..at], &place.steps[at + 1..]);
+            let element = Place { base: place.base, steps: place.steps[..=at].to_vec() };
+            let is_certain = place_ty(index, facts.graph, &element)
+                .is_some_and(|ty| leaves(index, &ty).iter().any(|leaf| leaf.steps == rest && !leaf.is_uncertain));
+            is_certain
+                && facts.updated.iter().any(|instance| {
+                    let other = &instance.place;
+                    other.base == place.base
+                        && other.steps.len() > at + 1
+                        && other.steps[..at] == *collection
+                        && other.steps[at].key().is_some()
+                        && other.steps[at + 1..] != *rest
+                })
+        })
     }
 
     /// Whether a cycle updates something in the same scope: a local of the function, or a field of the same value.

@@ -6,11 +6,11 @@ use std::rc::Rc;
 use super::aliases::Aliases;
 use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
-use super::decide::Repeat;
 use super::given::{Given, GivenBase, given, instance_of, place_of, steps_at};
 use super::returned;
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
+use super::verdict::Evidence;
 use super::verdict::Gate;
 use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, Place, Program, Projection, Transfer};
 use crate::index::FunctionId;
@@ -77,31 +77,30 @@ pub(super) struct Summary {
     pub(super) feeds: BTreeMap<Given, BTreeSet<usize>>,
     /// What it reads or feeds without updating it.
     pub(super) uses: BTreeSet<Given>,
-    /// How it updates filters twice, with the half of the law.
-    pub(super) repeats: Repeats,
+    /// How it updates filters twice, and how it skips them.
+    pub(super) shown: Shown,
     /// The parameters that it puts into what another one of them leads to.
     pub(super) keeps: BTreeSet<usize>,
     /// What only a debug build updates, with the half of the law.
     pub(super) debug_only: BTreeMap<(Given, usize), DebugOnly>,
 }
 
-/// What a reader is shown of second updates. It decides nothing, so that it keeps no recursion from settling.
+/// What a reader is shown of filters, with the half of the law. It decides nothing, so that it keeps no recursion from settling.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Repeats(BTreeMap<(Given, usize), Repeat>);
+pub(super) struct Shown {
+    /// Second updates.
+    pub(super) repeats: BTreeMap<(Given, usize), Evidence>,
+    /// Ways that skip what others update.
+    pub(super) skips: BTreeMap<(Given, usize), Evidence>,
+}
 
-impl PartialEq for Repeats {
+impl PartialEq for Shown {
     fn eq(&self, _: &Self) -> bool {
         true
     }
 }
 
-impl Eq for Repeats {}
-
-impl Repeats {
-    pub(super) fn iter(&self) -> impl Iterator<Item = (&(Given, usize), &Repeat)> {
-        self.0.iter()
-    }
-}
+impl Eq for Shown {}
 
 impl Summary {
     /// The ways through it for one half of the law.
@@ -366,6 +365,10 @@ impl Summaries {
         }
         let dependence = Rc::new(ControlDependence::of(graph));
         touched = touched.into_iter().flat_map(Given::numbered).collect();
+        // Where one element is named, each of the others is another instance.
+        let places = touched.iter().map(|given| instance_of(graph, given)).collect();
+        let elements = super::instances::settle_elements(program.index, graph, &places);
+        touched.extend(elements.iter().filter_map(|place| given(graph, place)));
         if touched.len() > 4 * MAX_PLACES {
             let cause = Cause::Limit("a helper has too many places to do with".to_owned());
             bound(&mut touched);
@@ -406,10 +409,11 @@ impl Summaries {
                 let outcomes = if self.states.get() > MAX_STATES {
                     vec![Outcome::unknown(Cause::Limit(TOO_RECURSIVE.to_owned()))]
                 } else {
-                    let (outcomes, states, repeat) = search.outcomes(Region::Function);
-                    self.states.set(self.states.get() + states);
-                    summary.repeats.0.extend(repeat.map(|repeat| ((given.clone(), law), repeat)));
-                    outcomes
+                    let ways = search.ways(Region::Function);
+                    self.states.set(self.states.get() + ways.states);
+                    summary.shown.repeats.extend(ways.repeat.map(|repeat| ((given.clone(), law), repeat)));
+                    summary.shown.skips.extend(ways.skip.map(|skip| ((given.clone(), law), skip)));
+                    ways.outcomes
                 };
                 summary.halves[law].insert(given.clone(), outcomes);
                 summary.feeds.entry(given.clone()).or_default().extend(super::gates::fed_params(&search));

@@ -29,6 +29,12 @@ impl Context<'_> {
         let mut uses = Uses::default();
         let is_lent = instances::is_lent(self.program.index, facts.graph, place);
         let holds = |other: &Place| facts.aliases.roots(other).iter().any(|root| root.overlaps(place));
+        // What a filter computed may leave without it: `return kf.value();`
+        let gives_filter = {
+            let (index, function) = (self.program.index, facts.graph.function);
+            let output = &index.function(function).function.output;
+            instances::may_hold_filter(index, &index.lower(output, &index.scope_of(function)))
+        };
         for node in &facts.graph.nodes {
             match &node.effect {
                 Effect::Unknown { places, .. } => uses.leaves |= places.iter().any(&holds),
@@ -52,7 +58,9 @@ impl Context<'_> {
                     uses.leaves |= leaves && set.transfer != Transfer::Copy;
                     uses.copied |= leaves;
                 }
-                Effect::Return(value) => uses.leaves |= value.place.as_ref().is_some_and(&holds),
+                Effect::Return(value) => {
+                    uses.leaves |= gives_filter && value.place.as_ref().is_some_and(&holds);
+                }
                 Effect::Use { place: used } => {
                     uses.read |= holds(used);
                     let is_part = |root: &Place| root.overlaps(place) && root.steps.len() > place.steps.len();

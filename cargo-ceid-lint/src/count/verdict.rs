@@ -154,6 +154,8 @@ pub struct Pair {
     pub updates: Vec<Span>,
     /// The reason of the suppression that hides all that is found on it, if it is hidden; may be empty.
     pub suppressed: Option<String>,
+    /// Whether the baseline holds all that is found on it.
+    pub known: bool,
 }
 
 /// A path that shows a verdict.

@@ -147,6 +147,8 @@ pub struct Diagnostic {
     pub facts: Facts,
     /// The reason of the suppression that hides it, if one does; may be empty.
     pub suppressed: Option<String>,
+    /// Whether the baseline holds it, so that it is shown to nobody.
+    pub known: bool,
     /// The package it was found in: an index into the project's packages, if it has one.
     pub package: usize,
     /// The target it was found in: an index into the package's targets.
@@ -154,6 +156,12 @@ pub struct Diagnostic {
 }
 
 impl Diagnostic {
+    /// Whether people see it, and it decides how a run ends: nothing suppresses it, and it was not known before.
+    #[must_use]
+    pub fn is_shown(&self) -> bool {
+        self.suppressed.is_none() && !self.known
+    }
+
     /// How it is shown; a finding at `allow` is in no report.
     #[must_use]
     pub fn severity(&self) -> Severity {

@@ -4,6 +4,7 @@ mod collect;
 mod entries;
 mod entry_errors;
 mod filters;
+mod function_places;
 mod known;
 mod lookup;
 mod names;
@@ -19,6 +20,7 @@ use crate::syntax::tree::{
 
 pub use entries::{CycleSpec, EntryScope, GuardSpec};
 pub use filters::{FilterSpec, LawGroup};
+pub use function_places::{FunctionPlace, FunctionPlaces};
 pub use known::{is_guard_type, is_sampled_filter_path};
 pub use lookup::MethodOwner;
 pub use names::Namespace;

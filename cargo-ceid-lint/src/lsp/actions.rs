@@ -9,19 +9,31 @@ use super::protocol::{InRange, Range, TextEdit};
 use super::text::Lines;
 use super::view::View;
 use crate::diagnostic::{Applicability, Diagnostic, Level, Suggestion};
+use crate::migrate::Plan;
 use crate::report::text::suggested;
 use crate::rules::{self, Group};
 use crate::source::{FileId, Span};
 
 const QUICK_FIX: &str = "quickfix";
+const REWRITE: &str = "refactor.rewrite";
 
 /// The actions for the lines of a range.
 pub(super) fn actions(view: &View<'_>, asked: &InRange) -> Vec<Value> {
-    let is_wanted = |kinds: &Vec<String>| kinds.iter().any(|kind| kind.is_empty() || kind == QUICK_FIX);
-    if !asked.context.only.as_ref().is_none_or(is_wanted) {
-        return Vec::new();
+    let is_kind = |wanted: &str, kind: &str| {
+        wanted.is_empty() || kind.strip_prefix(wanted).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    };
+    let wants = |kind: &str| {
+        let only = asked.context.only.as_ref();
+        only.is_none_or(|kinds| kinds.iter().any(|wanted| is_kind(wanted, kind)))
+    };
+    let mut migrations = Vec::new();
+    if wants(REWRITE) && view.client.takes_actions {
+        migrations.extend(view.report.plans.iter().filter_map(|plan| migration(view, plan, asked.range)));
     }
-    let findings: Vec<&Diagnostic> = view.report.shown().filter(|finding| is_on(view, finding, asked.range)).collect();
+    if !wants(QUICK_FIX) {
+        return migrations;
+    }
+    let findings: Vec<&Diagnostic> = view.findings().filter(|finding| is_on(view, finding, asked.range)).collect();
     let mut actions = Vec::new();
     if view.client.takes_actions {
         for finding in &findings {
@@ -33,8 +45,33 @@ pub(super) fn actions(view: &View<'_>, asked: &InRange) -> Vec<Value> {
         }
     }
     let rules: BTreeSet<&str> = findings.iter().map(|finding| finding.rule).collect();
+    actions.extend(migrations);
     actions.extend(rules.into_iter().map(|rule| explanation(view, rule)));
     actions
+}
+
+/// Hands the filters of a loop to a guard, where its head is on the lines of a range and no manifest has to change.
+fn migration(view: &View<'_>, plan: &Plan, range: Range) -> Option<Value> {
+    let rewrite = plan.outcome.as_ref().ok().filter(|rewrite| rewrite.is_dependency)?;
+    let head = view.range(plan.head);
+    if plan.head.file != view.file || head.start.line > range.end.line || range.start.line > head.end.line {
+        return None;
+    }
+    let suggestion = plan.suggestion()?;
+    Some(json!({
+        "title": suggestion.message,
+        "kind": REWRITE,
+        "edit": workspace_edit(view, edits(view, &rewrite.edits)),
+    }))
+}
+
+fn edits(view: &View<'_>, edits: &[(Span, String)]) -> BTreeMap<FileId, Vec<TextEdit>> {
+    let mut by_file: BTreeMap<FileId, Vec<TextEdit>> = BTreeMap::new();
+    for (span, text) in edits {
+        let edit = TextEdit { range: view.location(*span).range, new_text: text.clone() };
+        by_file.entry(span.file).or_default().push(edit);
+    }
+    by_file
 }
 
 /// Whether a finding, the head of its cycle or one of its suggestions is on the lines of a range of this file.
@@ -56,17 +93,12 @@ fn about(view: &View<'_>, finding: &Diagnostic, copies: &[Value]) -> Vec<Value> 
 }
 
 fn fix(view: &View<'_>, suggestion: &Suggestion, about: &[Value]) -> Value {
-    let mut by_file: BTreeMap<FileId, Vec<TextEdit>> = BTreeMap::new();
-    for (span, text) in &suggestion.edits {
-        let edit = TextEdit { range: view.location(*span).range, new_text: text.clone() };
-        by_file.entry(span.file).or_default().push(edit);
-    }
     json!({
         "title": suggested(suggestion),
         "kind": QUICK_FIX,
         "diagnostics": about,
         "isPreferred": suggestion.applicability == Applicability::MachineApplicable,
-        "edit": workspace_edit(view, by_file),
+        "edit": workspace_edit(view, edits(view, &suggestion.edits)),
     })
 }
 

@@ -22,6 +22,8 @@ const FIRST_LINE: Range = Range { start: Position { line: 0, character: 0 }, end
 
 const ERROR: u32 = 1;
 const WARNING: u32 = 2;
+/// Shown at its place, and in no list: what is known is for whoever works on that line.
+const HINT: u32 = 4;
 
 /// What was found, by file.
 pub(super) fn of_judged(judged: &Judged, client: &Client, documents: &Documents) -> BTreeMap<PathBuf, Vec<Diagnostic>> {
@@ -32,7 +34,7 @@ pub(super) fn of_judged(judged: &Judged, client: &Client, documents: &Documents)
     let mut view = |file: FileId, read: &mut dyn FnMut(&View<'_>) -> Diagnostic| {
         read(views.entry(file).or_insert_with(|| View::new(report, file, client, documents)))
     };
-    for finding in report.shown() {
+    for finding in report.diagnostics.iter().filter(|finding| finding.suppressed.is_none()) {
         let file = finding.primary.span.file;
         by_file.entry(file).or_default().push(view(file, &mut |view| of_finding(view, finding)));
     }
@@ -64,6 +66,9 @@ fn of_finding(view: &View<'_>, finding: &found::Diagnostic) -> Diagnostic {
             message += &format!("\n{step} ({file}:{line})");
         }
     }
+    if finding.known {
+        message += "\nnote: this is known: it is in the baseline";
+    }
     message.extend(finding.notes.iter().map(|note| format!("\nnote: {note}")));
     message.extend(level_note(finding).map(|note| format!("\nnote: {note}")));
     message.extend(finding.helps.iter().map(|help| format!("\nhelp: {help}")));
@@ -71,6 +76,7 @@ fn of_finding(view: &View<'_>, finding: &found::Diagnostic) -> Diagnostic {
     Diagnostic {
         range: view.range(finding.primary.span),
         severity: match finding.severity() {
+            _ if finding.known => HINT,
             Severity::Error => ERROR,
             Severity::Warning => WARNING,
         },

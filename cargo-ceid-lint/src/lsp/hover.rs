@@ -17,7 +17,7 @@ pub(super) fn hover(view: &View<'_>, position: Position) -> Option<Value> {
     let mut paragraphs = Vec::new();
     let mut rules: BTreeSet<&str> = BTreeSet::new();
     let mut place: Option<Span> = None;
-    for finding in view.report.shown().filter(|finding| view.holds(finding.primary.span, offset)) {
+    for finding in view.findings().filter(|finding| view.holds(finding.primary.span, offset)) {
         place.get_or_insert(finding.primary.span);
         rules.insert(finding.rule);
         paragraphs.push(format!("**`ceid::{}`**: {}", finding.rule, finding.message));
@@ -83,6 +83,7 @@ fn of_pair(pair: &Pair) -> String {
         _ => format!("{} updates", counts(pair)),
     };
     let suppressed = match pair.suppressed.as_deref() {
+        None if pair.known => "; known".to_owned(),
         None => String::new(),
         Some("") => "; suppressed".to_owned(),
         Some(reason) => format!("; suppressed: {reason}"),

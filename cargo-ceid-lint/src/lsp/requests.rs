@@ -55,7 +55,7 @@ pub(super) fn capabilities(client: &Client) -> Value {
                 "workspaceDiagnostics": true,
             },
             "hoverProvider": true,
-            "codeActionProvider": { "codeActionKinds": ["quickfix"], "resolveProvider": false },
+            "codeActionProvider": { "codeActionKinds": ["quickfix", "refactor.rewrite"], "resolveProvider": false },
             "inlayHintProvider": true,
             "executeCommandProvider": { "commands": [explain::COMMAND] },
             "workspace": { "workspaceFolders": { "supported": true, "changeNotifications": true } },

@@ -216,7 +216,14 @@ impl Server {
     fn initialized(&mut self) {
         let mut registrations = Vec::new();
         if self.client.watches_files {
-            let patterns = ["**/*.rs", "**/Cargo.toml", "**/Cargo.lock", "**/ceid-lint.toml", "**/.cargo/config.toml"];
+            let patterns = [
+                "**/*.rs",
+                "**/Cargo.toml",
+                "**/Cargo.lock",
+                "**/ceid-lint.toml",
+                "**/ceid-baseline.toml",
+                "**/.cargo/config.toml",
+            ];
             let watchers: Vec<Value> = patterns.iter().map(|pattern| json!({ "globPattern": pattern })).collect();
             registrations.push(json!({
                 "id": "ceid-lint/files",

@@ -10,8 +10,7 @@ use walkdir::WalkDir;
 use super::check::{Judged, Outcome, Scope, Task};
 use super::documents::identity;
 use super::settings::Settings;
-use crate::config::LevelOverrides;
-use crate::pipeline::{self, Configured, Gate};
+use crate::pipeline::{self, Configured, Options};
 use crate::project::{self, LoadError, Project};
 use crate::source::ReadSource;
 
@@ -64,14 +63,14 @@ pub(super) fn check(task: &Task, loaded: &mut Option<Loaded>, source: &dyn Fn() 
         }
     }
     let Some(Loaded { project, .. }) = loaded else { return Outcome::Nothing };
-    let mut checked = pipeline::check_configured(project, LevelOverrides::default(), source(), Gate::On);
+    let mut checked = pipeline::check_configured(project, &Options::default(), source());
     let alone = files_of_no_target(task, &checked);
     if !alone.is_empty() {
         match project::with_files(Project::clone(project), &alone, &selection) {
             Ok(whole) => *project = Arc::new(whole),
             Err(error) => return not_loaded(error),
         }
-        checked = pipeline::check_configured(project, LevelOverrides::default(), source(), Gate::On);
+        checked = pipeline::check_configured(project, &Options::default(), source());
     }
     let notices = if is_known { Vec::new() } else { project.notices.clone() };
     Outcome::Checked(Box::new(Judged { project: Arc::clone(project), report: checked.report, notices }))

@@ -98,6 +98,11 @@ impl<'a> View<'a> {
         Self { report, file, lines, client, documents }
     }
 
+    /// The findings that an editor shows: those that are known as well.
+    pub(super) fn findings(&self) -> impl Iterator<Item = &'a crate::diagnostic::Diagnostic> {
+        self.report.diagnostics.iter().filter(|finding| finding.suppressed.is_none())
+    }
+
     /// A place in this file.
     pub(super) fn range(&self, span: Span) -> Range {
         self.lines.range_of(span, self.client.encoding)

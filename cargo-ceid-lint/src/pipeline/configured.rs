@@ -1,11 +1,22 @@
 //! A check with the configuration that lies beside the project's manifests.
 
-use super::{Gate, Report, check_with};
+use super::{BaselineChoice, Gate, Report, check_with, known};
 use crate::config::{self, Config, ConfigError, LevelOverrides};
 use crate::diagnostic::Problem;
 use crate::project::Project;
 use crate::rules;
 use crate::source::{ReadSource, SourceMap, Span};
+
+/// What the user asked for beyond what lies beside the code.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// The levels of the command line.
+    pub overrides: LevelOverrides,
+    /// Which baseline the findings are compared with.
+    pub baseline: BaselineChoice,
+    /// Which packages are parsed.
+    pub gate: Gate,
+}
 
 /// What a check found out, or what is wrong with its configuration.
 #[derive(Debug)]
@@ -18,16 +29,14 @@ pub struct Configured {
     pub config: Config,
 }
 
-/// Checks a project with its own configuration. What could not be loaded is among the problems.
+/// Checks a project with its own configuration, and compares what is found with its baseline. What could not be loaded is among the problems.
 #[must_use]
-pub fn check_configured(
-    project: &Project,
-    overrides: LevelOverrides,
-    source: Box<dyn ReadSource>,
-    gate: Gate,
-) -> Configured {
-    let checked =
-        configuration(project, overrides).and_then(|config| Ok((check_with(project, &config, source, gate)?, config)));
+pub fn check_configured(project: &Project, options: &Options, source: Box<dyn ReadSource>) -> Configured {
+    let checked = configuration(project, options.overrides.clone()).and_then(|config| {
+        let mut report = check_with(project, &config, source, options.gate)?;
+        known::compare(project, &config, &options.baseline, &mut report)?;
+        Ok((report, config))
+    });
     let (mut report, is_config_wrong, config) = match checked {
         Ok((report, config)) => (report, false, config),
         Err(error) => (of_wrong_configuration(project, &error), true, Config::default()),

@@ -2,27 +2,34 @@
 
 mod configured;
 mod entries;
+mod known;
 mod parse;
 mod prospect;
+mod since;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
-pub use configured::{Configured, check_configured};
+pub use configured::{Configured, Options, check_configured};
+pub use known::{BaselineChoice, CheckedCrate};
 pub use prospect::{Prospect, prospect};
+pub use since::Unchanged;
 
 use self::entries::Ledger;
 use self::parse::Part;
+use crate::baseline::Comparison;
 use crate::config::{self, Config, ConfigError, Preset};
 use crate::count::{Cycle, Pair, analyse};
 use crate::diagnostic::{Diagnostic, Level, Problem};
 use crate::flow::{Program, lower_function};
-use crate::index::{CrateInput, Index};
+use crate::index::{CrateInput, FunctionPlaces, Index};
+use crate::migrate::{self, Plan};
 use crate::project::Project;
 use crate::relevance::{self, Names, in_parallel};
 use crate::rules::{self, Known, RULES};
 use crate::source::{DiskSource, ReadSource, SourceMap, Span};
+use crate::suggest;
 use crate::suppress::{Crate, Suppressions};
 use crate::syntax::{Directives, with_large_stack};
 
@@ -41,18 +48,32 @@ pub struct Report {
     pub unread: Vec<Problem>,
     /// The files and directories of modules that are declared, and not there under this `cfg`.
     pub left_out: BTreeSet<PathBuf>,
+    /// The crates that were looked at.
+    pub checked: Vec<CheckedCrate>,
+    /// The functions of all code that was analysed.
+    pub functions: FunctionPlaces,
+    /// The baselines that the findings were compared with.
+    pub baselines: Vec<Comparison>,
+    /// What was left out, if only changed lines are looked at.
+    pub unchanged: Option<Unchanged>,
     /// The packages that were not parsed, because nothing in them can be a filter: indices into the project's packages.
     pub unparsed: BTreeSet<usize>,
     /// How many filter types were found.
     pub filter_types: usize,
     /// How many functions were only searched for repetitions, as nothing calls them, and have none.
     pub presumed: usize,
+    /// What can be done about each loop that updates filters by hand.
+    pub plans: Vec<Plan>,
+    /// The edits that remove each import of a filter's trait that nothing needs beside a guard.
+    pub idle_imports: Vec<Vec<(Span, String)>>,
+    /// The manifests of the packages that these plans change, and of their workspaces.
+    pub manifests: BTreeMap<PathBuf, Arc<str>>,
 }
 
 impl Report {
-    /// The findings that nothing suppresses: those that people see and that decide how a run ends.
+    /// The findings that nothing suppresses and no baseline knows: those that people see and that decide how a run ends.
     pub fn shown(&self) -> impl Iterator<Item = &Diagnostic> {
-        self.diagnostics.iter().filter(|finding| finding.suppressed.is_none())
+        self.diagnostics.iter().filter(|finding| finding.is_shown())
     }
 
     /// Adds what was found in another part of the project, but for its texts.
@@ -62,6 +83,10 @@ impl Report {
         self.problems.extend(other.problems);
         self.unread.extend(other.unread);
         self.left_out.extend(other.left_out);
+        self.checked.extend(other.checked);
+        self.functions.extend(other.functions);
+        self.plans.extend(other.plans);
+        self.idle_imports.extend(other.idle_imports);
         self.filter_types += other.filter_types;
         self.presumed += other.presumed;
     }
@@ -76,6 +101,9 @@ impl Report {
     fn sort(&mut self) {
         sort(&mut self.diagnostics);
         self.cycles.sort_by_key(|cycle| (cycle.head, cycle.package, cycle.target));
+        self.checked.sort_by_key(|krate| krate.package);
+        self.plans.sort_by_key(|plan| plan.head);
+        self.idle_imports.sort();
         for list in [&mut self.problems, &mut self.unread] {
             let mut seen = BTreeSet::new();
             let place = |span: Span| (span.start, span.end);
@@ -150,6 +178,7 @@ pub fn check_with(
     report.sources = sources;
     report.unparsed = (0..project.packages.len()).filter(|package| !parsed.contains(package)).collect();
     report.sort();
+    report.manifests = manifests(project, &report.plans, &*source);
     Ok(report)
 }
 
@@ -182,13 +211,15 @@ impl Run<'_> {
             Ok(Vec::new())
         })?;
         report.sort();
+        report.manifests = manifests(self.project, &report.plans, &**source);
         Ok(report)
     }
 
     /// Analyses packages that are linked.
     fn part(&self, part: Part) -> Result<(Report, Named), ConfigError> {
         if !part.can_matter {
-            let mut report = Report { sources: part.sources, left_out: part.left_out, ..Report::default() };
+            let mut report =
+                Report { sources: part.sources, left_out: part.left_out, checked: part.checked, ..Report::default() };
             report.add_problems(part.problems);
             return Ok((report, Named::new()));
         }
@@ -205,7 +236,7 @@ impl Run<'_> {
         part: Part,
         add_entries: impl FnOnce(&mut Index, bool) -> Result<Named, ConfigError> + Send,
     ) -> Result<(Report, Named), ConfigError> {
-        let Part { packages, mut inputs, sources, problems, left_out, .. } = part;
+        let Part { packages, mut inputs, sources, problems, left_out, checked, .. } = part;
         parse::link(self.project, &mut inputs);
         let is_partial = !problems.is_empty() || !self.project.problems.is_empty();
         let add = |index: &mut Index| add_entries(index, is_partial);
@@ -213,6 +244,7 @@ impl Run<'_> {
         let (mut report, named) = with_large_stack(|| self.analyse(&packages, inputs, sources, add))?;
         report.add_problems(problems);
         report.left_out = left_out;
+        report.checked = checked;
         Ok((report, named))
     }
 
@@ -260,16 +292,51 @@ impl Run<'_> {
         // A file that belongs to several targets is judged once.
         let mut seen = BTreeSet::new();
         analysis.cycles.retain(|cycle| seen.insert((cycle.head, cycle.function.clone())));
+        let edition = |cycle: &Cycle| project.packages[cycle.package].targets[cycle.target].edition.clone();
+        let plans = migrate::plans(&program, &analysis.cycles, edition);
+        let idle_imports = migrate::idle_imports(&program, &analysis.cycles);
         let mut findings = rules::findings(&analysis, &known);
+        suggest::add(&program, &analysis, &mut findings);
         findings.extend(hygiene);
+        suggest_guards(&mut findings, &plans);
         mark_suppressed(&mut analysis.cycles, &findings);
         let diagnostics = with_levels(project, config, findings);
         let filter_types = index.filter_type_count();
         let presumed = analysis.presumed.iter().map(|function| function.head).collect::<BTreeSet<_>>().len();
-        let report =
-            Report { diagnostics, cycles: analysis.cycles, filter_types, presumed, sources, ..Report::default() };
+        let functions = index.function_places(&sources);
+        let cycles = analysis.cycles;
+        let report = Report {
+            diagnostics,
+            cycles,
+            filter_types,
+            presumed,
+            functions,
+            sources,
+            plans,
+            idle_imports,
+            ..Report::default()
+        };
         Ok((report, named))
     }
+}
+
+/// Adds to each finding about the updates of a loop that a guard could make them.
+fn suggest_guards(findings: &mut [Diagnostic], plans: &[Plan]) {
+    let is_about_updates =
+        |rule: &str| matches!(rule, "missed_update" | "repeated_update" | "skipped_update" | "unguarded_update");
+    for finding in findings.iter_mut().filter(|finding| is_about_updates(finding.rule)) {
+        let plan = plans.iter().find(|plan| finding.facts.cycle == Some(plan.head));
+        finding.suggestions.extend(plan.and_then(Plan::suggestion));
+    }
+}
+
+/// The manifests that plans are about.
+fn manifests(project: &Project, plans: &[Plan], source: &dyn ReadSource) -> BTreeMap<PathBuf, Arc<str>> {
+    let rewrites = plans.iter().filter_map(|plan| plan.outcome.as_ref().ok());
+    let packages: BTreeSet<usize> = rewrites.flat_map(|rewrite| rewrite.packages.iter().copied()).collect();
+    let packages = packages.iter().map(|package| &project.packages[*package]);
+    let paths = packages.flat_map(|package| [package.manifest_path.clone(), package.workspace_root.join("Cargo.toml")]);
+    paths.filter_map(|path| Some((path.clone(), source.read(&path).ok()?))).collect()
 }
 
 /// The rules that are at `forbid`, by package.

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::Gate;
+use super::{CheckedCrate, Gate};
 use crate::diagnostic::Problem;
 use crate::index::CrateInput;
 use crate::project::{Project, TargetKind};
@@ -29,6 +29,8 @@ pub(super) struct Part {
     pub(super) problems: Vec<Problem>,
     /// See [`Report::left_out`](super::Report::left_out).
     pub(super) left_out: BTreeSet<PathBuf>,
+    /// See [`Report::checked`](super::Report::checked).
+    pub(super) checked: Vec<CheckedCrate>,
     /// The files that were read.
     read: BTreeSet<PathBuf>,
     /// Whether it is to be analysed.
@@ -103,6 +105,7 @@ fn together(project: &Project, source: &Arc<dyn ReadSource>, parts: Vec<Part>) -
         whole.sources.extend(part.sources);
         whole.problems.extend(part.problems);
         whole.left_out.extend(part.left_out);
+        whole.checked.extend(part.checked);
         whole.read.extend(part.read);
     }
     whole
@@ -124,6 +127,10 @@ pub(super) fn parse(project: &Project, source: &Arc<dyn ReadSource>, packages: &
             }
             let root = parse_root(&target.src_path, &target.edition, &cfg, &mut files, &mut part.problems);
             part.left_out.extend(root.left_out);
+            let is_reported = target.is_reported && package.is_reported;
+            if is_reported {
+                part.checked.push(CheckedCrate { package: *number, files: root.files, removed: root.removed.clone() });
+            }
             part.inputs.push(CrateInput {
                 package: *number,
                 target: target_number,
@@ -131,7 +138,7 @@ pub(super) fn parse(project: &Project, source: &Arc<dyn ReadSource>, packages: &
                 package_name: package.name.replace('-', "_"),
                 removed: root.removed,
                 externs: BTreeMap::new(),
-                is_reported: target.is_reported && package.is_reported,
+                is_reported,
                 is_test: matches!(target.kind, TargetKind::Test | TargetKind::Bench),
                 items: root.items,
             });

@@ -1,9 +1,10 @@
-//! Which packages and targets there are, and what `cfg` holds for them. The only module that asks cargo. Never touches the
+//! Which packages and targets there are, and what `cfg` holds for them. The only module that asks cargo and git. Never touches the
 //! network, never builds, and leaves nothing behind in the user's tree.
 
 mod assemble;
 mod cargo_config;
 mod cfg;
+mod changes;
 mod error;
 mod features;
 mod load;
@@ -20,6 +21,7 @@ mod workspace;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+pub use changes::{Changes, Removal};
 pub use error::LoadError;
 pub use load::{load, of_file, with_files};
 pub use selection::{Features, Names, Partition, Selection, TargetFilter};

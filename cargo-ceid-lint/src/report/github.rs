@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::repository::{LineRange, Repository, first_line};
-use super::{Summary, capitalized, count};
+use super::{Summary, asides, capitalized, count};
 use crate::diagnostic::Diagnostic;
 use crate::pipeline::Report;
 use crate::project::Project;
@@ -78,6 +78,9 @@ pub fn step_summary(project: &Project, report: &Report) -> String {
     let repository = Repository::around(&project.root);
     let summary = Summary::of(report);
     let mut text = format!("### ceid-lint\n\n{}.\n", capitalized(&summary.line()));
+    for line in asides(report) {
+        let _ = writeln!(text, "\n{}.", capitalized(&line));
+    }
     let findings = worst_first(report);
     if !findings.is_empty() {
         text += "\n| Level | Rule | Place | Finding |\n| --- | --- | --- | --- |\n";

@@ -33,7 +33,7 @@ struct Lines {
 pub(super) fn document(project: &Project, report: &Report) -> String {
     let repository = Repository::around(&project.root);
     let prints = fingerprints(&report.sources, &report.diagnostics);
-    let shown = report.diagnostics.iter().zip(prints).filter(|(finding, _)| finding.suppressed.is_none());
+    let shown = report.diagnostics.iter().zip(prints).filter(|(finding, _)| finding.is_shown());
     let findings = shown.map(|(finding, print)| of_finding(&repository, report, finding, print));
     let problems = report.problems.iter().map(|problem| of_problem(project, &repository, report, problem));
     let issues: Vec<Issue> = findings.chain(problems).collect();

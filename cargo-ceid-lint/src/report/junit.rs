@@ -54,12 +54,18 @@ fn of_finding(report: &Report, finding: &Diagnostic) -> TestCase {
 }
 
 fn of_pair(report: &Report, cycle: &Cycle, pair: &Pair) -> TestCase {
+    let unchanged = report.unchanged.iter().find(|it| it.findings.iter().any(|finding| is_about(finding, cycle, pair)));
     let why = match (&pair.suppressed, &pair.cause, pair.verdict) {
         (_, Some(cause), Verdict::Unproved) => Some(format!("unproved: {cause}")),
         (Some(reason), ..) => Some(format!("suppressed: {reason}")),
         (None, None, Verdict::Unproved) => Some("unproved".to_owned()),
         (None, _, verdict) if verdict.is_proved() => None,
         (None, _, verdict) => Some(format!("{}, which is allowed", verdict.name())),
+    };
+    let why = match (unchanged, pair.known) {
+        (_, true) => Some(format!("{}, which is known", pair.verdict.name())),
+        (Some(unchanged), _) => Some(format!("{}, not changed since {}", pair.verdict.name(), unchanged.revision)),
+        _ => why,
     };
     let status = why.map_or_else(TestCaseStatus::success, |why| {
         let mut status = TestCaseStatus::skipped();

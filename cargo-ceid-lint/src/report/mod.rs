@@ -1,12 +1,15 @@
 //! The formats: one file each, from a [`Report`] to text. Never prints, and never decides anything.
 
+mod asides;
 mod files;
 mod fingerprint;
 pub mod github;
 mod gitlab;
+pub mod html;
 pub mod json;
 mod junit;
 mod line_hash;
+pub mod progress;
 pub mod proof;
 mod repository;
 pub mod rule_table;
@@ -14,12 +17,14 @@ mod sarif;
 pub mod short;
 mod stats;
 mod summary;
+mod tables;
 pub mod text;
 mod unread;
 
 #[cfg(test)]
 mod sample;
 
+pub use asides::{asides, stale};
 pub use stats::stats;
 pub use summary::Summary;
 pub use unread::unread;

@@ -2,18 +2,72 @@
 
 use serde::Serialize;
 
-use super::{Paint, Style, Summary};
+use super::progress::{Blocker, PackageShares, Shares, Standing, Trend, blockers, shares};
+use super::{Paint, Style, Summary, tables};
 use crate::count::{Cycle, Pair, Verdict};
 use crate::diagnostic::Problem;
 use crate::pipeline::Report;
 use crate::project::Project;
-use crate::source::SourceMap;
+use crate::source::{SourceMap, Span};
 
 #[derive(Serialize)]
 struct Proof<'a> {
     schema: u32,
     cycles: Vec<CycleRow<'a>>,
     unread: Vec<Unread<'a>>,
+    summary: Shares,
+    packages: Vec<PackageRow<'a>>,
+    blockers: Vec<BlockerRow<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    trend: Option<TrendRow<'a>>,
+}
+
+#[derive(Serialize)]
+struct PackageRow<'a> {
+    name: &'a str,
+    #[serde(flatten)]
+    shares: Shares,
+    files: Vec<FileRow<'a>>,
+}
+
+#[derive(Serialize)]
+struct FileRow<'a> {
+    file: &'a str,
+    #[serde(flatten)]
+    shares: Shares,
+}
+
+#[derive(Serialize)]
+struct BlockerRow<'a> {
+    rule: Option<String>,
+    cause: Option<String>,
+    names: Vec<String>,
+    filters: usize,
+    cycles: usize,
+    places: Vec<Place<'a>>,
+}
+
+#[derive(Serialize)]
+struct Place<'a> {
+    file: &'a str,
+    line: u32,
+}
+
+#[derive(Serialize)]
+struct TrendRow<'a> {
+    before: Shares,
+    better: usize,
+    worse: Vec<WorseRow<'a>>,
+}
+
+#[derive(Serialize)]
+struct WorseRow<'a> {
+    #[serde(flatten)]
+    place: Place<'a>,
+    function: &'a str,
+    filter: &'a str,
+    before: Option<&'static str>,
+    now: &'static str,
 }
 
 #[derive(Serialize)]
@@ -39,6 +93,7 @@ struct PairRow<'a> {
     rules: Vec<String>,
     cause: Option<&'a str>,
     suppressed: Option<&'a str>,
+    known: bool,
 }
 
 #[derive(Serialize)]
@@ -51,15 +106,53 @@ struct Unread<'a> {
 
 /// The report as one JSON object.
 #[must_use]
-pub fn json(project: &Project, report: &Report) -> String {
+pub fn json(project: &Project, report: &Report, trend: Option<&Trend>) -> String {
+    let sources = &report.sources;
+    let (summary, packages) = shares(project, report);
     let proof = Proof {
         schema: 1,
         cycles: report.cycles.iter().map(|cycle| cycle_row(project, &report.sources, cycle)).collect(),
         unread: report.problems.iter().chain(&report.unread).map(|problem| unread(&report.sources, problem)).collect(),
+        summary,
+        packages: packages.into_iter().map(package_row).collect(),
+        blockers: blockers(report).into_iter().map(|blocker| blocker_row(sources, blocker)).collect(),
+        trend: trend.map(|trend| trend_row(sources, trend)),
     };
     let mut text = serde_json::to_string_pretty(&proof).expect("strings and numbers are valid JSON");
     text.push('\n');
     text
+}
+
+fn package_row(package: PackageShares<'_>) -> PackageRow<'_> {
+    let files = package.files.into_iter().map(|(file, shares)| FileRow { file, shares }).collect();
+    PackageRow { name: package.name, shares: package.shares, files }
+}
+
+fn blocker_row(sources: &SourceMap, blocker: Blocker) -> BlockerRow<'_> {
+    let (rule, cause) = if blocker.is_rule { (Some(blocker.what), None) } else { (None, Some(blocker.what)) };
+    BlockerRow {
+        rule,
+        cause,
+        names: blocker.names.into_iter().collect(),
+        filters: blocker.filters,
+        cycles: blocker.cycles,
+        places: blocker.places.into_iter().map(|place| place_row(sources, place)).collect(),
+    }
+}
+
+fn trend_row<'a>(sources: &'a SourceMap, trend: &'a Trend) -> TrendRow<'a> {
+    let worse = trend.worse.iter().map(|it| WorseRow {
+        place: place_row(sources, it.place),
+        function: &it.function,
+        filter: &it.filter,
+        before: it.before.map(Standing::name),
+        now: it.now.name(),
+    });
+    TrendRow { before: trend.before, better: trend.better, worse: worse.collect() }
+}
+
+fn place_row(sources: &SourceMap, place: Span) -> Place<'_> {
+    Place { file: &sources.file(place.file).name, line: sources.line(place) }
 }
 
 fn cycle_row<'a>(project: &'a Project, sources: &'a SourceMap, cycle: &'a Cycle) -> CycleRow<'a> {
@@ -90,6 +183,7 @@ fn pair_row(pair: &Pair) -> PairRow<'_> {
         rules: pair.rules.iter().map(|rule| format!("ceid::{rule}")).collect(),
         cause: pair.cause.as_deref(),
         suppressed: pair.suppressed.as_deref(),
+        known: pair.known,
     }
 }
 
@@ -104,7 +198,7 @@ fn unread<'a>(sources: &SourceMap, problem: &'a Problem) -> Unread<'a> {
 
 /// The report for people: a line for each cycle, an aligned line for each filter, and the summary.
 #[must_use]
-pub fn human(project: &Project, report: &Report, style: Style) -> String {
+pub fn human(project: &Project, report: &Report, trend: Option<&Trend>, style: Style) -> String {
     let pairs = || report.cycles.iter().flat_map(|cycle| &cycle.filters);
     let width = |length: &dyn Fn(&Pair) -> usize| pairs().map(length).max().unwrap_or(0);
     let widths = Widths {
@@ -137,6 +231,7 @@ pub fn human(project: &Project, report: &Report, style: Style) -> String {
         };
         text += &format!("{} {}\n", style.paint(paint, "unread:"), line.trim_end());
     }
+    text += &tables::tables(project, report, trend, style);
     text + &Summary::of(report).line() + "\n"
 }
 
@@ -155,6 +250,23 @@ fn line(pair: &Pair, widths: &Widths, style: Style) -> String {
         _ => Paint::Red,
     };
     let verdict = style.paint(paint, &format!("{:width$}", pair.verdict.name(), width = widths.verdict));
+    format!(
+        "{:name$}  {:filter_type$}  {:law$}  {verdict}  {:counts$}  {}",
+        pair.name,
+        pair.filter_type,
+        pair.law,
+        counts(pair),
+        remarks(pair).join("; "),
+        name = widths.name,
+        filter_type = widths.filter_type,
+        law = widths.law,
+        counts = widths.counts,
+    )
+}
+
+/// What is to be said of a pair beyond its verdict: the gate, the cause, the rules, and what hides them.
+#[must_use]
+pub fn remarks(pair: &Pair) -> Vec<String> {
     let mut remarks = Vec::new();
     remarks.extend(pair.gate.map(|gate| format!("by a {} gate", gate.name())));
     remarks.extend(pair.cause.clone());
@@ -164,18 +276,8 @@ fn line(pair: &Pair, widths: &Widths, style: Style) -> String {
             .as_ref()
             .map(|reason| if reason.is_empty() { "suppressed".to_owned() } else { format!("suppressed: {reason}") }),
     );
-    format!(
-        "{:name$}  {:filter_type$}  {:law$}  {verdict}  {:counts$}  {}",
-        pair.name,
-        pair.filter_type,
-        pair.law,
-        counts(pair),
-        remarks.join("; "),
-        name = widths.name,
-        filter_type = widths.filter_type,
-        law = widths.law,
-        counts = widths.counts,
-    )
+    remarks.extend(pair.known.then(|| "known".to_owned()));
+    remarks
 }
 
 /// `0 or many`
@@ -201,7 +303,7 @@ mod tests {
     #[test]
     fn the_json_form_is_the_documented_one() {
         let (project, report) = sample::report();
-        let text = json(&project, &report);
+        let text = json(&project, &report, None);
         let value: serde_json::Value = serde_json::from_str(&text).unwrap();
         let filters: usize =
             value["cycles"].as_array().unwrap().iter().map(|cycle| cycle["filters"].as_array().unwrap().len()).sum();
@@ -213,16 +315,20 @@ mod tests {
 
     #[test]
     fn an_empty_report_is_valid() {
-        let text = json(&Project::default(), &Report::default());
+        let text = json(&Project::default(), &Report::default(), None);
+        let none = serde_json::json!({ "total": 0, "proved": 0, "guarded": 0, "violated": 0, "unproved": 0 });
         assert_eq!(
             serde_json::from_str::<serde_json::Value>(&text).unwrap(),
-            serde_json::json!({ "schema": 1, "cycles": [], "unread": [] })
+            serde_json::json!({
+                "schema": 1, "cycles": [], "unread": [], "summary": { "cycles": none, "filters": none },
+                "packages": [], "blockers": [],
+            })
         );
     }
 
     #[test]
     fn people_get_aligned_lines() {
         let (project, report) = sample::report();
-        insta::assert_snapshot!(human(&project, &report, Style::default()));
+        insta::assert_snapshot!(human(&project, &report, None, Style::default()));
     }
 }

@@ -73,6 +73,7 @@ pub(super) fn report() -> (Project, Report) {
             function: "main".to_owned(),
         },
         suppressed: None,
+        known: false,
         package: 0,
         target: 0,
     };
@@ -130,6 +131,7 @@ fn cycles(head: Span, sources: &SourceMap) -> Vec<Cycle> {
         others: Vec::new(),
         updates: Vec::new(),
         suppressed: None,
+        known: false,
     };
     let mut repeated = pair("kf", Verdict::Repeated, &[1, 2]);
     repeated.rules = vec!["repeated_update"];

@@ -8,6 +8,7 @@ use super::fingerprint::fingerprints;
 use super::line_hash::line_hashes;
 use super::repository::{LineRange, Repository, first_line};
 use super::{Outcome, capitalized};
+use crate::baseline::Comparison;
 use crate::diagnostic::{Diagnostic, Level, Problem, Severity, WitnessStep};
 use crate::pipeline::Report;
 use crate::project::Project;
@@ -19,7 +20,8 @@ const ROOT: &str = "%SRCROOT%";
 
 /// The whole document. Every finding is a result, suppressed ones included; what could not be read is a notification.
 pub(super) fn document(project: &Project, report: &Report, outcome: &Outcome) -> String {
-    let scope = Scope { sources: &report.sources, repository: Repository::around(&project.root) };
+    let baseline = report.baselines.iter().find(|comparison| comparison.old.is_some()).map(Comparison::name);
+    let scope = Scope { sources: &report.sources, repository: Repository::around(&project.root), baseline };
     let prints = fingerprints(&report.sources, &report.diagnostics);
     let mut hashes: HashMap<FileId, Vec<String>> = HashMap::new();
     let results = report.diagnostics.iter().zip(&prints).map(|(diagnostic, print)| {
@@ -96,6 +98,8 @@ fn sentence(text: &str) -> String {
 struct Scope<'a> {
     sources: &'a SourceMap,
     repository: Repository,
+    /// The name of the baseline, if the findings were compared with one.
+    baseline: Option<String>,
 }
 
 impl Scope<'_> {
@@ -111,6 +115,10 @@ impl Scope<'_> {
             "" => json!({ "kind": "inSource" }),
             reason => json!({ "kind": "inSource", "justification": reason }),
         });
+        // What is known stays in the file, with its level and its fingerprint: a service takes what is no longer there for fixed.
+        let known = self.baseline.iter().filter(|_| diagnostic.known).map(
+            |name| json!({ "kind": "external", "status": "accepted", "justification": format!("known: in {name}") }),
+        );
         let mut result = json!({
             "ruleId": format!("ceid::{}", diagnostic.rule),
             "ruleIndex": RULES.iter().position(|rule| rule.name == diagnostic.rule),
@@ -118,7 +126,7 @@ impl Scope<'_> {
             "message": { "text": message(diagnostic) },
             "locations": [location],
             "partialFingerprints": { "primaryLocationLineHash": hash, "ceidFinding/v1": print },
-            "suppressions": suppressions.collect::<Vec<_>>(),
+            "suppressions": suppressions.chain(known).collect::<Vec<_>>(),
             "properties": {
                 "verdict": diagnostic.facts.verdict,
                 "counts": diagnostic.facts.counts,
@@ -126,6 +134,10 @@ impl Scope<'_> {
                 "type": diagnostic.facts.filter_type,
             },
         });
+        // Either every result has a state, or none has (§3.27.24).
+        if self.baseline.is_some() {
+            result["baselineState"] = json!(if diagnostic.known { "unchanged" } else { "new" });
+        }
         if !steps.is_empty() {
             result["codeFlows"] = json!([{ "threadFlows": [{ "locations": steps }] }]);
         }

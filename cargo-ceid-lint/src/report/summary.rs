@@ -2,7 +2,7 @@
 
 use super::count;
 use crate::count::Verdict;
-use crate::diagnostic::Severity;
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::pipeline::Report;
 
 /// The figures of a run.
@@ -18,6 +18,8 @@ pub struct Summary {
     pub violated: usize,
     /// How many findings are suppressed, with a reason or without.
     pub suppressed: usize,
+    /// How many findings are in a baseline.
+    pub known: usize,
     /// How many could not be decided.
     pub unproved: usize,
     /// How many filter types were found.
@@ -51,7 +53,9 @@ impl Summary {
                 _ => summary.violated += 1,
             }
         }
-        summary.suppressed = report.diagnostics.len() - report.shown().count();
+        let is_suppressed = |finding: &&Diagnostic| finding.suppressed.is_some();
+        summary.suppressed = report.diagnostics.iter().filter(is_suppressed).count();
+        summary.known = report.diagnostics.iter().filter(|finding| finding.known).count();
         for diagnostic in report.shown() {
             match diagnostic.level.severity() {
                 Some(Severity::Error) => summary.errors += 1,

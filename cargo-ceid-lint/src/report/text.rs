@@ -4,7 +4,7 @@ use codespan_reporting::diagnostic as shown;
 use codespan_reporting::term::{self, DisplayStyle, Styles, StylesWriter, termcolor};
 
 use super::files::{View, bytes, is_on_a_long_line};
-use super::{Style, Summary, count};
+use super::{Style, Summary, asides, count};
 use crate::diagnostic::{Diagnostic, Problem, Severity, Suggestion, WitnessStep};
 use crate::pipeline::Report;
 use crate::source::{FileId, SourceMap};
@@ -85,7 +85,8 @@ pub fn report(report: &Report) -> String {
     let (sources, style) = (&report.sources, Style::default());
     let findings = report.shown().map(|finding| diagnostic(sources, finding, style));
     let problems = report.problems.iter().map(|it| problem(sources, it, style));
-    findings.chain(problems).collect::<String>() + &Summary::of(report).line() + "\n"
+    let lines = [Summary::of(report).line()].into_iter().chain(asides(report)).map(|line| line + "\n");
+    findings.chain(problems).chain(lines).collect()
 }
 
 /// The steps to show, with their numbers: the head of the cycle, and the end of the path.

@@ -283,6 +283,7 @@ pub(super) fn empty(rule: &'static Rule, package: usize, target: usize) -> Diagn
         suggestions: Vec::new(),
         facts: Facts::default(),
         suppressed: None,
+        known: false,
         package,
         target,
     }

@@ -11,6 +11,7 @@ mod lex;
 mod lower;
 mod macros;
 mod modules;
+mod outline;
 mod stack;
 mod text;
 
@@ -23,10 +24,12 @@ use std::sync::Arc;
 
 use crate::diagnostic::Problem;
 use crate::project::CfgValues;
-use crate::source::{FileSet, MemorySource, SourceMap};
+use crate::source::{FileId, FileSet, MemorySource, SourceMap};
 pub use depth::{Excess, MAX_LINKS, MAX_NESTING, TooDeep, check_depth};
 pub use directives::{CycleDirective, Directive, DirectiveKind, Directives, NearMiss, Site, Suppression};
+pub(crate) use lex::{Lexer, Token, TokenKind};
 use modules::Loader;
+pub use outline::{Enclosure, enclosures};
 pub use stack::with_large_stack;
 use tree::{Attribute, Item};
 
@@ -52,6 +55,8 @@ pub struct RootModule {
     pub removed: BTreeSet<String>,
     /// The files and directories of modules that are declared, and not there under this `cfg`.
     pub left_out: BTreeSet<PathBuf>,
+    /// The files that its modules lie in, as far as they could be read.
+    pub files: BTreeSet<FileId>,
 }
 
 /// The items of the crate with that root file, its modules included. Files are read through `files`, once each.

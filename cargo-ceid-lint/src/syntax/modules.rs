@@ -39,6 +39,8 @@ pub(super) struct Loader<'a> {
     pub(super) removed: BTreeSet<String>,
     /// The files and directories of modules that are not there under this `cfg`.
     left_out: BTreeSet<PathBuf>,
+    /// The files that were read.
+    read: BTreeSet<FileId>,
 }
 
 /// Where the modules of a module are looked for.
@@ -103,17 +105,19 @@ impl<'a> Loader<'a> {
             own: OwnMacros::default(),
             removed: BTreeSet::new(),
             left_out: BTreeSet::new(),
+            read: BTreeSet::new(),
         }
     }
 
     pub(super) fn root(mut self, path: &Path) -> RootModule {
         let loaded = self.load(path, ModuleDir::of_file(path, None), None);
         let (removed, left_out) = (std::mem::take(&mut self.removed), std::mem::take(&mut self.left_out));
+        let files = std::mem::take(&mut self.read);
         match loaded {
             Some(LoadedFile { attrs, items }) if attrs.presence != Presence::Absent => {
-                RootModule { attributes: attrs.kept, items, removed, left_out }
+                RootModule { attributes: attrs.kept, items, removed, left_out, files }
             }
-            _ => RootModule { left_out, ..RootModule::default() },
+            _ => RootModule { left_out, files, ..RootModule::default() },
         }
     }
 
@@ -230,6 +234,7 @@ impl<'a> Loader<'a> {
             self.endless(file, place);
             return None;
         }
+        self.read.insert(file);
         self.open.push(file);
         let loaded = self.parse(file, dir);
         self.open.pop();

@@ -232,11 +232,13 @@ fn receiver_method(path: &str, message: &Ty, method: &str) -> Option<Ty> {
 fn ceid_method(path: &str, params: &[Ty], receiver: &Ty, method: &str, args: &[Ty]) -> Option<Ty> {
     let set = arg(params, 0);
     let guard = |set: Ty| Ty::std("ceid_core::CycleGuard", vec![set]);
+    let cycle = || Ty::std("ceid_core::Cycle", Vec::new());
     Some(match (path.rsplit("::").next().unwrap_or(""), method) {
         ("Cyclic", "cycle") => option(guard(set)),
         ("Cyclic" | "CycleGuard", "filters") => reference(set),
         ("Cycle", "guard") => guard(arg(args, 0).peel().clone()),
-        (_, "next_cycle") => option(Ty::std("ceid_core::Cycle", Vec::new())),
+        (_, "next_cycle") => option(cycle()),
+        (_, "begin_cycle") => cycle(),
         (_, "take") => Ty::std("ceid_core::Take", Vec::new()),
         (_, "by_ref" | "clock") => reference(receiver.clone()),
         ("Cyclic", "run") => option(Ty::Unknown),
@@ -392,7 +394,9 @@ fn iterator_method(item: &Ty, method: &str, args: &[Ty], closure: Option<&Ty>) -
         "map" => iterator(closure.cloned().unwrap_or(Ty::Unknown)),
         "flatten" => iterator(item_of(item, false).unwrap_or(Ty::Unknown)),
         "filter_map" | "flat_map" | "map_while" | "scan" => {
-            iterator(closure.and_then(|ty| item_of(ty, false)).unwrap_or(Ty::Unknown))
+            // A path such as `Option::as_mut` gives what lies in the item.
+            let payload = || Some(item).filter(|item| item.peel().external_name() == Some("Option"));
+            iterator(closure.or_else(payload).and_then(|ty| item_of(ty, false)).unwrap_or(Ty::Unknown))
         }
         "next" | "last" | "nth" | "find" | "min_by_key" | "max_by_key" | "min_by" | "max_by" | "next_back"
         | "reduce" => option(item.clone()),

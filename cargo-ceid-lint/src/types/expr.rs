@@ -160,10 +160,10 @@ impl Infer<'_> {
                 Ty::Tuple(parts.iter().enumerate().map(|(at, part)| self.expr(*part, wanted.get(at))).collect())
             }
             ExprKind::Array { elements, is_vec } => {
-                let item = self.variables.fresh();
+                let mut item = self.variables.fresh();
                 for element in elements {
                     let found = self.expr(*element, Some(&item.clone()));
-                    self.variables.unify(&item, &found);
+                    item = self.either(&item, &found);
                 }
                 sequence_ty(item, *is_vec, Some(elements.len() as u64), elements.len().to_string())
             }

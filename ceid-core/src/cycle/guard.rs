@@ -37,6 +37,14 @@ impl<'c, R: Rate> Cycle<'c, R> {
         PhantomData
     }
 
+    /// What [`ceid!`](crate::ceid) asks of each of several filters, so that a compile error names the one without a law
+    /// for the rate.
+    #[doc(hidden)]
+    #[inline]
+    pub fn admit<'f, F: SampledFilter<R> + ?Sized>(&self, filter: &'f mut F) -> &'f mut F {
+        filter
+    }
+
     /// Makes the guard of this cycle: the filters are updated when it is dropped.
     ///
     /// Prefer [`ceid!`](crate::ceid), whose guard has no name and so can be neither dropped early nor forgotten.

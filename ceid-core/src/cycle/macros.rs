@@ -116,7 +116,7 @@ macro_rules! __ceid {
         let rate = cycle.rate();
         let mut parts = {
             use $crate::__private::Guarded as _;
-            ( $( $place.guarded_at(rate), )+ )
+            ( $( cycle.admit($place.guarded_at(rate)), )+ )
         };
         let mut guard = cycle.guard(&mut parts);
         let &mut ( $( &mut ref mut $name, )+ ) = guard.filters();

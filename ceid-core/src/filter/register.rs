@@ -3,9 +3,6 @@
 use core::fmt;
 use core::marker::PhantomData;
 
-use super::SampledFilter;
-use crate::rate::Rate;
-
 /// What may be passed to `register` where a set of [`filters!`](crate::filters) declares a filter of type `F`: the
 /// filter itself, or an [`Unregistered<F>`](crate::Unregistered).
 #[diagnostic::on_unimplemented(
@@ -26,10 +23,11 @@ impl<F> Register<F> for F {
     }
 }
 
-/// A filter that can be reached only below the [`ceid!`](crate::ceid) that lists it, from
-/// [`Unregistered::only_in_ceid`](crate::Unregistered::only_in_ceid).
+/// A filter, or a set of them, that can be reached only below the [`ceid!`](crate::ceid) that lists it.
 ///
-/// Leaving it out of the list is a compile error wherever the body uses it.
+/// Leaving it out of the list is a compile error wherever the body uses it. A filter becomes one by
+/// [`Unregistered::only_in_ceid`](crate::Unregistered::only_in_ceid), a set of [`filters!`](crate::filters) by
+/// [`OnlyInCeid::new`].
 ///
 /// ```
 /// use ceid_core::prelude::*;
@@ -53,8 +51,11 @@ pub struct OnlyInCeid<F> {
 }
 
 impl<F> OnlyInCeid<F> {
+    /// Shuts a filter in, or a whole set: `OnlyInCeid::new(Filters::register(...))`.
+    /// Neither allocates nor blocks nor panics.
+    #[must_use]
     #[inline]
-    pub(super) const fn new(filter: F) -> Self {
+    pub const fn new(filter: F) -> Self {
         Self { filter }
     }
 
@@ -65,13 +66,11 @@ impl<F> OnlyInCeid<F> {
         &self.filter
     }
 
-    /// What [`ceid!`](crate::ceid) calls on each name of its list.
+    /// What [`ceid!`](crate::ceid) calls on each name of its list. Whether the filter has a law for the rate is asked
+    /// where the rate is known, by the guard: asked here, the compiler would tell of mismatched types.
     #[doc(hidden)]
     #[inline]
-    pub fn guarded_at<R: Rate>(&mut self, _: PhantomData<R>) -> &mut F
-    where
-        F: SampledFilter<R>,
-    {
+    pub fn guarded_at<R>(&mut self, _: PhantomData<R>) -> &mut F {
         &mut self.filter
     }
 }

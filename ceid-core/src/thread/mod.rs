@@ -98,21 +98,22 @@ pub use superloop::SuperloopCycleThread;
 pub use task::{CyclicTask, Outcome, Task};
 pub use until::{StopSignal, Until};
 
-use crate::cycle::CycleInfo;
+use crate::cycle::{CycleInfo, Free};
 #[cfg(doc)]
 use crate::cycle::{Overrun, Time};
 use crate::rate::Rate;
 
 /// What a robot does in each cycle, at one rate; independent of the thread that runs it.
 ///
-/// Its filters are guarded in each call, with a clock that leaves the pace to the thread:
+/// Its filters are guarded in each call, with a clock ([`ClockOf`]) that leaves the pace to the thread. For filters that
+/// cannot be reached past their guard, see [`OnlyInCeid`](crate::OnlyInCeid).
 ///
 /// ```
 /// use ceid_core::prelude::*;
 ///
 /// # struct LowPass { input: f64, output: f64 }
 /// # impl<R: Rate> SampledFilter<R> for LowPass { fn update(&mut self, _: Tick<'_, R>) { self.output = self.input; } }
-/// struct Motor { clock: Free<Hz<1000>>, speed: LowPass }
+/// struct Motor { clock: ClockOf<Self>, speed: LowPass }
 ///
 /// impl RealtimeFunctionality for Motor {
 ///     type Rate = Hz<1000>;
@@ -142,6 +143,31 @@ pub trait RealtimeFunctionality: Send {
     /// take longer than the period; see the [module](crate::thread) for what happens if it panics or overruns.
     fn cycle(&mut self, info: CycleInfo) -> Flow;
 }
+
+/// The clock of a functionality, for its filters: it leaves the pace to the thread, and its rate is that of the
+/// functionality, so that no filter can be guarded at another one.
+///
+/// ```compile_fail,E0277
+/// use ceid_core::prelude::*;
+///
+/// # struct LowPass { input: f64, output: f64 }
+/// # impl<R: Rate> SampledFilter<R> for LowPass { fn update(&mut self, _: Tick<'_, R>) { self.output = self.input; } }
+/// filters! { struct Filters @ 1000 Hz { speed: LowPass } }
+///
+/// struct Motor { clock: ClockOf<Self>, filters: Filters }
+///
+/// impl RealtimeFunctionality for Motor {
+///     type Rate = Hz<100>; // the filters are made for 1000 Hz
+///
+///     fn cycle(&mut self, _: CycleInfo) -> Flow {
+///         let cycle = self.clock.begin_cycle();
+///         ceid!(cycle => f = self.filters);
+///         f.speed.input = 1.0;
+///         Flow::Continue
+///     }
+/// }
+/// ```
+pub type ClockOf<F> = Free<<F as RealtimeFunctionality>::Rate>;
 
 /// Whether a functionality wants another cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

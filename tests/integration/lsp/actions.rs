@@ -203,3 +203,29 @@ fn hints_tell_what_is_proved() {
     assert_eq!(client.request("textDocument/inlayHint", &params), json!([]));
     client.told("workspace/inlayHint/refresh", |_| true);
 }
+
+#[test]
+fn a_loop_is_handed_to_a_guard() {
+    let core = root().join("ceid-core");
+    let text = GUILTY.replacen("        kf.update();\n        kf.update();", "        kf.update();", 1);
+    let manifest = format!(
+        "[workspace]\n\n[package]\nname = \"guarded\"\nversion = \"0.0.0\"\nedition = \"2024\"\n\n[dependencies]\n\
+         ceid-core = {{ path = {core:?} }}\n"
+    );
+    let directory = temporary("lsp_migrate");
+    write(&directory, "src/lib.rs", text.as_bytes());
+    write(&directory, "Cargo.toml", manifest.as_bytes());
+    let file = directory.join("src/lib.rs");
+    let mut client = Client::in_folder(&directory, &plain());
+    client.open(&file, &text);
+    assert_eq!(client.pull(&file), Vec::<Value>::new());
+    let at = |line: u32| json!({ "start": { "line": line, "character": 4 }, "end": { "line": line, "character": 4 } });
+    assert_eq!(client.actions(&file, &at(1), &[]), Vec::<Value>::new());
+    let actions = client.actions(&file, &at(4), &[]);
+    let action = titled(&actions, "let a guard update `kf`");
+    assert_eq!(action["kind"], "refactor.rewrite");
+    let after = done(&text, action, &file);
+    assert!(after.contains("        ceid_core::ceid!(clock.begin_cycle() => kf);\n    }\n"), "{after}");
+    client.replace(&file, 2, &after);
+    assert_eq!(client.actions(&file, &at(9), &[]), Vec::<Value>::new());
+}

@@ -63,7 +63,7 @@ pub fn load<'a>(
 fn read_file(path: &Path, text: &str, scope: Scope) -> Result<Section, ConfigError> {
     let file = File { path, text };
     with_text(text, || {
-        let table = DeTable::parse(text).map_err(|error| syntax_error(file, &error))?;
+        let table = DeTable::parse(text).map_err(|error| file.syntax_error(&error))?;
         section(&Table { file, table: table.get_ref(), range: 0..0 }, scope)
     })
 }
@@ -88,10 +88,6 @@ fn read_metadata(manifest: &Path, owner: &str, scope: Scope) -> Result<Option<Se
 
 fn with_text<T>(text: &str, read: impl FnOnce() -> Result<T, ConfigError>) -> Result<T, ConfigError> {
     read().map_err(|error| ConfigError { text: Some(Arc::from(text)), ..error })
-}
-
-fn syntax_error(file: File<'_>, error: &toml::de::Error) -> ConfigError {
-    file.error(error.span().unwrap_or(0..0), error.message().trim().to_owned())
 }
 
 fn section(table: &Table<'_>, scope: Scope) -> Result<Section, ConfigError> {

@@ -156,7 +156,9 @@ impl<'s, 'a> Gates<'s, 'a> {
             return Some(Gate::Event);
         }
         if about.is_event {
-            return Some(Gate::Event);
+            // `match receiver.try_recv() { Ok(sample) => …, Err(_) => … }` asks only whether there is one.
+            let asks_presence = !about.heads.is_empty() && about.heads.iter().all(|head| head == "+" || head == "-");
+            return Some(if asks_presence && self.feeds_sample(test) { Gate::Sample } else { Gate::Event });
         }
         if about.is_remainder && self.remainder_counts(test) {
             return Some(Gate::Rate);

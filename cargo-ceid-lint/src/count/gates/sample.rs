@@ -153,11 +153,22 @@ impl Gates<'_, '_> {
             return false;
         }
         let is_asked = |name: &String| !is_question(name);
+        let asks_name = about.names.iter().any(is_asked);
+        let holds_names =
+            |from: &Computed| about.names.iter().filter(|name| is_asked(name)).all(|name| from.calls.contains(name));
+        let holds_all = |from: &Computed| {
+            asks_name && holds_names(from) && about.reads.iter().all(|place| from.places.contains(place))
+        };
         let direct = self.nodes().any(|id| match &graph.node(id).effect {
             // `f.update(imu.read()?)`
             Effect::Update(update) if self.is_instance(&update.place) => {
-                !about.names.is_empty()
-                    && about.names.iter().filter(|name| is_asked(name)).all(|name| update.from.calls.contains(name))
+                !about.names.is_empty() && holds_names(&update.from)
+            }
+            // `f.feed(imu.read()?)`
+            Effect::Call(site) if self.concerns(site) => site.args.iter().any(|arg| holds_all(&arg.from)),
+            // `f.input = imu.read()?`
+            Effect::Write(write) if self.is_part(&write.place) => {
+                graph.changes.get(&id).is_some_and(|change| holds_all(&change.computed))
             }
             _ => false,
         });
@@ -172,12 +183,12 @@ impl Gates<'_, '_> {
         if !about.binds.is_empty() {
             return self.feeds_any(&about.binds);
         }
-        // `x.is_some()`, `x?`: the variable that is asked, or what the call's result goes into.
+        // `x.is_some()`, `x?`: the variable that is asked, or what the call's result goes into. `read()?` asks for nothing but a name.
         let into = graph.computed.iter().filter(|(_, computed)| {
             !computed.calls.is_empty()
-                && about.names.iter().filter(|name| is_asked(name)).all(|name| computed.calls.contains(name))
+                && holds_names(computed)
                 && about.reads.iter().all(|place| computed.places.contains(place))
-                && !about.reads.is_empty()
+                && (!about.reads.is_empty() || (asks_name && computed.places.is_empty()))
                 // What the filter gave is not what feeds it.
                 && !computed.places.iter().any(|place| self.lies_in_instance(place))
         });
@@ -186,7 +197,7 @@ impl Gates<'_, '_> {
             return self.feeds_any(&into);
         }
         // What another method of the same object gives is not what is fed.
-        !about.names.iter().any(is_asked)
+        !asks_name
             && about.reads.iter().any(|place| {
                 let is_value =
                     !place.steps.is_empty() || place.base_var().is_some_and(|var| graph.var(var).name != "self");

@@ -21,10 +21,21 @@ impl Run<'_, '_> {
         for effect in &called.effects {
             let mut states = vec![(state.clone(), returned::ANY)];
             let mut applied = false;
-            for (place, outcomes) in &effect.outcomes {
-                let relations = self.relations_to_each(&state, place);
-                let exact =
-                    relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if rest.is_empty()));
+            let is_exact = |relations: &[Relation]| {
+                relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if rest.is_empty()))
+            };
+            let related: Vec<_> = effect
+                .outcomes
+                .iter()
+                .map(|(place, outcomes)| (place, outcomes, self.relations_to_each(&state, place)))
+                .collect();
+            // What the function does to an element that it names is told with it, also what it does to each.
+            let is_named = related.iter().any(|(place, _, relations)| !place.stands_for_each() && is_exact(relations));
+            for (place, outcomes, relations) in related {
+                let exact = is_exact(&relations);
+                if exact && is_named && place.stands_for_each() {
+                    continue;
+                }
                 let owner =
                     relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if !rest.is_empty()));
                 if exact {

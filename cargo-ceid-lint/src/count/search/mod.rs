@@ -4,6 +4,7 @@
 //! known of the conditions that matter. A breadth-first search makes the first way that is found the shortest witness.
 
 mod called;
+mod choice;
 mod effects;
 mod entry;
 mod interner;
@@ -12,7 +13,7 @@ mod names;
 mod run;
 
 use std::cell::{OnceCell, RefCell};
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use modes::Age;
 pub(super) use modes::Mode;
@@ -21,12 +22,11 @@ use run::Run;
 
 use super::aliases::Aliases;
 use super::counts::Count;
-use super::decide::Repeat;
 use super::given::{Given, place_of};
 use super::returned;
 use super::slice::{self, ControlDependence, tracked};
-use super::summary::{Outcome, Summaries};
-use super::verdict::Gate;
+use super::summary::{Outcome, Summaries, Summary};
+use super::verdict::{Evidence, Gate};
 use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, LoopId, NodeId, Place, Program, Relation, Rounds, Var};
 use crate::index::Ty;
 
@@ -306,16 +306,29 @@ impl<'a> Search<'a> {
     }
 
     /// How a callee updates the instance twice, if it does so alone.
-    pub(super) fn repeat_in(&self, site: &CallSite) -> Option<&Repeat> {
+    pub(super) fn repeat_in(&self, site: &CallSite) -> Option<&Evidence> {
+        self.shown_in(site, |summary| &summary.shown.repeats)
+    }
+
+    /// How a callee leaves the instance without the update that it does on other ways.
+    pub(super) fn skip_in(&self, site: &CallSite) -> Option<&Evidence> {
+        self.shown_in(site, |summary| &summary.shown.skips)
+    }
+
+    fn shown_in<'s>(
+        &'s self,
+        site: &CallSite,
+        shown: impl Fn(&'s Summary) -> &'s BTreeMap<(Given, usize), Evidence>,
+    ) -> Option<&'s Evidence> {
         site.targets.iter().filter_map(|target| self.summaries.get(*target)).find_map(|summary| {
-            let repeats = summary.repeats.iter().filter(|((_, law), _)| *law == self.law);
+            let own = shown(summary).iter().filter(|((_, law), _)| *law == self.law);
             let is_it = |given: &Given| place_of(given, site).is_some_and(|place| self.may_be(&place, true));
-            repeats.filter(|((given, _), _)| is_it(given)).map(|(_, repeat)| repeat).next()
+            own.filter(|((given, _), _)| is_it(given)).map(|(_, evidence)| evidence).next()
         })
     }
 
-    /// The ways through the whole function, as its callers see them, and how many states it took to find them.
-    pub(super) fn outcomes(&self, region: Region) -> (Vec<Outcome>, usize, Option<Repeat>) {
+    /// The ways through the whole function, as its callers see them.
+    pub(super) fn ways(&self, region: Region) -> Ways {
         let around = self.updating().into_iter().flat_map(|node| self.graph.loops_around(node));
         let own: BTreeSet<LoopId> = around.filter(|id| self.sample_loops.contains(id)).collect();
         let exploration = self.explore_from(region, &self.starts(region), own);
@@ -337,8 +350,12 @@ impl<'a> Search<'a> {
         if exploration.limit {
             outcomes.insert(Outcome::unknown(Cause::Limit("the function has too many paths".to_owned())));
         }
-        let repeat = super::decide::repeat_of(self, &exploration);
-        (merge(outcomes), exploration.states.len(), repeat)
+        Ways {
+            outcomes: merge(outcomes),
+            states: exploration.states.len(),
+            repeat: super::decide::repeat_of(self, &exploration),
+            skip: super::decide::skip_of(self, &gates, &exploration),
+        }
     }
 
     /// Searches a region. Each start is a node with the names that the instance has there, or its own name.
@@ -408,11 +425,12 @@ impl<'a> Search<'a> {
             }
             for next in &graph.node(id).next {
                 let ends = matches!(region, Region::Loop(own) if *next == graph.loop_info(own).head);
-                // The next round of a loop over the elements is another element's.
+                // The next round of a loop over the elements is another element's: for this one, what is behind the loop follows.
                 let others = matches!(&graph.node(*next).effect, Effect::LoopHead(inner)
                     if self.covers(*inner) && graph.is_within(graph.node(id).in_loop, *inner));
-                if !ends && !others {
-                    before[next.0 as usize].push(id);
+                let follow = if others { graph.node(*next).next.get(1) } else { Some(next) };
+                if let (false, Some(follow)) = (ends, follow) {
+                    before[follow.0 as usize].push(id);
                 }
             }
         }
@@ -425,6 +443,17 @@ impl<'a> Search<'a> {
         }
         reach
     }
+}
+
+/// What those who call a function need to know of the ways through it.
+pub(super) struct Ways {
+    pub(super) outcomes: Vec<Outcome>,
+    /// How many states it took to find them.
+    pub(super) states: usize,
+    /// How one of them comes to a second update.
+    pub(super) repeat: Option<Evidence>,
+    /// How one of them skips what others update.
+    pub(super) skip: Option<Evidence>,
 }
 
 /// What is known where a search begins.

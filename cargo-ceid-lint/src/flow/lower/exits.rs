@@ -155,7 +155,9 @@ impl Builder<'_> {
         }
         let span = self.span(id);
         let mark = Span::new(span.file, span.end.saturating_sub(1), span.end);
-        let about = self.about_presence(inner, Vec::new());
+        // `let sample = read()?`: what is asked for goes there and nowhere else.
+        let binds = if self.target_value == Some((self.frame, id)) { self.targets.clone() } else { Vec::new() };
+        let about = self.about_presence(inner, binds);
         let text = self.text(inner);
         let (good, bad) = self.branch_on_head(&value, "+", "-", mark, text, about);
         self.resume(bad);

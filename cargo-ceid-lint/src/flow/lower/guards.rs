@@ -15,6 +15,25 @@ impl Builder<'_> {
         self.is_guard_ty(self.ty(id))
     }
 
+    /// Whether an expression asks a clock of ceid-core for the next cycle: `None` says that there is none.
+    pub(super) fn asks_for_cycle(&self, id: ExprId) -> bool {
+        let ty = self.ty(id);
+        let is_cycle = |ty: &Ty| self.is_ceid(ty, "Cycle") || self.is_ceid(ty, "CycleGuard");
+        matches!(ty, Ty::External(_, args) if ty.external_name() == Some("Option") && args.first().is_some_and(is_cycle))
+    }
+
+    /// Whether a type is one of ceid-core's, read or not.
+    fn is_ceid(&self, ty: &Ty, name: &str) -> bool {
+        match ty {
+            Ty::External(path, _) => path == &format!("ceid_core::{name}"),
+            Ty::Adt(id, _) => {
+                let def = self.program.index.type_def(*id);
+                def.name == name && self.program.index.crate_of(def.module).name == "ceid_core"
+            }
+            _ => false,
+        }
+    }
+
     fn is_guard_ty(&self, ty: &Ty) -> bool {
         if self.program.index.guard_spec(ty).is_some() {
             return true;
@@ -25,11 +44,7 @@ impl Builder<'_> {
                     || (matches!(ty.external_name(), Some("Option" | "Result" | "ManuallyDrop" | "Box" | "Rc" | "Arc"))
                         && args.first().is_some_and(|inner| self.is_guard_ty(inner)))
             }
-            Ty::Adt(id, _) => {
-                let def = self.program.index.type_def(*id);
-                def.name == "CycleGuard" && self.program.index.crate_of(def.module).name == "ceid_core"
-            }
-            _ => false,
+            _ => self.is_ceid(ty, "CycleGuard"),
         }
     }
 
@@ -311,16 +326,8 @@ impl Builder<'_> {
         if self.program.index.guard_spec(&ty).is_some_and(|spec| spec.register == method) {
             return Some(self.register(id, receiver, args));
         }
-        let is_ceid = |ty: &Ty, name: &str| match ty {
-            Ty::External(path, _) => path == &format!("ceid_core::{name}"),
-            Ty::Adt(id, _) => {
-                let def = self.program.index.type_def(*id);
-                def.name == name && self.program.index.crate_of(def.module).name == "ceid_core"
-            }
-            _ => false,
-        };
         match (method, args) {
-            ("guard", [arg]) if is_ceid(&ty, "Cycle") => {
+            ("guard", [arg]) if self.is_ceid(&ty, "Cycle") => {
                 self.expr(receiver);
                 let name = self.text(*arg).trim_start_matches("&mut ").to_owned();
                 let value = self.expr(*arg);
@@ -330,24 +337,42 @@ impl Builder<'_> {
                 }
                 Some(Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() })
             }
-            ("filters", []) if is_ceid(&ty, "CycleGuard") => {
+            ("filters", []) if self.is_ceid(&ty, "CycleGuard") => {
                 let value = self.expr(receiver);
+                // `control.cycle()?.filters().input = x;`
+                let made_here =
+                    value.place.as_ref().and_then(Place::base_var).filter(|var| self.guarded.contains_key(var));
+                if self.at.is_some() && made_here.is_some() && !self.is_bound(&value) {
+                    let how = "no name holds it, so that its statement drops it";
+                    self.mark_dropped(receiver, &value, self.span(receiver), how);
+                }
                 let guard =
                     value.place.as_ref().and_then(Place::base_var).and_then(|var| self.guards_of.get(&var)).copied();
                 let held = guard.and_then(|guard| self.graph.guards[guard.0 as usize].holds.first().copied());
                 Some(held.map_or(value, |held| Value { place: Some(Place::var(held)), ..Value::default() }))
             }
-            ("run", [arg]) if is_ceid(&ty, "Cyclic") => {
+            ("cycle", []) if self.is_ceid(&ty, "Cyclic") => {
+                let value = self.expr(receiver);
+                let name = self.text(receiver).trim_start_matches("&mut ").to_owned();
+                let var = self.temporary(self.ty(id).clone(), self.span(id));
+                if let Some(driver) = value.place {
+                    let set = driver.field("filters");
+                    self.guarded.insert(var, vec![(name, set, driven_set(&ty))]);
+                }
+                Some(Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() })
+            }
+            ("filters", []) if self.is_ceid(&ty, "Cyclic") => {
+                let value = self.expr(receiver);
+                let place = value.place.map(|driver| driver.field("filters"));
+                Some(Value { place, ..Value::default() })
+            }
+            ("run", [arg]) if self.is_ceid(&ty, "Cyclic") => {
                 self.expr(receiver);
                 let closure = self.expr(*arg).closure?;
-                let set = match &ty {
-                    Ty::Adt(_, params) | Ty::External(_, params) => params.first().cloned().unwrap_or(Ty::Unknown),
-                    _ => Ty::Unknown,
-                };
-                self.guarded_closure(closure, &set, self.span(id));
+                self.guarded_closure(closure, &driven_set(&ty), self.span(id));
                 Some(Value::default())
             }
-            (_, args) if is_ceid(&ty, "Tick") => self.tick_call(id, receiver, method, args),
+            (_, args) if self.is_ceid(&ty, "Tick") => self.tick_call(id, receiver, method, args),
             _ => None,
         }
     }
@@ -437,5 +462,13 @@ impl Builder<'_> {
         }
         let Some(guard) = self.guard_of(expr, value) else { return };
         self.graph.guards[guard.0 as usize].forgotten = Some((span, how.to_owned()));
+    }
+}
+
+/// The set of filters that a `Cyclic` drives.
+fn driven_set(driver: &Ty) -> Ty {
+    match driver {
+        Ty::Adt(_, params) | Ty::External(_, params) => params.first().cloned().unwrap_or(Ty::Unknown),
+        _ => Ty::Unknown,
     }
 }

@@ -79,6 +79,9 @@ impl Builder<'_> {
             // The loop gets copies of them.
             Some(_) if !is_lent && self.is_copied(self.ty(id)) => Item::Made,
             Some(place) if is_map && self.may_hold_filter(ty) => Item::entry(place),
+            Some(place) if ty.external_name() == Some("Option") && self.may_hold_filter(ty) => {
+                Item::Present(Box::new(Item::Same(place)))
+            }
             Some(place) if self.may_hold_filter(ty) => Item::Element(place),
             _ if is_receiver(ty) => {
                 // Iterating over a receiver receives.
@@ -93,6 +96,7 @@ impl Builder<'_> {
         } else {
             match ty {
                 Ty::Array(_, length) => length.value.map_or(Rounds::Bounded, Rounds::Constant),
+                _ if matches!(item, Item::Present(_)) => Rounds::Constant(1),
                 _ => Rounds::Bounded,
             }
         };
@@ -269,6 +273,9 @@ impl Builder<'_> {
                 };
                 Source { item, rounds: Rounds::Bounded, ..source }
             }
+            "flatten" | "filter_map" | "flat_map" if self.gives_present(receiver, method, args) => {
+                self.present(receiver)
+            }
             "cycle" => Source { rounds: Rounds::Unbounded, in_order: false, ..self.source(receiver) },
             "enumerate" => {
                 let source = self.source(receiver);
@@ -397,10 +404,13 @@ impl Builder<'_> {
         false
     }
 
-    /// Whether each item of an iterator is an array or slice.
+    /// Whether each item of an iterator is an array, slice or vector.
     fn gives_rows(&self, id: ExprId) -> bool {
-        matches!(self.ty(id), Ty::External(_, args)
-            if matches!(args.first().map(Ty::peel), Some(Ty::Array(..) | Ty::Slice(_))))
+        let is_row = |ty: &Ty| {
+            matches!(ty, Ty::Array(..) | Ty::Slice(_))
+                || matches!(ty.external_name(), Some("Vec" | "ArrayVec" | "SmallVec"))
+        };
+        matches!(self.ty(id), Ty::External(_, args) if args.first().map(Ty::peel).is_some_and(is_row))
     }
 
     fn has_adaptor(&self, id: ExprId) -> bool {
@@ -644,6 +654,11 @@ impl Builder<'_> {
                 info.items.extend(lent.into_iter().map(|place| (var, place)));
                 info.bound.push(var);
                 Value { place: Some(Place::var(var)), is_owned: false, ..Value::default() }
+            }
+            Item::Present(inner) => {
+                let value = self.item_value(id, inner, reads, span);
+                self.skip_absent(id, &value, span);
+                value
             }
             Item::Staged(inner, stages) => {
                 let mut value = self.item_value(id, inner, reads, span);

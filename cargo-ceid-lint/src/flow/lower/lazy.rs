@@ -112,6 +112,7 @@ fn lent_places(item: &Item, found: &mut Vec<Place>, closures: &mut Vec<super::Cl
                 lent_places(item, found, closures);
             }
         }
+        Item::Present(item) => lent_places(item, found, closures),
         Item::Staged(item, stages) => {
             closures.extend(stages.iter().map(|(_, closure)| *closure));
             lent_places(item, found, closures);

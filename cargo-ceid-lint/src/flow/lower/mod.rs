@@ -25,6 +25,7 @@ mod loops;
 mod macros;
 mod patterns;
 mod places;
+mod presence;
 mod reads;
 mod resets;
 mod sources;
@@ -187,6 +188,8 @@ struct Builder<'a> {
     inlining: Vec<FunctionId>,
     /// The variables that the value of the expression at hand goes into.
     targets: Vec<Var>,
+    /// The expression whose value they get.
+    target_value: Option<(usize, ExprId)>,
     /// Whether something leads to each node.
     reached: Vec<bool>,
     /// The condition as the source spells it where its body is read: `self.is_armed()`.
@@ -240,6 +243,7 @@ impl<'a> Builder<'a> {
             subjects: HashMap::new(),
             inlining: vec![function],
             targets: Vec::new(),
+            target_value: None,
             reached: Vec::new(),
             spoken: None,
             is_detached: false,

@@ -125,7 +125,20 @@ impl Builder<'_> {
         let binds: Vec<Var> = self.locals_of(pat).into_iter().map(|local| self.var_of(local)).collect();
         let mut matched = matched.clone();
         matched.about.binds = binds;
-        self.ask(pat, &matched, no);
+        // Where the clock has ended there is no cycle: in a function that runs one, nothing is owed on that way.
+        if self.loops.is_empty() && matched.expr.is_some_and(|expr| self.asks_for_cycle(expr)) {
+            let span = self.body().pat(pat).span;
+            if self.pattern_text(pat) == "None" {
+                self.ask(pat, &matched, no);
+                self.emit(Effect::Diverge, span);
+                self.at = None;
+                return;
+            }
+            let has_ended = self.add_node(Effect::Diverge, span);
+            self.ask(pat, &matched, has_ended);
+        } else {
+            self.ask(pat, &matched, no);
+        }
         self.bind_pattern(pat, &matched.value);
     }
 

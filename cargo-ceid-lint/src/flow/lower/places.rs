@@ -240,9 +240,7 @@ impl Builder<'_> {
         let body = self.body();
         let bases = self.assigned_vars(target);
         self.derive(&bases, value);
-        let outer = std::mem::replace(&mut self.targets, bases);
-        let given = self.expr(value);
-        self.targets = outer;
+        let given = self.expr_into(bases, value);
         if self.at.is_none() {
             return Value::default();
         }
@@ -307,9 +305,7 @@ impl Builder<'_> {
     pub(super) fn assign_op(&mut self, id: ExprId, op: &str, target: ExprId, value: ExprId) -> Value {
         let bases = self.assigned_vars(target);
         self.derive(&bases, value);
-        let outer = std::mem::replace(&mut self.targets, bases);
-        let given = self.expr(value);
-        self.targets = outer;
+        let given = self.expr_into(bases, value);
         self.operands(id, &[value], &[given]);
         let span = self.span(id);
         let place = self.expr(target).place;

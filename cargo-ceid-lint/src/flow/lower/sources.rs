@@ -23,6 +23,8 @@ pub(super) enum Item {
     Made,
     /// The one thing at a place.
     Same(Place),
+    /// An option of which only what is there gets a round.
+    Present(Box<Self>),
     /// One of these, those of the first kind before those of the next.
     OneOf(Vec<Self>),
     /// Several at once.
@@ -37,7 +39,7 @@ impl Item {
             Self::Chunk(place) => found.push(place.slice(Section::chunk())),
             Self::Same(place) => found.push(place.clone()),
             Self::OneOf(items) => items.iter().for_each(|item| item.lends(found)),
-            Self::Staged(item, _) => item.lends(found),
+            Self::Staged(item, _) | Self::Present(item) => item.lends(found),
             Self::Opaque | Self::Drawn(..) | Self::Counter(_) | Self::Made | Self::Tuple(_) => {}
         }
     }

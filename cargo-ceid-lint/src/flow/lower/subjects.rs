@@ -155,6 +155,10 @@ impl Builder<'_> {
                 reads.extend(right.reads);
                 Some(Pure { key: format!("({} {op} {})", left.key, right.key), reads, whole: None })
             }
+            // Lending what may be there asks about the same.
+            ExprKind::MethodCall { receiver, method, .. } if lends_payload(method) && self.is_optional(*receiver) => {
+                self.pure(*receiver)
+            }
             ExprKind::MethodCall { receiver, method, args, .. } => {
                 if !self.is_pure_method(id, method) {
                     return None;
@@ -412,4 +416,9 @@ pub(super) fn place_key(place: &Place) -> String {
         return format!("v{}", var.0);
     }
     place.spell(&|var| format!("v{}", var.0), &|id| format!("s{}", id.0))
+}
+
+/// Whether a method of an option lends what is in it.
+pub(super) fn lends_payload(method: &str) -> bool {
+    matches!(method, "as_mut" | "as_ref" | "as_deref_mut" | "as_deref")
 }

@@ -137,12 +137,19 @@ impl Builder<'_> {
         }
     }
 
+    /// An expression whose value goes into variables.
+    pub(super) fn expr_into(&mut self, targets: Vec<Var>, id: ExprId) -> Value {
+        let outer = std::mem::replace(&mut self.targets, targets);
+        let outer_value = self.target_value.replace((self.frame, id));
+        let value = self.expr(id);
+        (self.targets, self.target_value) = (outer, outer_value);
+        value
+    }
+
     fn let_stmt(&mut self, pat: crate::syntax::tree::PatId, init: ExprId, span: Span) {
         let bound: Vec<Var> = self.locals_of(pat).into_iter().map(|local| self.var_of(local)).collect();
         self.derive(&bound, init);
-        let outer = std::mem::replace(&mut self.targets, bound);
-        let value = self.expr(init);
-        self.targets = outer;
+        let value = self.expr_into(bound, init);
         if self.at.is_none() {
             // The names are still bound, so that what follows can be read.
             for local in self.locals_of(pat) {

@@ -50,6 +50,7 @@ struct Ceid {
     cycle: Option<Place>,
     fingerprint: String,
     suppressed: Option<String>,
+    known: bool,
 }
 
 #[derive(Serialize)]
@@ -64,7 +65,7 @@ pub(super) fn of_diagnostic(
     fingerprint: String,
     rendered: Rendered,
 ) -> Message {
-    let is_shown = diagnostic.suppressed.is_none();
+    let is_shown = diagnostic.is_shown();
     let code = format!("ceid::{}", diagnostic.rule);
     let facts = &diagnostic.facts;
     let ceid = Ceid {
@@ -76,6 +77,7 @@ pub(super) fn of_diagnostic(
         cycle: facts.cycle.map(|head| Place { file: sources.file(head.file).name.clone(), line: sources.line(head) }),
         fingerprint,
         suppressed: diagnostic.suppressed.clone(),
+        known: diagnostic.known,
     };
     let mut spans = vec![of_span(sources, diagnostic.primary.span, is_shown, Some(&diagnostic.primary.message))];
     for (number, step) in (1..).zip(&diagnostic.witness.steps) {
@@ -91,7 +93,7 @@ pub(super) fn of_diagnostic(
         children: Vec::new(),
         ceid: Some(ceid),
     };
-    // A reader that does not know of suppressions shows nothing without a primary place, and has no fix to apply.
+    // A reader that does not know of suppressions and baselines shows nothing without a primary place, and has no fix to apply.
     if is_shown {
         message.level = diagnostic.severity().name();
         message.children = children(sources, diagnostic);

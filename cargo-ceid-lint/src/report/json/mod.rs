@@ -1,9 +1,12 @@
 //! cargo's own messages, one JSON object a line, so that editors and every other reader of cargo's output work unchanged.
 
+mod fixes;
 mod message;
 mod span;
 
 use std::path::Path;
+
+pub use fixes::{FixOutcome, fixes};
 
 use serde::Serialize;
 use serde_json::Value;
@@ -84,8 +87,8 @@ pub fn messages(project: &Project, report: &Report, options: Options) -> String 
     let fingerprints = super::fingerprint::fingerprints(&report.sources, &report.diagnostics);
     for (diagnostic, fingerprint) in report.diagnostics.iter().zip(fingerprints) {
         let at = (diagnostic.package, diagnostic.target);
-        // A target with nothing but suppressed findings is clean, and its artifact follows.
-        if diagnostic.suppressed.is_none() {
+        // A target with nothing but suppressed and known findings is clean, and its artifact follows.
+        if diagnostic.is_shown() {
             unclean.insert(at);
         }
         let message = message::of_diagnostic(&report.sources, diagnostic, fingerprint, options.rendered);

@@ -87,7 +87,7 @@ fn what_is_ours_is_under_its_own_key() {
         ceid,
         serde_json::json!({
             "rule": "ceid::repeated_update", "verdict": "repeated", "counts": [1, 2], "filter": "kf", "type": "KalmanF",
-            "cycle": { "file": "demo/src/main.rs", "line": 3 }, "suppressed": null,
+            "cycle": { "file": "demo/src/main.rs", "line": 3 }, "suppressed": null, "known": false,
         })
     );
 }

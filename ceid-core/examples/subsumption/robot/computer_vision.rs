@@ -15,8 +15,8 @@ assert_updated_once!(Filters, ParticleF);
 
 /// Tells where on the field the goal is, as long as the camera shows it.
 pub(crate) struct ComputerVision<'t> {
-    pub(crate) clock: Free<Hz<30>>,
-    pub(crate) filters: Filters,
+    pub(crate) clock: ClockOf<Self>,
+    pub(crate) filters: OnlyInCeid<Filters>,
     pub(crate) io: Inside<'t, Motion, Option<Vector>>,
     pub(crate) camera: Outside<'t, (), Frame>,
 }
@@ -24,8 +24,8 @@ pub(crate) struct ComputerVision<'t> {
 /// For how many cycles the goal is believed to be where it was seen last: half a second.
 const PATIENCE: u32 = 15;
 
-pub(crate) fn filters() -> Filters {
-    Filters::register(ParticleF::somewhere(Vector::new(0.0, -3.0), Vector::new(8.0, 3.0)))
+pub(crate) fn filters() -> OnlyInCeid<Filters> {
+    OnlyInCeid::new(Filters::register(ParticleF::somewhere(Vector::new(0.0, -3.0), Vector::new(8.0, 3.0))))
 }
 
 impl RealtimeFunctionality for ComputerVision<'_> {

@@ -108,8 +108,8 @@ pub(crate) fn drive<T: RealtimeThread>(thread: &mut T, trip: &Trip, path: &mut [
     let mut recognition = Task::new("recognition", recognition, trip.overrun);
     let mut interference = Task::new("interference", interference, trip.overrun);
     let mut motor = Task::new("motor", motor, trip.overrun);
-    // One nanosecond more, so that the release at the very end has its point.
-    let until = Until::duration(trip.duration + Duration::from_nanos(1));
+    // The world ends the run when it has recorded the last point, which is late if its thread is.
+    let until = Until::duration(trip.duration + Duration::from_secs(1));
     let report = thread.run(&mut [&mut world, &mut vision, &mut recognition, &mut interference, &mut motor], until);
 
     let missed = world.missed() + vision.missed() + recognition.missed() + interference.missed() + motor.missed();

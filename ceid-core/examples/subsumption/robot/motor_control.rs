@@ -23,8 +23,8 @@ filters! {
 
 /// Makes the wheels turn as commanded, and tells where they have brought the robot.
 pub(crate) struct MotorControl<'t> {
-    pub(crate) clock: Free<Hz<1000>>,
-    pub(crate) filters: Filters,
+    pub(crate) clock: ClockOf<Self>,
+    pub(crate) filters: OnlyInCeid<Filters>,
     pub(crate) io: Inside<'t, Command, Motion>,
     pub(crate) drive: Outside<'t, Voltages, Encoders>,
 }
@@ -32,10 +32,10 @@ pub(crate) struct MotorControl<'t> {
 /// For how many cycles the wheels are driven without an answer of the encoders: 50 ms.
 const PATIENCE: u32 = 50;
 
-pub(crate) fn filters() -> Filters {
+pub(crate) fn filters() -> OnlyInCeid<Filters> {
     let noise = Noise { acceleration: 20.0, measurement: 0.000_000_25 };
     let wheel = || Wheel::register(KalmanF::new(noise), SpeedController::new());
-    Filters::register(wheel(), wheel(), Odometry::new())
+    OnlyInCeid::new(Filters::register(wheel(), wheel(), Odometry::new()))
 }
 
 impl Wheel {

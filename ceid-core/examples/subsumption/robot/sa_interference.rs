@@ -17,8 +17,8 @@ filters! {
 
 /// Mediates between the functionalities, of which it knows what they take and give.
 pub(crate) struct SaInterference<'t> {
-    pub(crate) clock: Free<Hz<1000>>,
-    pub(crate) filters: Filters,
+    pub(crate) clock: ClockOf<Self>,
+    pub(crate) filters: OnlyInCeid<Filters>,
     /// How strongly avoiding interferes with reaching; at 0 not at all.
     pub(crate) intensity: f64,
     pub(crate) vision: Outside<'t, Motion, Option<Vector>>,
@@ -36,8 +36,14 @@ const INFLUENCE: f64 = 0.9;
 /// For how many cycles another functionality is believed without a word from it: a fifth of a second.
 const PATIENCE: u32 = 200;
 
-pub(crate) fn filters() -> Filters {
-    Filters::register(Remembered::nothing(), Remembered::nothing(), ModeMachine::new(), Ramp::new(2.5), Ramp::new(30.0))
+pub(crate) fn filters() -> OnlyInCeid<Filters> {
+    OnlyInCeid::new(Filters::register(
+        Remembered::nothing(),
+        Remembered::nothing(),
+        ModeMachine::new(),
+        Ramp::new(2.5),
+        Ramp::new(30.0),
+    ))
 }
 
 /// What is known in one cycle.

@@ -22,15 +22,15 @@ const NOWHERE: Vector = Vector::new(1.0e6, 0.0);
 
 /// Tells where on the field the nearest point of an obstacle is, as long as the range finder answers.
 pub(crate) struct SensorRecognition<'t> {
-    pub(crate) clock: Free<Hz<100>>,
-    pub(crate) filters: Filters,
+    pub(crate) clock: ClockOf<Self>,
+    pub(crate) filters: OnlyInCeid<Filters>,
     pub(crate) io: Inside<'t, Motion, Option<Vector>>,
     pub(crate) range_finder: Outside<'t, (), Echo>,
 }
 
-pub(crate) fn filters() -> Filters {
+pub(crate) fn filters() -> OnlyInCeid<Filters> {
     let noise = Noise { acceleration: 4.0, measurement: 0.0004 };
-    Filters::register(KalmanF::new(noise), KalmanF::new(noise), Remembered::nothing())
+    OnlyInCeid::new(Filters::register(KalmanF::new(noise), KalmanF::new(noise), Remembered::nothing()))
 }
 
 impl Filters {

@@ -33,7 +33,7 @@ pub(crate) struct World<'t> {
     pub(crate) seed: u64,
     pub(crate) fault: Fault,
     pub(crate) robot: Body,
-    /// Where the robot was every 0.1 s; ends when it is full.
+    /// Where the robot was every 0.1 s; the run ends when it is full.
     pub(crate) path: &'t mut [Vector],
     pub(crate) recorded: usize,
     pub(crate) steps: u64,
@@ -135,6 +135,6 @@ impl RealtimeFunctionality for World<'_> {
             }
             _ => self.answer(self.frame(), self.echo(), self.encoders()),
         }
-        Flow::Continue
+        if self.recorded < self.path.len() { Flow::Continue } else { Flow::Stop }
     }
 }

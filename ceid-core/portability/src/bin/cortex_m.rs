@@ -7,11 +7,16 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m::peripheral::Peripherals;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m_rt::{entry, exception};
-use cortex_m_semihosting::{debug, hprint};
+use cortex_m_semihosting::{debug, hio, hprint};
 use panic_semihosting as _;
 
 #[path = "../demo.rs"]
 mod demo;
+#[path = "../../../examples/subsumption/robot/mod.rs"]
+#[allow(dead_code, reason = "the example uses all of it")]
+mod robot;
+#[path = "../robot_paths.rs"]
+mod robot_paths;
 
 const TICKS_PER_S: u32 = 1_000;
 /// Of the processors that QEMU gives these boards, about: the demo does not depend on it.
@@ -48,6 +53,10 @@ fn main() -> ! {
         timer.enable_counter();
         timer.enable_interrupt();
         hprint!("{}", demo::report(SysTickTime));
+        if let Ok(mut output) = hio::hstdout() {
+            let _ = robot_paths::print::<11>(&mut output, 1);
+            let _ = robot_paths::print::<71>(&mut output, 7);
+        }
         debug::exit(debug::EXIT_SUCCESS);
     }
     loop {

@@ -1,11 +1,17 @@
 //! The demo on an operating system. Its output is what the other targets' is compared with.
 
 use ceid_core::Time;
+use std::fmt;
 use std::thread;
 use std::time::{Duration, Instant};
 
 #[path = "../demo.rs"]
 mod demo;
+#[path = "../../../examples/subsumption/robot/mod.rs"]
+#[allow(dead_code, reason = "the example uses all of it")]
+mod robot;
+#[path = "../robot_paths.rs"]
+mod robot_paths;
 
 struct Clock(Instant);
 
@@ -19,6 +25,10 @@ impl Time for Clock {
     }
 }
 
-fn main() {
-    print!("{}", demo::report(Clock(Instant::now())));
+fn main() -> fmt::Result {
+    let mut output = demo::report(Clock(Instant::now())).to_string();
+    robot_paths::print::<11>(&mut output, 1)?;
+    robot_paths::print::<71>(&mut output, 7)?;
+    print!("{output}");
+    Ok(())
 }

@@ -1,0 +1,360 @@
+//! `cargo ceid-lint migrate`: loops that update their filters by hand get a guard of `ceid-core`.
+
+mod args;
+
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use super::args::FixArgs;
+use super::{Console, ExitStatus, input, vcs};
+use crate::fix::{self, Bounds, Edit, Fix, RealDisk, Revision};
+use crate::migrate::{self, Plan, Reason, Rewrite, Wanted};
+use crate::pipeline::{self, Options, Report};
+use crate::project::{self, Package, Project};
+use crate::report::count;
+use crate::source::{DiskSource, ReadSource, SourceMap, Span};
+pub(super) use args::{AFTER_HELP, MigrateArgs};
+
+/// What is to be migrated.
+enum Asked {
+    /// Nothing yet: tell what could be.
+    Nothing,
+    All,
+    /// Files, each with a line of a loop.
+    At(Vec<(PathBuf, u32)>),
+}
+
+/// Plans, migrates and tells.
+///
+/// # Errors
+/// What is wrong with the arguments.
+pub(super) fn run(args: &MigrateArgs) -> Result<ExitStatus, String> {
+    let console = Console::new(&args.talk);
+    let asked = asked(args)?;
+    let mut selection = input::selection(&[], &args.scope, &args.build);
+    selection.workspace = selection.packages.is_empty();
+    let project = match project::load(&selection) {
+        Ok(project) => project,
+        Err(error) => {
+            console.error(&error.message, error.help.as_deref());
+            return Ok(ExitStatus::Incomplete);
+        }
+    };
+    for notice in project.notices.iter().filter(|_| !console.is_quiet()) {
+        console.warn(notice);
+    }
+    let check = |source: Box<dyn ReadSource>| pipeline::check_configured(&project, &Options::default(), source);
+    let first = check(Box::new(DiskSource));
+    if first.is_config_wrong || !first.report.problems.is_empty() {
+        let problems = first.report.problems.iter().map(|problem| format!("{}: {}", problem.file, problem.message));
+        console.error(
+            &format!("nothing was migrated: {}", problems.collect::<Vec<_>>().join("; ")),
+            Some("what cannot be read may be what a change would break"),
+        );
+        return Ok(ExitStatus::Incomplete);
+    }
+    let run = Run { args, project: &project, asked, console, touched: RefCell::default() };
+    run.migrate(&first.report, |source| check(source).report)
+}
+
+struct Run<'a> {
+    args: &'a MigrateArgs,
+    project: &'a Project,
+    asked: Asked,
+    console: Console,
+    /// The files in which loops are migrated.
+    touched: RefCell<BTreeSet<PathBuf>>,
+}
+
+impl Run<'_> {
+    fn migrate(&self, first: &Report, check: impl Fn(Box<dyn ReadSource>) -> Report) -> Result<ExitStatus, String> {
+        let chosen = self.chosen(first)?;
+        if chosen.is_empty() {
+            self.console.say(&self.nothing(first));
+            return Ok(ExitStatus::Clean);
+        }
+        if matches!(self.asked, Asked::Nothing) {
+            self.list(first, &chosen);
+            return Ok(ExitStatus::Clean);
+        }
+        let bounds = Bounds::of(self.project);
+        let fixes = FixArgs {
+            fix: true,
+            unsafe_fixes: self.args.unsafe_fixes,
+            diff: self.args.diff,
+            allow_dirty: self.args.allow_dirty,
+            allow_staged: self.args.allow_staged,
+            allow_no_vcs: self.args.allow_no_vcs,
+        };
+        let refusal = bounds.roots().iter().find_map(|root| vcs::check(root, &fixes).err());
+        if let Some(refusal) = refusal.filter(|_| !self.args.diff) {
+            self.console.error(&refusal.replace("ceid-lint fix", "ceid-lint migrate"), None);
+            return Ok(ExitStatus::Incomplete);
+        }
+        let revision = fix::revise(first, |report| self.offer(report, first), |path| bounds.file(path), &check);
+        if self.args.diff {
+            for change in &revision.changes {
+                self.console.print(&fix::diff(change, &first.sources));
+            }
+        }
+        let mut is_unwritten = revision.refused.iter().any(|refused| refused.is_unwritable);
+        if !self.args.diff
+            && let Err(error) = fix::commit(&revision, first, &mut RealDisk, || check(Box::new(DiskSource)))
+        {
+            self.console.error(&error, None);
+            return Ok(ExitStatus::Incomplete);
+        }
+        let refused = self.tell(first, &chosen, &revision);
+        is_unwritten |= revision.made.is_empty() && revision.refused.iter().any(|refused| refused.is_unwritable);
+        Ok(if is_unwritten {
+            ExitStatus::Incomplete
+        } else if self.args.diff && !revision.changes.is_empty() || refused > 0 && matches!(self.asked, Asked::At(_)) {
+            ExitStatus::Findings
+        } else {
+            ExitStatus::Clean
+        })
+    }
+
+    /// The plans that were asked for.
+    fn chosen<'r>(&self, report: &'r Report) -> Result<Vec<&'r Plan>, String> {
+        let Asked::At(places) = &self.asked else { return Ok(report.plans.iter().collect()) };
+        let mut chosen = Vec::new();
+        for (path, line) in places {
+            let is_file = |span: Span| same_file(&report.sources.file(span.file).path, path);
+            let holds = |span: Span| {
+                let last = Span { start: span.end.saturating_sub(1), ..span };
+                (report.sources.line(span)..=report.sources.line(last)).contains(line)
+            };
+            let around = report.plans.iter().filter(|plan| is_file(plan.head) && holds(plan.whole));
+            let innermost = around.max_by_key(|plan| plan.head.start);
+            let is_cycle =
+                report.cycles.iter().any(|cycle| is_file(cycle.head) && report.sources.line(cycle.head) == *line);
+            match innermost {
+                Some(plan) if is_cycle && report.sources.line(plan.head) != *line => {}
+                Some(plan) => chosen.push(plan),
+                None if is_cycle => {}
+                None => {
+                    return Err(format!("there is no control cycle at line {line} of `{}`", path.display()));
+                }
+            }
+        }
+        Ok(chosen)
+    }
+
+    fn nothing(&self, report: &Report) -> String {
+        if report.cycles.is_empty() {
+            "there is no control cycle here; `cargo ceid-lint init` looks for filters".to_owned()
+        } else {
+            "nothing to migrate: no filter is updated by hand in every cycle".to_owned()
+        }
+    }
+
+    /// Tells what could be done.
+    fn list(&self, report: &Report, plans: &[&Plan]) {
+        let can = |plan: &&&Plan| plan.outcome.as_ref().is_ok_and(|rewrite| self.is_taken(rewrite));
+        for plan in plans.iter().filter(can) {
+            self.console.say(&format!("{} can be migrated", self.title(report, plan)));
+        }
+        for plan in plans.iter().filter(|plan| !can(plan)) {
+            self.refuse(report, plan, None);
+        }
+        self.console.say("`cargo ceid-lint migrate FILE:LINE` migrates one loop, `--all` all that can be");
+    }
+
+    fn is_taken(&self, rewrite: &Rewrite) -> bool {
+        self.args.unsafe_fixes || rewrite.changes.is_empty()
+    }
+
+    /// The fixes of a round.
+    fn offer(&self, report: &Report, first: &Report) -> Vec<Fix> {
+        // Lines move from round to round; a plan is the same while its function and filters are.
+        let Ok(of_first) = self.chosen(first) else { return Vec::new() };
+        let is_chosen = |plan: &&Plan| {
+            of_first.iter().any(|other| {
+                let file = |report: &Report, plan: &Plan| report.sources.file(plan.head.file).path.clone();
+                other.function == plan.function
+                    && other.filters == plan.filters
+                    && same_file(&file(first, other), &file(report, plan))
+            })
+        };
+        let mut fixes = Vec::new();
+        for plan in report.plans.iter().filter(is_chosen) {
+            if let Ok(rewrite) = &plan.outcome
+                && self.is_taken(rewrite)
+                && let Ok(edits) = self.edits(report, rewrite)
+            {
+                self.touched.borrow_mut().extend(edits.iter().map(|edit| edit.path.clone()));
+                let title = format!("{} updated by a guard", names(plan));
+                fixes.push(self.fix(report, plan.head, title, edits));
+            }
+        }
+        for import in &report.idle_imports {
+            let edits: Vec<Edit> = import.iter().map(|edit| self.edit(&report.sources, edit)).collect();
+            let is_touched =
+                edits.iter().any(|edit| self.touched.borrow().iter().any(|path| same_file(path, &edit.path)));
+            if let (true, Some((span, _))) = (is_touched, import.first()) {
+                fixes.push(self.fix(report, *span, IDLE_IMPORT.to_owned(), edits));
+            }
+        }
+        fixes
+    }
+
+    fn fix(&self, report: &Report, at: Span, title: String, edits: Vec<Edit>) -> Fix {
+        let file = report.sources.file(at.file).name.clone();
+        Fix { rule: "unguarded_update", title, file, line: report.sources.line(at), is_unsafe: false, edits }
+    }
+
+    fn edit(&self, sources: &SourceMap, (span, text): &(Span, String)) -> Edit {
+        let path = sources.file(span.file).path.clone();
+        Edit { path, start: span.start as usize, end: span.end as usize, text: text.clone() }
+    }
+
+    /// The edits of a plan, those in manifests included.
+    fn edits(&self, report: &Report, rewrite: &Rewrite) -> Result<Vec<Edit>, String> {
+        let mut edits: Vec<Edit> = rewrite.edits.iter().map(|edit| self.edit(&report.sources, edit)).collect();
+        for package in &rewrite.packages {
+            let package = &self.project.packages[*package];
+            let text = |path: &Path| report.manifests.get(path).map(|text| &**text);
+            let path = &package.manifest_path;
+            let Some(own) = text(path) else {
+                return Err("the file belongs to no package, so that it cannot depend on `ceid-core`".to_owned());
+            };
+            let workspace = text(&package.workspace_root.join("Cargo.toml"));
+            let wanted = Wanted {
+                path: self.args.ceid_core_path.as_ref().map(|core| relative(core, path)).transpose()?,
+                is_no_std: is_no_std(report, package),
+                needs_alloc: rewrite.needs_alloc,
+            };
+            if let Some((at, text)) = migrate::dependency(own, workspace, &wanted)? {
+                edits.push(Edit { path: path.clone(), start: at, end: at, text });
+            }
+        }
+        Ok(edits)
+    }
+
+    /// Tells what was done and what was not, and how much was not.
+    fn tell(&self, first: &Report, chosen: &[&Plan], revision: &Revision) -> usize {
+        let is_made = |plan: &Plan| {
+            let file = &first.sources.file(plan.head.file).name;
+            let title = format!("{} updated by a guard", names(plan));
+            revision.made.iter().any(|fix| fix.file == *file && fix.title == title)
+        };
+        let (made, left): (Vec<&Plan>, Vec<&Plan>) = chosen.iter().partition(|plan| is_made(plan));
+        let verb = if self.args.diff { "would migrate" } else { "migrated" };
+        for plan in &made {
+            self.console.say(&format!("{verb} {}", self.title(first, plan)));
+            let Ok(rewrite) = &plan.outcome else { continue };
+            for note in &rewrite.notes {
+                self.console.say(&format!("  {note}"));
+            }
+            for change in &rewrite.changes {
+                self.console.say(&format!("  changed: {}", told(first, plan, change)));
+            }
+        }
+        for plan in &left {
+            let why = revision.refused.iter().find(|refused| {
+                refused.fix.file == first.sources.file(plan.head.file).name
+                    && refused.fix.line == first.sources.line(plan.head)
+            });
+            self.refuse(first, plan, why.map(|refused| refused.why.as_str()));
+        }
+        let manifests = revision.changes.iter().filter(|change| change.path.ends_with("Cargo.toml")).count();
+        if manifests > 0 && !self.args.diff {
+            self.console.say("`ceid-core` is a dependency now; the next build brings `Cargo.lock` up to date");
+        }
+        let total = made.len() + left.len();
+        self.console.say(&format!("{verb} {} of {}", made.len(), count(total, "loop")));
+        left.len()
+    }
+
+    fn title(&self, report: &Report, plan: &Plan) -> String {
+        let file = &report.sources.file(plan.head.file).name;
+        format!("{file}:{}: {} in `{}`", report.sources.line(plan.head), names(plan), plan.function)
+    }
+
+    /// Tells why a loop stays as it is.
+    fn refuse(&self, report: &Report, plan: &Plan, why: Option<&str>) {
+        let title = self.title(report, plan);
+        let mut lines = vec![format!("{title}: not migrated")];
+        match &plan.outcome {
+            Err(reasons) => lines.extend(reasons.iter().map(|reason| told(report, plan, reason))),
+            Ok(rewrite) => {
+                if let Err(error) = self.edits(report, rewrite) {
+                    lines.push(error);
+                }
+                lines.extend(why.map(str::to_owned));
+                if !self.is_taken(rewrite) {
+                    lines[0] +=
+                        ", because the program would do something else (`--unsafe-fixes` migrates it all the same)";
+                    lines.extend(rewrite.changes.iter().map(|change| told(report, plan, change)));
+                }
+                if lines.len() == 1 {
+                    lines.push("its changes overlap with those of another loop: run it again".to_owned());
+                }
+            }
+        }
+        self.console.warn(&lines.join("\n  "));
+    }
+}
+
+const IDLE_IMPORT: &str = "an import removed that nothing needs any more";
+
+/// A reason with its line, and its file if it is another one.
+fn told(report: &Report, plan: &Plan, reason: &Reason) -> String {
+    let line = report.sources.line(reason.span);
+    if reason.span.file == plan.head.file {
+        format!("line {line}: {}", reason.text)
+    } else {
+        format!("{}:{line}: {}", report.sources.file(reason.span.file).name, reason.text)
+    }
+}
+
+fn names(plan: &Plan) -> String {
+    plan.filters.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}
+
+/// What the arguments ask for.
+fn asked(args: &MigrateArgs) -> Result<Asked, String> {
+    if args.places.is_empty() {
+        return Ok(if args.scope.workspace { Asked::All } else { Asked::Nothing });
+    }
+    if args.scope.workspace {
+        return Err("`--all` migrates every loop: leave out the places".to_owned());
+    }
+    let place = |text: &String| {
+        let mut parts: Vec<&str> = text.split(':').collect();
+        let mut numbers = Vec::new();
+        while let Some(number) = parts.last().and_then(|part| part.parse::<u32>().ok()) {
+            numbers.push(number);
+            parts.pop();
+        }
+        let line = numbers.last().copied().filter(|_| numbers.len() <= 2 && !parts.is_empty());
+        let line = line.ok_or_else(|| format!("`{text}` is not FILE:LINE, such as `src/main.rs:12`"))?;
+        Ok((std::env::current_dir().unwrap_or_default().join(parts.join(":")), line))
+    };
+    args.places.iter().map(place).collect::<Result<_, String>>().map(Asked::At)
+}
+
+fn same_file(one: &Path, other: &Path) -> bool {
+    one == other || matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
+}
+
+/// Whether a crate of the package does without the standard library.
+fn is_no_std(report: &Report, package: &Package) -> bool {
+    let is_root = |path: &Path| package.targets.iter().any(|target| target.src_path == path);
+    let says_so = |text: &str| text.lines().any(|line| line.trim_start().starts_with("#![") && line.contains("no_std"));
+    report.sources.files().any(|(_, file)| is_root(&file.path) && says_so(&file.text))
+}
+
+/// The directory `core` as the manifest at `manifest` names it.
+fn relative(core: &Path, manifest: &Path) -> Result<String, String> {
+    let missing = |path: &Path| format!("`{}` is not a directory with a `Cargo.toml`", path.display());
+    let core =
+        core.canonicalize().ok().filter(|core| core.join("Cargo.toml").is_file()).ok_or_else(|| missing(core))?;
+    let from = manifest.parent().and_then(|parent| parent.canonicalize().ok()).ok_or_else(|| missing(manifest))?;
+    let common = core.components().zip(from.components()).take_while(|(one, other)| one == other).count();
+    let up = from.components().skip(common).map(|_| "..".to_owned());
+    let down = core.components().skip(common).map(|part| part.as_os_str().to_string_lossy().into_owned());
+    Ok(up.chain(down).collect::<Vec<_>>().join("/"))
+}

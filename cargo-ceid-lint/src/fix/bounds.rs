@@ -1,0 +1,58 @@
+//! Which files may be written at all.
+
+use std::fs::OpenOptions;
+use std::path::{Path, PathBuf};
+
+use crate::project::Project;
+
+/// The workspaces of the packages that are checked, without what cargo builds.
+#[derive(Clone, Debug, Default)]
+pub struct Bounds {
+    roots: Vec<PathBuf>,
+    target_directory: Option<PathBuf>,
+}
+
+impl Bounds {
+    /// The bounds of a project.
+    #[must_use]
+    pub fn of(project: &Project) -> Self {
+        let reported = project.packages.iter().filter(|package| package.is_reported);
+        let mut roots: Vec<PathBuf> =
+            reported.filter_map(|package| package.workspace_root.canonicalize().ok()).collect();
+        roots.sort();
+        roots.dedup();
+        Self { roots, target_directory: project.target_directory.canonicalize().ok() }
+    }
+
+    /// The workspaces.
+    #[must_use]
+    pub fn roots(&self) -> &[PathBuf] {
+        &self.roots
+    }
+
+    /// The file itself, behind all symbolic links, if it may and can be written.
+    ///
+    /// # Errors
+    /// Why it is not.
+    pub fn file(&self, path: &Path) -> Result<PathBuf, String> {
+        let unwritable = |why: &str| format!("cannot write `{}`: {why}", path.display());
+        let real = path.canonicalize().map_err(|error| unwritable(&error.to_string()))?;
+        let Some(root) = self.roots.iter().find(|root| real.starts_with(root)) else {
+            return Err(unwritable("it lies outside the workspace"));
+        };
+        let built = self.target_directory.as_ref().filter(|directory| directory.starts_with(root));
+        if built.is_some_and(|directory| real.starts_with(directory)) {
+            return Err(unwritable("it lies in the target directory, which cargo writes"));
+        }
+        let metadata = real.metadata().map_err(|error| unwritable(&error.to_string()))?;
+        if !metadata.is_file() {
+            return Err(unwritable("it is not a regular file"));
+        }
+        if metadata.permissions().readonly() {
+            return Err(unwritable("it is read-only"));
+        }
+        // Whether this user may write it, only the system knows.
+        OpenOptions::new().write(true).open(&real).map_err(|error| unwritable(&error.to_string()))?;
+        Ok(real)
+    }
+}

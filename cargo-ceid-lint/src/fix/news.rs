@@ -1,0 +1,95 @@
+//! What a check finds that the one before did not: the reason to take a fix back.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::pipeline::Report;
+use crate::source::FileId;
+
+/// Something that a check finds and the one before did not.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct News {
+    /// The file that it is found in, as it is shown to users.
+    pub file: String,
+    /// What it is, in words.
+    pub words: String,
+}
+
+/// What is in `after` and not in `before`: files that can no longer be read, findings, filters whose updates are no longer proved.
+/// Lines do not matter, nor does whether a finding is suppressed.
+#[must_use]
+pub fn news(before: &Report, after: &Report) -> Vec<News> {
+    let mut known: BTreeMap<Vec<String>, Vec<BTreeSet<String>>> = BTreeMap::new();
+    for told in told(before) {
+        known.entry(told.key).or_default().push(told.filters);
+    }
+    let mut news = Vec::new();
+    for told in told(after) {
+        let alike = known.entry(told.key).or_default();
+        // A finding about fewer filters is what is left of one.
+        match alike.iter().position(|old| told.filters.is_subset(old)) {
+            Some(at) => drop(alike.swap_remove(at)),
+            None => news.push(told.news),
+        }
+    }
+    news
+}
+
+/// What a fix must not bring.
+struct Told {
+    /// What it is, but for the filters.
+    key: Vec<String>,
+    filters: BTreeSet<String>,
+    news: News,
+}
+
+/// Everything in a report that a fix must not bring.
+fn told(report: &Report) -> Vec<Told> {
+    let name = |file: FileId| report.sources.file(file).name.clone();
+    let mut told = Vec::new();
+    let mut add = |file: String, key: Vec<&str>, filters: &[String], words: String| {
+        let key = [file.as_str()].into_iter().chain(key).map(str::to_owned).collect();
+        told.push(Told { key, filters: filters.iter().cloned().collect(), news: News { file, words } });
+    };
+    for problem in &report.problems {
+        let words = format!("`{}` can no longer be read: {}", problem.file, problem.message);
+        add(problem.file.clone(), vec![&problem.message], &[], words);
+    }
+    for finding in &report.diagnostics {
+        let words = format!("it would bring `ceid::{}`: {}", finding.rule, finding.message);
+        let facts = &finding.facts;
+        add(name(finding.primary.span.file), vec![finding.rule, &facts.function], &facts.filters, words);
+    }
+    for cycle in &report.cycles {
+        for pair in cycle.filters.iter().filter(|pair| !pair.verdict.is_proved()) {
+            let verdict = pair.verdict.name();
+            let words = format!("`{}` in `{}` would be {verdict}", pair.name, cycle.function);
+            add(name(cycle.head.file), vec![verdict, &cycle.function, &pair.law], &[pair.name.clone()], words);
+        }
+    }
+    told
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::SourceMap;
+
+    fn report(problems: &[&str]) -> Report {
+        let problem = |message: &&str| crate::diagnostic::Problem {
+            file: "src/a.rs".to_owned(),
+            span: None,
+            message: (*message).to_owned(),
+            help: None,
+            is_error: true,
+        };
+        Report { sources: SourceMap::default(), problems: problems.iter().map(problem).collect(), ..Report::default() }
+    }
+
+    #[test]
+    fn each_thing_is_known_as_often_as_it_was_there() {
+        assert_eq!(news(&report(&["a", "b"]), &report(&["b"])), []);
+        let found = news(&report(&["a"]), &report(&["a", "a"]));
+        let words = "`src/a.rs` can no longer be read: a".to_owned();
+        assert_eq!(found, [News { file: "src/a.rs".to_owned(), words }]);
+    }
+}

@@ -1,0 +1,249 @@
+//! Texts to the disk: each file is the old one or the new one in full, whenever the program is ended.
+
+use std::fmt;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use super::Change;
+
+/// What is done to the disk; another one than the real one is for tests.
+pub trait Disk {
+    /// Writes the text to a new file beside `target`, through to the device, with the permissions of `target`.
+    ///
+    /// # Errors
+    /// The system's.
+    fn stage(&mut self, target: &Path, text: &str) -> io::Result<PathBuf>;
+
+    /// Puts the staged file in the place of `target`, at once.
+    ///
+    /// # Errors
+    /// The system's.
+    fn replace(&mut self, staged: &Path, target: &Path) -> io::Result<()>;
+}
+
+/// Why nothing was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WriteError {
+    /// What failed.
+    pub message: String,
+    /// Files that had been written when it failed, and could not be put back: they have their new texts, in full.
+    pub left_changed: Vec<PathBuf>,
+}
+
+impl fmt::Display for WriteError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)?;
+        let Some((first, others)) = self.left_changed.split_first() else {
+            return f.write_str("; nothing was written");
+        };
+        write!(f, "; changed all the same, and complete: `{}`", first.display())?;
+        others.iter().try_for_each(|path| write!(f, ", `{}`", path.display()))
+    }
+}
+
+impl std::error::Error for WriteError {}
+
+/// Writes all changes, or none: whatever goes wrong, the files that were written before it are put back.
+///
+/// # Errors
+/// If a file is not what it was when it was read, or cannot be written.
+pub fn write(changes: &[Change], disk: &mut dyn Disk) -> Result<(), WriteError> {
+    let mut staged: Vec<PathBuf> = Vec::new();
+    for change in changes {
+        match stage(change, disk) {
+            Ok(path) => staged.push(path),
+            Err(message) => {
+                remove(&staged);
+                return Err(WriteError { message, left_changed: Vec::new() });
+            }
+        }
+    }
+    for (number, (change, path)) in changes.iter().zip(&staged).enumerate() {
+        if let Err(error) = disk.replace(path, &change.path) {
+            remove(&staged[number..]);
+            let message = format!("cannot write `{}`: {error}", change.path.display());
+            return Err(WriteError { message, left_changed: restore(&changes[..number], disk) });
+        }
+    }
+    Ok(())
+}
+
+/// Gives the files the texts back that they had before `changes` were written.
+///
+/// # Errors
+/// If one of them cannot be written, or is not what was written.
+pub fn put_back(changes: &[Change], disk: &mut dyn Disk) -> Result<(), WriteError> {
+    let back = |change: &Change| Change {
+        path: change.path.clone(),
+        old: Arc::clone(&change.new),
+        new: Arc::clone(&change.old),
+    };
+    write(&changes.iter().map(back).collect::<Vec<_>>(), disk)
+}
+
+fn stage(change: &Change, disk: &mut dyn Disk) -> Result<PathBuf, String> {
+    let path = change.path.display();
+    let now = fs::read(&change.path).map_err(|error| format!("cannot read `{path}`: {error}"))?;
+    if now != change.old.as_bytes() {
+        return Err(format!("`{path}` was changed by somebody else since it was read"));
+    }
+    disk.stage(&change.path, &change.new).map_err(|error| format!("cannot write beside `{path}`: {error}"))
+}
+
+/// Gives the old texts back, and answers which files could not be.
+fn restore(written: &[Change], disk: &mut dyn Disk) -> Vec<PathBuf> {
+    let mut restore = |change: &Change| {
+        let staged = disk.stage(&change.path, &change.old)?;
+        disk.replace(&staged, &change.path).inspect_err(|_| remove(&[staged]))
+    };
+    let failed = written.iter().filter(|change| restore(change).is_err());
+    failed.map(|change| change.path.clone()).collect()
+}
+
+fn remove(staged: &[PathBuf]) {
+    for path in staged {
+        // What is left behind is only in the way, and the error that is told matters more.
+        let _ = fs::remove_file(path);
+    }
+}
+
+/// The disk.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RealDisk;
+
+impl Disk for RealDisk {
+    fn stage(&mut self, target: &Path, text: &str) -> io::Result<PathBuf> {
+        static NUMBER: AtomicU32 = AtomicU32::new(0);
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let name = format!(".ceid-lint-{}-{number}.tmp", std::process::id());
+        let path = target.with_file_name(name);
+        let mut file = OpenOptions::new().write(true).create_new(true).open(&path)?;
+        let written = fill(&mut file, target, text);
+        written.inspect_err(|_| remove(std::slice::from_ref(&path)))?;
+        Ok(path)
+    }
+
+    fn replace(&mut self, staged: &Path, target: &Path) -> io::Result<()> {
+        fs::rename(staged, target)?;
+        // The name is safe when its directory is; where directories cannot be opened, the system takes care of that.
+        if let Some(directory) = target.parent().and_then(|directory| File::open(directory).ok()) {
+            let _ = directory.sync_all();
+        }
+        Ok(())
+    }
+}
+
+fn fill(file: &mut File, target: &Path, text: &str) -> io::Result<()> {
+    file.write_all(text.as_bytes())?;
+    let metadata = fs::metadata(target)?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::{MetadataExt, fchown};
+        let new = file.metadata()?;
+        if (new.uid(), new.gid()) != (metadata.uid(), metadata.gid()) {
+            fchown(&*file, Some(metadata.uid()), Some(metadata.gid()))?;
+        }
+    }
+    file.set_permissions(metadata.permissions())?;
+    file.sync_all()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A disk that fails, or is gone, after so many replacements.
+    struct Failing {
+        left: usize,
+        is_gone: bool,
+    }
+
+    impl Disk for Failing {
+        fn stage(&mut self, target: &Path, text: &str) -> io::Result<PathBuf> {
+            if self.left == 0 && self.is_gone { Err(io::Error::other("gone")) } else { RealDisk.stage(target, text) }
+        }
+
+        fn replace(&mut self, staged: &Path, target: &Path) -> io::Result<()> {
+            if self.left == 0 {
+                // Only the first one fails on a disk that stays.
+                self.left = if self.is_gone { 0 } else { usize::MAX };
+                return Err(io::Error::other("no space"));
+            }
+            self.left -= 1;
+            RealDisk.replace(staged, target)
+        }
+    }
+
+    fn directory(name: &str) -> PathBuf {
+        let directory = std::env::temp_dir().join(format!("ceid-lint-write-{}-{name}", std::process::id()));
+        let _ = fs::remove_dir_all(&directory);
+        fs::create_dir_all(&directory).unwrap();
+        directory
+    }
+
+    fn changes(directory: &Path) -> Vec<Change> {
+        let change = |name: &str| {
+            let path = directory.join(name);
+            fs::write(&path, format!("old {name}")).unwrap();
+            Change { path, old: format!("old {name}").into(), new: format!("new {name}").into() }
+        };
+        ["a", "b", "c"].map(change).to_vec()
+    }
+
+    #[track_caller]
+    fn check_files(directory: &Path, expected: &[&str]) {
+        let mut names: Vec<_> = fs::read_dir(directory).unwrap().map(|entry| entry.unwrap().path()).collect();
+        names.sort();
+        let texts: Vec<String> = names.iter().map(|path| fs::read_to_string(path).unwrap()).collect();
+        assert_eq!(texts, expected);
+        fs::remove_dir_all(directory).unwrap();
+    }
+
+    #[test]
+    fn all_files_are_written_or_none() {
+        for left in 0..3 {
+            let directory = directory(&format!("none-{left}"));
+            let error = write(&changes(&directory), &mut Failing { left, is_gone: false }).unwrap_err();
+            assert!(error.to_string().ends_with("no space; nothing was written"), "{error}");
+            check_files(&directory, &["old a", "old b", "old c"]);
+        }
+        let directory = directory("all");
+        write(&changes(&directory), &mut RealDisk).unwrap();
+        check_files(&directory, &["new a", "new b", "new c"]);
+    }
+
+    #[test]
+    fn what_cannot_be_put_back_is_complete_and_told() {
+        let directory = directory("gone");
+        let error = write(&changes(&directory), &mut Failing { left: 2, is_gone: true }).unwrap_err();
+        assert_eq!(error.left_changed, [directory.join("a"), directory.join("b")]);
+        check_files(&directory, &["new a", "new b", "old c"]);
+    }
+
+    #[test]
+    fn what_somebody_else_wrote_stays() {
+        let directory = directory("else");
+        let changes = changes(&directory);
+        fs::write(&changes[2].path, "mine").unwrap();
+        let error = write(&changes, &mut RealDisk).unwrap_err().to_string();
+        assert!(error.contains("was changed by somebody else"), "{error}");
+        check_files(&directory, &["old a", "old b", "mine"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn permissions_stay() {
+        use std::os::unix::fs::PermissionsExt;
+        let directory = directory("mode");
+        let changes = changes(&directory);
+        fs::set_permissions(&changes[0].path, fs::Permissions::from_mode(0o750)).unwrap();
+        write(&changes, &mut RealDisk).unwrap();
+        assert_eq!(fs::metadata(&changes[0].path).unwrap().permissions().mode() & 0o777, 0o750);
+        put_back(&changes, &mut RealDisk).unwrap();
+        assert_eq!(fs::metadata(&changes[0].path).unwrap().permissions().mode() & 0o777, 0o750);
+        check_files(&directory, &["old a", "old b", "old c"]);
+    }
+}

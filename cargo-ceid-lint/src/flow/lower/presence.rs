@@ -1,0 +1,64 @@
+//! Iterators over options: only what is there gets a round.
+
+use super::sources::{Item, Source, Stage};
+use super::subjects::lends_payload;
+use super::{Builder, Value};
+use crate::flow::{About, LoopId, Place, Rounds};
+use crate::index::Ty;
+use crate::source::Span;
+use crate::syntax::tree::{ExprId, ExprKind, PatKind};
+
+impl Builder<'_> {
+    /// Whether an adaptor passes on what is there of options that may hold filters: `flatten()`, `filter_map(Option::as_mut)`.
+    pub(super) fn gives_present(&self, receiver: ExprId, method: &str, args: &[ExprId]) -> bool {
+        let takes_payload = match (method, args) {
+            ("flatten", []) => true,
+            ("filter_map" | "flat_map", [closure]) => self.gives_payload(*closure),
+            _ => false,
+        };
+        let gives_options = matches!(self.ty(receiver), Ty::External(_, items)
+            if items.first().is_some_and(|item| item.peel().external_name() == Some("Option")));
+        takes_payload && gives_options && self.may_hold_filter(self.ty(receiver))
+    }
+
+    /// What such an adaptor runs over.
+    pub(super) fn present(&mut self, receiver: ExprId) -> Source {
+        let source = self.source(receiver);
+        if !source.item.is_lent() || source.stages.iter().any(|(stage, _)| *stage == Stage::Filter) {
+            return Source { rounds: Rounds::Bounded, ..source };
+        }
+        let staged = Source { stages: Vec::new(), ..source.clone() };
+        Source { item: Item::Present(Box::new(source.staged())), ..staged }
+    }
+
+    /// Whether a closure gives back the option that it gets: `Option::as_mut`, `|slot| slot.as_mut()`.
+    fn gives_payload(&self, closure: ExprId) -> bool {
+        let body = self.body();
+        match &body.expr(closure).kind {
+            ExprKind::Path(path) => lends_payload(path.last()),
+            ExprKind::Closure(code) => {
+                let [(pat, _)] = code.params.as_slice() else { return false };
+                let PatKind::Bind { name, .. } = &body.pat(*pat).kind else { return false };
+                let is_param = |id: ExprId| matches!(&body.expr(id).kind, ExprKind::Path(path) if path.text() == *name);
+                match &body.expr(code.body).kind {
+                    ExprKind::MethodCall { receiver, method, args, .. } => {
+                        args.is_empty() && lends_payload(method) && is_param(*receiver)
+                    }
+                    _ => is_param(code.body),
+                }
+            }
+            _ => false,
+        }
+    }
+
+    /// Goes on with a round where its item is there, and with the next round where it is not.
+    pub(super) fn skip_absent(&mut self, id: LoopId, value: &Value, span: Span) {
+        let Some(var) = value.place.as_ref().and_then(Place::base_var) else { return };
+        let about = About { is_presence: true, binds: vec![var], reads: vec![Place::var(var)], ..About::default() };
+        let (present, absent) = self.opaque_branch(span, "let Some(_) = item".to_owned(), about);
+        self.resume(absent);
+        let head = self.graph.loops[id.0 as usize].head;
+        self.jump(head);
+        self.resume(present);
+    }
+}

@@ -1,0 +1,61 @@
+//! The ways out of a loop from within an iteration: on each of them a guard runs the laws as well.
+
+use super::body::LoopBody;
+use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
+
+/// The expressions at which an iteration may leave the loop, and those of which nothing is known.
+#[derive(Debug, Default)]
+pub(super) struct Exits {
+    /// `break`, `return`, `?`, a `continue` of a loop around it.
+    pub(super) left_at: Vec<ExprId>,
+    /// Code that is not read, and may do anything.
+    pub(super) unread: Vec<ExprId>,
+}
+
+/// The ways out of the loop.
+pub(super) fn exits(of: &LoopBody<'_>) -> Exits {
+    let mut exits = Exits::default();
+    for id in &of.inside {
+        match of.kind(*id) {
+            ExprKind::Break { label, .. } if leaves(of, *id, label.as_ref(), true) => exits.left_at.push(*id),
+            ExprKind::Continue { label } if leaves(of, *id, label.as_ref(), false) => exits.left_at.push(*id),
+            ExprKind::Return(_) | ExprKind::Try(_) if !is_in_closure(of, *id) => exits.left_at.push(*id),
+            ExprKind::Macro(call) => match call.kind {
+                MacroKind::ReturnsErr(_) | MacroKind::Ensure(_) if !is_in_closure(of, *id) => exits.left_at.push(*id),
+                MacroKind::Join { fallible: true, .. } => exits.left_at.push(*id),
+                _ => {}
+            },
+            ExprKind::Opaque(_) | ExprKind::Unknown { .. } => exits.unread.push(*id),
+            _ => {}
+        }
+    }
+    exits.left_at.sort_by_key(|id| of.span(*id));
+    exits
+}
+
+/// Whether `break` or `continue` goes further than the end of this iteration.
+fn leaves(of: &LoopBody<'_>, id: ExprId, label: Option<&String>, is_break: bool) -> bool {
+    let is_target = |at: &ExprId| match of.kind(*at) {
+        ExprKind::Loop { label: own, .. } | ExprKind::While { label: own, .. } | ExprKind::For { label: own, .. } => {
+            label.is_none() || own.as_ref() == label
+        }
+        ExprKind::Macro(call) => matches!(call.kind, MacroKind::EachCycle { .. }) && label.is_none(),
+        ExprKind::Block(block) => label.is_some() && block.label.as_ref() == label,
+        _ => false,
+    };
+    match of.ancestors(id).find(is_target) {
+        Some(target) if target == of.whole => is_break,
+        Some(target) => !of.inside.contains(&target),
+        None => true,
+    }
+}
+
+/// Whether a closure or an `async` block of the iteration is what is left.
+fn is_in_closure(of: &LoopBody<'_>, id: ExprId) -> bool {
+    use crate::syntax::tree::BlockKind;
+    of.ancestors_inside(id).any(|at| match of.kind(at) {
+        ExprKind::Closure(_) => true,
+        ExprKind::Block(block) => matches!(block.kind, BlockKind::Async | BlockKind::Try),
+        _ => false,
+    })
+}

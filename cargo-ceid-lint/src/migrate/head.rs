@@ -1,0 +1,99 @@
+//! The two lines that a migrated loop gets: its clock above it, and the guard at its head.
+
+use super::Reason;
+use super::body::LoopBody;
+use super::law::ceid_core_name;
+use super::mentions::Guarded;
+use super::text::{above, begins_line, has_word, indentation, indentation_step, line_end, line_stop};
+use crate::source::Span;
+use crate::syntax::tree::{ExprKind, Literal};
+
+/// The rate that stands in the rewritten code where the loop does not tell its own.
+pub(super) const UNKNOWN_RATE: u64 = 1000;
+
+/// The names that a clock may get.
+const CLOCKS: [&str; 4] = ["clock", "cycle_clock", "guard_clock", "ceid_clock"];
+
+/// The edits that write the two lines.
+pub(super) fn lines(of: &LoopBody<'_>, guarded: &[Guarded]) -> Result<[(Span, String); 2], Reason> {
+    let refuse = |text: &str| Reason { span: of.span(of.whole), text: text.to_owned() };
+    let start = statement_start(of).ok_or_else(|| refuse("the loop is not a statement of a block"))?;
+    let text = of.text;
+    let core = ceid_core_name(of.program.index, of.function);
+    let body = of.program.sources.snippet(of.span(of.body.root));
+    let is_taken = |name: &str| has_word(body, name) || of.typed.locals.iter().any(|local| local.name == name);
+    let clock = CLOCKS.into_iter().find(|name| !is_taken(name));
+    let clock = clock.ok_or_else(|| refuse("every name for a clock means something else here"))?;
+    let rate = rate(of).unwrap_or(UNKNOWN_RATE);
+    let declared = format!("let mut {clock} = {core}::Free::<{core}::Hz<{rate}>>::new();");
+    let end = line_end(text);
+    let clock_edit = if begins_line(text, start) {
+        (insertion(of, above(text, start)), format!("{}{declared}{end}", indentation(text, start)))
+    } else {
+        (insertion(of, start), format!("{declared} "))
+    };
+    let list: Vec<String> = guarded.iter().map(entry).collect();
+    let guard = format!("{core}::ceid!({clock}.begin_cycle() => {});", list.join(", "));
+    let open = of.span(of.block).start as usize + 1;
+    let stop = line_stop(text, open);
+    let rest = text[open..stop].trim();
+    let guard_edit = if rest.is_empty() || rest.starts_with("//") {
+        let indent = format!("{}{}", indentation(text, open), indentation_step(text));
+        (insertion(of, stop), format!("{indent}{guard}{end}"))
+    } else {
+        (insertion(of, open), format!(" {guard}"))
+    };
+    Ok([clock_edit, guard_edit])
+}
+
+/// Where the statement begins that the loop is or lies in.
+fn statement_start(of: &LoopBody<'_>) -> Option<usize> {
+    let mut at = of.whole;
+    loop {
+        let parent = of.parent(at)?;
+        match of.kind(parent) {
+            ExprKind::Block(block) => {
+                let span = of.span(at);
+                let stmt = block.stmts.iter().map(|stmt| stmt.span).find(|stmt| stmt.contains(span));
+                return Some(with_label(of.text, stmt.unwrap_or(span).start as usize));
+            }
+            ExprKind::Closure(_) | ExprKind::Macro(_) => return None,
+            _ => at = parent,
+        }
+    }
+}
+
+fn insertion(of: &LoopBody<'_>, at: usize) -> Span {
+    let at = u32::try_from(at).unwrap_or(u32::MAX);
+    Span::new(of.file(), at, at)
+}
+
+/// A filter in the list of the guard.
+fn entry(own: &Guarded) -> String {
+    if own.place.fields.is_empty() { own.name.clone() } else { format!("{} = {}", own.name, own.spelled) }
+}
+
+/// Where a loop begins whose label stands before `start`.
+fn with_label(text: &str, start: usize) -> usize {
+    let Some(label) = text[..start].trim_end().strip_suffix(':').map(str::trim_end) else { return start };
+    let before = label.trim_end_matches(|c: char| c.is_alphanumeric() || c == '_');
+    if before.len() < label.len() && before.ends_with('\'') { before.len() - 1 } else { start }
+}
+
+/// How often a second the loop runs, if a sleep of constant length in it tells.
+pub(super) fn rate(of: &LoopBody<'_>) -> Option<u64> {
+    of.inside.iter().find_map(|id| {
+        let ExprKind::Call { callee, args } = of.kind(*id) else { return None };
+        let (ExprKind::Path(path), [length]) = (of.kind(*callee), args.as_slice()) else { return None };
+        let ExprKind::Call { callee: unit, args: number } = of.kind(*length) else { return None };
+        let (ExprKind::Path(unit), [number]) = (of.kind(*unit), number.as_slice()) else { return None };
+        let ExprKind::Literal(Literal::Int(Some(number), _)) = of.kind(*number) else { return None };
+        let per_second = match unit.last() {
+            "from_millis" => 1_000,
+            "from_micros" => 1_000_000,
+            _ => return None,
+        };
+        let is_whole = *number > 0 && per_second % number == 0;
+        (path.last() == "sleep" && is_whole).then(|| per_second / number)
+    })
+}

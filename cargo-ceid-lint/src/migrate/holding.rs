@@ -1,0 +1,176 @@
+//! What a guard is to hold: which places, whether it can, and what they are called in the body.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::Reason;
+use super::body::LoopBody;
+use super::mentions::{Guarded, held};
+use super::sites::{Part, Place, Site};
+use super::text::words;
+use crate::count::Pair;
+use crate::index::{FunctionId, Ty};
+use crate::syntax::tree::{ExprId, ExprKind};
+
+/// A filter that the loop updates or owes an update, where it lies, and where it is updated.
+pub(super) type Found<'p> = (&'p Pair, (Place, ExprId, FunctionId), Vec<Site>);
+
+/// The places that the guard is to hold, in the order in which their laws run today.
+pub(super) fn guarded(of: &LoopBody<'_>, found: Vec<Found<'_>>) -> Result<Vec<Guarded>, Vec<Reason>> {
+    let mut reasons = Vec::new();
+    let mut by_place: BTreeMap<Place, Guarded> = BTreeMap::new();
+    for (pair, (place, at, law), sites) in found {
+        if sites.iter().any(|site| site.place != place) {
+            let text = format!("`{}` is updated under several names", pair.name);
+            reasons.push(Reason { span: of.span(at), text });
+        }
+        let ty = of.typed.ty(at).clone();
+        let filter =
+            sites.first().map(|site| site.filter.clone()).or_else(|| held(&ty).cloned()).unwrap_or(Ty::Unknown);
+        let spelled = spelled(of, &place);
+        let own =
+            Guarded { place: place.clone(), spelled, name: String::new(), at, ty, filter, law, sites: Vec::new() };
+        by_place.entry(place).or_insert(own).sites.extend(sites);
+    }
+    let mut guarded: Vec<Guarded> = by_place.into_values().collect();
+    for own in &mut guarded {
+        own.sites.sort_by_key(|site| of.span(site.call));
+        if let Err(text) = holds(of, own) {
+            reasons.push(Reason { span: of.span(own.at), text });
+        }
+    }
+    let overlap = guarded.iter().any(|one| {
+        let is_above = |other: &Guarded| {
+            one.place != other.place
+                && one.place.local == other.place.local
+                && other.place.fields.starts_with(&one.place.fields)
+        };
+        guarded.iter().any(is_above)
+    });
+    if overlap {
+        reasons.push(Reason { span: of.span(of.whole), text: "one filter of this loop holds another one".to_owned() });
+    }
+    guarded.sort_by_key(|own| own.sites.first().map_or((true, of.span(own.at)), |site| (false, of.span(site.call))));
+    let mut taken = BTreeSet::new();
+    for own in &mut guarded {
+        match free_name(of, &own.place, &taken) {
+            Some(name) => {
+                taken.insert(name.clone());
+                own.name = name;
+            }
+            None => reasons.push(Reason {
+                span: of.span(own.at),
+                text: format!("every short name for `{}` means something else in this loop", own.spelled),
+            }),
+        }
+    }
+    if guarded.len() > 16 {
+        let text = "the loop has more than 16 filters: declare them with `filters!`".to_owned();
+        reasons.push(Reason { span: of.span(of.whole), text });
+    }
+    if reasons.is_empty() { Ok(guarded) } else { Err(reasons) }
+}
+
+fn spelled(of: &LoopBody<'_>, place: &Place) -> String {
+    let base = std::iter::once(of.typed.local(place.local).name.as_str());
+    base.chain(place.fields.iter().map(String::as_str)).collect::<Vec<_>>().join(".")
+}
+
+/// Whether a guard can hold what lies at a place, and whether that is what the loop updates.
+fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
+    let Guarded { place, spelled, ty, sites, filter, .. } = own;
+    let local = of.typed.local(place.local);
+    if local.span.start > of.span(of.whole).start {
+        return Err(format!(
+            "`{spelled}` is made anew in each iteration, so that no instance lives outside of the loop"
+        ));
+    }
+    if local.by_ref {
+        return Err(format!("`{spelled}` is bound by `ref`"));
+    }
+    if place.fields.is_empty() && local.name == "self" {
+        return Err("the filter is `self`: guard it where the loop is called, or make it a field".to_owned());
+    }
+    if sites.iter().any(|site| site.filter != *filter || site.law != own.law) {
+        return Err(format!("`{spelled}` has several laws"));
+    }
+    match filter {
+        Ty::Adt(..) => {}
+        Ty::External(path, _) if !path.starts_with("std::") => {
+            return Err(format!(
+                "the type of `{spelled}`, `{path}`, belongs to another crate: wrap it in a type of your own that implements `SampledFilter`"
+            ));
+        }
+        _ => return Err(format!("only the trait of `{spelled}` is known, and not its type")),
+    }
+    if held(ty) != Some(filter) {
+        return Err(format!("`{spelled}` holds its filter in a way that a guard cannot reach through"));
+    }
+    // The fields on the way have to be plain ones, so that each is borrowed by itself.
+    let mut at = own.at;
+    while let ExprKind::Field { base, .. } = of.kind(at) {
+        let owner = of.typed.ty(*base);
+        let owner = match owner {
+            Ty::Ref(true, inner) => inner,
+            other => other,
+        };
+        if !matches!(owner, Ty::Adt(..)) {
+            return Err(format!("`{}` does not lend its fields one by one", of.written(*base)));
+        }
+        at = *base;
+    }
+    let is_collection = held(ty).is_some_and(|inner| !matches!(ty, Ty::Adt(..)) && !is_ref_to(ty, inner));
+    let elements: Vec<u64> =
+        sites.iter().filter_map(|site| if let Part::Element(at) = site.part { Some(at) } else { None }).collect();
+    let all = sites.iter().filter(|site| site.part == Part::All).count();
+    let whole = sites.iter().filter(|site| site.part == Part::Whole).count();
+    let length = match ty {
+        Ty::Array(_, length) => length.value,
+        Ty::Ref(_, inner) => match &**inner {
+            Ty::Array(_, length) => length.value,
+            _ => None,
+        },
+        _ => None,
+    };
+    let distinct: BTreeSet<u64> = elements.iter().copied().collect();
+    let is_covered = match (elements.len(), all, whole) {
+        (0, 0, 0) => true,
+        (0, 1.., 0) => is_collection,
+        (_, 0, 0) => is_collection && length == Some(distinct.len() as u64),
+        (0, 0, _) => !is_collection,
+        _ => false,
+    };
+    if is_covered {
+        Ok(())
+    } else {
+        Err(format!("not every element of `{spelled}` is updated here, and a guard updates all"))
+    }
+}
+
+fn is_ref_to(ty: &Ty, inner: &Ty) -> bool {
+    match ty {
+        Ty::Ref(_, own) => **own == *inner,
+        _ => false,
+    }
+}
+
+/// A name for a place that means nothing else in the loop.
+fn free_name(of: &LoopBody<'_>, place: &Place, taken: &BTreeSet<String>) -> Option<String> {
+    let local = &of.typed.local(place.local).name;
+    if place.fields.is_empty() {
+        return (!taken.contains(local)).then(|| local.clone());
+    }
+    let all: Vec<&str> = std::iter::once(local.as_str()).chain(place.fields.iter().map(String::as_str)).collect();
+    let code = of.program.sources.snippet(of.span(of.block));
+    let is_name = |name: &str| name.starts_with(|first: char| first.is_alphabetic() || first == '_');
+    let is_free = |name: &str| {
+        is_name(name)
+            && !taken.contains(name)
+            && !of.typed.locals.iter().any(|local| local.name == name)
+            && words(code, name).all(|at| code[..at].trim_end().ends_with('.'))
+    };
+    (1..=all.len())
+        .rev()
+        .map(|from| all[from - 1..].join("_"))
+        .map(|name| name.replace("self_", "own_"))
+        .find(|name| is_free(name))
+}

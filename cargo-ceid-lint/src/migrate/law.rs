@@ -1,0 +1,195 @@
+//! The `impl` by which a guard runs a law that is there already.
+
+use super::text::{has_word, indentation, indentation_step, line_end};
+use crate::flow::Program;
+use crate::index::{FunctionId, Index, Owner, TraitName, Ty, is_sampled_filter_path};
+use crate::source::Span;
+use crate::syntax::enclosures;
+use crate::syntax::tree::{Receiver, TypeRef};
+use crate::types::Callee;
+
+/// An `impl` to write, where it stands, and the package whose file that is.
+#[derive(Clone, Debug)]
+pub(super) struct NewImpl {
+    pub(super) span: Span,
+    pub(super) text: String,
+}
+
+/// What has to be written so that `filter` is a `SampledFilter` of ceid-core whose law is the function `law`; nothing if it is one.
+///
+/// # Errors
+/// Why that cannot be written.
+pub(super) fn delegation(program: &Program<'_>, filter: &Ty, law: FunctionId) -> Result<Option<NewImpl>, String> {
+    let index = program.index;
+    let type_name = index.type_name(filter);
+    let def = index.function(law);
+    if let Some(existing) = existing_law(index, filter) {
+        return if runs(program, existing, law) {
+            Ok(None)
+        } else {
+            Err(format!(
+                "`{type_name}` is a `SampledFilter` of ceid-core already, with another law than `{}`",
+                def.name
+            ))
+        };
+    }
+    if def.function.is_async || !matches!(def.function.receiver, Some(Receiver::Exclusive)) {
+        return Err(format!("`{}` of `{type_name}` does not take `&mut self`", def.name));
+    }
+    let Owner::Impl(impl_id) = def.owner else {
+        return Err(format!("`{}` is written in its trait, and not for `{type_name}`", def.name));
+    };
+    if !matches!(index.impl_def(impl_id).self_ty, Ty::Adt(..)) {
+        return Err(format!("`{}` is written for more than `{type_name}`", def.name));
+    }
+    let keyword = def.function.keyword;
+    let text = &program.sources.file(keyword.file).text;
+    let around = enclosures(text, keyword.start as usize);
+    let enclosing = around.first().filter(|_| !around.iter().any(|enclosure| enclosure.is_macro));
+    let Some(block) = enclosing.filter(|_| text[keyword.start as usize..].starts_with("fn")) else {
+        return Err(format!("`{}` of `{type_name}` is written by a macro", def.name));
+    };
+    let Some(head) = Head::of(&text[block.head.clone()]) else {
+        return Err(format!("the `impl` around `{}` of `{type_name}` is not understood", def.name));
+    };
+    let ceid_core = ceid_core_name(index, law);
+    let rate = if has_word(head.generics, "R") { "TickRate" } else { "R" };
+    let (end, indent, step) = (line_end(text), indentation(text, block.head.start), indentation_step(text));
+    let own = head.generics.trim().trim_end_matches(',');
+    let separator = if own.is_empty() { "" } else { ", " };
+    let call = match head.of_trait {
+        None => format!("Self::{}(self)", def.name),
+        Some(of_trait) if of_trait.contains('<') || !head.generics.is_empty() => {
+            format!("<Self as {of_trait}>::{}(self)", def.name)
+        }
+        Some(of_trait) => format!("{of_trait}::{}(self)", def.name),
+    };
+    let discarded = if def.function.output == TypeRef::unit() { "" } else { "let _ = " };
+    let lines = [
+        String::new(),
+        String::new(),
+        format!(
+            "{indent}impl<{own}{separator}{rate}: {ceid_core}::Rate> {ceid_core}::SampledFilter<{rate}> for {}{{",
+            head.of_type
+        ),
+        format!("{indent}{step}fn update(&mut self, _: {ceid_core}::Tick<'_, {rate}>) {{"),
+        format!("{indent}{step}{step}{discarded}{call};"),
+        format!("{indent}{step}}}"),
+        format!("{indent}}}"),
+    ];
+    let at = u32::try_from(block.brackets.end).unwrap_or(u32::MAX);
+    Ok(Some(NewImpl { span: Span::new(keyword.file, at, at), text: lines.join(end) }))
+}
+
+/// The head of an `impl`, in parts.
+struct Head<'t> {
+    /// What stands between its angle brackets.
+    generics: &'t str,
+    of_trait: Option<&'t str>,
+    /// The type with all that follows it, to the brace.
+    of_type: &'t str,
+}
+
+impl<'t> Head<'t> {
+    fn of(text: &'t str) -> Option<Self> {
+        let rest = text.strip_prefix("impl")?;
+        let (generics, rest) = match rest.trim_start().strip_prefix('<') {
+            Some(inner) => {
+                let end = closing(inner)?;
+                (&inner[..end], &inner[end + 1..])
+            }
+            None => ("", rest),
+        };
+        if rest.contains(['{', '!']) || text.contains("//") || text.contains("/*") {
+            return None;
+        }
+        let where_at = super::text::words(rest, "where").next().unwrap_or(rest.len());
+        let for_at =
+            super::text::words(&rest[..where_at], "for").find(|at| !rest[at + 3..].trim_start().starts_with('<'));
+        Some(match for_at {
+            Some(at) => Self { generics, of_trait: Some(rest[..at].trim()), of_type: rest[at + 3..].trim_start() },
+            None => Self { generics, of_trait: None, of_type: rest.trim_start() },
+        })
+    }
+}
+
+/// Where the angle bracket that is open at the beginning of the text is closed.
+fn closing(text: &str) -> Option<usize> {
+    let mut depth = 1;
+    let mut before = ' ';
+    for (at, sign) in text.char_indices() {
+        match sign {
+            '<' => depth += 1,
+            '>' if before != '-' && before != '=' => depth -= 1,
+            _ => {}
+        }
+        if depth == 0 {
+            return Some(at);
+        }
+        before = sign;
+    }
+    None
+}
+
+/// What ceid-core is called where a function stands.
+pub(super) fn ceid_core_name(index: &Index, function: FunctionId) -> String {
+    extern_name(index, function).unwrap_or("ceid_core").to_owned()
+}
+
+/// Whether ceid-core can be named where a function stands.
+pub(super) fn has_ceid_core(index: &Index, function: FunctionId) -> bool {
+    extern_name(index, function).is_some()
+}
+
+fn extern_name(index: &Index, function: FunctionId) -> Option<&str> {
+    let externs = &index.crate_of(index.function(function).module).externs;
+    let mut found = externs.iter().filter(|(_, (_, package))| package.replace('-', "_") == "ceid_core");
+    found.next().map(|(name, _)| name.as_str())
+}
+
+/// The law by which a type is a filter of ceid-core.
+fn existing_law(index: &Index, filter: &Ty) -> Option<FunctionId> {
+    let of_core = |name: &TraitName| match name {
+        TraitName::External(path) => is_sampled_filter_path(path),
+        TraitName::Local(id) => {
+            let def = index.trait_def(*id);
+            def.name == "SampledFilter" && index.crate_of(def.module).package_name == "ceid_core"
+        }
+    };
+    index.impls_of(filter).into_iter().find_map(|id| {
+        let def = index.impl_def(id);
+        def.implements.as_ref().is_some_and(of_core).then(|| def.methods.get("update").copied()).flatten()
+    })
+}
+
+/// Whether a function calls another one, and no other.
+fn runs(program: &Program<'_>, caller: FunctionId, callee: FunctionId) -> bool {
+    let calls = |found: &Callee| matches!(found, Callee::Resolved(resolved) if resolved.targets == [callee]);
+    program.typed(caller).is_some_and(|typed| typed.callees.len() == 1 && typed.callees.values().all(calls))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(text: &str, generics: &str, of_trait: Option<&str>, of_type: &str) {
+        let head = Head::of(text).expect("it is the head of an impl");
+        assert_eq!((head.generics, head.of_trait, head.of_type), (generics, of_trait, of_type));
+    }
+
+    #[test]
+    fn heads_come_apart() {
+        check("impl Pid ", "", None, "Pid ");
+        check("impl crate::Step for Pid ", "", Some("crate::Step"), "Pid ");
+        check(
+            "impl<T: Fn(u8) -> u8, const N: usize> Step<T> for Pid<T, N>\nwhere\n    T: Copy,\n",
+            "T: Fn(u8) -> u8, const N: usize",
+            Some("Step<T>"),
+            "Pid<T, N>\nwhere\n    T: Copy,\n",
+        );
+        check("impl<F> Step for F where F: for<'a> Fn(&'a u8) ", "F", Some("Step"), "F where F: for<'a> Fn(&'a u8) ");
+        assert!(Head::of("unsafe impl A for B ").is_none());
+        assert!(Head::of("impl !A for B ").is_none());
+    }
+}

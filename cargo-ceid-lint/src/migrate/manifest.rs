@@ -1,0 +1,268 @@
+//! The dependency on `ceid-core`: what to write into a manifest, and where, so that the rest of it stays as it is.
+
+use toml::{Table, Value};
+
+use super::text::line_end;
+
+const NAME: &str = "ceid-core";
+
+/// What a package needs of `ceid-core`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Wanted {
+    /// The directory of its sources, as the manifest names it; without it, the version of this program is asked for.
+    pub path: Option<String>,
+    /// Whether the package can do without the standard library.
+    pub is_no_std: bool,
+    /// Whether filters lie in a `Vec`.
+    pub needs_alloc: bool,
+}
+
+/// Where in the text of a manifest something has to be inserted so that the package depends on `ceid-core`, and what; nothing if it
+/// does already. `workspace` is the text of the manifest of its workspace.
+///
+/// # Errors
+/// Why that cannot be done.
+pub fn dependency(text: &str, workspace: Option<&str>, wanted: &Wanted) -> Result<Option<(usize, String)>, String> {
+    let table: Table = text.parse().map_err(|_| "the manifest cannot be parsed".to_owned())?;
+    let workspace: Option<Table> = workspace.and_then(|text| text.parse().ok());
+    let shared = workspace.as_ref().unwrap_or(&table).get("workspace").and_then(|root| root.get("dependencies"));
+    if let Some(found) = section(&table, "dependencies").and_then(|section| find(section, shared)) {
+        return suits(found, shared, wanted).map(|()| None);
+    }
+    let of_targets = table.get("target").and_then(Value::as_table).into_iter().flat_map(Table::values);
+    if of_targets
+        .filter_map(Value::as_table)
+        .filter_map(|of| section(of, "dependencies"))
+        .any(|of| find(of, shared).is_some())
+    {
+        return Err("`ceid-core` is a dependency for some targets only".to_owned());
+    }
+    let line = line(text, shared.and_then(Value::as_table), wanted)?;
+    let (at, inserted) = insertion(text, &table, &line)?;
+    let mut changed = text.to_owned();
+    changed.insert_str(at, &inserted);
+    let parsed: Option<Table> = changed.parse().ok();
+    let is_there = parsed.as_ref().and_then(|table| find(section(table, "dependencies")?, shared)).is_some();
+    if is_there {
+        Ok(Some((at, inserted)))
+    } else {
+        Err("the manifest has a form in which nothing can be added".to_owned())
+    }
+}
+
+fn section<'t>(table: &'t Table, name: &str) -> Option<&'t Table> {
+    table.get(name).and_then(Value::as_table)
+}
+
+/// The entry for `ceid-core`, under whatever name.
+fn find<'t>(section: &'t Table, shared: Option<&Value>) -> Option<&'t Value> {
+    let is_it = |(key, value): &(&String, &Value)| {
+        let value = in_workspace(key, value, shared).unwrap_or(value);
+        value.get("package").and_then(Value::as_str).unwrap_or(key) == NAME
+    };
+    section.iter().find(is_it).map(|(_, value)| value)
+}
+
+/// The entry of the workspace that an entry stands for.
+fn in_workspace<'t>(key: &str, value: &Value, shared: Option<&'t Value>) -> Option<&'t Value> {
+    let is_shared = value.get("workspace").and_then(Value::as_bool) == Some(true);
+    is_shared.then(|| shared?.get(key)).flatten()
+}
+
+/// Whether the dependency that is there is enough.
+fn suits(found: &Value, shared: Option<&Value>, wanted: &Wanted) -> Result<(), String> {
+    if found.get("optional").and_then(Value::as_bool) == Some(true) {
+        return Err("`ceid-core` is an optional dependency".to_owned());
+    }
+    let of_workspace = in_workspace(NAME, found, shared);
+    let without_defaults = |value: &Value| value.get("default-features").and_then(Value::as_bool) == Some(false);
+    let has_alloc = |value: &Value| {
+        let features = value.get("features").and_then(Value::as_array).into_iter().flatten();
+        features.filter_map(Value::as_str).any(|feature| matches!(feature, "alloc" | "std"))
+    };
+    let all = [Some(found), of_workspace];
+    let entries = || all.iter().flatten();
+    if wanted.needs_alloc && entries().any(|value| without_defaults(value)) && !entries().any(|value| has_alloc(value))
+    {
+        return Err("`ceid-core` is a dependency without its feature `alloc`, which filters in a `Vec` need".to_owned());
+    }
+    Ok(())
+}
+
+/// The entry to write.
+fn line(text: &str, shared: Option<&Table>, wanted: &Wanted) -> Result<String, String> {
+    if let Some(value) = shared.and_then(|shared| shared.get(NAME)) {
+        suits(value, None, wanted)?;
+        let is_inline = text.contains("{ workspace = true") || text.contains("{workspace = true");
+        return Ok(if is_inline {
+            format!("{NAME} = {{ workspace = true }}")
+        } else {
+            format!("{NAME}.workspace = true")
+        });
+    }
+    let version = env!("CARGO_PKG_VERSION");
+    let features = match (wanted.is_no_std, wanted.needs_alloc) {
+        (false, _) => "",
+        (true, false) => ", default-features = false",
+        (true, true) => ", default-features = false, features = [\"alloc\"]",
+    };
+    Ok(match &wanted.path {
+        Some(path) => format!("{NAME} = {{ path = {}{features} }}", Value::String(path.clone())),
+        None if features.is_empty() => format!("{NAME} = \"{version}\""),
+        None => format!("{NAME} = {{ version = \"{version}\"{features} }}"),
+    })
+}
+
+/// Where the entry goes: among sorted entries to its place, else behind the last one.
+fn insertion(text: &str, table: &Table, line: &str) -> Result<(usize, String), String> {
+    let end = line_end(text);
+    let lines: Vec<(usize, &str)> = text
+        .split_inclusive('\n')
+        .scan(0, |at, line| {
+            let start = *at;
+            *at += line.len();
+            Some((start, line))
+        })
+        .collect();
+    let is_header = |line: &str, name: &str| {
+        line.trim()
+            .strip_prefix('[')
+            .and_then(|rest| rest.split_once(']'))
+            .is_some_and(|(found, _)| found.trim() == name)
+    };
+    let Some(header) = lines.iter().position(|(_, line)| is_header(line, "dependencies")) else {
+        if let Some((at, _)) = lines.iter().find(|(_, line)| line.trim_start().starts_with("[dependencies.")) {
+            return Ok((*at, format!("[dependencies]{end}{line}{end}{end}")));
+        }
+        if table.contains_key("dependencies") {
+            return Err("the manifest has a form in which nothing can be added".to_owned());
+        }
+        let gap = if text.is_empty() || text.ends_with('\n') { String::new() } else { end.to_owned() };
+        return Ok((text.len(), format!("{gap}{end}[dependencies]{end}{line}{end}")));
+    };
+    let section: Vec<(usize, &str)> =
+        lines[header + 1..].iter().take_while(|(_, line)| !line.starts_with('[')).copied().collect();
+    let key = |line: &str| {
+        let is_key = line.starts_with(|first: char| first.is_alphanumeric() || matches!(first, '_' | '"' | '\''));
+        let key = line.split(['=', '.']).next().unwrap_or_default().trim().trim_matches(['"', '\'']);
+        is_key.then(|| key.to_owned())
+    };
+    let keys: Vec<(usize, String)> =
+        section.iter().enumerate().filter_map(|(at, (_, line))| Some((at, key(line)?))).collect();
+    let is_sorted = keys.windows(2).all(|pair| pair[0].1 <= pair[1].1);
+    let next = keys.iter().find(|(_, key)| is_sorted && key.as_str() > NAME).map(|(at, _)| *at);
+    let mut at = next
+        .unwrap_or_else(|| section.iter().rposition(|(_, line)| !line.trim().is_empty()).map_or(0, |last| last + 1));
+    while next.is_some() && at > 0 && section[at - 1].1.trim_start().starts_with('#') {
+        at -= 1;
+    }
+    let place = section.get(at).map_or_else(
+        || section.last().or(lines.get(header)).map_or(text.len(), |(start, line)| start + line.len()),
+        |(start, _)| *start,
+    );
+    let is_open = !text[..place].is_empty() && !text[..place].ends_with('\n');
+    Ok((place, if is_open { format!("{end}{line}{end}") } else { format!("{line}{end}") }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLAIN: Wanted = Wanted { path: None, is_no_std: false, needs_alloc: false };
+
+    #[track_caller]
+    fn check(text: &str, workspace: Option<&str>, wanted: &Wanted, expected: &str) {
+        let version = env!("CARGO_PKG_VERSION");
+        let expected = expected.replace("VERSION", version);
+        let mut changed = text.to_owned();
+        if let Some((at, line)) = dependency(text, workspace, wanted).expect("it can be added") {
+            changed.insert_str(at, &line);
+        }
+        assert_eq!(changed, expected);
+    }
+
+    #[test]
+    fn it_is_added_where_a_person_would_write_it() {
+        let core = "ceid-core = \"VERSION\"";
+        check(
+            "[dependencies]\na = \"1\"\nlog = \"1\"\n",
+            None,
+            &PLAIN,
+            &format!("[dependencies]\na = \"1\"\n{core}\nlog = \"1\"\n"),
+        );
+        check(
+            "[dependencies]\nlog = \"1\" # x\na = \"1\"\n\n[profile.dev]\n",
+            None,
+            &PLAIN,
+            &format!("[dependencies]\nlog = \"1\" # x\na = \"1\"\n{core}\n\n[profile.dev]\n"),
+        );
+        check(
+            "[dependencies]\n# for x\nx = \"1\"",
+            None,
+            &PLAIN,
+            &format!("[dependencies]\n{core}\n# for x\nx = \"1\""),
+        );
+        check("[dependencies]\na = \"1\"", None, &PLAIN, &format!("[dependencies]\na = \"1\"\n{core}\n"));
+        check(
+            "[dependencies]\r\n\r\n[features]\r\n",
+            None,
+            &PLAIN,
+            &format!("[dependencies]\r\n{core}\r\n\r\n[features]\r\n"),
+        );
+        check(
+            "[package]\nname = \"a\"\n",
+            None,
+            &PLAIN,
+            &format!("[package]\nname = \"a\"\n\n[dependencies]\n{core}\n"),
+        );
+        check(
+            "[dependencies.a]\nversion = \"1\"\n",
+            None,
+            &PLAIN,
+            &format!("[dependencies]\n{core}\n\n[dependencies.a]\nversion = \"1\"\n"),
+        );
+    }
+
+    #[test]
+    fn what_is_there_is_left() {
+        for text in [
+            "[dependencies]\nceid-core = \"0.1\"\n",
+            "[dependencies]\nguard = { package = \"ceid-core\", version = \"0.1\" }\n",
+            "[dependencies.ceid-core]\npath = \"../core\"\n",
+        ] {
+            check(text, None, &PLAIN, text);
+        }
+    }
+
+    #[test]
+    fn a_workspace_says_which_one() {
+        let root = "[workspace.dependencies]\nceid-core = { path = \"core\" }\n";
+        check("[dependencies]\n", Some(root), &PLAIN, "[dependencies]\nceid-core.workspace = true\n");
+        check(
+            "[dependencies]\nlog = { workspace = true }\n",
+            Some(root),
+            &PLAIN,
+            "[dependencies]\nceid-core = { workspace = true }\nlog = { workspace = true }\n",
+        );
+    }
+
+    #[test]
+    fn its_source_and_features_are_those_that_are_wanted() {
+        let wanted = Wanted { path: Some("../core".to_owned()), is_no_std: true, needs_alloc: true };
+        let line = "ceid-core = { path = \"../core\", default-features = false, features = [\"alloc\"] }\n";
+        check("[dependencies]\n", None, &wanted, &format!("[dependencies]\n{line}"));
+    }
+
+    #[test]
+    fn what_would_not_be_enough_is_refused() {
+        let alloc = Wanted { needs_alloc: true, ..PLAIN };
+        for (text, wanted) in [
+            ("[dependencies]\nceid-core = { version = \"0.1\", optional = true }\n", &PLAIN),
+            ("[dependencies]\nceid-core = { version = \"0.1\", default-features = false }\n", &alloc),
+            ("[target.'cfg(unix)'.dependencies]\nceid-core = \"0.1\"\n", &PLAIN),
+            ("dependencies = {}\n", &PLAIN),
+        ] {
+            assert!(dependency(text, None, wanted).is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,230 @@
+//! How a loop names the filters that a guard is to hold, and what each name becomes where the guard has them.
+
+use super::Reason;
+use super::body::LoopBody;
+use super::sites::{Place, Site};
+use crate::index::{FunctionId, Index, Ty};
+use crate::source::Span;
+use crate::syntax::tree::{BlockKind, ExprId, ExprKind, MacroKind, Receiver, TypeRef};
+use crate::types::Callee;
+
+/// A place that a guard is to hold.
+#[derive(Clone, Debug)]
+pub(super) struct Guarded {
+    pub(super) place: Place,
+    /// What it is called in the source.
+    pub(super) spelled: String,
+    /// What it is called in the body of the loop.
+    pub(super) name: String,
+    /// An expression that is the place.
+    pub(super) at: ExprId,
+    /// Its type.
+    pub(super) ty: Ty,
+    /// The type of the filter that lies there, and its law.
+    pub(super) filter: Ty,
+    pub(super) law: FunctionId,
+    /// Where it is updated by hand; nowhere if that is what is wrong.
+    pub(super) sites: Vec<Site>,
+}
+
+impl Guarded {
+    /// Whether the variable or field is a reference already, as the name behind the guard is.
+    fn is_reference(&self) -> bool {
+        matches!(self.ty, Ty::Ref(..))
+    }
+}
+
+/// An expression that is a guarded place, and stays.
+#[derive(Clone, Debug)]
+pub(super) struct Mention {
+    /// The expression.
+    pub(super) at: ExprId,
+    /// What has to be written there instead.
+    pub(super) edit: Option<(Span, String)>,
+}
+
+/// What the name has to become so that the code around it means what it meant.
+enum Form {
+    Name,
+    Deref,
+}
+
+/// Every place where the loop names what the guard is to hold, but for the updates that go away.
+pub(super) fn mentions(of: &LoopBody<'_>, guarded: &[Guarded], at: usize) -> Result<Vec<Mention>, Reason> {
+    let own = &guarded[at];
+    let is_gone = |id: ExprId| {
+        let mut around = std::iter::once(id).chain(of.ancestors_inside(id));
+        around.any(|at| guarded.iter().flat_map(|other| &other.sites).any(|site| site.gone == at))
+    };
+    let mut found = Vec::new();
+    for id in of.names(own.place.local).filter(|id| !is_gone(*id)) {
+        let chain = chain(of, id);
+        let fields: Vec<&str> = chain.iter().skip(1).map(|(_, name)| *name).collect();
+        let is_it = |(own, field): (&String, &&str)| own == field;
+        if !own.place.fields.iter().zip(&fields).all(is_it) {
+            continue;
+        }
+        let Some((at, _)) = chain.get(own.place.fields.len()) else {
+            let whole = of.written(chain.last().map_or(id, |(at, _)| *at));
+            let text = format!("all of `{whole}` is used here, and a guard holds `{}`", own.spelled);
+            return Err(Reason { span: of.span(id), text });
+        };
+        found.push(Mention { at: *at, edit: edit(of, own, *at)? });
+    }
+    Ok(found)
+}
+
+/// The expressions from a variable through its fields, as far as they are written: `self`, `self.axes`, `self.axes.roll`.
+fn chain<'a>(of: &LoopBody<'a>, id: ExprId) -> Vec<(ExprId, &'a str)> {
+    let mut chain = vec![(id, "")];
+    let mut at = id;
+    while let Some(parent) = of.parent(at)
+        && let ExprKind::Field { base, name } = of.kind(parent)
+        && *base == at
+    {
+        chain.push((parent, name));
+        at = parent;
+    }
+    chain
+}
+
+fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, String)>, Reason> {
+    let span = of.span(at);
+    let refuse = |text: String| Err(Reason { span, text });
+    let spelled = &own.spelled;
+    if !of.span(of.block).contains(span) {
+        return refuse(format!("`{spelled}` is used here by code that is written elsewhere"));
+    }
+    let Some(form) = form(of, own, at) else {
+        return refuse(format!("`{spelled}` is used here as a whole, and a guard holds it"));
+    };
+    let name = match form {
+        Form::Name => own.name.clone(),
+        Form::Deref => format!("*{}", own.name),
+    };
+    let written = of.written(at);
+    if written == name || is_in_format_string(of, at) && own.place.fields.is_empty() {
+        return Ok(None);
+    }
+    let parent = of.parent(at).filter(|_| matches!(form, Form::Deref));
+    if let Some(parent) = parent.filter(|parent| is_borrowed_for_parameter(of, *parent)) {
+        return Ok(Some((of.span(parent), own.name.clone())));
+    }
+    if written.split_whitespace().collect::<String>() != *spelled {
+        return refuse(format!("`{spelled}` is used here by code that is written elsewhere"));
+    }
+    Ok(Some((span, name)))
+}
+
+/// Whether `&mut kf` is an argument for a parameter that is a reference, so that a reference can be given as it is.
+fn is_borrowed_for_parameter(of: &LoopBody<'_>, id: ExprId) -> bool {
+    let (ExprKind::Reference { raw: false, .. }, Some(call)) = (of.kind(id), of.parent(id)) else { return false };
+    let Some(Callee::Resolved(callee)) = of.typed.callees.get(&call) else { return false };
+    let (args, skipped) = match of.kind(call) {
+        ExprKind::MethodCall { args, .. } => (args, 0),
+        ExprKind::Call { args, .. } => (args, usize::from(callee.has_receiver)),
+        _ => return false,
+    };
+    let number = args.iter().position(|arg| *arg == id).and_then(|at| at.checked_sub(skipped));
+    let is_reference = |target: &FunctionId| {
+        let params = &of.program.index.function(*target).function.params;
+        number.and_then(|number| params.get(number)).is_some_and(|ty| matches!(ty, TypeRef::Reference { .. }))
+    };
+    !callee.targets.is_empty() && callee.targets.iter().all(is_reference)
+}
+
+/// Whether a name stands in the text of a format string: `{kf:?}`.
+fn is_in_format_string(of: &LoopBody<'_>, at: ExprId) -> bool {
+    let start = of.span(at).start as usize;
+    is_format_operand(of, at) && (of.text[..start].ends_with('{') || of.written(at).starts_with('"'))
+}
+
+fn is_format_operand(of: &LoopBody<'_>, at: ExprId) -> bool {
+    matches!(of.parent(at).map(|parent| of.kind(parent)), Some(ExprKind::Macro(call)) if match call.kind {
+        MacroKind::All(_) => !call.path.ends_with("dbg") && !call.path.ends_with("vec"),
+        MacroKind::Diverges(_) | MacroKind::Logging(_) | MacroKind::DebugOnly(_) => true,
+        _ => false,
+    })
+}
+
+/// What the name becomes where `at` stands; `None` if what is done with it there cannot be done behind a guard.
+fn form(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<Form> {
+    if is_moved_into_closure(of, at) {
+        return None;
+    }
+    let index = of.program.index;
+    let is_copy = is_copy(index, &own.ty);
+    let by_value = || if is_copy { Some(Form::Deref) } else { None };
+    let parent = of.parent(at)?;
+    if own.is_reference() {
+        return match of.kind(parent) {
+            ExprKind::Reference { mutable: true, .. } => None,
+            ExprKind::Assign { place, .. } if *place == at => None,
+            _ => Some(Form::Name),
+        };
+    }
+    match of.kind(parent) {
+        ExprKind::MethodCall { receiver, method, .. } if *receiver == at => {
+            let is_fine = match of.typed.callees.get(&parent) {
+                Some(Callee::Resolved(callee)) => callee.targets.iter().all(|target| {
+                    let receiver = &index.function(*target).function.receiver;
+                    matches!(receiver, Some(Receiver::Shared | Receiver::Exclusive)) || is_copy
+                }),
+                _ => is_by_reference(method) || is_filter(&own.ty),
+            };
+            is_fine.then_some(Form::Name)
+        }
+        ExprKind::Field { .. } => Some(Form::Name),
+        ExprKind::Index { base, .. } if *base == at => Some(Form::Name),
+        ExprKind::Reference { raw: false, .. } | ExprKind::Deref(_) => Some(Form::Deref),
+        ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } if *place == at => Some(Form::Deref),
+        ExprKind::Match { .. } | ExprKind::Let { .. } | ExprKind::Binary { .. } => Some(Form::Deref),
+        ExprKind::Macro(_) if is_format_operand(of, at) => Some(Form::Name),
+        ExprKind::Call { .. } | ExprKind::MethodCall { .. } | ExprKind::Block(_) | ExprKind::Assign { .. } => {
+            by_value()
+        }
+        _ => None,
+    }
+}
+
+fn is_filter(ty: &Ty) -> bool {
+    matches!(ty, Ty::Adt(..))
+}
+
+/// Methods of arrays and vectors that a reference has as well, with the same result.
+fn is_by_reference(method: &str) -> bool {
+    matches!(
+        method,
+        "iter" | "iter_mut" | "len" | "is_empty" | "first" | "first_mut" | "last" | "last_mut" | "get" | "get_mut"
+    )
+}
+
+fn is_copy(index: &Index, ty: &Ty) -> bool {
+    match ty {
+        Ty::Array(inner, _) => is_copy(index, inner),
+        Ty::Adt(..) => index.is_copy(ty),
+        _ => false,
+    }
+}
+
+fn is_moved_into_closure(of: &LoopBody<'_>, at: ExprId) -> bool {
+    of.ancestors_inside(at).any(|around| match of.kind(around) {
+        ExprKind::Closure(closure) => closure.is_move || closure.is_async,
+        ExprKind::Block(block) => block.kind == BlockKind::Async,
+        _ => false,
+    })
+}
+
+/// The filter type of what lies at a place, if a guard can hold it: itself, or each element.
+pub(super) fn held(ty: &Ty) -> Option<&Ty> {
+    let inner = match ty {
+        Ty::Ref(true, inner) => inner,
+        other => other,
+    };
+    match inner {
+        Ty::Adt(..) => Some(inner),
+        Ty::Array(element, _) | Ty::Slice(element) => Some(element),
+        Ty::External(path, args) if path == "std::vec::Vec" => args.first(),
+        _ => None,
+    }
+}

@@ -1,0 +1,85 @@
+//! From a loop that updates its filters by hand to the same loop with a guard of `ceid-core`: the edits, or why there are none.
+//!
+//! A loop is rewritten only if every filter that it updates exactly once can be handed to a guard so that the program does what it
+//! did before; where it would do something else, the plan says so, and is followed only if that was asked for.
+//! Reads no file and writes none.
+
+mod body;
+mod exits;
+mod head;
+mod holding;
+mod imports;
+mod law;
+mod manifest;
+mod mentions;
+mod observed;
+mod plan;
+mod purity;
+mod sites;
+mod text;
+mod walk;
+
+use std::collections::BTreeSet;
+
+use crate::diagnostic::{Applicability, Suggestion};
+use crate::source::Span;
+
+pub use imports::idle_imports;
+pub use manifest::{Wanted, dependency};
+pub use plan::plans;
+
+/// What can be done about one loop.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The head of the cycle.
+    pub head: Span,
+    /// The whole cycle, as far as it is a loop.
+    pub whole: Span,
+    /// The function it lies in.
+    pub function: String,
+    /// The filters that it updates by hand, as the source spells them.
+    pub filters: Vec<String>,
+    /// The rewriting, or why there is none.
+    pub outcome: Result<Rewrite, Vec<Reason>>,
+}
+
+impl Plan {
+    /// The rewriting as a suggestion, if there is one and no manifest has to change for it.
+    #[must_use]
+    pub fn suggestion(&self) -> Option<Suggestion> {
+        let rewrite = self.outcome.as_ref().ok().filter(|rewrite| rewrite.is_dependency)?;
+        let names: Vec<String> = self.filters.iter().map(|name| format!("`{name}`")).collect();
+        let changes = if rewrite.changes.is_empty() { "" } else { ", which changes what the program does" };
+        Some(Suggestion {
+            message: format!("let a guard update {}{changes}", names.join(", ")),
+            edits: rewrite.edits.clone(),
+            applicability: Applicability::MaybeIncorrect,
+        })
+    }
+}
+
+/// How a loop is rewritten.
+#[derive(Clone, Debug)]
+pub struct Rewrite {
+    /// Places and what to write there instead.
+    pub edits: Vec<(Span, String)>,
+    /// The packages that have to depend on `ceid-core`, as indices into those of the project.
+    pub packages: BTreeSet<usize>,
+    /// Whether they do already.
+    pub is_dependency: bool,
+    /// Whether `ceid-core` has to know `Vec`.
+    pub needs_alloc: bool,
+    /// What the program does otherwise than before; empty if it does the same.
+    pub changes: Vec<Reason>,
+    /// What a person should know of it.
+    pub notes: Vec<String>,
+}
+
+/// Why something is not done, or what changes by it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Reason {
+    /// Where.
+    pub span: Span,
+    /// What; lower case, no full stop.
+    pub text: String,
+}

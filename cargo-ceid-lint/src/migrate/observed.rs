@@ -1,0 +1,42 @@
+//! Whether anybody sees the state of a filter after its loop was left.
+
+use super::body::LoopBody;
+use super::mentions::{Guarded, held};
+use super::text::has_word;
+use crate::index::{Index, TraitName, Ty};
+use crate::syntax::tree::ExprKind;
+
+/// Whether the state of a filter may be seen once the loop is left; if not, a law that runs on the way out changes nothing.
+pub(super) fn is_observed(of: &LoopBody<'_>, own: &Guarded) -> bool {
+    let local = of.typed.local(own.place.local);
+    let ty = &local.ty;
+    if own_value(ty).is_none() || own_value(&own.ty).is_none() || has_destructor(of.program.index, &own.ty) {
+        return true;
+    }
+    if !own.place.fields.is_empty() && has_destructor(of.program.index, ty) {
+        return true;
+    }
+    // What is declared outside of a loop or closure around this loop is there again when that runs again.
+    let runs_again = of.ancestors(of.whole).any(|around| {
+        let is_repeated = matches!(
+            of.kind(around),
+            ExprKind::Loop { .. } | ExprKind::While { .. } | ExprKind::For { .. } | ExprKind::Closure(_)
+        );
+        is_repeated && !of.span(around).contains(local.span)
+    });
+    let body = of.span(of.body.root);
+    let rest = of.text.get(of.span(of.whole).end as usize..body.end as usize);
+    runs_again || rest.is_none_or(|rest| has_word(rest, &local.name))
+}
+
+/// The type itself, if its values lie in the variable.
+fn own_value(ty: &Ty) -> Option<&Ty> {
+    (!matches!(ty, Ty::Ref(..)) && (held(ty).is_some() || matches!(ty, Ty::Adt(..)))).then_some(ty)
+}
+
+fn has_destructor(index: &Index, ty: &Ty) -> bool {
+    let drops = TraitName::External("std::ops::Drop".to_owned());
+    let own = held(ty).unwrap_or(ty);
+    let is_it = |id: &crate::index::ImplId| index.impl_def(*id).implements.as_ref() == Some(&drops);
+    index.impls_of(own).iter().any(is_it) || index.impls_of(ty).iter().any(is_it)
+}

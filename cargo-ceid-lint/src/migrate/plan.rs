@@ -1,0 +1,352 @@
+//! From the cycles of an analysis to a plan for each loop that updates filters by hand.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use super::body::LoopBody;
+use super::exits::{Exits, exits};
+use super::head::UNKNOWN_RATE;
+use super::holding::guarded;
+use super::law::delegation;
+use super::mentions::{Guarded, Mention, mentions};
+use super::sites::{Site, owed, place_of, sites};
+use super::text::{has_word, removal};
+use super::{Plan, Reason, Rewrite, head, law, observed, purity};
+use crate::count::{Cycle, CycleKind, Pair, Verdict};
+use crate::flow::Program;
+use crate::index::Ty;
+use crate::source::Span;
+use crate::syntax::enclosures;
+use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
+
+/// A plan for each cycle that updates filters by hand; none where nothing is to be done.
+#[must_use]
+pub fn plans(program: &Program<'_>, cycles: &[Cycle], edition: impl Fn(&Cycle) -> String) -> Vec<Plan> {
+    cycles.iter().filter_map(|cycle| plan(program, cycle, &edition(cycle))).collect()
+}
+
+fn plan(program: &Program<'_>, cycle: &Cycle, edition: &str) -> Option<Plan> {
+    let by_hand: Vec<&Pair> = cycle.filters.iter().filter(|pair| !is_left(pair)).collect();
+    if by_hand.is_empty() {
+        return None;
+    }
+    let outcome = match cycle.kind {
+        CycleKind::Function | CycleKind::Closure => Err(vec![Reason {
+            span: cycle.head,
+            text: "the cycle is called by other code: give its owner a `Cyclic` with the filters, and begin with `cycle()`"
+                .to_owned(),
+        }]),
+        CycleKind::Loop | CycleKind::While | CycleKind::For => rewrite(program, cycle, &by_hand, edition),
+    };
+    let filters = by_hand.iter().map(|pair| pair.name.clone()).collect();
+    let whole = LoopBody::find(program, cycle.head).map_or(cycle.head, |of| of.span(of.whole));
+    Some(Plan { head: cycle.head, whole, function: cycle.function.clone(), filters, outcome })
+}
+
+/// Whether a guard has the filter already, or could not have it.
+fn is_left(pair: &Pair) -> bool {
+    matches!(pair.verdict, Verdict::Guarded | Verdict::Gated | Verdict::OnceOrReset | Verdict::PerSample)
+}
+
+fn rewrite(program: &Program<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -> Result<Rewrite, Vec<Reason>> {
+    let at_head = |text: String| vec![Reason { span: cycle.head, text }];
+    let Some(of) = LoopBody::find(program, cycle.head) else {
+        return Err(at_head("the loop is not written where it runs".to_owned()));
+    };
+    whole_loop(&of, edition).map_err(at_head)?;
+    let mut reasons = Vec::new();
+    let mut changes = Vec::new();
+    let mut found = Vec::new();
+    for pair in by_hand {
+        let span = pair.primary.unwrap_or(cycle.head);
+        let verdict = pair.verdict.name();
+        match pair.verdict {
+            Verdict::Unproved => {
+                let cause = pair.cause.clone().unwrap_or_default();
+                let text = format!("nobody can tell how often `{}` is updated: {cause}", pair.name);
+                reasons.push(Reason { span, text });
+                continue;
+            }
+            Verdict::Once => {}
+            _ => {
+                let text = format!("`{}` is {verdict} today; the guard updates it exactly once", pair.name);
+                changes.push(Reason { span, text });
+            }
+        }
+        match sites(&of, pair) {
+            Ok(sites) => {
+                match sites.first().map(|site| (site.place.clone(), site.at, site.law)).or_else(|| owed(&of, pair)) {
+                    Some(place) => found.push((*pair, place, sites)),
+                    None => {
+                        let text =
+                            format!("`{}` is {verdict}, and the loop does not tell what a guard would hold", pair.name);
+                        reasons.push(Reason { span, text });
+                    }
+                }
+            }
+            Err(reason) => reasons.push(reason),
+        }
+    }
+    if !reasons.is_empty() {
+        return Err(reasons);
+    }
+    let guarded = guarded(&of, found)?;
+    let rewriter = Rewriter { of: &of, exits: exits(&of), guarded: &guarded };
+    rewriter.rewrite(cycle, changes)
+}
+
+/// Why the loop as a whole cannot be rewritten.
+fn whole_loop(of: &LoopBody<'_>, edition: &str) -> Result<(), String> {
+    let span = of.span(of.block);
+    let code = of.program.sources.snippet(span);
+    if edition == "2015" {
+        return Err("the crate has edition 2015, in which `ceid_core` has to be declared first".to_owned());
+    }
+    if !of.program.sources.snippet(span).starts_with('{')
+        || enclosures(of.text, span.start as usize).iter().any(|around| around.is_macro)
+    {
+        return Err("the loop is written in a macro".to_owned());
+    }
+    if code.contains("cfg(") || code.contains("cfg!(") || code.contains("cfg_attr(") {
+        return Err("a part of the loop is conditionally compiled, and is not read in full".to_owned());
+    }
+    let has_guard = |id: &ExprId| match of.kind(*id) {
+        ExprKind::Macro(call) => matches!(call.kind, MacroKind::Ceid { .. } | MacroKind::EachCycle { .. }),
+        _ => false,
+    };
+    if of.inside.iter().any(has_guard) {
+        return Err("a guard is there already: add the filter to its list, and delete the call of its law".to_owned());
+    }
+    Ok(())
+}
+
+struct Rewriter<'a> {
+    of: &'a LoopBody<'a>,
+    exits: Exits,
+    guarded: &'a [Guarded],
+}
+
+impl Rewriter<'_> {
+    fn rewrite(&self, cycle: &Cycle, mut changes: Vec<Reason>) -> Result<Rewrite, Vec<Reason>> {
+        let of = self.of;
+        let program = of.program;
+        let mut reasons = self.unread();
+        let mut edits = Vec::new();
+        let mut packages = BTreeSet::from([program.index.crate_of(of.def().module).package]);
+        let mut notes = Vec::new();
+        for (at, own) in self.guarded.iter().enumerate() {
+            match mentions(of, self.guarded, at) {
+                Ok(found) => {
+                    edits.extend(found.iter().filter_map(|mention| mention.edit.clone()));
+                    changes.extend(self.used_after(own, &found));
+                    if let Some(reason) = found.iter().find_map(|mention| self.carried_out(own, mention)) {
+                        reasons.push(reason);
+                    }
+                }
+                Err(reason) => reasons.push(reason),
+            }
+            if !own.sites.is_empty() {
+                let (observed, unobserved) = self.left_before(own);
+                changes.extend(observed);
+                notes.extend(unobserved);
+            }
+            changes.extend(self.effect_of(own));
+            match delegation(program, &own.filter, own.law) {
+                Ok(None) => {}
+                Ok(Some(new)) => {
+                    packages.insert(program.index.crate_of(program.index.function(own.law).module).package);
+                    edits.push((new.span, new.text));
+                }
+                Err(text) => reasons.push(Reason { span: of.span(own.at), text }),
+            }
+        }
+        edits.extend(self.removals());
+        match head::lines(of, self.guarded) {
+            Ok(head) => edits.extend(head),
+            Err(reason) => reasons.push(reason),
+        }
+        if !reasons.is_empty() {
+            reasons.sort_by_key(|reason| reason.span);
+            reasons.dedup();
+            return Err(reasons);
+        }
+        changes.sort_by_key(|reason| reason.span);
+        changes.dedup();
+        edits.sort();
+        edits.dedup();
+        let order: Vec<String> = self.guarded.iter().map(|own| format!("`{}`", own.name)).collect();
+        notes.insert(
+            0,
+            match order.as_slice() {
+                [one] => format!("the law of {one} runs at the end of the cycle"),
+                all => format!("the laws run at the end of the cycle, in this order: {}", all.join(", ")),
+            },
+        );
+        if head::rate(of).is_none() {
+            notes.push(format!("`Hz<{UNKNOWN_RATE}>` stands for a rate that the loop does not tell; no law reads it"));
+        }
+        for pair in cycle.filters.iter().filter(|pair| is_left(pair) && pair.verdict != Verdict::Guarded) {
+            notes.push(format!("`{}` stays as it is: it is {}", pair.name, pair.verdict.name()));
+        }
+        let needs_alloc = self.guarded.iter().any(|own| matches!(&own.ty, Ty::External(..)));
+        let laws = self.guarded.iter().map(|own| own.law);
+        let is_dependency = laws.chain([of.function]).all(|function| law::has_ceid_core(program.index, function));
+        Ok(Rewrite { edits, packages, is_dependency, needs_alloc, changes, notes })
+    }
+
+    /// What takes the updates away; statements that follow each other go together.
+    fn removals(&self) -> Vec<(Span, String)> {
+        let sites = self.guarded.iter().flat_map(|own| &own.sites);
+        let mut stmts: Vec<Range<usize>> = sites.map(|site| site.stmt.clone()).collect();
+        stmts.sort_by_key(|stmt| stmt.start);
+        let mut joined: Vec<Range<usize>> = Vec::new();
+        for stmt in stmts {
+            match joined.last_mut() {
+                Some(last) if self.of.text[last.end.min(stmt.start)..stmt.start].trim().is_empty() => {
+                    last.end = stmt.end;
+                }
+                _ => joined.push(stmt),
+            }
+        }
+        let gone = joined.into_iter().map(|stmt| removal(self.of.text, stmt));
+        gone.map(|gone| (self.span(gone.start, gone.end), String::new())).collect()
+    }
+
+    fn span(&self, start: usize, end: usize) -> Span {
+        let to_u32 = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
+        Span::new(self.of.file(), to_u32(start), to_u32(end))
+    }
+
+    /// Code that nobody has read and that names something that the guard holds.
+    fn unread(&self) -> Vec<Reason> {
+        let mut reasons = Vec::new();
+        for id in &self.exits.unread {
+            let (mentioned, what) = match self.of.kind(*id) {
+                ExprKind::Opaque(call) => (&call.mentions, format!("the macro `{}!`", call.path)),
+                ExprKind::Unknown { what, mentions } => (mentions, what.clone()),
+                _ => continue,
+            };
+            let name = |own: &Guarded| self.of.typed.local(own.place.local).name.clone();
+            if let Some(own) = self.guarded.iter().find(|own| mentioned.contains(&name(own))) {
+                let text = format!("{what} may do anything with `{}`", own.spelled);
+                reasons.push(Reason { span: self.of.span(*id), text });
+            }
+        }
+        reasons
+    }
+
+    /// Where the state of a filter is used behind its update in the same iteration.
+    fn used_after(&self, own: &Guarded, mentions: &[Mention]) -> Vec<Reason> {
+        let of = self.of;
+        let mut found = Vec::new();
+        for site in &own.sites {
+            for mention in mentions {
+                let is_header = site.inner.is_some_and(|inner| self.is_iterable_of(mention.at, inner));
+                let is_same_element = site.inner.is_some_and(|inner| self.is_element_of(mention.at, site, inner));
+                let is_among = site.inner.is_some_and(|inner| of.ancestors_inside(mention.at).any(|at| at == inner));
+                if of.may_follow(site.gone, mention.at) || is_among && !is_header && !is_same_element {
+                    found.push(self.stale(own, mention.at));
+                }
+            }
+            // The elements have names of their own in the inner loop.
+            if let (Some(inner), false) = (site.inner, Some(site.gone) == site.inner)
+                && let ExprKind::MethodCall { receiver, .. } = of.kind(site.call)
+                && let Some(place) = place_of(of, *receiver)
+            {
+                let names = of.names(place.local).filter(|at| of.ancestors_inside(*at).any(|at| at == inner));
+                found.extend(names.filter(|at| of.may_follow(site.gone, *at)).map(|at| self.stale(own, at)));
+            }
+        }
+        found
+    }
+
+    fn stale(&self, own: &Guarded, at: ExprId) -> Reason {
+        let text = format!(
+            "`{}` is used here after its update in the same iteration; with the guard, its law runs only after that",
+            own.spelled
+        );
+        Reason { span: self.of.span(at), text }
+    }
+
+    fn is_iterable_of(&self, at: ExprId, inner: ExprId) -> bool {
+        let ExprKind::For { iterable, .. } = self.of.kind(inner) else { return false };
+        std::iter::once(at).chain(self.of.ancestors_inside(at)).any(|around| around == *iterable)
+    }
+
+    /// Whether a place is indexed by the same variable as the updated element.
+    fn is_element_of(&self, at: ExprId, site: &Site, inner: ExprId) -> bool {
+        let index_of = |id: ExprId| match self.of.kind(id) {
+            ExprKind::Index { index, .. } => self.of.typed.expr_local.get(index).copied(),
+            _ => None,
+        };
+        let ExprKind::MethodCall { receiver, .. } = self.of.kind(site.call) else { return false };
+        let own = self.of.parent(at).and_then(index_of);
+        own.is_some() && own == index_of(*receiver) && self.of.ancestors_inside(at).any(|around| around == inner)
+    }
+
+    /// A value that leaves the loop and may be a part of what the guard holds.
+    fn carried_out(&self, own: &Guarded, mention: &Mention) -> Option<Reason> {
+        let of = self.of;
+        let value = of.ancestors_inside(mention.at).find_map(|at| match of.kind(at) {
+            ExprKind::Break { value, .. } | ExprKind::Return(value) => *value,
+            _ => None,
+        })?;
+        let is_plain = matches!(
+            of.typed.ty(value),
+            Ty::Int | Ty::Float | Ty::Bool | Ty::Char | Ty::Tuple(_) | Ty::Adt(..) | Ty::External(..) | Ty::Array(..)
+        );
+        let text = format!("what leaves the loop here may borrow from `{}`", own.spelled);
+        (!is_plain).then(|| Reason { span: of.span(value), text })
+    }
+
+    /// The ways out of the loop that come before the update: what changes on them, and what nobody can see.
+    fn left_before(&self, own: &Guarded) -> (Vec<Reason>, Vec<String>) {
+        let of = self.of;
+        let is_covered = |exit: &ExprId| {
+            own.sites.iter().any(|site| {
+                let block = of.parent(site.gone);
+                of.span(site.gone).end <= of.span(*exit).start && of.ancestors(*exit).any(|at| Some(at) == block)
+            })
+        };
+        let opaque = self.exits.unread.iter().filter(|id| {
+            let text = of.written(**id);
+            text.contains('?') || ["return", "break", "continue"].iter().any(|word| has_word(text, word))
+        });
+        let early: Vec<ExprId> =
+            self.exits.left_at.iter().chain(opaque).copied().filter(|exit| !is_covered(exit)).collect();
+        if early.is_empty() {
+            return (Vec::new(), Vec::new());
+        }
+        let line = |id: &ExprId| of.program.sources.line(of.span(*id));
+        if observed::is_observed(of, own) {
+            let text = format!(
+                "the loop may be left here before `{}` is updated; the guard updates it on this way as well",
+                own.spelled
+            );
+            return (early.iter().map(|id| Reason { span: of.span(*id), text: text.clone() }).collect(), Vec::new());
+        }
+        let lines: BTreeSet<String> = early.iter().map(|id| line(id).to_string()).collect();
+        let lines = lines.into_iter().collect::<Vec<_>>().join(", ");
+        let note = format!(
+            "the law of `{}` runs once more where the loop is left (line {lines}); nothing reads it after that",
+            own.name
+        );
+        (Vec::new(), vec![note])
+    }
+
+    /// What else changes when the law runs at another time.
+    fn effect_of(&self, own: &Guarded) -> Option<Reason> {
+        let program = self.of.program;
+        let law = &program.index.function(own.law).name;
+        let text = if let Some(effect) = purity::side_effect(program, own.law) {
+            format!("`{law}` of `{}` {effect}, which then happens at the end of the cycle", own.spelled)
+        } else {
+            let part = purity::shared_part(program.index, &own.filter)?;
+            format!(
+                "`{}` holds {part}, so that its law may meet what the rest of the iteration does there",
+                own.spelled
+            )
+        };
+        Some(Reason { span: self.of.span(own.sites.first().map_or(own.at, |site| site.call)), text })
+    }
+}

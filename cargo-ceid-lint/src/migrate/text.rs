@@ -1,0 +1,144 @@
+//! Edits that keep the form of the text around them: whole lines in and out, with its own indentation and line ends.
+
+use std::ops::Range;
+
+/// The line end that the text uses.
+pub(super) fn line_end(text: &str) -> &'static str {
+    if text.contains("\r\n") { "\r\n" } else { "\n" }
+}
+
+/// Where the line of a byte begins.
+pub(super) fn line_start(text: &str, at: usize) -> usize {
+    text[..at].rfind('\n').map_or(0, |newline| newline + 1)
+}
+
+/// Where the line of a byte ends, its line end included.
+pub(super) fn line_stop(text: &str, at: usize) -> usize {
+    text[at..].find('\n').map_or(text.len(), |newline| at + newline + 1)
+}
+
+/// The white space at the beginning of the line of a byte.
+pub(super) fn indentation(text: &str, at: usize) -> &str {
+    let line = &text[line_start(text, at)..];
+    &line[..line.len() - line.trim_start_matches([' ', '\t']).len()]
+}
+
+/// One step of indentation: what a block whose head and first line are known uses, or what the text uses elsewhere.
+pub(super) fn indentation_step(text: &str) -> &'static str {
+    let tabs = text.lines().any(|line| line.starts_with('\t'));
+    let narrow = text.lines().any(|line| line.starts_with("  ") && !line.starts_with("    "));
+    match (tabs, narrow) {
+        (true, _) => "\t",
+        (_, true) => "  ",
+        _ => "    ",
+    }
+}
+
+/// Whether nothing but white space stands before a byte in its line.
+pub(super) fn begins_line(text: &str, at: usize) -> bool {
+    text[line_start(text, at)..at].trim().is_empty()
+}
+
+/// What to take away so that a statement is gone and the text around it has the form that it would have without it.
+pub(super) fn removal(text: &str, stmt: Range<usize>) -> Range<usize> {
+    let stop = line_stop(text, stmt.end);
+    let rest = text[stmt.end..stop].trim();
+    if !begins_line(text, stmt.start) {
+        // Something stands before it in its line: the space between the two goes with it.
+        let start = text[..stmt.start].trim_end_matches([' ', '\t']).len();
+        return start..stmt.end;
+    }
+    if !rest.is_empty() {
+        // A comment or another statement stays where the line begins.
+        let gap = text[stmt.end..stop].len() - text[stmt.end..stop].trim_start_matches([' ', '\t']).len();
+        return stmt.start..stmt.end + gap;
+    }
+    let mut range = line_start(text, stmt.start)..stop;
+    let above = text[..range.start].strip_suffix('\n').map(|above| &text[line_start(text, above.len())..above.len()]);
+    let below = &text[range.end..line_stop(text, range.end)];
+    let is_blank = |line: &str| line.trim().is_empty();
+    let is_first = above.is_some_and(|line| line.trim_end().ends_with('{'));
+    let is_last = below.trim_start().starts_with('}');
+    if above.is_some_and(is_blank) && (is_blank(below) || is_last) {
+        range.start = line_start(text, range.start - 1);
+    } else if is_first && is_blank(below) && !below.is_empty() {
+        range.end = line_stop(text, range.end);
+    }
+    range
+}
+
+/// The byte before which a line is written so that it stands above the statement at `at`, its attributes and the comments about it.
+pub(super) fn above(text: &str, at: usize) -> usize {
+    let mut start = line_start(text, at);
+    while start > 0 {
+        let before = line_start(text, start - 1);
+        let line = text[before..start].trim();
+        // A comment at the end of a line of code is about that line.
+        if !(line.starts_with("//") || line.starts_with("#[")) {
+            break;
+        }
+        start = before;
+    }
+    start
+}
+
+/// Whether a word stands somewhere in the text.
+pub(super) fn has_word(text: &str, word: &str) -> bool {
+    words(text, word).next().is_some()
+}
+
+/// Where a word stands in the text.
+pub(super) fn words<'t>(text: &'t str, word: &'t str) -> impl Iterator<Item = usize> + 't {
+    let is_of_word = |c: char| c.is_alphanumeric() || c == '_';
+    text.match_indices(word)
+        .map(|(at, _)| at)
+        .filter(move |at| !text[..*at].ends_with(is_of_word) && !text[at + word.len()..].starts_with(is_of_word))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(text: &str, expected: &str) {
+        let start = text.find("f.u();").expect("it is there");
+        let range = removal(text, start..start + 6);
+        let mut text = text.to_owned();
+        text.replace_range(range, "");
+        assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn a_statement_goes_with_its_line() {
+        check("{\n    a();\n    f.u();\n    b();\n}\n", "{\n    a();\n    b();\n}\n");
+        check("{\r\n\ta();\r\n\tf.u();\r\n}\r\n", "{\r\n\ta();\r\n}\r\n");
+        check("{\n    f.u();\n}", "{\n}");
+    }
+
+    #[test]
+    fn blank_lines_do_not_add_up() {
+        check("{\n    a();\n\n    f.u();\n\n    b();\n}\n", "{\n    a();\n\n    b();\n}\n");
+        check("{\n    a();\n\n    f.u();\n}\n", "{\n    a();\n}\n");
+        check("{\n    f.u();\n\n    b();\n}\n", "{\n    b();\n}\n");
+        check("{\n    a();\n\n    f.u();\n    b();\n}\n", "{\n    a();\n\n    b();\n}\n");
+    }
+
+    #[test]
+    fn what_else_stands_in_the_line_stays() {
+        check("{ a(); f.u(); b(); }", "{ a(); b(); }");
+        check("{ f.u(); }", "{ }");
+        check("{\n    f.u(); // predict\n}", "{\n    // predict\n}");
+        check("{\n    f.u(); b();\n}", "{\n    b();\n}");
+    }
+
+    #[test]
+    fn comments_and_attributes_stay_with_their_statement() {
+        let text = "    a(); // one\n    // two\n    #[x]\n    loop {";
+        assert_eq!(above(text, text.find("loop").unwrap()), text.find("    // two").unwrap());
+    }
+
+    #[test]
+    fn words_are_whole() {
+        assert!(has_word("a kf.b", "kf") && !has_word("kfx akf _kf kf_", "kf"));
+    }
+}

@@ -1,0 +1,111 @@
+//! Which brackets a place in a text lies in, and what stands before each of them. Never parses.
+
+use std::ops::Range;
+
+use super::lex::{Lexer, TokenKind};
+
+/// A pair of brackets with what belongs to them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Enclosure {
+    /// From the first word or sign behind the statement, item or bracket before, to the opening bracket.
+    pub head: Range<usize>,
+    /// From the opening bracket to behind the closing one.
+    pub brackets: Range<usize>,
+    /// Whether the brackets are those of a macro call or of `macro_rules!`.
+    pub is_macro: bool,
+}
+
+/// The brackets around the byte at `offset`, the innermost first.
+#[must_use]
+pub fn enclosures(text: &str, offset: usize) -> Vec<Enclosure> {
+    let mut open: Vec<Enclosure> = Vec::new();
+    let mut found = Vec::new();
+    let mut starts = vec![None];
+    let mut before: [&str; 3] = [""; 3];
+    let mut is_attribute = Vec::new();
+    for token in Lexer::new(text) {
+        let word = &text[token.start..token.end];
+        match token.kind {
+            TokenKind::Space | TokenKind::LineComment | TokenKind::BlockComment => continue,
+            TokenKind::Open => {
+                let is_call = before[2] == "!" && is_name(before[1]);
+                let is_macro = is_call || before[1] == "!" && before[0] == "macro_rules";
+                let head = starts.last().copied().flatten().unwrap_or(token.start)..token.start;
+                is_attribute.push(word == "[" && (before[2] == "#" || before[1..] == ["#", "!"]));
+                open.push(Enclosure { head, brackets: token.start..text.len(), is_macro });
+                starts.push(None);
+            }
+            TokenKind::Close => {
+                starts.truncate(starts.len().max(2) - 1);
+                let ends_attribute = is_attribute.pop().unwrap_or_default();
+                if let Some(mut enclosure) = open.pop() {
+                    enclosure.brackets.end = token.end;
+                    if enclosure.brackets.start < offset && offset < token.end {
+                        found.push(enclosure);
+                    }
+                }
+                if (word == "}" || ends_attribute)
+                    && let Some(start) = starts.last_mut()
+                {
+                    *start = None;
+                }
+            }
+            _ => {
+                let start = starts.last_mut().expect("the outermost one stays");
+                match word {
+                    ";" => *start = None,
+                    "#" => {}
+                    _ => *start = start.or(Some(token.start)),
+                }
+            }
+        }
+        before = [before[1], before[2], word];
+    }
+    found
+}
+
+/// Whether a macro may be called so.
+fn is_name(word: &str) -> bool {
+    word.starts_with(|first: char| first.is_alphabetic() || first == '_')
+        && !matches!(word, "if" | "while" | "match" | "return" | "in" | "break" | "else" | "move")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(text: &str, expected: &[(&str, bool)]) {
+        let offset = text.find('$').expect("the place is marked");
+        let found = enclosures(text, offset);
+        let found: Vec<(&str, bool)> =
+            found.iter().map(|enclosure| (text[enclosure.head.clone()].trim_end(), enclosure.is_macro)).collect();
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn heads_begin_behind_what_stands_before() {
+        check(
+            "struct A; #[cfg(x)] impl<T> B for A<T> /* { */ { fn f() { \"{\"; loop { $ } } }",
+            &[("loop", false), ("fn f()", false), ("impl<T> B for A<T> /* { */", false)],
+        );
+        check(
+            "use a::{b, c};\n#![x]\n// d\npub mod e { fn f(x: [u8; 3]) { $ } }",
+            &[("fn f(x: [u8; 3])", false), ("pub mod e", false)],
+        );
+    }
+
+    #[test]
+    fn macros_are_told_apart() {
+        check("macro_rules! m { () => { $ } }", &[("=>", false), ("macro_rules! m", true)]);
+        check("fn f() { m!(a, $) }", &[("m!", true), ("fn f()", false)]);
+        check("fn f() { if a != (b $) { } }", &[("if a !=", false), ("fn f()", false)]);
+        check("fn f() { if !(b $) { } }", &[("if !", false), ("fn f()", false)]);
+    }
+
+    #[test]
+    fn brackets_without_a_partner_do_no_harm() {
+        check("} ) fn f() { $ }", &[("fn f()", false)]);
+        assert_eq!(enclosures("{ a", 2), []);
+    }
+}

@@ -1,0 +1,216 @@
+//! Nothing is lost: a dirty tree is refused, and each file is the old one or the new one, whatever happens.
+
+use std::fs;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use super::{SUPPRESSED, commit, fix, git, read, repository, unsuppressed};
+use crate::support::program::{program, run};
+use crate::support::workspace::{temporary, temporary_package, write};
+
+#[test]
+fn a_fix_removes_what_it_says_and_nothing_else() {
+    let directory = repository("fix_plain", &[("src/lib.rs", SUPPRESSED.as_bytes())]);
+    let done = fix(&directory, &[]);
+    done.assert_code(0).assert_stderr("fixed src/lib.rs (1 fix)\n  line 5: remove the suppression");
+    assert_eq!(read(&directory, "src/lib.rs"), unsuppressed());
+    // The tree is as dirty as the fix made it, and no file was left beside the sources.
+    assert_eq!(git(&directory, &["status", "--porcelain"]), " M src/lib.rs\n");
+}
+
+#[test]
+fn check_can_fix_as_well() {
+    let directory = repository("fix_flag", &[("src/lib.rs", SUPPRESSED.as_bytes())]);
+    run(&directory, ["--fix"]).assert_code(0);
+    assert_eq!(read(&directory, "src/lib.rs"), unsuppressed());
+}
+
+#[test]
+fn uncommitted_changes_are_refused_in_the_words_of_cargo() {
+    let directory = repository("fix_dirty", &[("src/lib.rs", SUPPRESSED.as_bytes()), ("src/ü b.rs", b"")]);
+    write(&directory, "src/ü b.rs", b"// changed\n");
+    write(&directory, "notes.txt", b"");
+    let refused = fix(&directory, &[]);
+    refused
+        .assert_code(101)
+        .assert_stderr("error: the working directory of this package has uncommitted changes, and ");
+    refused.assert_stderr("pass `--allow-dirty`, or commit the changes to these files:\n\n  * src/ü b.rs (dirty)\n  * notes.txt (dirty)\n");
+    git(&directory, &["add", "--all"]);
+    fix(&directory, &[]).assert_code(101).assert_stderr("  * notes.txt (staged)\n  * src/ü b.rs (staged)\n");
+    assert_eq!(read(&directory, "src/lib.rs"), SUPPRESSED);
+
+    write(&directory, "notes.txt", b"once more");
+    fix(&directory, &["--allow-staged"]).assert_code(101).assert_stderr("  * notes.txt (dirty)\n");
+    git(&directory, &["add", "--all"]);
+    fix(&directory, &["--allow-staged"]).assert_code(0);
+    assert_eq!(read(&directory, "src/lib.rs"), unsuppressed());
+
+    write(&directory, "src/lib.rs", SUPPRESSED.as_bytes());
+    write(&directory, "notes.txt", b"and more");
+    fix(&directory, &["--allow-dirty"]).assert_code(0);
+    assert_eq!(read(&directory, "src/lib.rs"), unsuppressed());
+}
+
+#[test]
+fn what_no_repository_keeps_is_refused() {
+    let kept = repository("fix_no_vcs", &[("src/lib.rs", b"")]);
+    // A directory that the repository around it ignores is kept by none.
+    let package = "target/inner";
+    write(&kept, &format!("{package}/Cargo.toml"), b"[workspace]\n[package]\nname = \"inner\"\nedition = \"2024\"\n");
+    write(&kept, &format!("{package}/src/lib.rs"), SUPPRESSED.as_bytes());
+    let directory = kept.join(package);
+    let refused = fix(&directory, &["--allow-dirty"]);
+    refused.assert_code(101).assert_stderr("no VCS found for this package and `cargo ceid-lint fix` can potentially");
+    assert_eq!(read(&directory, "src/lib.rs"), SUPPRESSED);
+    fix(&directory, &["--allow-no-vcs"]).assert_code(0);
+    assert_eq!(read(&directory, "src/lib.rs"), unsuppressed());
+}
+
+#[test]
+fn a_diff_writes_nothing_and_can_be_applied() {
+    let directory = repository("fix_diff", &[("src/lib.rs", SUPPRESSED.as_bytes())]);
+    write(&directory, "notes.txt", b"dirty, and that is fine");
+    let shown = fix(&directory, &["--diff"]);
+    shown.assert_code(100).assert_stderr("would make 1 fix");
+    assert_eq!(read(&directory, "src/lib.rs"), SUPPRESSED);
+    write(&directory, "target/fix.diff", shown.stdout.as_bytes());
+    git(&directory, &["apply", "target/fix.diff"]);
+    assert_eq!(read(&directory, "src/lib.rs"), unsuppressed());
+    let shown = run(&directory, ["--diff"]);
+    assert_eq!(shown.assert_code(0).stdout, "");
+}
+
+#[test]
+fn programs_are_told_what_was_fixed() {
+    let directory = repository("fix_json", &[("src/lib.rs", SUPPRESSED.as_bytes())]);
+    for (args, code, outcome) in
+        [(&["--diff", "--message-format=json"][..], 100, "would_fix"), (&["--message-format=json"], 0, "fixed")]
+    {
+        let done = fix(&directory, args);
+        let first: serde_json::Value =
+            serde_json::from_str(done.assert_code(code).stdout.lines().next().expect("a line")).expect("it is JSON");
+        assert_eq!((&first["reason"], &first["outcome"]), (&"ceid-fix".into(), &outcome.into()));
+        assert_eq!((&first["code"], &first["line"]), (&"ceid::unused_suppression".into(), &5.into()));
+        for message in cargo_metadata::Message::parse_stream(done.stdout.as_bytes()) {
+            message.expect("readers of cargo's messages go on");
+        }
+    }
+}
+
+#[test]
+fn whatever_the_text_looks_like_the_rest_stays() {
+    let windows = SUPPRESSED.replace('\n', "\r\n");
+    let tabs = SUPPRESSED.replace("    ", "\t");
+    for (name, text) in [
+        ("windows", windows.clone()),
+        ("mark", format!("\u{feff}{windows}")),
+        ("tabs", tabs),
+        ("end", SUPPRESSED.trim_end().to_owned()),
+        ("wide", SUPPRESSED.replace("every cycle", "é𝛼 every cycle").replace("kf", "kalmän")),
+    ] {
+        let directory = repository(&format!("fix_text_{name}"), &[("src/lib.rs", text.as_bytes())]);
+        fix(&directory, &[]).assert_code(0);
+        let expected: String = text.split_inclusive('\n').filter(|line| !line.contains("ceid:")).collect();
+        assert_eq!(read(&directory, "src/lib.rs"), expected, "{name}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_read_only_file_is_named_and_the_others_are_fixed() {
+    use std::os::unix::fs::PermissionsExt;
+    let lib = format!("mod other;\n{SUPPRESSED}");
+    let directory =
+        repository("fix_read_only", &[("src/lib.rs", lib.as_bytes()), ("src/other.rs", SUPPRESSED.as_bytes())]);
+    let file = directory.join("src/lib.rs");
+    fs::set_permissions(&file, fs::Permissions::from_mode(0o444)).expect("it is ours");
+    let done = fix(&directory, &[]);
+    done.assert_code(101).assert_stderr("src/lib.rs:6: not fixed (ceid::unused_suppression): cannot write");
+    done.assert_stderr("it is read-only").assert_stderr("fixed src/other.rs (1 fix)");
+    assert_eq!((read(&directory, "src/lib.rs"), read(&directory, "src/other.rs")), (lib, unsuppressed()));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_symbolic_link_is_written_through_inside_the_workspace_only() {
+    use std::os::unix::fs::symlink;
+    let outside = temporary("fix_link_outside");
+    write(&outside, "far.rs", SUPPRESSED.as_bytes());
+    let directory =
+        repository("fix_link", &[("src/lib.rs", b"mod near;\nmod far;\n"), ("shared/near.rs", SUPPRESSED.as_bytes())]);
+    symlink("../shared/near.rs", directory.join("src/near.rs")).expect("links can be made");
+    symlink(outside.join("far.rs"), directory.join("src/far.rs")).expect("links can be made");
+    commit(&directory);
+    fix(&directory, &[]).assert_code(101).assert_stderr("it lies outside the workspace");
+    assert!(directory.join("src/near.rs").is_symlink());
+    assert_eq!(read(&directory, "shared/near.rs"), unsuppressed());
+    assert_eq!(read(&outside, "far.rs"), SUPPRESSED);
+}
+
+#[test]
+fn a_file_of_two_targets_is_fixed_once() {
+    let directory = repository(
+        "fix_twice",
+        &[
+            ("src/lib.rs", b"#[path = \"shared.rs\"] pub mod one;\n#[path = \"shared.rs\"] pub mod two;\n"),
+            ("src/main.rs", b"mod shared;\nfn main() {}\n"),
+            ("src/shared.rs", SUPPRESSED.as_bytes()),
+        ],
+    );
+    fix(&directory, &[]).assert_code(0).assert_stderr("fixed src/shared.rs (1 fix)");
+    assert_eq!(read(&directory, "src/shared.rs"), unsuppressed());
+}
+
+#[test]
+fn nothing_is_fixed_beside_what_cannot_be_parsed() {
+    let lib = format!("mod broken;\n{SUPPRESSED}");
+    let directory = repository("fix_broken", &[("src/lib.rs", lib.as_bytes()), ("src/broken.rs", b"fn (\n")]);
+    fix(&directory, &[]).assert_code(101).assert_stderr("nothing was fixed");
+    assert_eq!(read(&directory, "src/lib.rs"), lib);
+}
+
+#[test]
+fn flags_that_do_not_go_together_are_wrong_usage() {
+    let directory = temporary_package("fix_usage", &[("src/lib.rs", b"")]);
+    for args in [
+        &["--unsafe-fixes"][..],
+        &["--allow-dirty"],
+        &["fix", "--with", "check"],
+        &["fix", "--stdin-filename", "src/lib.rs"],
+        &["fix", "--diff", "--message-format", "sarif"],
+    ] {
+        run(&directory, args).assert_code(2);
+    }
+}
+
+/// Killed at any moment, the program leaves each file old or new, in full.
+#[test]
+fn a_kill_leaves_each_file_whole() {
+    let names: Vec<String> = (0..40).map(|number| format!("m{number}")).collect();
+    let lib: String = names.iter().map(|name| format!("pub mod {name};\n")).collect();
+    let paths: Vec<String> = names.iter().map(|name| format!("src/{name}.rs")).collect();
+    let mut files: Vec<(&str, &[u8])> = paths.iter().map(|path| (path.as_str(), SUPPRESSED.as_bytes())).collect();
+    files.push(("src/lib.rs", lib.as_bytes()));
+    let directory = repository("fix_kill", &files);
+    let mut partial = 0;
+    for delay in (0..400).step_by(20) {
+        git(&directory, &["checkout", "--quiet", "."]);
+        git(&directory, &["clean", "--quiet", "--force"]);
+        let mut child = Command::new(program())
+            .args(["fix", "--quiet"])
+            .current_dir(&directory)
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the program was built and starts");
+        std::thread::sleep(Duration::from_millis(delay));
+        child.kill().expect("it is ours");
+        child.wait().expect("it is ours");
+        let new = paths.iter().filter(|path| {
+            let text = read(&directory, path);
+            assert!(text == SUPPRESSED || text == unsuppressed(), "{path} after {delay} ms: {text}");
+            text != SUPPRESSED
+        });
+        partial += usize::from((1..paths.len()).contains(&new.count()));
+    }
+    println!("{partial} runs were killed between two files");
+}

@@ -1,0 +1,88 @@
+//! What is asked for on the command line, and how the run ends.
+
+use super::{binary, migrate, package, read};
+use crate::fix::{commit, git, repository};
+use crate::support::program::run;
+
+/// A filter, a loop on line 8 that can be migrated, and one on line 12 that cannot.
+const TWO_LOOPS: &str = "\
+trait SampledFilter { fn update(&mut self); }
+struct Ramp(f64);
+impl SampledFilter for Ramp { fn update(&mut self) { self.0 += 0.1; } }
+
+fn main() {
+    let mut first = Ramp(0.0);
+    let mut second = Ramp(0.0);
+    for _ in 0..3 {
+        println!(\"{}\", first.0);
+        first.update();
+    }
+    for _ in 0..3 {
+        second.update();
+        println!(\"{}\", second.0);
+    }
+}
+";
+
+fn two_loops(name: &str) -> std::path::PathBuf {
+    package(name, &[("robot".to_owned(), TWO_LOOPS.to_owned())])
+}
+
+#[test]
+fn without_a_place_it_only_tells() {
+    let directory = two_loops("migrate_tells");
+    let said = migrate(&directory, &[]);
+    said.assert_code(0).assert_stderr("src/bin/robot.rs:8: `first` in `main` can be migrated");
+    said.assert_stderr("src/bin/robot.rs:12: `second` in `main`: not migrated");
+    assert_eq!(binary(&directory, "robot"), TWO_LOOPS);
+}
+
+#[test]
+fn a_place_is_one_loop() {
+    let directory = two_loops("migrate_one_loop");
+    for place in ["src/bin/robot.rs:12", "src/bin/robot.rs:14:9"] {
+        migrate(&directory, &[place]).assert_code(100).assert_stderr("line 14: `second` is used here after its update");
+        assert_eq!(binary(&directory, "robot"), TWO_LOOPS);
+    }
+    migrate(&directory, &["src/bin/robot.rs:8"]).assert_code(0).assert_stderr("migrated 1 of 1 loop");
+    let text = binary(&directory, "robot");
+    assert!(text.contains("begin_cycle() => first);") && text.contains("second.update();"), "{text}");
+    let head = 1 + text.lines().position(|line| line.contains("for _ in")).expect("the loop is there");
+    migrate(&directory, &[&format!("src/bin/robot.rs:{head}")]).assert_code(0).assert_stderr("nothing to migrate");
+    assert_eq!(binary(&directory, "robot"), text);
+}
+
+#[test]
+fn a_place_that_is_no_loop_is_wrong() {
+    let directory = two_loops("migrate_no_loop");
+    migrate(&directory, &["src/bin/robot.rs:2"]).assert_code(2).assert_stderr("no control cycle at line 2");
+    migrate(&directory, &["src/bin/robot.rs"]).assert_code(2).assert_stderr("is not FILE:LINE");
+    migrate(&directory, &["--all", "src/bin/robot.rs:8"]).assert_code(2).assert_stderr("leave out the places");
+}
+
+#[test]
+fn a_diff_writes_nothing() {
+    let directory = two_loops("migrate_diff");
+    let said = migrate(&directory, &["--all", "--diff"]);
+    said.assert_code(100).assert_stderr("would migrate 1 of 2 loops");
+    assert!(said.stdout.contains("-        first.update();\n"), "{}", said.stdout);
+    assert_eq!(binary(&directory, "robot"), TWO_LOOPS);
+    migrate(&directory, &["src/bin/robot.rs:8"]).assert_code(0);
+    migrate(&directory, &["--all", "--diff"]).assert_code(0);
+}
+
+#[test]
+fn a_dirty_tree_is_left_alone() {
+    let manifest = b"[workspace]\n\n[package]\nname = \"dirty\"\nversion = \"0.0.0\"\nedition = \"2024\"\n";
+    let directory = repository("migrate_dirty", &[("src/main.rs", TWO_LOOPS.as_bytes()), ("Cargo.toml", manifest)]);
+    let changed = format!("{TWO_LOOPS}\n// changed\n");
+    crate::support::workspace::write(&directory, "src/main.rs", changed.as_bytes());
+    let said = run(&directory, ["migrate", "--all"]);
+    said.assert_code(101).assert_stderr("src/main.rs (dirty)").assert_stderr("cargo ceid-lint migrate");
+    assert_eq!(read(&directory.join("src/main.rs")), changed);
+    commit(&directory);
+    run(&directory, ["migrate", "--all"]).assert_code(0);
+    assert_eq!(git(&directory, &["status", "--porcelain"]), " M Cargo.toml\n M src/main.rs\n");
+    let version = format!("ceid-core = \"{}\"\n", env!("CARGO_PKG_VERSION"));
+    assert!(read(&directory.join("Cargo.toml")).ends_with(&format!("\n\n[dependencies]\n{version}")));
+}

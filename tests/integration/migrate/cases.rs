@@ -1,0 +1,159 @@
+//! The cases of `fixtures/migrate`, against what the program writes and says.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use super::{binary, cases, entries, migrate, package, read};
+use crate::support::program::run;
+use crate::support::{root, workspace};
+
+/// Holds a text against a file, or writes it where that is asked for.
+#[track_caller]
+fn check_text(found: &str, expected: &Path) {
+    if std::env::var_os("CEID_MIGRATE_BLESS").is_some() {
+        fs::create_dir_all(expected.parent().expect("it lies in a case")).expect("the cases are writable");
+        fs::write(expected, found).expect("the cases are writable");
+        return;
+    }
+    assert!(found == read(expected), "{} is not what came out:\n{found}", expected.display());
+}
+
+/// Migrates all cases of a folder at once, and holds each result against its `after.rs`.
+#[track_caller]
+fn check(folder: &str, flags: &[&str]) {
+    let cases = entries(&cases().join(folder));
+    let before: Vec<(String, String)> =
+        cases.iter().map(|(name, path)| (name.clone(), read(&path.join("before.rs")))).collect();
+    let directory = package(&format!("migrate_{folder}"), &before);
+    migrate(&directory, &[&["--all"], flags].concat()).assert_code(0).assert_no_panic();
+    for (name, path) in &cases {
+        check_text(&binary(&directory, name), &path.join("after.rs"));
+    }
+    // Loops that are migrated are guarded, and a second run has nothing to do.
+    let report = run(&directory, ["report", "--message-format", "json"]);
+    let by_hand = report.pairs().expect("the report is read");
+    let by_hand: Vec<String> = by_hand
+        .iter()
+        .filter(|pair| pair.kind != "function" && pair.verdict != "guarded")
+        .map(ToString::to_string)
+        .collect();
+    let slower = by_hand.iter().all(|pair| pair.contains("slow gated"));
+    assert!(slower, "{by_hand:#?}");
+    migrate(&directory, &[&["--all"], flags].concat()).assert_code(0).assert_stderr("nothing to migrate");
+    for (name, path) in &cases {
+        assert_eq!(binary(&directory, name), read(&path.join("after.rs")), "{name}");
+    }
+}
+
+#[test]
+fn what_keeps_its_behaviour_is_migrated() {
+    check("migrated", &[]);
+}
+
+#[test]
+fn what_changes_its_behaviour_is_migrated_if_asked_for() {
+    check("changed", &["--unsafe-fixes"]);
+}
+
+#[test]
+fn what_changes_its_behaviour_is_left_otherwise() {
+    let cases = entries(&cases().join("changed"));
+    let before: Vec<(String, String)> =
+        cases.iter().map(|(name, path)| (name.clone(), read(&path.join("before.rs")))).collect();
+    let directory = package("migrate_unchanged", &before);
+    let said = migrate(&directory, &["--all"]);
+    said.assert_code(0).assert_stderr("because the program would do something else");
+    for (name, text) in &before {
+        assert_eq!(binary(&directory, name), *text, "{name}");
+    }
+}
+
+/// The reasons that a text is marked with: line, and what the reason holds.
+fn marked(text: &str) -> Vec<(usize, &str)> {
+    let lines = (1..).zip(text.lines());
+    lines.filter_map(|(line, text)| Some((line, text.split_once("//~ ")?.1))).collect()
+}
+
+#[test]
+fn what_is_refused_says_why() {
+    let cases: Vec<(String, String)> =
+        entries(&cases().join("refused")).into_iter().map(|(name, path)| (name, read(&path))).collect();
+    let directory = package("migrate_refused", &cases);
+    let said = migrate(&directory, &["--all"]);
+    said.assert_code(0).assert_no_panic();
+    // Each refusal is a head with its reasons below it.
+    let mut found: BTreeSet<(String, usize, String)> = BTreeSet::new();
+    let mut file = String::new();
+    for line in said.stderr.lines() {
+        if let Some(head) = line.strip_prefix("warning: src/bin/") {
+            head.split_once(".rs:").expect("a file and a line").0.clone_into(&mut file);
+        } else if let Some((number, reason)) = line.strip_prefix("  line ").and_then(|rest| rest.split_once(": ")) {
+            found.insert((file.clone(), number.parse().expect("a line"), reason.to_owned()));
+        }
+    }
+    let mut wrong = Vec::new();
+    for (name, text) in &cases {
+        assert_eq!(binary(&directory, name), *text, "{name}");
+        let marks = marked(text);
+        assert!(!marks.is_empty(), "{name} says nothing of what is refused");
+        for (line, mark) in &marks {
+            let at =
+                found.iter().find(|(file, at, reason)| file == name && at == line && reason.contains(mark)).cloned();
+            match at {
+                Some(at) => drop(found.remove(&at)),
+                None => wrong.push(format!("{name}:{line}: nothing about `{mark}`")),
+            }
+        }
+    }
+    wrong.extend(found.iter().map(|(name, line, reason)| format!("{name}:{line}: not marked: {reason}")));
+    assert!(wrong.is_empty(), "{wrong:#?}\n{}", said.stderr);
+}
+
+/// Copies a case's files into a directory.
+pub(super) fn copy(from: &Path, to: &Path, core: &str) {
+    for (_, path) in entries(from) {
+        let target = to.join(path.file_name().expect("it has a name"));
+        if path.is_dir() {
+            fs::create_dir_all(&target).expect("the directory is writable");
+            copy(&path, &target, core);
+        } else {
+            fs::write(target, read(&path).replace("CEID_CORE", core)).expect("the directory is writable");
+        }
+    }
+}
+
+fn files(directory: &Path, below: &Path, found: &mut Vec<(String, String)>) {
+    for (_, path) in entries(below) {
+        if path.is_dir() {
+            files(directory, &path, found);
+        } else {
+            let name = path.strip_prefix(directory).expect("it lies below").to_string_lossy().replace('\\', "/");
+            found.push((name, read(&path)));
+        }
+    }
+}
+
+#[test]
+fn whole_workspaces_are_migrated() {
+    let core = root().join("ceid-core").to_string_lossy().into_owned();
+    for (name, path) in entries(&cases().join("workspaces")) {
+        let directory = workspace::temporary(&format!("migrate_workspace_{name}"));
+        copy(&path.join("before"), &directory, &core);
+        migrate(&directory, &["--all", "--ceid-core-path", &core]).assert_code(0).assert_no_panic();
+        let (mut before, mut after) = (Vec::new(), Vec::new());
+        files(&path.join("before"), &path.join("before"), &mut before);
+        files(&directory, &directory, &mut after);
+        for (file, text) in after {
+            let text = text.replace(&core, "CEID_CORE");
+            let is_changed = !before.contains(&(file.clone(), text.clone()));
+            let expected = path.join("after").join(&file);
+            assert!(is_changed || !expected.exists(), "{name}: {file} did not change");
+            if is_changed {
+                check_text(&text, &expected);
+            }
+        }
+        fs::copy(root().join("Cargo.lock"), directory.join("Cargo.lock")).expect("the workspace has a lock file");
+        super::compiled::cargo(&directory, &["test", "--workspace", "--quiet"]);
+    }
+}
