@@ -13,6 +13,8 @@ pub mod config;
 
 pub mod project;
 
+pub mod relevance;
+
 pub mod syntax;
 
 pub mod index;

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::Path;
 
 use crate::config::Config;
-use crate::pipeline::{Options, Report, check_configured, check_with};
+use crate::pipeline::{Gate, Options, Report, check_configured, check_with};
 use crate::project::{self, Selection};
 use crate::report::text;
 use crate::source::{DiskSource, MemorySource};
@@ -71,7 +71,7 @@ pub fn snapshot(subject: Subject<'_>) -> Result<String, SnapshotError> {
             let mut source = MemorySource::default();
             source.insert(path, text.into());
             let project = project::of_file(path, text).map_err(|error| SnapshotError(error.message))?;
-            let checked = check_with(&project, &Config::default(), Box::new(source));
+            let checked = check_with(&project, &Config::default(), Box::new(source), Gate::On);
             checked.map_err(|error| SnapshotError(error.message))?
         }
     };

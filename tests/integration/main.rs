@@ -14,6 +14,7 @@ mod exit_status;
 mod explain;
 mod fix;
 mod fixtures_compile;
+mod gate;
 mod init;
 mod lsp;
 mod messages;

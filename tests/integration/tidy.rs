@@ -12,6 +12,7 @@ const FLOORS: &[&str] = &[
     "diagnostic",
     "config",
     "project",
+    "relevance",
     "syntax",
     "index",
     "types",

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use cargo_ceid_lint::config::Config;
-use cargo_ceid_lint::pipeline::check_with;
+use cargo_ceid_lint::pipeline::{Gate, check_with};
 use cargo_ceid_lint::project::{CfgValues, Package, Project, Target, TargetKind};
 use cargo_ceid_lint::report::{self, Style, Summary, html, json, proof, short, text};
 use cargo_ceid_lint::source::MemorySource;
@@ -26,7 +26,7 @@ fn check_edition(source: &str, edition: &str) {
     let mut memory = MemorySource::default();
     memory.insert(path, Arc::from(source));
     let project = project(path, edition);
-    let Ok(report) = check_with(&project, &Config::default(), Box::new(memory)) else { return };
+    let Ok(report) = check_with(&project, &Config::default(), Box::new(memory), Gate::On) else { return };
     let style = Style { color: true, full_trace: true };
     let mut written = 0;
     for diagnostic in &report.diagnostics {

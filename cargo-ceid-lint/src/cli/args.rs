@@ -250,6 +250,9 @@ pub(super) struct Input {
     /// What it means when there is no cycle and no filter.
     #[arg(long, value_name = "MEANING", value_enum, default_value = "warn", help_heading = "Levels")]
     pub(super) no_loops: NoLoops,
+    /// Parse all packages, those without any filter as well, so that what is broken in them is told.
+    #[arg(long)]
+    pub(super) no_gate: bool,
 }
 
 #[derive(Debug, Args)]

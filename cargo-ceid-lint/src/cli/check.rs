@@ -32,7 +32,7 @@ pub(super) fn run(mut args: CheckArgs, matches: &ArgMatches) -> Result<ExitStatu
     let printed = if is_in_file { Format::Human } else { format };
     let overrides = levels::read(matches, &args.levels, &mut args.input.build.features, &args.rest)?;
     let since = args.legacy.since.as_deref().map(|revision| Since { revision, is_about_cycles: false });
-    let options = Options { overrides, baseline: input::baseline(&args.legacy) };
+    let options = Options { overrides, baseline: input::baseline(&args.legacy), gate: input::gate(&args.input) };
     let cargo = args.beside.map(|command| beside::run(command, &args, console));
     let loaded = if fix::is_asked(&args, printed)? {
         match fix::run(&args, &options, printed, console) {

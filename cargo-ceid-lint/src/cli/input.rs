@@ -10,7 +10,7 @@ use super::baseline::args::Legacy;
 use super::console::Stream;
 use super::exit::ExitStatus;
 use super::unread;
-use crate::pipeline::{self, BaselineChoice, Configured, Options, Report};
+use crate::pipeline::{self, BaselineChoice, Configured, Gate, Options, Report};
 use crate::project::{self, Changes, Features, LoadError, Names, Project, Selection, TargetFilter};
 use crate::report::{self, Summary, text};
 use crate::source::{DiskSource, MAX_FILE_BYTES, MemorySource, ReadError, ReadSource};
@@ -207,6 +207,11 @@ fn unsaved_text(input: &Input) -> Result<Option<(PathBuf, Arc<str>)>, LoadError>
     let text = String::from_utf8(bytes)
         .map_err(|error| unreadable(ReadError::NotUtf8 { byte: error.utf8_error().valid_up_to() }.to_string()))?;
     Ok(Some((current_dir().join(name), text.into())))
+}
+
+/// Which packages the arguments ask to be parsed.
+pub(super) fn gate(input: &Input) -> Gate {
+    if input.no_gate { Gate::Off } else { Gate::On }
 }
 
 /// The baseline that the arguments name.

@@ -30,7 +30,7 @@ pub(super) fn run(mut args: ReportArgs, matches: &ArgMatches) -> Result<ExitStat
             return Ok(ExitStatus::Incomplete);
         }
     };
-    let options = Options { overrides, baseline: input::baseline(&args.legacy) };
+    let options = Options { overrides, baseline: input::baseline(&args.legacy), gate: input::gate(&args.input) };
     let since = args.legacy.since.as_deref().map(|revision| Since { revision, is_about_cycles: true });
     let Ok(mut checked) = input::check(&args.input, &options, since, console, args.talk.stats) else {
         return Ok(ExitStatus::Incomplete);

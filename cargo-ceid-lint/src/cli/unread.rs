@@ -1,7 +1,7 @@
 //! What a run did not see although it is there: adds it to the report, and finds files that were named and that no target reads.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::config::Config;
 use crate::diagnostic::Problem;
@@ -10,7 +10,8 @@ use crate::project::{self, Project, Seen};
 
 /// The files that were named on the command line and belong to no target: they are checked on their own.
 pub(super) fn files_of_no_target(project: &Project, report: &Report) -> Vec<PathBuf> {
-    let read = files_read(report);
+    let read: BTreeSet<PathBuf> =
+        files_read(report).into_iter().filter_map(|file| std::fs::canonicalize(file).ok()).collect();
     let is_read = |file: &PathBuf| std::fs::canonicalize(file).is_ok_and(|file| read.contains(&file));
     let is_left_out = |file: &PathBuf| file.ancestors().any(|above| report.left_out.contains(above));
     let named = project.only.iter().filter(|path| path.extension().is_some_and(|it| it == "rs") && path.is_file());
@@ -20,7 +21,8 @@ pub(super) fn files_of_no_target(project: &Project, report: &Report) -> Vec<Path
 /// Adds what lies beside what was read.
 pub(super) fn add_unread(project: &Project, config: &Config, report: &mut Report) {
     let broken: Vec<PathBuf> = report.problems.iter().map(|problem| project.root.join(&problem.file)).collect();
-    let seen = Seen { read: &files_read(report), left_out: &report.left_out, broken: &broken };
+    let read = files_read(report);
+    let seen = Seen { read: &read, unparsed: &report.unparsed, left_out: &report.left_out, broken: &broken };
     let mut unread: Vec<Problem> = Vec::new();
     for problem in project::strays(project, &seen) {
         let path = PathBuf::from(&problem.file);
@@ -43,7 +45,6 @@ pub(super) fn add_unread(project: &Project, config: &Config, report: &mut Report
     }
 }
 
-/// Every file that was read, by the one path that it has for the system.
-fn files_read(report: &Report) -> BTreeSet<PathBuf> {
-    report.sources.files().filter_map(|(_, file)| std::fs::canonicalize(&file.path).ok()).collect()
+fn files_read(report: &Report) -> BTreeSet<&Path> {
+    report.sources.files().map(|(_, file)| file.path.as_path()).collect()
 }

@@ -22,7 +22,7 @@ pub struct Place {
 
 impl Place {
     pub(super) fn new(path: &Path, text: &str, range: Range<usize>) -> Self {
-        let at = LineIndex::new(text).line_column(text, u32::try_from(range.start).unwrap_or(u32::MAX));
+        let at = LineIndex::default().line_column(text, u32::try_from(range.start).unwrap_or(u32::MAX));
         Self { path: path.to_owned(), line: at.line, column: at.column, range }
     }
 }

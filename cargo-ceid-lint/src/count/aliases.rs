@@ -6,11 +6,11 @@ use std::rc::Rc;
 
 use super::given::{Given, place_of};
 use super::instances::place_ty;
-use super::summary::{Summaries, Summary};
+use super::summary::{Outcome, Summaries, Summary};
 use crate::flow::{
     Base, CallSite, ControlFlowGraph, Effect, IndexKey, LoopId, LoopInfo, Place, Projection, Transfer, Var,
 };
-use crate::index::{Index, Ty};
+use crate::index::{FunctionId, Index, Ty};
 
 /// The names of a function's places.
 #[derive(Debug, Default)]
@@ -26,6 +26,30 @@ pub(super) struct Aliases {
     indexed: Vec<(Var, Place)>,
     /// The roots of the places that were asked for.
     known: RefCell<HashMap<Place, Rc<[Place]>>>,
+    /// What the calls that were asked for have to do with, by their results.
+    calls: RefCell<HashMap<Var, Rc<[CalledPlace]>>>,
+}
+
+/// A place that a target of a call has ways for.
+#[derive(Debug)]
+pub(super) struct CalledPlace {
+    pub(super) target: FunctionId,
+    pub(super) law: usize,
+    /// Its number among the places for which the target has ways.
+    number: usize,
+    /// The place here.
+    pub(super) place: Place,
+    /// The places that it may be a name of.
+    pub(super) roots: Rc<[Place]>,
+}
+
+impl CalledPlace {
+    /// The ways through the target.
+    pub(super) fn outcomes<'a>(&self, summaries: &'a Summaries) -> &'a [Outcome] {
+        let summary = summaries.get(self.target);
+        let ways = summary.and_then(|summary| summary.outcomes(self.law).nth(self.number));
+        ways.map_or(&[], |(_, outcomes)| outcomes.as_slice())
+    }
 }
 
 /// Whether steps may lead to the same part: an element that stands for each may be any.
@@ -180,6 +204,27 @@ impl Aliases {
         let roots: Rc<[Place]> = found.into_iter().collect();
         self.known.borrow_mut().insert(place.clone(), Rc::clone(&roots));
         roots
+    }
+
+    /// The places that the targets of a call have ways for, by target: each search asks for them anew.
+    pub(super) fn called_places(&self, site: &CallSite, summaries: &Summaries) -> Rc<[CalledPlace]> {
+        if let Some(known) = self.calls.borrow().get(&site.result) {
+            return Rc::clone(known);
+        }
+        let mut places = Vec::new();
+        for (target, summary) in site.targets.iter().filter_map(|target| Some((*target, summaries.get(*target)?))) {
+            for law in 0..summary.laws() {
+                for (number, (given, _)) in summary.outcomes(law).enumerate() {
+                    if let Some(place) = place_of(given, site) {
+                        let roots = self.shared_roots(&place);
+                        places.push(CalledPlace { target, law, number, place, roots });
+                    }
+                }
+            }
+        }
+        let places: Rc<[CalledPlace]> = places.into();
+        self.calls.borrow_mut().insert(site.result, Rc::clone(&places));
+        places
     }
 
     /// The parts of a place that are names of other places, with those places; the whole if it is one.

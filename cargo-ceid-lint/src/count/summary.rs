@@ -1,6 +1,6 @@
 //! What a call of a function does to the places it gets: callees first, recursion to a fixpoint.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::rc::Rc;
 
 use super::aliases::Aliases;
@@ -106,6 +106,11 @@ impl Summary {
     /// The ways through it for one half of the law.
     pub(super) fn outcomes(&self, law: usize) -> impl Iterator<Item = (&Given, &Vec<Outcome>)> {
         self.halves.get(law).into_iter().flatten()
+    }
+
+    /// How many halves of a law it has ways for.
+    pub(super) fn laws(&self) -> usize {
+        self.halves.len()
     }
 
     /// The places that it has ways for.
@@ -372,10 +377,11 @@ impl Summaries {
             }
             return;
         }
+        let states = self.states_of(graph, aliases);
         for given in touched {
             let instance = instance_of(graph, &given);
             let may_matter = ty_of(&given).is_none_or(|ty| super::instances::may_hold_filter(program.index, &ty));
-            if !may_matter && !self.is_state(graph, aliases, &instance) {
+            if !may_matter && !states.contains(&instance) {
                 continue;
             }
             // What is only passed on, and of a type that is not known, is not worth a search: it is said to be unknown.
@@ -383,7 +389,7 @@ impl Summaries {
                 matches!(&node.effect, Effect::Update(update) if aliases.roots(&update.place).contains(&instance))
             });
             let holds_filter = holds_filter_at(program, graph, &instance);
-            if !is_direct && !holds_filter && !self.is_state(graph, aliases, &instance) {
+            if !is_direct && !holds_filter && !states.contains(&instance) {
                 let cause = Cause::Limit("the type of what a helper passes on is not known".to_owned());
                 summary.insert(&given, &[Outcome::unknown(cause)]);
                 continue;
@@ -415,13 +421,17 @@ impl Summaries {
         }
     }
 
-    /// Whether a place is the state of a law that has it in an argument, here or in what is called.
-    fn is_state(&self, graph: &ControlFlowGraph, aliases: &Aliases, instance: &Place) -> bool {
-        graph.nodes.iter().any(|node| match &node.effect {
-            Effect::Update(update) => !update.is_typed && aliases.roots(&update.place).contains(instance),
-            Effect::Call(site) => self.updates(site).any(|place| aliases.roots(&place).contains(instance)),
-            _ => false,
-        })
+    /// The places that are the states of laws that have them in an argument, here or in what is called.
+    fn states_of(&self, graph: &ControlFlowGraph, aliases: &Aliases) -> HashSet<Place> {
+        let mut states = HashSet::new();
+        for node in &graph.nodes {
+            match &node.effect {
+                Effect::Update(update) if !update.is_typed => states.extend(aliases.roots(&update.place)),
+                Effect::Call(site) => states.extend(self.updates(site).flat_map(|place| aliases.roots(&place))),
+                _ => {}
+            }
+        }
+        states
     }
 
     /// The places that a call updates on some way.

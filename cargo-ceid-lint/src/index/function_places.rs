@@ -40,6 +40,17 @@ impl FunctionPlaces {
         let end = self.list.partition_point(|function| function.span.file <= file);
         &self.list[start..end]
     }
+
+    /// Adds functions of other files.
+    pub fn extend(&mut self, other: Self) {
+        self.list.extend(other.list);
+        self.list.sort_by_key(|function| (function.span.file, function.span.start, Reverse(function.span.end)));
+    }
+
+    /// All functions.
+    pub fn iter(&self) -> impl Iterator<Item = &FunctionPlace> {
+        self.list.iter()
+    }
 }
 
 impl Index {

@@ -1,6 +1,6 @@
 //! A check with the configuration that lies beside the project's manifests.
 
-use super::{BaselineChoice, Report, check_with, known};
+use super::{BaselineChoice, Gate, Report, check_with, known};
 use crate::config::{self, Config, ConfigError, LevelOverrides};
 use crate::diagnostic::Problem;
 use crate::project::Project;
@@ -14,6 +14,8 @@ pub struct Options {
     pub overrides: LevelOverrides,
     /// Which baseline the findings are compared with.
     pub baseline: BaselineChoice,
+    /// Which packages are parsed.
+    pub gate: Gate,
 }
 
 /// What a check found out, or what is wrong with its configuration.
@@ -31,7 +33,7 @@ pub struct Configured {
 #[must_use]
 pub fn check_configured(project: &Project, options: &Options, source: Box<dyn ReadSource>) -> Configured {
     let checked = configuration(project, options.overrides.clone()).and_then(|config| {
-        let mut report = check_with(project, &config, source)?;
+        let mut report = check_with(project, &config, source, options.gate)?;
         known::compare(project, &config, &options.baseline, &mut report)?;
         Ok((report, config))
     });

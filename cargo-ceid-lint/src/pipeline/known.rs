@@ -162,7 +162,9 @@ impl<'a> Coverage<'a> {
         if self.is_partial {
             return false;
         }
-        let Some(file) = self.files.get(&key.file) else { return self.holds_removed_file(&key.file) };
+        let Some(file) = self.files.get(&key.file) else {
+            return self.holds_unparsed_file(key) || self.holds_removed_file(&key.file);
+        };
         let crates: Vec<&CheckedCrate> =
             self.report.checked.iter().filter(|krate| krate.files.contains(file)).collect();
         let is_whole = |package: &Package| !package.is_partly_read && self.is_asked_for(key.rule, package);
@@ -172,6 +174,17 @@ impl<'a> Coverage<'a> {
         packages.all(is_whole)
             && !words.any(|word| crates.iter().any(|krate| krate.removed.contains(word)))
             && !self.depends_on_build(*file, &key.function)
+    }
+
+    /// Whether a file belongs to a package that was not parsed because nothing in it can be a filter.
+    fn holds_unparsed_file(&self, key: &Key) -> bool {
+        let path = self.root.join(&key.file);
+        let Some(number) = self.project.owner(&path).filter(|number| self.report.unparsed.contains(number)) else {
+            return false;
+        };
+        let package = &self.project.packages[number];
+        let is_whole = package.is_reported && !package.is_partly_read && self.is_asked_for(key.rule, package);
+        is_whole && self.project.is_wanted(&path) && !self.config.is_excluded(&path)
     }
 
     fn is_asked_for(&self, rule: &str, package: &Package) -> bool {

@@ -1,32 +1,37 @@
 //! From a project to a report: the one function to read first.
 
 mod configured;
+mod entries;
 mod known;
+mod parse;
 mod prospect;
 mod since;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 pub use configured::{Configured, Options, check_configured};
 pub use known::{BaselineChoice, CheckedCrate};
 pub use prospect::{Prospect, prospect};
 pub use since::Unchanged;
 
+use self::entries::Ledger;
+use self::parse::Part;
 use crate::baseline::Comparison;
-use crate::config::{self, Config, ConfigError, Preset, Scope, Section};
+use crate::config::{self, Config, ConfigError, Preset};
 use crate::count::{Cycle, Pair, analyse};
 use crate::diagnostic::{Diagnostic, Level, Problem};
 use crate::flow::{Program, lower_function};
-use crate::index::{CrateId, CrateInput, EntryScope, FunctionPlaces, Index};
+use crate::index::{CrateInput, FunctionPlaces, Index};
 use crate::migrate::{self, Plan};
-use crate::project::{Project, TargetKind};
+use crate::project::Project;
+use crate::relevance::{self, Names, in_parallel};
 use crate::rules::{self, Known, RULES};
-use crate::source::{DiskSource, FileSet, ReadSource, SourceMap, Span};
+use crate::source::{DiskSource, ReadSource, SourceMap, Span};
 use crate::suggest;
 use crate::suppress::{Crate, Suppressions};
-use crate::syntax::{Directives, parse_root, with_large_stack};
+use crate::syntax::{Directives, with_large_stack};
 
 /// What a run found out.
 #[derive(Debug, Default)]
@@ -45,12 +50,14 @@ pub struct Report {
     pub left_out: BTreeSet<PathBuf>,
     /// The crates that were looked at.
     pub checked: Vec<CheckedCrate>,
-    /// The functions of all code that was read; none if there is no filter.
+    /// The functions of all code that was analysed.
     pub functions: FunctionPlaces,
     /// The baselines that the findings were compared with.
     pub baselines: Vec<Comparison>,
     /// What was left out, if only changed lines are looked at.
     pub unchanged: Option<Unchanged>,
+    /// The packages that were not parsed, because nothing in them can be a filter: indices into the project's packages.
+    pub unparsed: BTreeSet<usize>,
     /// How many filter types were found.
     pub filter_types: usize,
     /// How many functions were only searched for repetitions, as nothing calls them, and have none.
@@ -68,6 +75,55 @@ impl Report {
     pub fn shown(&self) -> impl Iterator<Item = &Diagnostic> {
         self.diagnostics.iter().filter(|finding| finding.is_shown())
     }
+
+    /// Adds what was found in another part of the project, but for its texts.
+    fn add(&mut self, other: Self) {
+        self.diagnostics.extend(other.diagnostics);
+        self.cycles.extend(other.cycles);
+        self.problems.extend(other.problems);
+        self.unread.extend(other.unread);
+        self.left_out.extend(other.left_out);
+        self.checked.extend(other.checked);
+        self.functions.extend(other.functions);
+        self.plans.extend(other.plans);
+        self.idle_imports.extend(other.idle_imports);
+        self.filter_types += other.filter_types;
+        self.presumed += other.presumed;
+    }
+
+    fn add_problems(&mut self, problems: Vec<Problem>) {
+        let (errors, unread): (Vec<_>, Vec<_>) = problems.into_iter().partition(|problem| problem.is_error);
+        self.problems.extend(errors);
+        self.unread.extend(unread);
+    }
+
+    /// Puts what the parts found into one order.
+    fn sort(&mut self) {
+        sort(&mut self.diagnostics);
+        self.cycles.sort_by_key(|cycle| (cycle.head, cycle.package, cycle.target));
+        self.checked.sort_by_key(|krate| krate.package);
+        self.plans.sort_by_key(|plan| plan.head);
+        self.idle_imports.sort();
+        for list in [&mut self.problems, &mut self.unread] {
+            let mut seen = BTreeSet::new();
+            let place = |span: Span| (span.start, span.end);
+            list.retain(|problem| {
+                seen.insert((problem.file.clone(), problem.span.map(place), problem.message.clone()))
+            });
+        }
+    }
+}
+
+/// Which packages are parsed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Gate {
+    /// Those that can have to do with a filter.
+    #[default]
+    On,
+    /// All, so that what is broken elsewhere is told as well.
+    Off,
+    /// All, and they are analysed as if each could have to do with every other: what the others are held against.
+    Whole,
 }
 
 /// Checks a project whose files lie on the disk.
@@ -75,176 +131,193 @@ impl Report {
 /// # Errors
 /// If the configuration names what is not there.
 pub fn check(project: &Project, config: &Config) -> Result<Report, ConfigError> {
-    check_with(project, config, Box::new(DiskSource))
+    check_with(project, config, Box::new(DiskSource), Gate::On)
 }
 
 /// Checks a project whose files are read from `source`.
 ///
 /// # Errors
 /// If the configuration names what is not there.
-pub fn check_with(project: &Project, config: &Config, source: Box<dyn ReadSource>) -> Result<Report, ConfigError> {
-    let mut files = FileSet::new(SourceMap::new(project.root.clone()), source);
-    let mut problems = Vec::new();
-    let mut left_out = BTreeSet::new();
-    let mut checked = Vec::new();
-    let inputs = parse_all(project, &mut files, &mut problems, &mut left_out, &mut checked);
-    let (sources, source) = files.into_parts();
-    // Expressions nest as deep as the parser allows, and the walks over them with them.
-    let is_partial = !problems.is_empty() || !project.problems.is_empty();
-    let mut report = with_large_stack(|| analyse_all(project, config, inputs, sources, is_partial))?;
-    let mut seen = BTreeSet::new();
-    problems.retain(|problem: &Problem| seen.insert((problem.file.clone(), problem.span, problem.message.clone())));
-    (report.problems, report.unread) = problems.into_iter().partition(|problem| problem.is_error);
-    (report.left_out, report.checked) = (left_out, checked);
+pub fn check_with(
+    project: &Project,
+    config: &Config,
+    source: Box<dyn ReadSource>,
+    gate: Gate,
+) -> Result<Report, ConfigError> {
+    let source: Arc<dyn ReadSource> = source.into();
+    let presets = presets_of(project, config)?;
+    let run = Run { project, config, presets: &presets };
+    if gate == Gate::Whole {
+        return run.whole(&source);
+    }
+    let names = Names::new(config, &presets);
+    // What the user looks at is parsed in any case.
+    let mut named = source.held();
+    named.extend(project.only.iter().filter(|path| path.is_file()).cloned());
+    let components = relevance::components(project, &names, &named);
+    let parts = parse::parts(project, &source, &components, &names, gate);
+    let parsed: BTreeSet<usize> = parts.iter().flat_map(|part| part.packages.iter().copied()).collect();
+    let parts: Vec<Mutex<Option<Part>>> = parts.into_iter().map(|part| Mutex::new(Some(part))).collect();
+    let judged = in_parallel(parts.len(), |at| {
+        let part = parts[at].lock().ok().and_then(|mut part| part.take()).unwrap_or_default();
+        run.part(part)
+    });
+    let mut report = Report::default();
+    let mut ledger = Ledger::of(config);
+    let mut sources = SourceMap::new(project.root.clone());
+    for part in judged {
+        let Ok((mut own, named)) = part else { return run.whole(&source) };
+        ledger.add(&named);
+        sources.extend(std::mem::take(&mut own.sources));
+        report.add(own);
+    }
+    // An entry that named nothing may be an error, whose words depend on all that is there.
+    if !ledger.is_complete() {
+        return run.whole(&source);
+    }
+    report.sources = sources;
+    report.unparsed = (0..project.packages.len()).filter(|package| !parsed.contains(package)).collect();
+    report.sort();
     report.manifests = manifests(project, &report.plans, &*source);
     Ok(report)
 }
 
-/// The manifests that plans are about.
-fn manifests(project: &Project, plans: &[Plan], source: &dyn ReadSource) -> BTreeMap<PathBuf, Arc<str>> {
-    let rewrites = plans.iter().filter_map(|plan| plan.outcome.as_ref().ok());
-    let packages: BTreeSet<usize> = rewrites.flat_map(|rewrite| rewrite.packages.iter().copied()).collect();
-    let packages = packages.iter().map(|package| &project.packages[*package]);
-    let paths = packages.flat_map(|package| [package.manifest_path.clone(), package.workspace_root.join("Cargo.toml")]);
-    paths.filter_map(|path| Some((path.clone(), source.read(&path).ok()?))).collect()
-}
-
-/// Parses every crate root with its modules.
-fn parse_all(
-    project: &Project,
-    files: &mut FileSet,
-    problems: &mut Vec<Problem>,
-    left_out: &mut BTreeSet<PathBuf>,
-    checked: &mut Vec<CheckedCrate>,
-) -> Vec<CrateInput> {
-    let mut inputs: Vec<CrateInput> = Vec::new();
-    let mut libs: BTreeMap<usize, usize> = BTreeMap::new();
-    for (package_number, package) in project.packages.iter().enumerate() {
-        for (target_number, target) in package.targets.iter().enumerate() {
-            let mut cfg = package.cfg.clone();
-            if target.cfg_test {
-                cfg.flags.insert("test".to_owned());
-            }
-            if target.kind == TargetKind::Lib {
-                libs.insert(package_number, inputs.len());
-            }
-            let root = parse_root(&target.src_path, &target.edition, &cfg, files, problems);
-            left_out.extend(root.left_out);
-            let is_reported = target.is_reported && package.is_reported;
-            if is_reported {
-                let removed = root.removed.clone();
-                checked.push(CheckedCrate { package: package_number, files: root.files, removed });
-            }
-            inputs.push(CrateInput {
-                package: package_number,
-                target: target_number,
-                name: target.crate_name.clone(),
-                package_name: package.name.replace('-', "_"),
-                removed: root.removed,
-                externs: BTreeMap::new(),
-                is_reported,
-                is_test: matches!(target.kind, TargetKind::Test | TargetKind::Bench),
-                items: root.items,
-            });
-        }
-    }
-    for input in &mut inputs {
-        let package = &project.packages[input.package];
-        for dependency in &package.dependencies {
-            let krate = dependency.package.and_then(|package| libs.get(&package)).copied();
-            input.externs.insert(dependency.extern_name.clone(), (krate, dependency.package_name.clone()));
-        }
-        let target = &package.targets[input.target];
-        if target.kind != TargetKind::Lib
-            && let Some(own) = libs.get(&input.package)
-        {
-            let name = package.targets.iter().find(|target| target.kind == TargetKind::Lib);
-            if let Some(lib) = name {
-                input.externs.insert(lib.crate_name.clone(), (Some(*own), package.name.clone()));
-            }
-        }
-    }
-    inputs
-}
-
-fn analyse_all(
-    project: &Project,
-    config: &Config,
-    inputs: Vec<CrateInput>,
-    sources: SourceMap,
-    is_partial: bool,
-) -> Result<Report, ConfigError> {
-    let directives = Directives::read(&sources);
+/// The presets that are active.
+fn presets_of(project: &Project, config: &Config) -> Result<Vec<Preset>, ConfigError> {
     let reported = project.packages.iter().filter(|package| package.is_reported);
     let sections =
         reported.map(|package| config.sections_of(&package.workspace_root, &package.manifest_path).collect());
-    let presets = config::active_presets(config, sections, |name| project.graph.contains(name))?;
-    // Without the trait there is no filter, and without a filter there is nothing to count.
-    let is_configured = !presets.is_empty()
-        || config.sections.iter().any(|section| !section.filters.is_empty() || !section.cycles.is_empty());
-    if !is_configured && directives.is_empty() && !sources.files().any(|(_, file)| file.text.contains("SampledFilter"))
-    {
-        return Ok(Report { sources, ..Report::default() });
+    config::active_presets(config, sections, |name| project.graph.contains(name))
+}
+
+/// What all parts of a run have in common.
+struct Run<'a> {
+    project: &'a Project,
+    config: &'a Config,
+    presets: &'a [Preset],
+}
+
+/// Which entries of which sections named something.
+type Named = Vec<(usize, Vec<bool>)>;
+
+impl Run<'_> {
+    /// Analyses all packages together.
+    fn whole(&self, source: &Arc<dyn ReadSource>) -> Result<Report, ConfigError> {
+        let packages: Vec<usize> = (0..self.project.packages.len()).collect();
+        let part = parse::parse(self.project, source, &packages);
+        let (mut report, _) = self.analysed(part, |index, is_partial| {
+            entries::add_all(self.project, self.config, index, is_partial)?;
+            entries::add_presets(self.presets, &self.project.graph, index)?;
+            Ok(Vec::new())
+        })?;
+        report.sort();
+        report.manifests = manifests(self.project, &report.plans, &**source);
+        Ok(report)
     }
-    // A file of several crates belongs to one that is reported, if there is such a one.
-    let (reported, others): (Vec<_>, Vec<_>) = inputs.iter().partition(|input| input.is_reported);
-    let crates: Vec<Crate<'_>> = [reported, others]
-        .into_iter()
-        .flatten()
-        .map(|input| Crate { package: input.package, target: input.target, items: &input.items })
-        .collect();
-    let suppressions = Suppressions::place(&directives, &sources, &crates);
-    let mut index = Index::build(inputs, paths_outside(config, &presets));
-    add_entries(project, config, &presets, &mut index, is_partial)?;
-    let bodies = Program::infer_all(&index);
-    let program = Program { index: &index, bodies: &bodies, sources: &sources, directives: &directives };
-    let graphs: Vec<_> = index.function_ids().map(|id| lower_function(&program, id)).collect();
-    let mut analysis = analyse(&program, &graphs);
-    let is_shown = |package: usize, target: usize, span: Span| {
-        let package = &project.packages[package];
-        let path = &sources.file(span.file).path;
-        package.is_reported
-            && package.targets[target].is_reported
-            && project.is_wanted(path)
-            && !config.is_excluded(path)
-    };
-    let known = Known::new(&suppressions, forbidden(project, config));
-    // A suppression in a file that is reported may hide what is found in one that is not.
-    known.prepare(&mut analysis);
-    let mut hygiene = rules::hygiene(&known);
-    hygiene.retain(|finding| is_shown(finding.package, finding.target, finding.primary.span));
-    analysis.cycles.retain(|cycle| is_shown(cycle.package, cycle.target, cycle.head));
-    analysis.presumed.retain(|function| is_shown(function.package, function.target, function.head));
-    analysis.unregistered.retain(|filter| is_shown(filter.package, filter.target, filter.span));
-    analysis.guards.retain(|guard| is_shown(guard.package, guard.target, guard.span));
-    analysis.remarks.retain(|remark| is_shown(remark.package, remark.target, remark.span));
-    // A file that belongs to several targets is judged once.
-    let mut seen = BTreeSet::new();
-    analysis.cycles.retain(|cycle| seen.insert((cycle.head, cycle.function.clone())));
-    let edition = |cycle: &Cycle| project.packages[cycle.package].targets[cycle.target].edition.clone();
-    let plans = migrate::plans(&program, &analysis.cycles, edition);
-    let idle_imports = migrate::idle_imports(&program, &analysis.cycles);
-    let mut findings = rules::findings(&analysis, &known);
-    suggest::add(&program, &analysis, &mut findings);
-    findings.extend(hygiene);
-    suggest_guards(&mut findings, &plans);
-    mark_suppressed(&mut analysis.cycles, &findings);
-    let diagnostics = with_levels(project, config, findings);
-    let filter_types = index.filter_type_count();
-    let presumed = analysis.presumed.iter().map(|function| function.head).collect::<BTreeSet<_>>().len();
-    let functions = index.function_places(&sources);
-    let cycles = analysis.cycles;
-    Ok(Report {
-        diagnostics,
-        cycles,
-        filter_types,
-        presumed,
-        functions,
-        sources,
-        plans,
-        idle_imports,
-        ..Report::default()
-    })
+
+    /// Analyses packages that are linked.
+    fn part(&self, part: Part) -> Result<(Report, Named), ConfigError> {
+        if !part.can_matter {
+            let mut report =
+                Report { sources: part.sources, left_out: part.left_out, checked: part.checked, ..Report::default() };
+            report.add_problems(part.problems);
+            return Ok((report, Named::new()));
+        }
+        let graph = entries::graph_around(self.project, &part.packages);
+        self.analysed(part, |index, is_partial| {
+            let named = entries::add_some(self.project, self.config, &graph, index, is_partial)?;
+            entries::add_presets(self.presets, &graph, index)?;
+            Ok(named)
+        })
+    }
+
+    fn analysed(
+        &self,
+        part: Part,
+        add_entries: impl FnOnce(&mut Index, bool) -> Result<Named, ConfigError> + Send,
+    ) -> Result<(Report, Named), ConfigError> {
+        let Part { packages, mut inputs, sources, problems, left_out, checked, .. } = part;
+        parse::link(self.project, &mut inputs);
+        let is_partial = !problems.is_empty() || !self.project.problems.is_empty();
+        let add = |index: &mut Index| add_entries(index, is_partial);
+        // Expressions nest as deep as the parser allows, and the walks over them with them.
+        let (mut report, named) = with_large_stack(|| self.analyse(&packages, inputs, sources, add))?;
+        report.add_problems(problems);
+        report.left_out = left_out;
+        report.checked = checked;
+        Ok((report, named))
+    }
+
+    fn analyse(
+        &self,
+        packages: &[usize],
+        inputs: Vec<CrateInput>,
+        sources: SourceMap,
+        add_entries: impl FnOnce(&mut Index) -> Result<Named, ConfigError>,
+    ) -> Result<(Report, Named), ConfigError> {
+        let (project, config) = (self.project, self.config);
+        let directives = Directives::read(&sources);
+        // A file of several crates belongs to one that is reported, if there is such a one.
+        let (reported, others): (Vec<_>, Vec<_>) = inputs.iter().partition(|input| input.is_reported);
+        let crates: Vec<Crate<'_>> = [reported, others]
+            .into_iter()
+            .flatten()
+            .map(|input| Crate { package: input.package, target: input.target, items: &input.items })
+            .collect();
+        let suppressions = Suppressions::place(&directives, &sources, &crates);
+        let mut index = Index::build(inputs, entries::paths_outside(config, self.presets));
+        let named = add_entries(&mut index)?;
+        let bodies = Program::infer_all(&index);
+        let program = Program { index: &index, bodies: &bodies, sources: &sources, directives: &directives };
+        let graphs: Vec<_> = index.function_ids().map(|id| lower_function(&program, id)).collect();
+        let mut analysis = analyse(&program, &graphs);
+        let is_shown = |package: usize, target: usize, span: Span| {
+            let package = &project.packages[package];
+            let path = &sources.file(span.file).path;
+            package.is_reported
+                && package.targets[target].is_reported
+                && project.is_wanted(path)
+                && !config.is_excluded(path)
+        };
+        let known = Known::new(&suppressions, forbidden(project, config, packages));
+        // A suppression in a file that is reported may hide what is found in one that is not.
+        known.prepare(&mut analysis);
+        let mut hygiene = rules::hygiene(&known);
+        hygiene.retain(|finding| is_shown(finding.package, finding.target, finding.primary.span));
+        analysis.cycles.retain(|cycle| is_shown(cycle.package, cycle.target, cycle.head));
+        analysis.presumed.retain(|function| is_shown(function.package, function.target, function.head));
+        analysis.unregistered.retain(|filter| is_shown(filter.package, filter.target, filter.span));
+        analysis.guards.retain(|guard| is_shown(guard.package, guard.target, guard.span));
+        analysis.remarks.retain(|remark| is_shown(remark.package, remark.target, remark.span));
+        // A file that belongs to several targets is judged once.
+        let mut seen = BTreeSet::new();
+        analysis.cycles.retain(|cycle| seen.insert((cycle.head, cycle.function.clone())));
+        let edition = |cycle: &Cycle| project.packages[cycle.package].targets[cycle.target].edition.clone();
+        let plans = migrate::plans(&program, &analysis.cycles, edition);
+        let idle_imports = migrate::idle_imports(&program, &analysis.cycles);
+        let mut findings = rules::findings(&analysis, &known);
+        suggest::add(&program, &analysis, &mut findings);
+        findings.extend(hygiene);
+        suggest_guards(&mut findings, &plans);
+        mark_suppressed(&mut analysis.cycles, &findings);
+        let diagnostics = with_levels(project, config, findings);
+        let filter_types = index.filter_type_count();
+        let presumed = analysis.presumed.iter().map(|function| function.head).collect::<BTreeSet<_>>().len();
+        let functions = index.function_places(&sources);
+        let cycles = analysis.cycles;
+        let report = Report {
+            diagnostics,
+            cycles,
+            filter_types,
+            presumed,
+            functions,
+            sources,
+            plans,
+            idle_imports,
+            ..Report::default()
+        };
+        Ok((report, named))
+    }
 }
 
 /// Adds to each finding about the updates of a loop that a guard could make them.
@@ -257,85 +330,19 @@ fn suggest_guards(findings: &mut [Diagnostic], plans: &[Plan]) {
     }
 }
 
-/// The paths that entries name in crates whose sources are perhaps not read.
-fn paths_outside(config: &Config, presets: &[Preset]) -> Vec<String> {
-    let filters = config.sections.iter().flat_map(|section| &section.filters);
-    let cycles = config.sections.iter().flat_map(|section| &section.cycles);
-    let guards = config.sections.iter().flat_map(|section| &section.guards);
-    let filters = filters.chain(presets.iter().flat_map(|preset| &preset.filters));
-    let cycles = cycles.chain(presets.iter().flat_map(|preset| &preset.cycles));
-    let methods = cycles.map(|entry| entry.target.path().text.as_str());
-    let methods = methods.map(|path| path.rsplit_once("::").map_or(path, |(of, _)| of));
-    filters
-        .map(|entry| entry.target.path().text.as_str())
-        .chain(guards.map(|entry| entry.guard_type.text.as_str()))
-        .chain(methods)
-        .filter(|path| !path.starts_with("crate::"))
-        .map(str::to_owned)
-        .collect()
-}
-
-/// Makes filters, cycles and guards of what the entries name; the configuration goes before the presets.
-fn add_entries(
-    project: &Project,
-    config: &Config,
-    presets: &[Preset],
-    index: &mut Index,
-    is_partial: bool,
-) -> Result<(), ConfigError> {
-    for section in &config.sections {
-        let in_scope = |package: usize| {
-            let package = &project.packages[package];
-            match &section.scope {
-                Scope::Workspace(root) => package.workspace_root == *root,
-                Scope::Package(manifest) => package.manifest_path == *manifest,
-            }
-        };
-        let is_partial =
-            is_partial || (0..project.packages.len()).any(|at| in_scope(at) && project.packages[at].is_partly_read);
-        let scope = scope_of(project, index, is_partial, in_scope);
-        let added = add_section(index, &scope, section);
-        added.map_err(|error| ConfigError { text: Some(section.text.clone()), ..error })?;
-    }
-    let scope = scope_of(project, index, true, |_| true);
-    for preset in presets {
-        for entry in &preset.filters {
-            index.add_preset_filter(&scope, entry);
-        }
-        for entry in &preset.cycles {
-            index.add_cycle(&scope, entry)?;
-        }
-    }
-    index.find_holders();
-    Ok(())
-}
-
-fn scope_of<'a>(
-    project: &'a Project,
-    index: &Index,
-    is_partial: bool,
-    in_scope: impl Fn(usize) -> bool,
-) -> EntryScope<'a> {
-    let crates = (0u32..).zip(&index.crates).filter(|(_, krate)| in_scope(krate.package));
-    EntryScope { crates: crates.map(|(number, _)| CrateId(number)).collect(), graph: &project.graph, is_partial }
-}
-
-fn add_section(index: &mut Index, scope: &EntryScope<'_>, section: &Section) -> Result<(), ConfigError> {
-    for entry in &section.filters {
-        index.add_filter(scope, entry)?;
-    }
-    for entry in &section.cycles {
-        index.add_cycle(scope, entry)?;
-    }
-    for entry in &section.guards {
-        index.add_guard(scope, entry)?;
-    }
-    Ok(())
+/// The manifests that plans are about.
+fn manifests(project: &Project, plans: &[Plan], source: &dyn ReadSource) -> BTreeMap<PathBuf, Arc<str>> {
+    let rewrites = plans.iter().filter_map(|plan| plan.outcome.as_ref().ok());
+    let packages: BTreeSet<usize> = rewrites.flat_map(|rewrite| rewrite.packages.iter().copied()).collect();
+    let packages = packages.iter().map(|package| &project.packages[*package]);
+    let paths = packages.flat_map(|package| [package.manifest_path.clone(), package.workspace_root.join("Cargo.toml")]);
+    paths.filter_map(|path| Some((path.clone(), source.read(&path).ok()?))).collect()
 }
 
 /// The rules that are at `forbid`, by package.
-fn forbidden(project: &Project, config: &Config) -> BTreeSet<(usize, &'static str)> {
-    let pairs = project.packages.iter().enumerate().flat_map(|package| RULES.iter().map(move |rule| (package, rule)));
+fn forbidden(project: &Project, config: &Config, packages: &[usize]) -> BTreeSet<(usize, &'static str)> {
+    let packages = packages.iter().map(|number| (*number, &project.packages[*number]));
+    let pairs = packages.flat_map(|package| RULES.iter().map(move |rule| (package, rule)));
     let is_forbidden = |package, rule| rules::level_of(rule, config, package).level == Level::Forbid;
     pairs.filter(|((_, package), rule)| is_forbidden(package, rule)).map(|((at, _), rule)| (at, rule.name)).collect()
 }
@@ -379,11 +386,15 @@ fn with_levels(project: &Project, config: &Config, findings: Vec<Diagnostic>) ->
             (setting.level > Level::Allow).then_some(Diagnostic { level: setting.level, level_source, ..finding })
         })
         .collect();
-    shown.sort_by(|left, right| {
-        (left.primary.span, left.rule, &left.message).cmp(&(right.primary.span, right.rule, &right.message))
-    });
+    sort(&mut shown);
     shown.dedup_by(|left, right| {
         left.primary == right.primary && left.rule == right.rule && left.message == right.message
     });
     shown
+}
+
+fn sort(findings: &mut [Diagnostic]) {
+    findings.sort_by(|left, right| {
+        (left.primary.span, left.rule, &left.message).cmp(&(right.primary.span, right.rule, &right.message))
+    });
 }

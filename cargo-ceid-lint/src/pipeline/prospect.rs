@@ -1,16 +1,18 @@
 //! From a project to what a first configuration of it could name.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use super::{add_entries, parse_all, paths_outside, scope_of};
+use super::entries::{self, paths_outside, scope_of};
+use super::parse::{self, Part};
 use crate::candidates::{self, Candidates};
 use crate::config::{self, Config, ConfigError};
 use crate::diagnostic::Problem;
 use crate::flow::Program;
 use crate::index::{CrateInput, Index};
 use crate::project::Project;
-use crate::source::{DiskSource, FileSet, SourceMap};
+use crate::source::{DiskSource, ReadSource, SourceMap};
 use crate::syntax::{Directives, with_large_stack};
 
 /// What was found for a first configuration.
@@ -31,10 +33,10 @@ pub struct Prospect {
 /// # Errors
 /// If a preset is wrong, which the tests rule out.
 pub fn prospect(project: &Project) -> Result<Prospect, ConfigError> {
-    let mut files = FileSet::new(SourceMap::new(project.root.clone()), Box::new(DiskSource));
-    let mut problems = Vec::new();
-    let inputs = parse_all(project, &mut files, &mut problems, &mut BTreeSet::new(), &mut Vec::new());
-    let sources = files.into_map();
+    let source: Arc<dyn ReadSource> = Arc::new(DiskSource);
+    let packages: Vec<usize> = (0..project.packages.len()).collect();
+    let Part { mut inputs, sources, problems, .. } = parse::parse(project, &source, &packages);
+    parse::link(project, &mut inputs);
     with_large_stack(|| prospect_all(project, inputs, sources, problems))
 }
 
@@ -48,7 +50,7 @@ fn prospect_all(
     let presets = config::active_presets(&config, [Vec::new()], |name| project.graph.contains(name))?;
     let directives = Directives::read(&sources);
     let mut index = Index::build(inputs, paths_outside(&config, &presets));
-    add_entries(project, &config, &presets, &mut index, true)?;
+    entries::add_presets(&presets, &project.graph, &mut index)?;
     let bodies = Program::infer_all(&index);
     let program = Program { index: &index, bodies: &bodies, sources: &sources, directives: &directives };
     let mut workspaces = BTreeMap::new();
@@ -57,7 +59,7 @@ fn prospect_all(
         let root = &package.workspace_root;
         let of_workspace = |package: usize| project.packages[package].workspace_root == *root;
         let is_alone = reported().filter(|(number, _)| of_workspace(*number)).count() == 1;
-        let scope = scope_of(project, &index, false, of_workspace);
+        let scope = scope_of(&project.graph, &index, false, of_workspace);
         workspaces.entry(root.clone()).or_insert_with(|| candidates::find(&program, &scope, is_alone));
     }
     Ok(Prospect { presets: presets.iter().map(|preset| preset.name).collect(), sources, workspaces, problems })

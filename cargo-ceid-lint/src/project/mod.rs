@@ -49,6 +49,15 @@ pub struct Project {
 }
 
 impl Project {
+    /// The innermost package that the path lies in.
+    #[must_use]
+    pub fn owner(&self, path: &Path) -> Option<usize> {
+        let around = self.packages.iter().enumerate();
+        let around = around.filter_map(|(number, package)| Some((number, package.manifest_path.parent()?)));
+        let around = around.filter(|(_, directory)| directory.is_absolute() && path.starts_with(directory));
+        around.max_by_key(|(_, directory)| directory.as_os_str().len()).map(|(number, _)| number)
+    }
+
     /// Whether findings in the file at `path` are wanted, as far as the paths on the command line decide it.
     #[must_use]
     pub fn is_wanted(&self, path: &Path) -> bool {

@@ -1,6 +1,7 @@
 //! Source files and packages below a project that belong to nothing in it. Never reads a file: names decide.
 
-use std::collections::BTreeSet;
+use std::cell::OnceCell;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use super::{Package, Project};
@@ -9,11 +10,13 @@ use crate::diagnostic::Problem;
 /// How many directory entries are looked at: data may lie beside code.
 const MAX_ENTRIES: usize = 200_000;
 
-/// What was read of a project, by the paths that [`std::fs::canonicalize`] gives.
+/// What was read of a project.
 #[derive(Debug)]
 pub struct Seen<'a> {
     /// The files that were read.
-    pub read: &'a BTreeSet<PathBuf>,
+    pub read: &'a BTreeSet<&'a Path>,
+    /// The packages that nobody looked into, because there is no filter in them.
+    pub unparsed: &'a BTreeSet<usize>,
     /// Files and directories of modules that are declared, and not there under this `cfg`.
     pub left_out: &'a BTreeSet<PathBuf>,
     /// Files that could not be read or parsed: what they declare is not known.
@@ -31,16 +34,25 @@ pub fn strays(project: &Project, seen: &Seen<'_>) -> Vec<Problem> {
         let is_whole = project.packages.iter().all(is_whole);
         roots.insert(if is_whole { package.workspace_root.clone() } else { directory.to_owned() });
     }
+    let packages = project.packages.iter().enumerate();
+    let directories = packages.filter_map(|(number, package)| Some((package.manifest_path.parent()?, number)));
+    let places = Places {
+        project,
+        seen,
+        directories: directories.filter(|(directory, _)| !directory.as_os_str().is_empty()).collect(),
+        canonical: OnceCell::new(),
+    };
     let mut left = MAX_ENTRIES;
     let outer: Vec<PathBuf> =
         roots.iter().filter(|root| !root.ancestors().skip(1).any(|above| roots.contains(above))).cloned().collect();
     for root in outer {
-        walk(project, &root, seen, &mut left, &mut problems);
+        walk(&places, &root, &mut left, &mut problems);
     }
     problems
 }
 
-fn walk(project: &Project, root: &Path, seen: &Seen<'_>, left: &mut usize, problems: &mut Vec<Problem>) {
+fn walk(places: &Places<'_>, root: &Path, left: &mut usize, problems: &mut Vec<Problem>) {
+    let (project, seen) = (places.project, places.seen);
     let mut entries = walkdir::WalkDir::new(root).sort_by_file_name().into_iter();
     while let Some(entry) = entries.next() {
         *left = left.saturating_sub(1);
@@ -55,13 +67,11 @@ fn walk(project: &Project, root: &Path, seen: &Seen<'_>, left: &mut usize, probl
                 && (name.starts_with('.')
                     || name == "target"
                     || name == "node_modules"
-                    || path == project.target_directory);
+                    || path == project.target_directory
+                    || places.is_unparsed(path));
             if is_skipped {
                 entries.skip_current_dir();
-            } else if path.join("Cargo.toml").is_file()
-                && !project.packages.iter().any(|package| package.manifest_path.parent() == Some(path))
-                && entry.depth() > 0
-            {
+            } else if path.join("Cargo.toml").is_file() && !places.directories.contains_key(path) && entry.depth() > 0 {
                 entries.skip_current_dir();
                 let is_told = seen.broken.contains(&path.join("Cargo.toml"));
                 // What `cargo vendor` copied comes from elsewhere, as every other dependency.
@@ -70,7 +80,7 @@ fn walk(project: &Project, root: &Path, seen: &Seen<'_>, left: &mut usize, probl
                     problems.push(stray(&path.join("Cargo.toml"), "belongs to no package that is checked", help));
                 }
             }
-        } else if entry.file_type().is_file() && name.ends_with(".rs") && !is_known(project, path, seen) {
+        } else if entry.file_type().is_file() && name.ends_with(".rs") && !places.is_known(path) {
             let help = "declare it with `mod`, or name it to check it on its own".to_owned();
             problems.push(stray(path, "belongs to no target that is checked", help));
         }
@@ -86,28 +96,49 @@ fn shown(project: &Project, path: &Path) -> String {
     path.strip_prefix(&project.root).unwrap_or(path).display().to_string()
 }
 
-/// Whether a file was read, or it cannot be said that nothing reads it.
-fn is_known(project: &Project, path: &Path, seen: &Seen<'_>) -> bool {
-    let canonical = std::fs::canonicalize(path);
-    if canonical.as_ref().is_ok_and(|path| seen.read.contains(path))
-        || path.ancestors().any(|above| seen.left_out.contains(above))
-    {
-        return true;
-    }
-    let Some(package) = owner(project, path) else { return false };
-    let directory = package.manifest_path.parent().unwrap_or(Path::new(""));
-    !package.is_reported
-        || seen.broken.iter().any(|file| file.starts_with(directory))
-        || package.roots_left_out.iter().any(|root| {
-            let beside = root.parent().unwrap_or(Path::new(""));
-            root == path || (beside != directory && path.starts_with(beside))
-        })
+/// A project with what was read of it, for quick questions.
+struct Places<'a> {
+    project: &'a Project,
+    seen: &'a Seen<'a>,
+    /// The directories of the packages, with their numbers.
+    directories: BTreeMap<&'a Path, usize>,
+    /// The one path that each file has for the system, of the files that were read.
+    canonical: OnceCell<BTreeSet<PathBuf>>,
 }
 
-/// The innermost package that the file lies in.
-fn owner<'a>(project: &'a Project, path: &Path) -> Option<&'a Package> {
-    let around = project.packages.iter().filter(|package| {
-        package.manifest_path.parent().is_some_and(|it| !it.as_os_str().is_empty() && path.starts_with(it))
-    });
-    around.max_by_key(|package| package.manifest_path.components().count())
+impl Places<'_> {
+    /// Whether nobody looked into the package in this directory, nor into one below it.
+    fn is_unparsed(&self, directory: &Path) -> bool {
+        let is_unparsed = |number: &usize| self.seen.unparsed.contains(number);
+        self.directories.get(directory).is_some_and(is_unparsed)
+            && self
+                .directories
+                .range(directory..)
+                .take_while(|(below, _)| below.starts_with(directory))
+                .all(|(_, number)| is_unparsed(number))
+    }
+
+    /// Whether a file was read, or it cannot be said that nothing reads it.
+    fn is_known(&self, path: &Path) -> bool {
+        let seen = self.seen;
+        if seen.read.contains(path) || path.ancestors().any(|above| seen.left_out.contains(above)) {
+            return true;
+        }
+        let canonical =
+            || seen.read.iter().filter_map(|path| std::fs::canonicalize(path).ok()).collect::<BTreeSet<PathBuf>>();
+        if std::fs::canonicalize(path).is_ok_and(|path| self.canonical.get_or_init(canonical).contains(&path)) {
+            return true;
+        }
+        // The innermost package that the file lies in.
+        let owner = path.ancestors().find_map(|above| self.directories.get(above));
+        let Some(package) = owner.map(|number| &self.project.packages[*number]) else { return false };
+        let directory = package.manifest_path.parent().unwrap_or(Path::new(""));
+        !package.is_reported
+            || owner.is_some_and(|number| seen.unparsed.contains(number))
+            || seen.broken.iter().any(|file| file.starts_with(directory))
+            || package.roots_left_out.iter().any(|root| {
+                let beside = root.parent().unwrap_or(Path::new(""));
+                root == path || (beside != directory && path.starts_with(beside))
+            })
+    }
 }

@@ -12,7 +12,7 @@ pub(super) struct View<'a>(pub(super) &'a SourceMap);
 
 impl<'a> View<'a> {
     fn file(self, id: FileId) -> Result<&'a SourceFile, Error> {
-        if (id.0 as usize) < self.0.files().count() { Ok(self.0.file(id)) } else { Err(Error::FileMissing) }
+        self.0.get(id).ok_or(Error::FileMissing)
     }
 }
 
@@ -38,11 +38,11 @@ impl<'a> Files<'a> for View<'a> {
     fn line_range(&'a self, id: FileId, line_index: usize) -> Result<Range<usize>, Error> {
         let file = self.file(id)?;
         let line = u32::try_from(line_index).unwrap_or(u32::MAX).saturating_add(1);
-        if line > file.lines.count() {
-            return Err(Error::LineTooLarge { given: line_index, max: file.lines.count() as usize });
+        if line > file.lines.count(&file.text) {
+            return Err(Error::LineTooLarge { given: line_index, max: file.lines.count(&file.text) as usize });
         }
         let start = file.lines.line_range(&file.text, line).start;
-        let end = if line == file.lines.count() {
+        let end = if line == file.lines.count(&file.text) {
             file.text.len()
         } else {
             file.lines.line_range(&file.text, line + 1).start

@@ -11,8 +11,8 @@ pub fn stats(project: &Project, report: &Report) -> String {
     let reported = project.packages.iter().filter(|package| package.is_reported).count();
     let targets =
         project.packages.iter().flat_map(|package| &package.targets).filter(|target| target.is_reported).count();
-    let lines: u64 = report.sources.files().map(|(_, file)| u64::from(file.lines.count())).sum();
-    let bytes: usize = report.sources.files().map(|(_, file)| file.text.len()).sum();
+    let lines: u64 = report.sources.files().map(|(_, file)| u64::from(file.line_count())).sum();
+    let bytes: usize = report.sources.files().map(|(_, file)| file.byte_count()).sum();
     let mut rows = vec![
         ("packages".to_owned(), reported as u64),
         ("packages read for types only".to_owned(), (project.packages.len() - reported) as u64),

@@ -1,5 +1,7 @@
 //! From bytes to lines and columns. Counts columns in Unicode scalar values, as cargo's JSON does.
 
+use std::sync::OnceLock;
+
 /// A place as people count it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct LineColumn {
@@ -9,26 +11,27 @@ pub struct LineColumn {
     pub column: u32,
 }
 
-/// Where the lines of a text begin.
-#[derive(Clone, Debug)]
+/// Where the lines of a text begin. They are found when they are first asked for: nothing is ever shown of most files.
+#[derive(Clone, Debug, Default)]
 pub struct LineIndex {
-    starts: Vec<u32>,
+    starts: OnceLock<Vec<u32>>,
 }
 
 impl LineIndex {
-    /// Finds the lines of `text`; a line ends with `\n`.
-    #[must_use]
-    pub fn new(text: &str) -> Self {
-        let mut starts = vec![0];
-        starts.extend(text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(at, _)| to_u32(at + 1)));
-        Self { starts }
+    /// The lines of `text`, which is the same at each call; a line ends with `\n`.
+    fn starts(&self, text: &str) -> &[u32] {
+        self.starts.get_or_init(|| {
+            let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+            std::iter::once(0).chain(breaks.map(|(at, _)| to_u32(at + 1))).collect()
+        })
     }
 
     /// Line and column of the byte at `offset`.
     #[must_use]
     pub fn line_column(&self, text: &str, offset: u32) -> LineColumn {
-        let line = self.starts.partition_point(|start| *start <= offset).max(1) - 1;
-        let start = self.starts[line] as usize;
+        let starts = self.starts(text);
+        let line = starts.partition_point(|start| *start <= offset).max(1) - 1;
+        let start = starts[line] as usize;
         let end = (offset as usize).min(text.len());
         let column = text.get(start..end).map_or(end - start, |before| before.chars().count());
         LineColumn { line: to_u32(line + 1), column: to_u32(column + 1) }
@@ -37,17 +40,18 @@ impl LineIndex {
     /// The byte range of a 1-based line without its line break.
     #[must_use]
     pub fn line_range(&self, text: &str, line: u32) -> std::ops::Range<usize> {
+        let starts = self.starts(text);
         let index = (line.max(1) - 1) as usize;
-        let start = self.starts.get(index).map_or(text.len(), |start| *start as usize);
-        let end = self.starts.get(index + 1).map_or(text.len(), |next| *next as usize);
+        let start = starts.get(index).map_or(text.len(), |start| *start as usize);
+        let end = starts.get(index + 1).map_or(text.len(), |next| *next as usize);
         let line = text.get(start..end).unwrap_or("");
         start..start + line.trim_end_matches(['\n', '\r']).len()
     }
 
     /// How many lines there are.
     #[must_use]
-    pub fn count(&self) -> u32 {
-        to_u32(self.starts.len())
+    pub fn count(&self, text: &str) -> u32 {
+        to_u32(self.starts(text).len())
     }
 }
 
@@ -61,7 +65,7 @@ mod tests {
 
     #[track_caller]
     fn check(text: &str, offset: u32, line: u32, column: u32) {
-        assert_eq!(LineIndex::new(text).line_column(text, offset), LineColumn { line, column });
+        assert_eq!(LineIndex::default().line_column(text, offset), LineColumn { line, column });
     }
 
     #[test]
@@ -83,6 +87,6 @@ mod tests {
     #[test]
     fn carriage_returns_are_not_part_of_the_line() {
         let text = "a\r\nb";
-        assert_eq!(LineIndex::new(text).line_range(text, 1), 0..1);
+        assert_eq!(LineIndex::default().line_range(text, 1), 0..1);
     }
 }

@@ -63,20 +63,64 @@ pub struct SourceFile {
     pub text: Arc<str>,
     /// Where its lines begin.
     pub lines: LineIndex,
+    /// How many lines and bytes it has, if the text was dropped.
+    dropped: Option<(u32, usize)>,
 }
 
-/// All files of a run, in the order they were read.
+impl SourceFile {
+    /// How many lines the file has.
+    #[must_use]
+    pub fn line_count(&self) -> u32 {
+        self.dropped.map_or_else(|| self.lines.count(&self.text), |(lines, _)| lines)
+    }
+
+    /// How many bytes the file has.
+    #[must_use]
+    pub fn byte_count(&self) -> usize {
+        self.dropped.map_or(self.text.len(), |(_, bytes)| bytes)
+    }
+}
+
+/// All files of a run. They have numbers in the order in which they were added, in ranges that begin where it was said: what is
+/// read side by side has a range for each part, so that the numbers do not tell which part was faster.
 #[derive(Clone, Debug, Default)]
 pub struct SourceMap {
-    files: Vec<SourceFile>,
+    ranges: Vec<FileRange>,
     root: PathBuf,
+}
+
+/// Files with numbers in a row.
+#[derive(Clone, Debug)]
+struct FileRange {
+    first: u32,
+    files: Vec<SourceFile>,
 }
 
 impl SourceMap {
     /// An empty map whose files are shown relative to `root`.
     #[must_use]
     pub fn new(root: PathBuf) -> Self {
-        Self { files: Vec::new(), root }
+        Self { ranges: Vec::new(), root }
+    }
+
+    /// Gives the next file the number `first`, which is greater than all before it.
+    pub fn begin(&mut self, first: FileId) {
+        self.ranges.push(FileRange { first: first.0, files: Vec::new() });
+    }
+
+    /// Adds the files of another map, whose ranges lie apart from those of this one.
+    pub fn extend(&mut self, other: Self) {
+        self.ranges.extend(other.ranges);
+        self.ranges.sort_by_key(|range| range.first);
+    }
+
+    /// Forgets the texts, where nothing will be shown of them.
+    pub fn drop_texts(&mut self) {
+        for file in self.ranges.iter_mut().flat_map(|range| &mut range.files) {
+            file.dropped = Some((file.line_count(), file.byte_count()));
+            file.text = Arc::from("");
+            file.lines = LineIndex::default();
+        }
     }
 
     /// Adds a file that was read from `path`.
@@ -84,11 +128,14 @@ impl SourceMap {
     /// # Panics
     /// After 2^32 files.
     pub fn add(&mut self, path: &Path, text: Arc<str>) -> FileId {
-        let id = FileId(u32::try_from(self.files.len()).expect("fewer than 2^32 files"));
         let name = self.display_name(path);
-        let lines = LineIndex::new(&text);
-        self.files.push(SourceFile { path: path.to_owned(), name, text, lines });
-        id
+        if self.ranges.is_empty() {
+            self.begin(FileId(0));
+        }
+        let range = self.ranges.last_mut().expect("a range was begun");
+        let number = u32::try_from(range.files.len()).expect("fewer than 2^32 files");
+        range.files.push(SourceFile { path: path.to_owned(), name, text, lines: LineIndex::default(), dropped: None });
+        FileId(range.first + number)
     }
 
     /// The path as it is shown to users: relative to the root where possible, with `/`.
@@ -104,12 +151,20 @@ impl SourceMap {
     /// If the id comes from another map.
     #[must_use]
     pub fn file(&self, id: FileId) -> &SourceFile {
-        &self.files[id.0 as usize]
+        self.get(id).expect("the id comes from this map")
+    }
+
+    /// The file with that id, if it comes from this map.
+    #[must_use]
+    pub fn get(&self, id: FileId) -> Option<&SourceFile> {
+        let after = self.ranges.partition_point(|range| range.first <= id.0);
+        let range = self.ranges.get(after.checked_sub(1)?)?;
+        range.files.get((id.0 - range.first) as usize)
     }
 
     /// All files with their ids.
     pub fn files(&self) -> impl Iterator<Item = (FileId, &SourceFile)> {
-        (0u32..).map(FileId).zip(&self.files)
+        self.ranges.iter().flat_map(|range| (range.first..).map(FileId).zip(&range.files))
     }
 
     /// The text of a place.

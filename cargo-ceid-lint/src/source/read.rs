@@ -1,7 +1,7 @@
 //! Where text is read: the disk, unsaved buffers, memory. Never reads a device or a file too large to be code, and reads
 //! each file once a run.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
@@ -25,6 +25,11 @@ pub trait ReadSource: fmt::Debug + Send + Sync {
     /// A path that is equal for two spellings of the same file.
     fn identity(&self, path: &Path) -> PathBuf {
         normalize(path)
+    }
+
+    /// The files whose text is not what the disk says.
+    fn held(&self) -> Vec<PathBuf> {
+        Vec::new()
     }
 }
 
@@ -148,6 +153,11 @@ impl ReadSource for MemorySource {
     fn identity(&self, path: &Path) -> PathBuf {
         self.below.as_ref().map_or_else(|| normalize(path), |below| below.identity(path))
     }
+
+    fn held(&self) -> Vec<PathBuf> {
+        let below = self.below.iter().flat_map(|below| below.held());
+        self.texts.keys().cloned().chain(below).collect()
+    }
 }
 
 /// The files read so far and where further ones come from. A file has one [`FileId`] however often it is opened.
@@ -155,13 +165,13 @@ impl ReadSource for MemorySource {
 pub struct FileSet {
     map: SourceMap,
     ids: BTreeMap<PathBuf, FileId>,
-    source: Box<dyn ReadSource>,
+    source: Arc<dyn ReadSource>,
 }
 
 impl FileSet {
     /// An empty set that reads from `source`.
     #[must_use]
-    pub fn new(map: SourceMap, source: Box<dyn ReadSource>) -> Self {
+    pub fn new(map: SourceMap, source: Arc<dyn ReadSource>) -> Self {
         Self { map, ids: BTreeMap::new(), source }
     }
 
@@ -192,16 +202,21 @@ impl FileSet {
         &self.map
     }
 
+    /// Gives the next file the number `first`: see [`SourceMap::begin`].
+    pub fn begin(&mut self, first: FileId) {
+        self.map.begin(first);
+    }
+
+    /// The texts, and the one path that each file has, when nothing more is to be read.
+    #[must_use]
+    pub fn into_parts(self) -> (SourceMap, BTreeSet<PathBuf>) {
+        (self.map, self.ids.into_keys().collect())
+    }
+
     /// The texts read so far, when nothing more is to be read.
     #[must_use]
     pub fn into_map(self) -> SourceMap {
         self.map
-    }
-
-    /// The texts read so far, and what they were read from.
-    #[must_use]
-    pub fn into_parts(self) -> (SourceMap, Box<dyn ReadSource>) {
-        (self.map, self.source)
     }
 }
 
@@ -259,7 +274,7 @@ mod tests {
     fn a_file_has_one_id_however_it_is_spelled() {
         let mut source = MemorySource::default();
         source.insert(Path::new("src/a.rs"), "".into());
-        let mut files = FileSet::new(SourceMap::default(), Box::new(source));
+        let mut files = FileSet::new(SourceMap::default(), Arc::new(source));
         let first = files.open(Path::new("src/a.rs"));
         assert_eq!(files.open(Path::new("src/x/../a.rs")), first);
         assert_eq!(files.map().files().count(), 1);

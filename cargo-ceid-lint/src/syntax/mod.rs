@@ -89,7 +89,7 @@ pub fn parse_root(
 pub fn parse_source(name: &str, text: &str, cfg: &CfgValues, map: &mut SourceMap) -> (Vec<Item>, Vec<Problem>) {
     let mut source = MemorySource::default();
     source.insert(Path::new(name), Arc::from(text));
-    let mut files = FileSet::new(std::mem::take(map), Box::new(source));
+    let mut files = FileSet::new(std::mem::take(map), Arc::new(source));
     let mut problems = Vec::new();
     let items = parse_crate(Path::new(name), "2024", cfg, &mut files, &mut problems);
     *map = files.into_map();

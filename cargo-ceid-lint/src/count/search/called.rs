@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::rc::Rc;
 
 use super::Search;
+use crate::count::aliases::CalledPlace;
 use crate::count::given::place_of;
 use crate::count::returned;
 use crate::count::summary::Outcome;
@@ -36,6 +37,7 @@ impl Search<'_> {
             return Rc::clone(known);
         }
         let mut called = Called::default();
+        let places = self.aliases.called_places(site, self.summaries);
         for target in &site.targets {
             let Some(summary) = self.summaries.get(*target) else {
                 // A recursion that was not gone through yet adds nothing.
@@ -45,10 +47,11 @@ impl Search<'_> {
                 continue;
             };
             called.writes.extend(summary.writes.iter().filter_map(|given| place_of(given, site)));
-            let outcomes = summary.outcomes(self.law).filter_map(|(given, outcomes)| {
-                let place = place_of(given, site).filter(|place| self.may_be(place, false))?;
-                Some((place, outcomes.clone()))
-            });
+            let own = |called: &&CalledPlace| {
+                called.target == *target && called.law == self.law && self.is_among(&called.roots, false)
+            };
+            let outcomes = places.iter().filter(own);
+            let outcomes = outcomes.map(|called| (called.place.clone(), called.outcomes(self.summaries).to_vec()));
             called.add(Effect { outcomes: outcomes.collect(), heads: summary.heads });
         }
         called.borrows.extend(self.summaries.borrows(site).map(|(part, place)| (part.to_vec(), place)));

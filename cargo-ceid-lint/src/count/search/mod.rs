@@ -12,7 +12,7 @@ mod modes;
 mod names;
 mod run;
 
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use modes::Age;
@@ -134,6 +134,8 @@ pub(super) struct Search<'a> {
     dependence: std::rc::Rc<ControlDependence>,
     /// What the calls do that were asked for, by their results.
     called: RefCell<HashMap<Var, std::rc::Rc<called::Called>>>,
+    /// The nodes that may update it.
+    updating: OnceCell<BTreeSet<NodeId>>,
 }
 
 impl<'a> Search<'a> {
@@ -158,6 +160,7 @@ impl<'a> Search<'a> {
             covering,
             dependence,
             called: RefCell::default(),
+            updating: OnceCell::new(),
         };
         search.sample_loops = search.own_cycles();
         search
@@ -194,7 +197,8 @@ impl<'a> Search<'a> {
 
     /// The nodes that may update it.
     pub(super) fn updating(&self) -> BTreeSet<NodeId> {
-        self.graph.node_ids().filter(|id| self.touches(*id, false)).collect()
+        let updating = || self.graph.node_ids().filter(|id| self.touches(*id, false)).collect();
+        self.updating.get_or_init(updating).clone()
     }
 
     /// Whether something updates it by a name that nothing else has, or by a reference that each iteration makes anew, so that
@@ -220,13 +224,10 @@ impl<'a> Search<'a> {
     pub(super) fn unknown(&self) -> BTreeSet<NodeId> {
         let is_unknown = |id: &NodeId| match &self.graph.node(*id).effect {
             Effect::Unknown { places, .. } => places.iter().any(|place| self.may_be(place, false)),
-            Effect::Call(site) => site.targets.iter().any(|target| {
-                self.summaries.get(*target).is_some_and(|summary| {
-                    summary.outcomes(self.law).any(|(given, outcomes)| {
-                        outcomes.iter().any(|outcome| outcome.unknown.is_some())
-                            && place_of(given, site).is_some_and(|place| self.may_be(&place, false))
-                    })
-                })
+            Effect::Call(site) => self.aliases.called_places(site, self.summaries).iter().any(|called| {
+                called.law == self.law
+                    && self.is_among(&called.roots, false)
+                    && called.outcomes(self.summaries).iter().any(|outcome| outcome.unknown.is_some())
             }),
             _ => false,
         };
@@ -284,19 +285,21 @@ impl<'a> Search<'a> {
     }
 
     fn call_touches(&self, site: &CallSite, any: bool) -> bool {
-        site.targets.iter().any(|target| {
-            self.summaries.get(*target).is_some_and(|summary| {
-                summary.outcomes(self.law).any(|(given, outcomes)| {
-                    (any || outcomes.iter().any(|outcome| outcome.count != Count::Zero))
-                        && place_of(given, site).is_some_and(|place| self.may_be(&place, true))
-                })
-            })
+        self.aliases.called_places(site, self.summaries).iter().any(|called| {
+            called.law == self.law
+                && self.is_among(&called.roots, true)
+                && (any || called.outcomes(self.summaries).iter().any(|outcome| outcome.count != Count::Zero))
         })
     }
 
     /// Whether a place may be the instance, or hold it unless it must be exact.
     fn may_be(&self, place: &Place, exact: bool) -> bool {
-        self.aliases.shared_roots(place).iter().any(|root| match root.relate(self.instance, &|_| None) {
+        self.is_among(&self.aliases.shared_roots(place), exact)
+    }
+
+    /// The same for the places that one may be a name of.
+    fn is_among(&self, roots: &[Place], exact: bool) -> bool {
+        roots.iter().any(|root| match root.relate(self.instance, &|_| None) {
             Relation::Holds(rest) | Relation::MayHold(_, rest) => !exact || rest.is_empty(),
             Relation::Part | Relation::Apart => false,
         })

@@ -29,7 +29,7 @@ impl Manifest {
             .map_err(|error| error.help("make it readable, or take it out of what names it"))?;
         let table = toml::from_str(&text).map_err(|error: toml::de::Error| {
             let at = error.span().map_or(0, |span| u32::try_from(span.start).unwrap_or(0));
-            let place = crate::source::LineIndex::new(&text).line_column(&text, at);
+            let place = crate::source::LineIndex::default().line_column(&text, at);
             LoadError::new(format!("`{}:{}:{}`: {}", path.display(), place.line, place.column, error.message()))
                 .help("correct the manifest; `cargo check` reports the same")
         })?;

@@ -1,0 +1,170 @@
+//! From packages to parsed crates, side by side. Never keeps what cannot matter: of such packages only the problems are told.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use super::{CheckedCrate, Gate};
+use crate::diagnostic::Problem;
+use crate::index::CrateInput;
+use crate::project::{Project, TargetKind};
+use crate::relevance::{Component, Names, Sets, in_parallel};
+use crate::source::{FileId, FileSet, ReadSource, SourceMap};
+use crate::syntax::parse_root;
+
+/// How much code without any filter is parsed all the same, in bytes: as long as that takes less time than to start cargo, what
+/// is broken in it is told.
+const ALWAYS_PARSED: u64 = 256 * 1024;
+
+/// Packages that were parsed, and are analysed together.
+#[derive(Debug, Default)]
+pub(super) struct Part {
+    /// Indices into the project's packages.
+    pub(super) packages: Vec<usize>,
+    /// Their crates.
+    pub(super) inputs: Vec<CrateInput>,
+    /// Their texts.
+    pub(super) sources: SourceMap,
+    /// What could not be read or parsed, and what was left unread.
+    pub(super) problems: Vec<Problem>,
+    /// See [`Report::left_out`](super::Report::left_out).
+    pub(super) left_out: BTreeSet<PathBuf>,
+    /// See [`Report::checked`](super::Report::checked).
+    pub(super) checked: Vec<CheckedCrate>,
+    /// The files that were read.
+    read: BTreeSet<PathBuf>,
+    /// Whether it is to be analysed.
+    pub(super) can_matter: bool,
+}
+
+/// Parses the packages of all components that are looked at.
+pub(super) fn parts(
+    project: &Project,
+    source: &Arc<dyn ReadSource>,
+    components: &[Component],
+    names: &Names,
+    gate: Gate,
+) -> Vec<Part> {
+    let unnamed: u64 = components.iter().filter(|own| !own.can_matter).map(|own| own.bytes).sum();
+    let is_parsed = |component: &&Component| component.can_matter || gate == Gate::Off || unnamed <= ALWAYS_PARSED;
+    let components: Vec<&Component> = components.iter().filter(is_parsed).collect();
+    let packages = components.iter().flat_map(|own| own.packages.iter().map(|package| (*package, own.can_matter)));
+    let packages: Vec<(usize, bool)> = packages.collect();
+    let parsed = in_parallel(packages.len(), |at| {
+        let (package, can_matter) = packages[at];
+        let mut part = parse(project, source, &[package]);
+        if !can_matter {
+            part.inputs.clear();
+            part.sources.drop_texts();
+        }
+        part
+    });
+    let mut parsed: BTreeMap<usize, Part> = packages.iter().map(|(package, _)| *package).zip(parsed).collect();
+    let mut parts: Vec<Part> = Vec::new();
+    for component in components {
+        let own = component.packages.iter().filter_map(|package| parsed.remove(package)).collect();
+        let mut part = together(project, source, own);
+        part.can_matter = component.can_matter
+            && (component.packages.iter().any(|package| names.are_linked_to(&project.packages[*package]))
+                || names.are_in(part.sources.files().map(|(_, file)| file.text.as_bytes())));
+        parts.push(part);
+    }
+    join(project, source, parts)
+}
+
+/// Joins the parts that read the same file, by way of a link in the file system.
+fn join(project: &Project, source: &Arc<dyn ReadSource>, parts: Vec<Part>) -> Vec<Part> {
+    let (parts, others): (Vec<Part>, Vec<Part>) = parts.into_iter().partition(|part| part.can_matter);
+    let mut sets = Sets::new(parts.len());
+    let mut first: BTreeMap<&PathBuf, usize> = BTreeMap::new();
+    for (number, part) in parts.iter().enumerate() {
+        for file in &part.read {
+            sets.join(*first.entry(file).or_insert(number), number);
+        }
+    }
+    let mut joined: BTreeMap<usize, Vec<Part>> = BTreeMap::new();
+    for (number, part) in parts.into_iter().enumerate() {
+        joined.entry(sets.root(number)).or_default().push(part);
+    }
+    let joined = joined.into_values().map(|parts| Part { can_matter: true, ..together(project, source, parts) });
+    joined.chain(others).collect()
+}
+
+/// Puts the parts of a component together. A file that several of its packages read is one file.
+fn together(project: &Project, source: &Arc<dyn ReadSource>, parts: Vec<Part>) -> Part {
+    let mut packages: Vec<usize> = parts.iter().flat_map(|part| part.packages.iter().copied()).collect();
+    packages.sort_unstable();
+    let files: usize = parts.iter().map(|part| part.read.len()).sum();
+    let different: BTreeSet<&PathBuf> = parts.iter().flat_map(|part| &part.read).collect();
+    if different.len() < files {
+        return parse(project, source, &packages);
+    }
+    let mut whole = Part { packages, sources: SourceMap::new(project.root.clone()), ..Part::default() };
+    for part in parts {
+        whole.inputs.extend(part.inputs);
+        whole.sources.extend(part.sources);
+        whole.problems.extend(part.problems);
+        whole.left_out.extend(part.left_out);
+        whole.checked.extend(part.checked);
+        whole.read.extend(part.read);
+    }
+    whole
+}
+
+/// Parses the crates of some packages with their modules, one after the other.
+pub(super) fn parse(project: &Project, source: &Arc<dyn ReadSource>, packages: &[usize]) -> Part {
+    let mut files = FileSet::new(SourceMap::new(project.root.clone()), Arc::clone(source));
+    let mut part = Part { packages: packages.to_vec(), ..Part::default() };
+    // Each package has a range of numbers of its own.
+    let stride = u32::MAX as usize / project.packages.len().max(1);
+    for number in packages {
+        let package = &project.packages[*number];
+        files.begin(FileId(u32::try_from(number * stride).expect("it is smaller than the last number")));
+        for (target_number, target) in package.targets.iter().enumerate() {
+            let mut cfg = package.cfg.clone();
+            if target.cfg_test {
+                cfg.flags.insert("test".to_owned());
+            }
+            let root = parse_root(&target.src_path, &target.edition, &cfg, &mut files, &mut part.problems);
+            part.left_out.extend(root.left_out);
+            let is_reported = target.is_reported && package.is_reported;
+            if is_reported {
+                part.checked.push(CheckedCrate { package: *number, files: root.files, removed: root.removed.clone() });
+            }
+            part.inputs.push(CrateInput {
+                package: *number,
+                target: target_number,
+                name: target.crate_name.clone(),
+                package_name: package.name.replace('-', "_"),
+                removed: root.removed,
+                externs: BTreeMap::new(),
+                is_reported,
+                is_test: matches!(target.kind, TargetKind::Test | TargetKind::Bench),
+                items: root.items,
+            });
+        }
+    }
+    (part.sources, part.read) = files.into_parts();
+    part
+}
+
+/// Tells each crate which ones it can name.
+pub(super) fn link(project: &Project, inputs: &mut [CrateInput]) {
+    let is_lib = |input: &CrateInput| project.packages[input.package].targets[input.target].kind == TargetKind::Lib;
+    let libs: BTreeMap<usize, usize> =
+        inputs.iter().enumerate().filter(|(_, input)| is_lib(input)).map(|(at, input)| (input.package, at)).collect();
+    for input in inputs {
+        let package = &project.packages[input.package];
+        for dependency in &package.dependencies {
+            let krate = dependency.package.and_then(|package| libs.get(&package)).copied();
+            input.externs.insert(dependency.extern_name.clone(), (krate, dependency.package_name.clone()));
+        }
+        let target = &package.targets[input.target];
+        if target.kind != TargetKind::Lib
+            && let Some(own) = libs.get(&input.package)
+            && let Some(lib) = package.targets.iter().find(|target| target.kind == TargetKind::Lib)
+        {
+            input.externs.insert(lib.crate_name.clone(), (Some(*own), package.name.clone()));
+        }
+    }
+}

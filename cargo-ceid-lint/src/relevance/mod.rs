@@ -1,0 +1,189 @@
+//! Which packages can have a filter in them, decided from their bytes before anything is parsed. Never decides that a package
+//! cannot matter when it is unsure: what is not understood matters.
+//!
+//! Packages that no dependency links cannot have to do with each other, so that each set of linked packages, a *component*, is
+//! judged by itself. Without a filter there is nothing to count, and a filter needs a name: the trait's, that of a
+//! `ceid:` comment or of `ceid-core`, or what an entry of the configuration or of a preset names. A component in which no such
+//! name is written has no cycle and no finding.
+
+mod files;
+mod links;
+mod names;
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+pub use names::Names;
+
+use self::files::{Listing, list};
+use self::links::{Link, links};
+use crate::project::Project;
+
+/// Packages that dependencies or common files link.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Component {
+    /// Indices into the project's packages, in their order.
+    pub packages: Vec<usize>,
+    /// Whether something in it can be a filter.
+    pub can_matter: bool,
+    /// How many bytes of code there are.
+    pub bytes: u64,
+}
+
+/// What the files of one package say.
+#[derive(Clone, Debug, Default)]
+struct Facts {
+    /// Which needles were found.
+    found: Vec<bool>,
+    /// Other packages whose files it uses.
+    uses: Vec<usize>,
+    /// Whether it may read files that were not looked at.
+    is_open: bool,
+    bytes: u64,
+}
+
+/// The components of a project, in the order of their first packages. `looked_at` are files that matter
+/// whatever is in them.
+#[must_use]
+pub fn components(project: &Project, names: &Names, looked_at: &[PathBuf]) -> Vec<Component> {
+    let mut facts = scan(project, names);
+    for (number, package) in project.packages.iter().enumerate() {
+        let is_looked_at = |file: &PathBuf| project.owner(file) == Some(number);
+        facts[number].is_open |= names.are_linked_to(package) || looked_at.iter().any(is_looked_at);
+    }
+    let mut sets = Sets::new(facts.len());
+    for (number, package) in project.packages.iter().enumerate() {
+        for other in package.dependencies.iter().filter_map(|dependency| dependency.package) {
+            sets.join(number, other);
+        }
+        for other in &facts[number].uses {
+            sets.join(number, *other);
+        }
+    }
+    let mut components: Vec<Component> = Vec::new();
+    let mut place = vec![usize::MAX; project.packages.len()];
+    let mut found: Vec<Vec<bool>> = Vec::new();
+    for (number, facts) in facts.iter().enumerate() {
+        let root = sets.root(number);
+        if place[root] == usize::MAX {
+            place[root] = components.len();
+            components.push(Component { packages: Vec::new(), can_matter: false, bytes: 0 });
+            found.push(vec![false; names.needles.len()]);
+        }
+        let at = place[root];
+        components[at].packages.push(number);
+        components[at].can_matter |= facts.is_open;
+        components[at].bytes += facts.bytes;
+        for (whole, own) in found[at].iter_mut().zip(&facts.found) {
+            *whole |= own;
+        }
+    }
+    for (component, found) in components.iter_mut().zip(&found) {
+        component.can_matter |= names.are_written(found);
+    }
+    components
+}
+
+/// Reads all files of all packages on all cores.
+fn scan(project: &Project, names: &Names) -> Vec<Facts> {
+    let others = files::directories(project);
+    let listings: Vec<Listing> =
+        in_parallel(project.packages.len(), |number| list(&project.packages[number], number, &others));
+    let files: Vec<(usize, &PathBuf)> = listings
+        .iter()
+        .enumerate()
+        .flat_map(|(number, own)| own.files.iter().map(move |file| (number, file)))
+        .collect();
+    const AT_ONCE: usize = 32;
+    let pieces: Vec<&[(usize, &PathBuf)]> = files.chunks(AT_ONCE).collect();
+    let scanned = in_parallel(pieces.len(), |at| {
+        let mut text = Vec::new();
+        let of_file = |(number, path): &(usize, &PathBuf)| {
+            let mut facts = Facts { found: vec![false; names.needles.len()], ..Facts::default() };
+            // What cannot be read is told by the parser, if it is a part of anything.
+            facts.is_open = files::read(path, &mut text).is_err();
+            facts.bytes = text.len() as u64;
+            names.find(&text, &mut facts.found);
+            for link in links(path, &text) {
+                match link {
+                    Link::Unknown => facts.is_open = true,
+                    Link::To(file) => match project.owner(&file) {
+                        Some(other) if other == *number => {}
+                        Some(other) => facts.uses.push(other),
+                        None => facts.is_open = true,
+                    },
+                }
+            }
+            (*number, facts)
+        };
+        pieces[at].iter().map(of_file).collect::<Vec<_>>()
+    });
+    let mut facts: Vec<Facts> = listings
+        .iter()
+        .map(|own| Facts { found: vec![false; names.needles.len()], is_open: own.is_open, ..Facts::default() })
+        .collect();
+    for (number, own) in scanned.into_iter().flatten() {
+        let package = &mut facts[number];
+        package.is_open |= own.is_open;
+        package.bytes += own.bytes;
+        package.uses.extend(own.uses);
+        for (whole, own) in package.found.iter_mut().zip(&own.found) {
+            *whole |= own;
+        }
+    }
+    facts
+}
+
+/// The results of `work` for each number below `count`, in their order, made on all cores.
+pub fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from).min(count);
+    if cores <= 1 {
+        return (0..count).map(work).collect();
+    }
+    let next = AtomicUsize::new(0);
+    let take = || {
+        let mut done = Vec::new();
+        loop {
+            let number = next.fetch_add(1, Ordering::Relaxed);
+            if number >= count {
+                return done;
+            }
+            done.push((number, work(number)));
+        }
+    };
+    let mut results: Vec<(usize, T)> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(take)).collect();
+        let joined = workers.into_iter().map(std::thread::ScopedJoinHandle::join);
+        joined.flat_map(|done| done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
+    });
+    results.sort_by_key(|(number, _)| *number);
+    results.into_iter().map(|(_, result)| result).collect()
+}
+
+/// Numbers that were joined to sets.
+#[derive(Debug)]
+pub struct Sets(Vec<usize>);
+
+impl Sets {
+    /// Each of the numbers below `count` alone.
+    #[must_use]
+    pub fn new(count: usize) -> Self {
+        Self((0..count).collect())
+    }
+
+    /// The least number of a set.
+    pub fn root(&mut self, mut number: usize) -> usize {
+        while self.0[number] != number {
+            self.0[number] = self.0[self.0[number]];
+            number = self.0[number];
+        }
+        number
+    }
+
+    /// Makes one set of two.
+    pub fn join(&mut self, left: usize, right: usize) {
+        let (left, right) = (self.root(left), self.root(right));
+        let (first, second) = (left.min(right), left.max(right));
+        self.0[second] = first;
+    }
+}
