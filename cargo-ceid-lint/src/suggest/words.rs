@@ -7,8 +7,6 @@ use crate::syntax::{Lexer, Token, TokenKind};
 /// Where code mentions a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Mention<'a> {
-    /// The first byte of the name.
-    pub(super) start: usize,
     /// The name behind a dot that follows it.
     pub(super) member: Option<&'a str>,
     /// Whether that is called: `kf.feed(…)`.
@@ -47,11 +45,10 @@ pub(super) fn mentions<'a>(text: &'a str, range: Range<usize>, name: &str) -> Ve
         };
         if is_mention {
             let member = tokens.get(at + 2).filter(|next| is_sign(at + 1, ".") && next.kind == TokenKind::Word);
-            found.push(Mention {
-                start: token.start,
-                member: member.filter(|_| token.kind == TokenKind::Word).map(|next| &text[next.start..next.end]),
-                is_called: is_sign(at + 3, "("),
-            });
+            let member = member.filter(|_| token.kind == TokenKind::Word).map(|next| &text[next.start..next.end]);
+            // A colon begins the types of a call: `kf.feed::<f64>(…)`.
+            let is_called = member.is_some() && (is_sign(at + 3, "(") || is_sign(at + 3, ":"));
+            found.push(Mention { member, is_called });
         }
     }
     found
@@ -168,10 +165,13 @@ mod tests {
 
     #[test]
     fn a_variable_is_mentioned_by_its_name_and_in_strings() {
-        let text = "kf.feed(z); self.kf.x; a..kf; // kf\n print(\"{kf:?} {other}\"); kf . z = 1; my_kf";
+        let text = "kf.feed(z); self.kf.x; a..kf; // kf\n print(\"{kf:?} {other}\"); kf . z = 1; my_kf; kf.get::<u8>()";
         let found = mentions(text, 0..text.len(), "kf");
         let members: Vec<_> = found.iter().map(|mention| (mention.member, mention.is_called)).collect();
-        assert_eq!(members, [(Some("feed"), true), (None, false), (None, false), (Some("z"), false)]);
+        assert_eq!(
+            members,
+            [(Some("feed"), true), (None, false), (None, false), (Some("z"), false), (Some("get"), true)]
+        );
     }
 
     #[track_caller]
