@@ -58,8 +58,11 @@ pub(super) fn list(package: &Package, number: usize, others: &BTreeMap<&Path, us
                 if !is_other && !is_left_out(&path, &entry.file_name().to_string_lossy()) {
                     open.push(path);
                 }
-            } else if is_code {
+            } else if is_code && (kind.is_file() || path.is_file()) {
                 listing.files.push(path);
+            } else if is_code {
+                // Opening a pipe would wait for its other end.
+                listing.is_open = true;
             } else if kind.is_symlink() && path.is_dir() {
                 listing.is_open = true;
             }
