@@ -21,7 +21,7 @@ fn main() -> ExitCode {
     let take = |args: &mut Vec<String>, flag: &str| {
         let at = args.iter().position(|arg| arg == flag)?;
         args.remove(at);
-        Some((at < args.len()).then(|| args.remove(at)).unwrap_or_default())
+        Some(if at < args.len() { args.remove(at) } else { String::new() })
     };
     if let Some(directory) = take(&mut args, "--floor-parse") {
         floor::parse(&PathBuf::from(directory));

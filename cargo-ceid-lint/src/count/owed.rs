@@ -10,6 +10,7 @@ use super::functions::FunctionKind;
 use super::given::place_of;
 use super::instances::{self, leaves, place_ty};
 use super::search::{Region, Search};
+use super::summary::Summary;
 use super::verdict::{Pair, Verdict};
 use crate::config::Multiplicity;
 use crate::flow::{Base, Caller, ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Transfer, Var};
@@ -167,7 +168,7 @@ impl Context<'_> {
         facts.graph.nodes.iter().any(|node| {
             let Effect::Call(site) = &node.effect else { return false };
             let callees = site.targets.iter().filter_map(|target| self.summaries.get(*target));
-            callees.flat_map(|callee| callee.all_outcomes()).any(|(given, outcomes)| {
+            callees.flat_map(Summary::all_outcomes).any(|(given, outcomes)| {
                 outcomes.iter().any(|outcome| outcome.count == Count::PerSample)
                     && place_of(given, site).is_some_and(|place| is_it(&place))
             })

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::subjects::Pure;
 use super::{Builder, Value};
-use crate::flow::{About, Effect, Head, IndexKey, Mark, NodeId, Section, Test, Var};
+use crate::flow::{About, Effect, Head, IndexKey, Mark, NodeId, Place, Section, Test, Var};
 use crate::index::{Def, Shape};
 use crate::source::Span;
 use crate::syntax::tree::{Arm, ExprId, ExprKind, PatId, PatKind};
@@ -84,7 +84,7 @@ impl Builder<'_> {
     fn matched(&mut self, scrutinee: ExprId) -> Matched {
         let pure = self.pure(scrutinee);
         let about = self.about(scrutinee);
-        let value = self.expr(scrutinee);
+        let mut value = self.expr(scrutinee);
         let text = self.text(scrutinee);
         let total = self.total_heads(self.ty(scrutinee));
         let pure = pure.or_else(|| value.same_as.map(|var| self.pure_var(var)));
@@ -94,6 +94,11 @@ impl Builder<'_> {
                 let span = self.span(scrutinee);
                 let var = self.temporary(self.ty(scrutinee).clone(), span);
                 self.set(var, &value, span);
+                // What a tuple carries has moved there with it.
+                let is_tuple = matches!(self.body().expr(scrutinee).kind, ExprKind::Tuple(_));
+                if is_tuple && value.place.is_some() && self.may_hold_filter(self.ty(scrutinee)) {
+                    value.place = Some(Place::var(var));
+                }
                 Some(self.pure_var(var))
             }
             pure => pure,

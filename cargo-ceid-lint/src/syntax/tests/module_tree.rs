@@ -11,7 +11,7 @@ fn load(texts: &[(&str, &str)]) -> (String, Vec<String>, FileSet) {
     for (path, text) in texts {
         source.insert(Path::new(path), Arc::from(*text));
     }
-    let mut files = FileSet::new(SourceMap::default(), std::sync::Arc::new(source));
+    let mut files = FileSet::new(SourceMap::default(), Arc::new(source));
     let mut problems = Vec::new();
     let items = parse_crate(Path::new("src/lib.rs"), "2021", &values(), &mut files, &mut problems);
     let messages = problems.iter().map(|p| {
@@ -213,7 +213,7 @@ fn macros_of_earlier_files_hide_known_ones() {
 fn paths_of_the_2015_edition_begin_at_the_root() {
     let mut source = MemorySource::default();
     source.insert(Path::new("lib.rs"), Arc::from("use a::b; use self::c; use {d, e};"));
-    let mut files = FileSet::new(SourceMap::default(), std::sync::Arc::new(source));
+    let mut files = FileSet::new(SourceMap::default(), Arc::new(source));
     let items = parse_crate(Path::new("lib.rs"), "2015", &values(), &mut files, &mut Vec::new());
     assert_eq!(show::items(&items), "use ::a::b as b, use self::c as c, use ::d as d, ::e as e");
 }

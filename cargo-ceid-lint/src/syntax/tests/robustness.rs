@@ -174,7 +174,7 @@ fn odd_files_are_problems() -> std::io::Result<()> {
         let _ = std::fs::remove_file(root.join(link));
         symlink(target, root.join(link))?;
     }
-    let mut files = FileSet::new(SourceMap::new(root.clone()), std::sync::Arc::new(crate::source::DiskSource));
+    let mut files = FileSet::new(SourceMap::new(root.clone()), Arc::new(crate::source::DiskSource));
     let mut problems = Vec::new();
     let items = parse_crate(&root.join("lib.rs"), "2024", &values(), &mut files, &mut problems);
     std::fs::remove_dir_all(&root)?;
