@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::Console;
-use super::args::{Build, Input, NoLoops, Scope};
+use super::args::{Build, Input, NoLoops, Scope, Talk};
 use super::baseline::args::Legacy;
 use super::console::Stream;
 use super::exit::ExitStatus;
-use super::unread;
-use crate::pipeline::{self, BaselineChoice, Configured, Gate, Options, Report};
+use super::{timings, unread};
+use crate::pipeline::{self, BaselineChoice, Configured, Gate, Options, Report, Stage, Stopwatch};
 use crate::project::{self, Changes, Features, LoadError, Names, Project, Selection, TargetFilter};
 use crate::report::{self, Summary, text};
 use crate::source::{DiskSource, MAX_FILE_BYTES, MemorySource, ReadError, ReadSource};
@@ -41,14 +41,14 @@ pub(super) fn check(
     options: &Options,
     since: Option<Since<'_>>,
     console: Console,
-    with_stats: bool,
+    talk: &Talk,
 ) -> Result<Checked, LoadError> {
     let Loaded { project, mut first } = load(input, options, console)?;
     if let Some(since) = since.filter(|_| !first.is_config_wrong) {
         keep_changed(&mut first.report, since, &project)
             .inspect_err(|error| console.error(&error.message, error.help.as_deref()))?;
     }
-    Ok(Checked::of(project, first, console, with_stats))
+    Ok(Checked::of(project, first, console, talk))
 }
 
 /// A project, and the first check of it.
@@ -62,6 +62,7 @@ pub(super) struct Loaded {
 /// # Errors
 /// Why nothing could be loaded, which was told.
 pub(super) fn load(input: &Input, options: &Options, console: Console) -> Result<Loaded, LoadError> {
+    let mut watch = Stopwatch::start(options.clock);
     let paths = if input.paths.is_empty() { input.stdin_filename.as_slice() } else { &input.paths };
     let selection = selection(paths, &input.scope, &input.build);
     let loaded = unsaved_text(input).and_then(|text| Ok((text, project::load(&selection)?)));
@@ -72,6 +73,7 @@ pub(super) fn load(input: &Input, options: &Options, console: Console) -> Result
             return Err(error);
         }
     };
+    watch.lap(Stage::Project);
     for notice in &project.notices {
         if !console.is_quiet() {
             console.warn(notice);
@@ -88,6 +90,7 @@ pub(super) fn load(input: &Input, options: &Options, console: Console) -> Result
         project = project::with_files(project, &alone, &selection)?;
         first = pipeline::check_configured(&project, options, source(unsaved.as_ref()));
     }
+    first.report.timings.add(&watch.stop());
     Ok(Loaded { project, first })
 }
 
@@ -105,13 +108,16 @@ fn keep_changed(report: &mut Report, since: Since<'_>, project: &Project) -> Res
 
 impl Checked {
     /// What a check came to.
-    pub(super) fn of(project: Project, checked: Configured, console: Console, with_stats: bool) -> Self {
+    pub(super) fn of(project: Project, checked: Configured, console: Console, talk: &Talk) -> Self {
         let Configured { mut report, is_config_wrong: is_unchecked, config } = checked;
         if !is_unchecked {
             unread::add_unread(&project, &config, &mut report);
         }
-        if with_stats {
+        if talk.stats {
             console.show(&report::stats(&project, &report));
+        }
+        if let Some(clock) = timings::clock(talk) {
+            console.show(&report::timings(&report.timings, clock()));
         }
         let summary = Summary::of(&report);
         Self { project, report, summary, is_unchecked }

@@ -145,6 +145,7 @@ impl Search<'_> {
                 open.extend(self.graph.node(node).next.iter().map(|next| (*next, reached)));
             }
         }
+        self.states.set(self.states.get() + seen.len());
         found
     }
 }
