@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use super::Gates;
+use super::{Gates, Way};
 use crate::count::search::Region;
-use crate::flow::{Effect, Place, Test, Var};
+use crate::flow::{Effect, NodeId, Place, Test, Var};
 use crate::index::{Shape, Ty};
 
 /// Names of methods that receive a message or an event.
@@ -44,6 +44,42 @@ impl Gates<'_, '_> {
         }
         let compares = is_choice || test.about.is_comparison || self.is_guard_of_event(test) || self.asks_kind(test);
         compares && test.about.reads.iter().any(|place| self.is_received(place))
+    }
+
+    /// Whether a receiver had nothing to give on a way to a choice on what it gives: `Err(_)` of `link.try_recv()`. That is no
+    /// event, unless what it gives says nothing but that it is time.
+    pub(super) fn is_absent(&self, test: &Test, at: NodeId, way: &Way) -> bool {
+        let graph = self.search.graph;
+        let is_presence = |asked: &Test| {
+            asked.about.is_event
+                && asked.about.names == test.about.names
+                && !asked.about.heads.is_empty()
+                && asked.about.heads.iter().all(|head| head == "+" || head == "-")
+        };
+        let is_some = |asked: &Test| asked.about.heads.iter().all(|head| head == "+");
+        let carries = self.nodes().any(|id| match &graph.node(id).effect {
+            Effect::Branch(asked) => is_presence(asked) && is_some(asked) && !asked.about.binds.is_empty(),
+            _ => false,
+        });
+        let asks_at = way.nodes.iter().position(|node| *node == at).unwrap_or_default();
+        let decided = way.nodes[..=asks_at].iter().rev().find_map(|id| match &graph.node(*id).effect {
+            Effect::Branch(asked) if is_presence(asked) => {
+                Some(is_some(asked) == (way.after(*id) == graph.node(*id).next.first().copied()))
+            }
+            _ => None,
+        });
+        carries && decided == Some(false)
+    }
+
+    /// A choice on a message that was taken out of something in this iteration, by whatever name.
+    pub(super) fn is_taken(&self, test: &Test) -> bool {
+        let graph = self.search.graph;
+        let is_choice = !test.about.heads.is_empty() && !test.about.heads.iter().any(|head| head == "+" || head == "-");
+        let asked = test.subject.and_then(|subject| graph.subjects[subject.0 as usize].whole.as_ref());
+        is_choice
+            && asked.and_then(Place::base_var).is_some_and(|var| {
+                graph.received.contains(&var) && self.search.program.index.is_message(&graph.var(var).ty)
+            })
     }
 
     /// A question of a message about itself: `if key.is_pressed()`.

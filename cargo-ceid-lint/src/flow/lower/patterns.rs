@@ -103,6 +103,10 @@ impl Builder<'_> {
             }
             pure => pure,
         };
+        let asked = pure.as_ref().and_then(|pure| pure.whole.as_ref()).and_then(Place::base_var);
+        if self.receives(scrutinee) {
+            self.graph.received.extend(asked);
+        }
         Matched { value, pure, total, about, text, span: None, expr: Some(scrutinee) }
     }
 
