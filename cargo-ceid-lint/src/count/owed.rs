@@ -302,7 +302,10 @@ impl Context<'_> {
                 if set.place == Place::var(var) && set.transfer == Transfer::Copy && is_named(graph, set.from.as_ref()))
         };
         let is_item = graph.loops.iter().any(|info| info.bound.contains(&var));
-        !matches!(graph.var(var).ty, Ty::Ref(..)) && !is_item && !graph.nodes.iter().any(is_copy)
+        !matches!(graph.var(var).ty, Ty::Ref(..))
+            && !is_item
+            && !graph.handed.contains(&var)
+            && !graph.nodes.iter().any(is_copy)
     }
 
     fn push_missed(

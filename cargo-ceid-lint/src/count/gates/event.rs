@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{Gates, Way};
 use crate::count::search::Region;
-use crate::flow::{Effect, NodeId, Place, Test, Var};
+use crate::flow::{Effect, NodeId, Place, Test, Var, VarInfo};
 use crate::index::{Shape, Ty};
 
 /// Names of methods that receive a message or an event.
@@ -29,6 +29,27 @@ const EVENTS: &[&str] = &[
     "try_next",
     "try_iter",
     "drain",
+];
+
+/// Parts of the names of parameters and types that are events.
+const EVENT_WORDS: &[&str] = &[
+    "event",
+    "evt",
+    "message",
+    "msg",
+    "packet",
+    "command",
+    "cmd",
+    "request",
+    "notification",
+    "signal",
+    "action",
+    "key",
+    "button",
+    "note",
+    "telegram",
+    "edge",
+    "trigger",
 ];
 
 impl Gates<'_, '_> {
@@ -93,11 +114,20 @@ impl Gates<'_, '_> {
     fn is_received(&self, place: &Place) -> bool {
         let Some(var) = place.base_var() else { return false };
         let info = self.search.graph.var(var);
-        let is_event_parameter = self.region == Region::Function
-            && info.param.is_some()
-            && info.name != "self"
-            && matches!(info.ty.peel(), Ty::Adt(..));
-        is_event_parameter || self.is_message(var)
+        let is_parameter = self.region == Region::Function && info.param.is_some() && info.name != "self";
+        (is_parameter && self.is_event_parameter(info)) || self.is_message(var)
+    }
+
+    /// Whether a parameter is the event that a handler is called with: an enum, or what its name or that of its type says so of.
+    /// Readings that come in a struct are none.
+    fn is_event_parameter(&self, info: &VarInfo) -> bool {
+        let Ty::Adt(id, _) = info.ty.peel() else { return false };
+        let def = self.search.program.index.type_def(*id);
+        let says_so = |name: &str| {
+            let name = name.to_lowercase();
+            EVENT_WORDS.iter().any(|word| name.contains(word))
+        };
+        matches!(def.shape, Shape::Enum(_)) || says_so(&def.name) || says_so(&info.name)
     }
 
     /// Whether a variable holds what was received in this iteration, or a part of it.

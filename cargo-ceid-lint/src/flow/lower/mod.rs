@@ -210,6 +210,7 @@ impl<'a> Builder<'a> {
             guards: Vec::new(),
             derived: Vec::new(),
             received: std::collections::BTreeSet::new(),
+            handed: std::collections::BTreeSet::new(),
             computed: std::collections::BTreeMap::new(),
             changes: std::collections::BTreeMap::new(),
             copies: std::collections::BTreeMap::new(),
