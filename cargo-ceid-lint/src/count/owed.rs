@@ -122,7 +122,11 @@ impl Context<'_> {
             let is_here = !instance.loops.is_empty() || instance.function;
             // Whoever calls a helper may run the other half.
             let is_lent = facts.kind == FunctionKind::Helper
-                && instance.place.base_var().is_some_and(|var| facts.graph.var(var).param.is_some());
+                && instance
+                    .place
+                    .base_var()
+                    .map(|var| facts.graph.var(var))
+                    .is_some_and(|info| info.param.is_some() && !matches!(info.ty, Ty::Adt(..)));
             if elsewhere
                 || is_here
                 || is_lent
