@@ -1,14 +1,16 @@
 //! Which places a place may be another name of, whatever the path. Knows no counts.
 
-use std::cell::RefCell;
+use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
 
 use super::given::{Given, place_of};
 use super::instances::place_ty;
+use super::search::Called;
 use super::summary::{Outcome, Summaries, Summary};
 use crate::flow::{
-    Base, CallSite, ControlFlowGraph, Effect, IndexKey, LoopId, LoopInfo, Place, Projection, Transfer, Var,
+    Base, CallSite, Cause, ControlFlowGraph, Effect, IndexKey, LoopId, LoopInfo, NodeId, Place, Projection, Transfer,
+    Var,
 };
 use crate::index::{FunctionId, Index, Ty};
 
@@ -28,6 +30,12 @@ pub(super) struct Aliases {
     known: RefCell<HashMap<Place, Rc<[Place]>>>,
     /// What the calls that were asked for have to do with, by their results.
     calls: RefCell<HashMap<Var, Rc<[CalledPlace]>>>,
+    /// What calls mean to an instance that they have nothing to do with, by their results.
+    beside: RefCell<HashMap<Var, Rc<Called>>>,
+    /// The nodes at which something happens to what a base has.
+    near: OnceCell<HashMap<Base, Vec<NodeId>>>,
+    /// Whether there were more names than are followed, so that a place may be one of another that is not known.
+    is_cut_off: Cell<bool>,
 }
 
 /// A place that a target of a call has ways for.
@@ -60,11 +68,11 @@ fn may_match(steps: &[Projection], place: &[Projection]) -> bool {
     })
 }
 
-/// How long a chain of names is followed.
-const MAX_LINKS: u32 = 24;
-
 /// How many names are looked at for one place: variables that are given parts of each other have more with each link.
 const MAX_NAMES: usize = 1_000;
+
+/// How many steps a name may have: a reference that runs through a list has one more with each link, and names nothing there.
+const MAX_STEPS: usize = 24;
 
 impl Aliases {
     pub(super) fn of(index: &Index, graph: &ControlFlowGraph, summaries: &Summaries) -> Self {
@@ -200,7 +208,7 @@ impl Aliases {
         }
         let mut found = BTreeSet::new();
         let mut seen = BTreeSet::new();
-        self.follow(place, 0, &mut seen, &mut found);
+        self.follow(place, place.steps.len(), &mut seen, &mut found);
         let roots: Rc<[Place]> = found.into_iter().collect();
         self.known.borrow_mut().insert(place.clone(), Rc::clone(&roots));
         roots
@@ -225,6 +233,56 @@ impl Aliases {
         let places: Rc<[CalledPlace]> = places.into();
         self.calls.borrow_mut().insert(site.result, Rc::clone(&places));
         places
+    }
+
+    /// The nodes at which something happens to what a base has, under whatever name: the others need not be looked at.
+    pub(super) fn near<'a>(
+        &'a self,
+        graph: &ControlFlowGraph,
+        summaries: &Summaries,
+        base: Base,
+    ) -> impl Iterator<Item = NodeId> + 'a {
+        let find = || {
+            let mut near: HashMap<Base, Vec<NodeId>> = HashMap::new();
+            for id in graph.node_ids() {
+                let mut bases = BTreeSet::new();
+                let mut add = |place: &Place| bases.extend(self.shared_roots(place).iter().map(|root| root.base));
+                match &graph.node(id).effect {
+                    Effect::Update(update) => add(&update.place),
+                    Effect::Reset { place, .. } => add(place),
+                    Effect::Unknown { places, .. } => places.iter().for_each(add),
+                    Effect::Set(set) | Effect::Write(set) => {
+                        add(&set.place);
+                        set.from.iter().for_each(add);
+                    }
+                    Effect::Call(site) => {
+                        let called = self.called_places(site, summaries);
+                        bases.extend(called.iter().flat_map(|called| called.roots.iter()).map(|root| root.base));
+                    }
+                    _ => {}
+                }
+                for base in bases {
+                    near.entry(base).or_default().push(id);
+                }
+            }
+            near
+        };
+        self.near.get_or_init(find).get(&base).into_iter().flatten().copied()
+    }
+
+    /// What a call means to an instance that it has nothing to do with: each search asks for that anew.
+    pub(super) fn call_beside(&self, site: &CallSite, find: impl FnOnce() -> Called) -> Rc<Called> {
+        if let Some(known) = self.beside.borrow().get(&site.result) {
+            return Rc::clone(known);
+        }
+        let called = Rc::new(find());
+        self.beside.borrow_mut().insert(site.result, Rc::clone(&called));
+        called
+    }
+
+    /// Why some place may be a name of another that is not known, if one may.
+    pub(super) fn limit(&self) -> Option<Cause> {
+        self.is_cut_off.get().then(|| Cause::Limit("the function has too many names for its filters".to_owned()))
     }
 
     /// The parts of a place that are names of other places, with those places; the whole if it is one.
@@ -252,8 +310,14 @@ impl Aliases {
         found
     }
 
-    fn follow(&self, place: &Place, links: u32, seen: &mut BTreeSet<Place>, found: &mut BTreeSet<Place>) {
-        if links > MAX_LINKS || seen.len() > MAX_NAMES || !seen.insert(place.clone()) {
+    /// `asked` is how many steps the place has of which the names are asked for.
+    fn follow(&self, place: &Place, asked: usize, seen: &mut BTreeSet<Place>, found: &mut BTreeSet<Place>) {
+        if seen.len() > MAX_NAMES {
+            let is_part = place.steps.len() > asked;
+            self.is_cut_off.set(self.is_cut_off.get() || !is_part);
+            return;
+        }
+        if place.steps.len() > asked + MAX_STEPS || !seen.insert(place.clone()) {
             return;
         }
         let Base::Var(var) = place.base else {
@@ -265,7 +329,7 @@ impl Aliases {
         for (steps, source) in self.sources.get(&var).into_iter().flatten() {
             if place.steps.len() >= steps.len() && may_match(steps, &place.steps) {
                 has_source = true;
-                self.follow(&source.join(&place.steps[steps.len()..]), links + 1, seen, &mut own);
+                self.follow(&source.join(&place.steps[steps.len()..]), asked, seen, &mut own);
             }
         }
         // A value in between is no place of its own where a name of the source holds it.

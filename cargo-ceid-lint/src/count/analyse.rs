@@ -1,5 +1,6 @@
 //! Which cycles there are, which filters each of them updates or owes an update, and what is decided for each pair.
 
+use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
@@ -16,7 +17,9 @@ use super::slice::ControlDependence;
 use super::summary::Summaries;
 use super::verdict::{Cycle, Pair, Verdict};
 use crate::config::Multiplicity;
-use crate::flow::{Base, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection};
+use crate::flow::{
+    Base, Caller, Cause, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection,
+};
 use crate::index::{FunctionId, Index, Shape, Ty, TypeId};
 use crate::source::Span;
 
@@ -130,6 +133,7 @@ pub fn analyse(program: &Program<'_>, graphs: &[Option<ControlFlowGraph>]) -> An
             anywhere: &anywhere,
             waiting: &waiting,
             steps: &steps,
+            effort: Effort::default(),
         };
         context.function(function, &mut analysis);
     }
@@ -321,6 +325,22 @@ pub(super) struct Context<'a> {
     pub(super) waiting: &'a Waiting,
     /// The constant steps with which filters are made.
     pub(super) steps: &'a Steps,
+    /// How much was looked at in the function at hand.
+    pub(super) effort: Effort,
+}
+
+/// How many nodes and states are looked at for all pairs of a function, about as many as there are in a second or two. A thousand
+/// filters in a thousand statements stay below.
+const MAX_EFFORT: usize = 8_000_000;
+
+/// How much was looked at for the pairs of a function.
+#[derive(Debug, Default)]
+pub(super) struct Effort(Cell<usize>);
+
+impl Effort {
+    pub(super) fn add(&self, amount: usize) {
+        self.0.set(self.0.get().saturating_add(amount));
+    }
 }
 
 /// A cycle of a function.
@@ -401,7 +421,9 @@ impl Context<'_> {
             CycleId::Function => facts.kind == FunctionKind::Presumed,
         };
         let by_framework = id == CycleId::Function && facts.kind == FunctionKind::Cycle;
-        let decision = if search.updating().is_empty() && search.unknown().is_empty() {
+        let decision = if let Some(cause) = self.limit(facts) {
+            Decision::unproved(cause)
+        } else if search.updating().is_empty() && search.unknown().is_empty() {
             // Only a debug build updates it.
             let head = match id {
                 CycleId::Loop(id) => graph.loop_info(id).keyword,
@@ -411,6 +433,7 @@ impl Context<'_> {
         } else {
             decide::decide(&search, region, by_framework)
         };
+        self.effort.add(graph.nodes.len() + search.states());
         let is_sample_loop = matches!(id, CycleId::Loop(id) if instance.sample_loops.contains(&id));
         let decision = self.by_multiplicity(facts, &search, decision);
         let decision = match decision.verdict {
@@ -425,6 +448,13 @@ impl Context<'_> {
         };
         let updates = search.updating().into_iter().filter(is_here).map(|at| graph.node(at).span).collect();
         Some(Pair { updates, ..self.pair(facts, &instance.place, instance.law, decision) })
+    }
+
+    /// Why the pairs of a function are not told apart any more, if they are not.
+    pub(super) fn limit(&self, facts: &FunctionFacts<'_>) -> Option<Cause> {
+        let is_too_much = self.effort.0.get() > MAX_EFFORT;
+        let too_much = || Cause::Limit("the function has too many filters for its length".to_owned());
+        facts.aliases.limit().or_else(|| is_too_much.then(too_much))
     }
 
     /// A half that need not run is never skipped, and one that may run as often as one likes is never wrong.

@@ -1,6 +1,8 @@
 //! Who may run whom, and in which order functions are looked at: callees first.
 
-use crate::flow::{ControlFlowGraph, Effect};
+use std::collections::{HashMap, HashSet, VecDeque};
+
+use crate::flow::{ControlFlowGraph, Effect, NodeId};
 use crate::index::FunctionId;
 
 /// The strongly connected components of the call graph, callees first (Tarjan's algorithm without recursion).
@@ -37,6 +39,52 @@ pub(super) fn callees(graph: &ControlFlowGraph) -> Vec<usize> {
     found.sort_unstable();
     found.dedup();
     found
+}
+
+/// Functions that call each other, in the order in which each can return when those before it do; at the end those that never do.
+pub(super) fn by_return(graphs: &[Option<ControlFlowGraph>], component: Vec<FunctionId>) -> Vec<FunctionId> {
+    if component.len() < 2 {
+        return component;
+    }
+    let mut waiting: HashMap<FunctionId, Vec<FunctionId>> = HashMap::new();
+    for id in &component {
+        for callee in graphs[id.0 as usize].iter().flat_map(callees) {
+            waiting.entry(FunctionId(u32::try_from(callee).unwrap_or(u32::MAX))).or_default().push(*id);
+        }
+    }
+    let own: HashSet<FunctionId> = component.iter().copied().collect();
+    let mut returning: HashSet<FunctionId> = HashSet::new();
+    let mut ordered = Vec::new();
+    let mut open: VecDeque<FunctionId> = component.iter().copied().collect();
+    while let Some(id) = open.pop_front() {
+        let Some(graph) = &graphs[id.0 as usize] else { continue };
+        if returning.contains(&id) || !can_return(graph, |target| !own.contains(&target) || returning.contains(&target))
+        {
+            continue;
+        }
+        returning.insert(id);
+        ordered.push(id);
+        open.extend(waiting.get(&id).into_iter().flatten().copied().filter(|caller| own.contains(caller)));
+    }
+    ordered.extend(component.into_iter().filter(|id| !returning.contains(id)));
+    ordered
+}
+
+/// Whether a way leads from the head of a function to its end on which each call has a target that returns.
+fn can_return(graph: &ControlFlowGraph, returns: impl Fn(FunctionId) -> bool) -> bool {
+    let mut seen = vec![false; graph.nodes.len()];
+    let mut open = vec![NodeId(0)];
+    while let Some(id) = open.pop() {
+        if std::mem::replace(&mut seen[id.0 as usize], true) {
+            continue;
+        }
+        match &graph.node(id).effect {
+            Effect::Return(_) => return true,
+            Effect::Call(site) if !site.targets.is_empty() && !site.targets.iter().any(|target| returns(*target)) => {}
+            _ => open.extend(graph.node(id).next.iter().copied()),
+        }
+    }
+    false
 }
 
 struct Tarjan<'a> {

@@ -28,6 +28,23 @@ pub(super) struct Decision {
     pub(super) law: Option<String>,
 }
 
+impl Decision {
+    /// Nothing is said of the pair, for this cause.
+    pub(super) fn unproved(cause: Cause) -> Self {
+        Self {
+            verdict: Verdict::Unproved,
+            counts: Vec::new(),
+            gate: None,
+            cause: Some(cause),
+            witness: Vec::new(),
+            primary: None,
+            through: None,
+            others: Vec::new(),
+            law: None,
+        }
+    }
+}
+
 /// How the ways through a function come to a second update, if one does.
 pub(super) fn repeat_of(search: &Search<'_>, exploration: &Exploration) -> Option<Evidence> {
     let end = shortest(exploration, exploration.ends.iter().filter(|end| end.state.count == Count::Many))?;
@@ -223,17 +240,18 @@ fn skipped(
 ) -> Decision {
     let gates = Gates::new(search, region);
     let mut kinds: Vec<(Span, Gate)> = Vec::new();
-    let mut unexplained: Vec<&End> = Vec::new();
-    for end in skipping {
-        match gates.of_end(exploration, end) {
-            Some(gate) => {
-                let span = end.state.skipped_at.map(|at| search.graph.node(at).span);
-                kinds.extend(span.map(|span| (span, gate)));
-            }
-            None => unexplained.push(end),
+    let mut ends = skipping.to_vec();
+    ends.sort_by_key(|end| length(exploration, end));
+    let mut ends = ends.into_iter();
+    let unexplained = ends.find(|end| match gates.of_end(exploration, end) {
+        Some(gate) => {
+            let span = end.state.skipped_at.map(|at| search.graph.node(at).span);
+            kinds.extend(span.map(|span| (span, gate)));
+            false
         }
-    }
-    match shortest(exploration, unexplained.iter().copied()) {
+        None => true,
+    });
+    match unexplained {
         None => {
             // Of nested gates the outer one comes first.
             let gate = kinds.into_iter().min_by_key(|(span, _)| *span).map(|(_, gate)| gate);
@@ -246,26 +264,27 @@ fn skipped(
             // Where no statement skips, a loop over filtered items does so by having no round.
             let primary = place.map_or_else(|| head_of(search, region), |(primary, _)| primary);
             let through = place.and_then(|(_, through)| through);
-            let others = other_skips(search, region, exploration, unexplained, primary);
+            let others = other_skips(&gates, region, exploration, ends, primary);
             Decision { verdict: Verdict::Skipped, witness, primary: Some(primary), through, others, ..base }
         }
     }
 }
 
-/// The first few places besides one at which a way skips, each with its shortest way.
-fn other_skips(
-    search: &Search<'_>,
+/// The first few places besides one at which a way skips without a reason, each with its shortest way.
+fn other_skips<'e>(
+    gates: &Gates<'_, '_>,
     region: Region,
     exploration: &Exploration,
-    mut ends: Vec<&End>,
+    ends: impl Iterator<Item = &'e End>,
     first: Span,
 ) -> Vec<Evidence> {
-    ends.sort_by_cached_key(|end| (exploration.path(end.at).len(), end.at));
+    let search = gates.search;
     let mut others: Vec<Evidence> = Vec::new();
     for end in ends {
         let Some((primary, _)) = skip_place(search, exploration, end) else { continue };
         let is_known = first == primary || others.iter().any(|other| other.primary == primary);
-        if !is_known && !asks_dropped(search, exploration, end) {
+        // Why a way skips takes longer to find out than where.
+        if !is_known && gates.of_end(exploration, end).is_none() && !asks_dropped(search, exploration, end) {
             others.push(Evidence { primary, witness: steps(search, region, exploration, end) });
         }
         if others.len() == MOST_PLACES {
@@ -359,8 +378,13 @@ fn law_name(search: &Search<'_>) -> Option<String> {
     })
 }
 
+/// The order of ways: by their length, and the one that was found first.
+fn length(exploration: &Exploration, end: &End) -> (u32, usize) {
+    (exploration.depth(end.at), end.at)
+}
+
 fn shortest<'e>(exploration: &Exploration, ends: impl Iterator<Item = &'e End>) -> Option<&'e End> {
-    ends.min_by_key(|end| (exploration.path(end.at).len(), end.at))
+    ends.min_by_key(|end| length(exploration, end))
 }
 
 /// The statement that skips: the way out that is taken, the arm, or the condition that fails. Where it is in a function that is

@@ -357,7 +357,12 @@ impl Context<'_> {
             CycleId::Loop(id) => Region::Loop(id),
             CycleId::Function => Region::Function,
         };
-        decide::decide_missed(&search, region, head)
+        let decision = match self.limit(facts) {
+            Some(cause) => Decision { primary: Some(head), ..Decision::unproved(cause) },
+            None => decide::decide_missed(&search, region, head),
+        };
+        self.effort.add(facts.graph.nodes.len() + search.states());
+        decision
     }
 
     /// The loop that uses an instance and therefore owes it an update.
@@ -418,6 +423,10 @@ impl Context<'_> {
         cycle: Option<Span>,
         analysis: &mut Analysis,
     ) {
+        // What may have a name that is not known may be updated by it.
+        if self.limit(facts).is_some() {
+            return;
+        }
         let index = self.program.index;
         let graph = facts.graph;
         let def = index.function(graph.function);

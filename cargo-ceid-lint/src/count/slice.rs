@@ -4,11 +4,15 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::flow::{ControlFlowGraph, Effect, NodeId, Place, SubjectId};
 
-/// Which nodes each branch decides over.
+/// Which nodes each branch decides over, and what else all searches of a graph ask of it.
 #[derive(Debug)]
 pub(super) struct ControlDependence {
     /// For each node the branches it depends on.
     branches: Vec<Vec<u32>>,
+    /// For each node those that it follows.
+    before: Vec<Vec<NodeId>>,
+    /// The nodes that give a subject a head that is known.
+    assigned: BTreeMap<SubjectId, Vec<NodeId>>,
 }
 
 impl ControlDependence {
@@ -36,7 +40,18 @@ impl ControlDependence {
                 }
             }
         }
-        Self { branches }
+        let mut before: Vec<Vec<NodeId>> = vec![Vec::new(); graph.nodes.len()];
+        for id in graph.node_ids() {
+            for next in &graph.node(id).next {
+                before[next.0 as usize].push(id);
+            }
+        }
+        Self { branches, before, assigned: assignments(graph) }
+    }
+
+    /// The nodes that a node follows.
+    pub(super) fn before(&self, node: NodeId) -> &[NodeId] {
+        &self.before[node.0 as usize]
     }
 
     /// The branches that decide whether a node is reached.
@@ -195,7 +210,7 @@ pub(super) fn tracked(
     touching: &BTreeSet<NodeId>,
     times: &dyn Fn(NodeId) -> u32,
 ) -> Tracked {
-    let assigned = assignments(graph);
+    let assigned = &dependence.assigned;
     let mut relevant: BTreeSet<NodeId> = touching.clone();
     let mut open: Vec<NodeId> = touching.iter().copied().collect();
     let mut tests: BTreeMap<SubjectId, u32> = BTreeMap::new();

@@ -141,8 +141,8 @@ impl Summary {
 #[derive(Debug, Default)]
 pub(super) struct Summaries {
     of: HashMap<FunctionId, Summary>,
-    /// The function that calls itself and is summarised at the moment.
-    open: Option<FunctionId>,
+    /// The functions that call each other and are summarised at the moment.
+    open: BTreeSet<FunctionId>,
     /// How many states the searches of the functions at hand have had.
     states: std::cell::Cell<usize>,
 }
@@ -162,7 +162,7 @@ impl Summaries {
 
     /// Whether nothing comes back from a call yet: a recursion begins with the ways that do not recur.
     pub(super) fn is_open(&self, id: FunctionId) -> bool {
-        self.open == Some(id) && !self.of.contains_key(&id)
+        self.open.contains(&id) && !self.of.contains_key(&id)
     }
 
     /// What the result of a call may borrow or be made of: the steps into the result, and the place.
@@ -190,10 +190,8 @@ impl Summaries {
     pub(super) fn compute(program: &Program<'_>, graphs: &[Option<ControlFlowGraph>]) -> Self {
         let mut summaries = Self::default();
         for component in super::callgraph::components(graphs) {
-            summaries.open = match component.as_slice() {
-                [only] => Some(*only),
-                _ => None,
-            };
+            let component = super::callgraph::by_return(graphs, component);
+            summaries.open = component.iter().copied().collect();
             summaries.states.set(0);
             for round in 0..MAX_ROUNDS {
                 let mut changed = false;
@@ -279,6 +277,11 @@ impl Summaries {
                 && summary.debug_only.len() < MAX_PLACES
             {
                 summary.debug_only.entry((given, update.law)).or_insert(update.why);
+            }
+        }
+        if let Some(cause) = aliases.limit() {
+            for param in &graph.params {
+                note_unknown(graph, &aliases, &Place::var(*param), &cause, &mut unknown);
             }
         }
         self.judge(program, graph, &aliases, touched, unknown, &mut summary);

@@ -1,5 +1,6 @@
 //! A loop with what is known of its code: which expressions lie in it, in which order they run, and which exclude each other.
 
+use super::loops::{Loops, Parents};
 use super::walk;
 use crate::flow::Program;
 use crate::index::{FunctionDef, FunctionId};
@@ -21,23 +22,18 @@ pub(super) struct LoopBody<'a> {
     pub(super) inside: Vec<ExprId>,
     /// The text of the file.
     pub(super) text: &'a str,
-    parents: Vec<Option<ExprId>>,
+    parents: Parents,
 }
 
 impl<'a> LoopBody<'a> {
     /// The loop whose keyword stands at `head`, if it is one.
-    pub(super) fn find(program: &'a Program<'a>, head: Span) -> Option<Self> {
-        let index = program.index;
-        let has_it = |id: &FunctionId| {
-            let body = index.function(*id).function.body.as_ref();
-            body.is_some_and(|body| body.expr(body.root).span.contains(head) && loop_at(body, head).is_some())
-        };
-        let function = index.function_ids().find(has_it)?;
-        let body = index.function(function).function.body.as_ref()?;
-        let (whole, block) = loop_at(body, head)?;
+    pub(super) fn find(loops: &Loops<'a>, head: Span) -> Option<Self> {
+        let program = loops.program;
+        let (function, whole, block) = loops.at(head)?;
+        let body = program.index.function(function).function.body.as_ref()?;
         let typed = program.typed(function)?;
         let inside = walk::within(body, block);
-        let parents = walk::parents(body);
+        let parents = loops.parents(function);
         let text = &program.sources.file(head.file).text;
         Some(Self { program, function, body, typed, whole, block, inside, text, parents })
     }
@@ -127,17 +123,4 @@ impl<'a> LoopBody<'a> {
     pub(super) fn names(&self, local: LocalId) -> impl Iterator<Item = ExprId> + '_ {
         self.inside.iter().copied().filter(move |id| self.typed.expr_local.get(id) == Some(&local))
     }
-}
-
-fn loop_at(body: &Body, head: Span) -> Option<(ExprId, ExprId)> {
-    (0u32..).zip(&body.exprs).find_map(|(number, expr)| match &expr.kind {
-        ExprKind::Loop { keyword, body, .. }
-        | ExprKind::While { keyword, body, .. }
-        | ExprKind::For { keyword, body, .. }
-            if *keyword == head =>
-        {
-            Some((ExprId(number), *body))
-        }
-        _ => None,
-    })
 }

@@ -1,10 +1,10 @@
 //! The `impl` by which a guard runs a law that is there already.
 
+use super::loops::Loops;
 use super::text::{has_word, indentation, indentation_step, line_end};
 use crate::flow::Program;
 use crate::index::{FunctionId, Index, Owner, TraitName, Ty, is_sampled_filter_path};
 use crate::source::Span;
-use crate::syntax::enclosures;
 use crate::syntax::tree::{Receiver, TypeRef};
 use crate::types::Callee;
 
@@ -19,7 +19,8 @@ pub(super) struct NewImpl {
 ///
 /// # Errors
 /// Why that cannot be written.
-pub(super) fn delegation(program: &Program<'_>, filter: &Ty, law: FunctionId) -> Result<Option<NewImpl>, String> {
+pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Result<Option<NewImpl>, String> {
+    let program = loops.program;
     let index = program.index;
     let type_name = index.type_name(filter);
     let def = index.function(law);
@@ -44,7 +45,8 @@ pub(super) fn delegation(program: &Program<'_>, filter: &Ty, law: FunctionId) ->
     }
     let keyword = def.function.keyword;
     let text = &program.sources.file(keyword.file).text;
-    let around = enclosures(text, keyword.start as usize);
+    let outline = loops.outline(keyword.file);
+    let around: Vec<_> = outline.around(keyword.start as usize).collect();
     let enclosing = around.first().filter(|_| !around.iter().any(|enclosure| enclosure.is_macro));
     let Some(block) = enclosing.filter(|_| text[keyword.start as usize..].starts_with("fn")) else {
         return Err(format!("`{}` of `{type_name}` is written by a macro", def.name));

@@ -10,6 +10,7 @@ mod head;
 mod holding;
 mod imports;
 mod law;
+mod loops;
 mod manifest;
 mod mentions;
 mod observed;

@@ -8,6 +8,7 @@ use super::exits::{Exits, exits};
 use super::head::UNKNOWN_RATE;
 use super::holding::guarded;
 use super::law::delegation;
+use super::loops::Loops;
 use super::mentions::{Guarded, Mention, mentions};
 use super::sites::{Site, owed, place_of, sites};
 use super::text::{has_word, removal};
@@ -16,16 +17,17 @@ use crate::count::{Cycle, CycleKind, Pair, Verdict};
 use crate::flow::Program;
 use crate::index::Ty;
 use crate::source::Span;
-use crate::syntax::enclosures;
+use crate::syntax::Outline;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
 
 /// A plan for each cycle that updates filters by hand; none where nothing is to be done.
 #[must_use]
 pub fn plans(program: &Program<'_>, cycles: &[Cycle], edition: impl Fn(&Cycle) -> String) -> Vec<Plan> {
-    cycles.iter().filter_map(|cycle| plan(program, cycle, &edition(cycle))).collect()
+    let loops = Loops::of(program);
+    cycles.iter().filter_map(|cycle| plan(&loops, cycle, &edition(cycle))).collect()
 }
 
-fn plan(program: &Program<'_>, cycle: &Cycle, edition: &str) -> Option<Plan> {
+fn plan(loops: &Loops<'_>, cycle: &Cycle, edition: &str) -> Option<Plan> {
     let by_hand: Vec<&Pair> = cycle.filters.iter().filter(|pair| !is_left(pair)).collect();
     if by_hand.is_empty() {
         return None;
@@ -36,10 +38,14 @@ fn plan(program: &Program<'_>, cycle: &Cycle, edition: &str) -> Option<Plan> {
             text: "the cycle is called by other code: give its owner a `Cyclic` with the filters, and begin with `cycle()`"
                 .to_owned(),
         }]),
-        CycleKind::Loop | CycleKind::While | CycleKind::For => rewrite(program, cycle, &by_hand, edition),
+        CycleKind::Loop | CycleKind::While | CycleKind::For => rewrite(loops, cycle, &by_hand, edition),
     };
     let filters = by_hand.iter().map(|pair| pair.name.clone()).collect();
-    let whole = LoopBody::find(program, cycle.head).map_or(cycle.head, |of| of.span(of.whole));
+    let whole = loops.at(cycle.head).and_then(|(function, whole, _)| {
+        let body = loops.program.index.function(function).function.body.as_ref()?;
+        Some(body.expr(whole).span)
+    });
+    let whole = whole.unwrap_or(cycle.head);
     Some(Plan { head: cycle.head, whole, function: cycle.function.clone(), filters, outcome })
 }
 
@@ -48,12 +54,12 @@ fn is_left(pair: &Pair) -> bool {
     matches!(pair.verdict, Verdict::Guarded | Verdict::Gated | Verdict::OnceOrReset | Verdict::PerSample)
 }
 
-fn rewrite(program: &Program<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -> Result<Rewrite, Vec<Reason>> {
+fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -> Result<Rewrite, Vec<Reason>> {
     let at_head = |text: String| vec![Reason { span: cycle.head, text }];
-    let Some(of) = LoopBody::find(program, cycle.head) else {
+    let Some(of) = LoopBody::find(loops, cycle.head) else {
         return Err(at_head("the loop is not written where it runs".to_owned()));
     };
-    whole_loop(&of, edition).map_err(at_head)?;
+    whole_loop(&of, &loops.outline(of.file()), edition).map_err(at_head)?;
     let mut reasons = Vec::new();
     let mut changes = Vec::new();
     let mut found = Vec::new();
@@ -91,19 +97,19 @@ fn rewrite(program: &Program<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &st
         return Err(reasons);
     }
     let guarded = guarded(&of, found)?;
-    let rewriter = Rewriter { of: &of, exits: exits(&of), guarded: &guarded };
+    let rewriter = Rewriter { loops, of: &of, exits: exits(&of), guarded: &guarded };
     rewriter.rewrite(cycle, changes)
 }
 
 /// Why the loop as a whole cannot be rewritten.
-fn whole_loop(of: &LoopBody<'_>, edition: &str) -> Result<(), String> {
+fn whole_loop(of: &LoopBody<'_>, outline: &Outline, edition: &str) -> Result<(), String> {
     let span = of.span(of.block);
     let code = of.program.sources.snippet(span);
     if edition == "2015" {
         return Err("the crate has edition 2015, in which `ceid_core` has to be declared first".to_owned());
     }
     if !of.program.sources.snippet(span).starts_with('{')
-        || enclosures(of.text, span.start as usize).iter().any(|around| around.is_macro)
+        || outline.around(span.start as usize).any(|around| around.is_macro)
     {
         return Err("the loop is written in a macro".to_owned());
     }
@@ -121,6 +127,7 @@ fn whole_loop(of: &LoopBody<'_>, edition: &str) -> Result<(), String> {
 }
 
 struct Rewriter<'a> {
+    loops: &'a Loops<'a>,
     of: &'a LoopBody<'a>,
     exits: Exits,
     guarded: &'a [Guarded],
@@ -151,7 +158,7 @@ impl Rewriter<'_> {
                 notes.extend(unobserved);
             }
             changes.extend(self.effect_of(own));
-            match delegation(program, &own.filter, own.law) {
+            match delegation(self.loops, &own.filter, own.law) {
                 Ok(None) => {}
                 Ok(Some(new)) => {
                     packages.insert(program.index.crate_of(program.index.function(own.law).module).package);

@@ -29,12 +29,17 @@ impl LineIndex {
     /// Line and column of the byte at `offset`.
     #[must_use]
     pub fn line_column(&self, text: &str, offset: u32) -> LineColumn {
-        let starts = self.starts(text);
-        let line = starts.partition_point(|start| *start <= offset).max(1) - 1;
-        let start = starts[line] as usize;
+        let line = self.line(text, offset);
+        let start = self.starts(text)[line as usize - 1] as usize;
         let end = (offset as usize).min(text.len());
         let column = text.get(start..end).map_or(end - start, |before| before.chars().count());
-        LineColumn { line: to_u32(line + 1), column: to_u32(column + 1) }
+        LineColumn { line, column: to_u32(column + 1) }
+    }
+
+    /// The 1-based line of the byte at `offset`.
+    #[must_use]
+    pub fn line(&self, text: &str, offset: u32) -> u32 {
+        to_u32(self.starts(text).partition_point(|start| *start <= offset).max(1))
     }
 
     /// The byte range of a 1-based line without its line break.

@@ -183,6 +183,7 @@ impl SourceMap {
     /// The 1-based line of the first byte of a place.
     #[must_use]
     pub fn line(&self, span: Span) -> u32 {
-        self.position(span).line
+        let file = self.file(span.file);
+        file.lines.line(&file.text, span.start)
     }
 }

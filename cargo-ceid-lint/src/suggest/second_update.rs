@@ -14,7 +14,8 @@ pub(super) fn suggestion(site: &Site<'_>, pair: &Pair) -> Option<Suggestion> {
     let second = site.stmt();
     let call = update(site, second, pair)?;
     let is_first = |stmt: &&Stmt| update(site, stmt, pair).is_some_and(|first| same_target(site, first, call));
-    let first = site.block.stmts[..site.at].iter().rev().filter(|stmt| site.is_plain(stmt)).find(is_first)?;
+    // Whether a statement is plain takes longer to find out.
+    let first = site.block.stmts[..site.at].iter().rev().filter(is_first).find(|stmt| site.is_plain(stmt))?;
     let StmtKind::Expr { expr: first, .. } = first.kind else { return None };
     let ExprKind::MethodCall { args, .. } = &site.body.expr(call).kind else { return None };
     let is_same = site.spelled(first) == site.spelled(call);

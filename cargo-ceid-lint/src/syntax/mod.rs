@@ -29,7 +29,7 @@ pub use depth::{Excess, MAX_LINKS, MAX_NESTING, TooDeep, check_depth};
 pub use directives::{CycleDirective, Directive, DirectiveKind, Directives, NearMiss, Site, Suppression};
 pub(crate) use lex::{Lexer, Token, TokenKind};
 use modules::Loader;
-pub use outline::{Enclosure, enclosures};
+pub use outline::{Enclosure, Outline};
 pub use stack::with_large_stack;
 use tree::{Attribute, Item};
 

@@ -15,9 +15,24 @@ pub struct Enclosure {
     pub is_macro: bool,
 }
 
-/// The brackets around the byte at `offset`, the innermost first.
-#[must_use]
-pub fn enclosures(text: &str, offset: usize) -> Vec<Enclosure> {
+/// All brackets of a text that have a partner, inner ones before those around them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Outline(Vec<Enclosure>);
+
+impl Outline {
+    /// Finds the brackets of a text.
+    #[must_use]
+    pub fn of(text: &str) -> Self {
+        Self(enclosures(text))
+    }
+
+    /// The brackets around the byte at `offset`, the innermost first.
+    pub fn around(&self, offset: usize) -> impl Iterator<Item = &Enclosure> {
+        self.0.iter().filter(move |own| own.brackets.start < offset && offset < own.brackets.end)
+    }
+}
+
+fn enclosures(text: &str) -> Vec<Enclosure> {
     let mut open: Vec<Enclosure> = Vec::new();
     let mut found = Vec::new();
     let mut starts = vec![None];
@@ -40,9 +55,7 @@ pub fn enclosures(text: &str, offset: usize) -> Vec<Enclosure> {
                 let ends_attribute = is_attribute.pop().unwrap_or_default();
                 if let Some(mut enclosure) = open.pop() {
                     enclosure.brackets.end = token.end;
-                    if enclosure.brackets.start < offset && offset < token.end {
-                        found.push(enclosure);
-                    }
+                    found.push(enclosure);
                 }
                 if (word == "}" || ends_attribute)
                     && let Some(start) = starts.last_mut()
@@ -77,9 +90,11 @@ mod tests {
     #[track_caller]
     fn check(text: &str, expected: &[(&str, bool)]) {
         let offset = text.find('$').expect("the place is marked");
-        let found = enclosures(text, offset);
-        let found: Vec<(&str, bool)> =
-            found.iter().map(|enclosure| (text[enclosure.head.clone()].trim_end(), enclosure.is_macro)).collect();
+        let outline = Outline::of(text);
+        let found: Vec<(&str, bool)> = outline
+            .around(offset)
+            .map(|enclosure| (text[enclosure.head.clone()].trim_end(), enclosure.is_macro))
+            .collect();
         assert_eq!(found, expected);
     }
 
@@ -106,6 +121,6 @@ mod tests {
     #[test]
     fn brackets_without_a_partner_do_no_harm() {
         check("} ) fn f() { $ }", &[("fn f()", false)]);
-        assert_eq!(enclosures("{ a", 2), []);
+        assert_eq!(enclosures("{ a"), []);
     }
 }

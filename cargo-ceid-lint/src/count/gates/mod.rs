@@ -32,7 +32,7 @@ pub(super) fn is_received(search: &Search<'_>, region: Region, test: &Test) -> b
 
 /// What is asked of one filter in one cycle.
 pub(super) struct Gates<'s, 'a> {
-    search: &'s Search<'a>,
+    pub(super) search: &'s Search<'a>,
     region: Region,
     assignments: OnceCell<Assignments<'a>>,
     fed: OnceCell<Sources>,

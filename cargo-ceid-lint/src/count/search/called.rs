@@ -12,7 +12,7 @@ use crate::flow::{CallSite, Place, Projection};
 
 /// What a call does, whatever the way that leads to it.
 #[derive(Debug, Default)]
-pub(super) struct Called {
+pub(in crate::count) struct Called {
     /// What it writes, for conditions that read it.
     pub(super) writes: BTreeSet<Place>,
     /// What one of its targets does, each different effect once.
@@ -36,8 +36,21 @@ impl Search<'_> {
         if let Some(known) = self.called.borrow().get(&site.result) {
             return Rc::clone(known);
         }
-        let mut called = Called::default();
         let places = self.aliases.called_places(site, self.summaries);
+        let is_own = |called: &CalledPlace| called.law == self.law && self.is_among(&called.roots, false);
+        // Most calls have nothing to do with most instances, and mean the same to all of those.
+        if !places.iter().any(is_own) {
+            return self.aliases.call_beside(site, || self.called_with(site, &[]));
+        }
+        let own: Vec<&CalledPlace> = places.iter().filter(|called| is_own(called)).collect();
+        let called = Rc::new(self.called_with(site, &own));
+        self.called.borrow_mut().insert(site.result, Rc::clone(&called));
+        called
+    }
+
+    /// The same, where these of the places that it has to do with may be the instance or hold it.
+    fn called_with(&self, site: &CallSite, own: &[&CalledPlace]) -> Called {
+        let mut called = Called::default();
         for target in &site.targets {
             let Some(summary) = self.summaries.get(*target) else {
                 // A recursion that was not gone through yet adds nothing.
@@ -47,16 +60,11 @@ impl Search<'_> {
                 continue;
             };
             called.writes.extend(summary.writes.iter().filter_map(|given| place_of(given, site)));
-            let own = |called: &&CalledPlace| {
-                called.target == *target && called.law == self.law && self.is_among(&called.roots, false)
-            };
-            let outcomes = places.iter().filter(own);
+            let outcomes = own.iter().filter(|called| called.target == *target);
             let outcomes = outcomes.map(|called| (called.place.clone(), called.outcomes(self.summaries).to_vec()));
             called.add(Effect { outcomes: outcomes.collect(), heads: summary.heads });
         }
         called.borrows.extend(self.summaries.borrows(site).map(|(part, place)| (part.to_vec(), place)));
-        let called = Rc::new(called);
-        self.called.borrow_mut().insert(site.result, Rc::clone(&called));
         called
     }
 }

@@ -1,5 +1,6 @@
 //! What calls and assignments do to a state: counts, names, and what is known of conditions.
 
+use super::names::is_concerned;
 use super::run::{BEYOND, Run};
 use super::{MAX_ROUNDS, State};
 use crate::count::counts::Count;
@@ -66,8 +67,10 @@ impl Run<'_, '_> {
             after.push(state);
         }
         for next in after {
-            let names = self.names.get(next.names).clone();
-            let (names, is_doubtful) = search.borrowed(&names, site);
+            let Some((names, is_doubtful)) = search.borrowed(self.names.get(next.names), site) else {
+                self.everywhere(at, &next);
+                continue;
+            };
             let names = self.names.intern(names);
             let unknown = if is_doubtful { Some(self.cause(&Cause::Index(site.text.clone()))) } else { next.unknown };
             self.everywhere(at, &State { names, unknown, ..next });
@@ -180,16 +183,17 @@ impl Run<'_, '_> {
         if self.part_copies(at, state, set) {
             return;
         }
-        let names = self.names.get(state.names).clone();
-        let (renamed, replaced) = self.search.renamed(&names, set, &|var| self.number(state, var));
         let mut next = state.clone();
-        next.names = self.names.intern(renamed);
-        next.reset |= replaced;
-        if replaced {
-            self.rejuvenate(&mut next);
-        }
-        if !set.rebinds && !replaced && names.iter().any(|name| set.place.relate(name, &|_| None) == Relation::Part) {
-            next.partly_reset = true;
+        if is_concerned(self.names.get(state.names), set) {
+            let names = self.names.get(state.names).clone();
+            let (renamed, replaced) = self.search.renamed(&names, set, &|var| self.number(state, var));
+            next.names = self.names.intern(renamed);
+            next.reset |= replaced;
+            if replaced {
+                self.rejuvenate(&mut next);
+            }
+            let is_part = |name: &Place| set.place.relate(name, &|_| None) == Relation::Part;
+            next.partly_reset |= !set.rebinds && !replaced && names.iter().any(is_part);
         }
         // A copy of a variable has its heads.
         let copied = graph.copied(state.node).and_then(|place| {

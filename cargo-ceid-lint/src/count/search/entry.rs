@@ -1,10 +1,13 @@
 //! Where a search of a loop begins: the names that the instance has there, and what is known of conditions.
 
+use super::hash::BuildHasher;
+use super::interner::Interner;
+use super::names::is_concerned;
 use super::run::Run;
 use super::{Entry, MAX_STATES, Region, Search, State};
 use crate::count::counts::Count;
 use crate::flow::{Base, Cause, Effect, LoopId, NodeId, Place};
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 
 impl Search<'_> {
     /// The heads that a subject can have where a loop is entered: those of the constants that a variable is given outside it.
@@ -94,51 +97,52 @@ impl Search<'_> {
 
     /// The names of the instance at a node, over all ways that lead there; conditions are not told apart.
     fn explore_to(&self, target: NodeId, starts: &[NodeId]) -> Vec<Reached> {
-        let mut seen: BTreeSet<(NodeId, Reached)> = BTreeSet::new();
-        let mut open: Vec<(NodeId, Reached)> = Vec::new();
+        let mut known: Interner<Reached> = Interner::default();
+        let mut seen: HashSet<(NodeId, u32), BuildHasher> = HashSet::default();
+        let mut open: Vec<(NodeId, u32)> = Vec::new();
+        let begin = known.intern((vec![self.instance.clone()], None));
         for start in starts {
-            let reached = (vec![self.instance.clone()], None);
             for next in &self.graph.node(*start).next {
-                open.push((*next, reached.clone()));
+                open.push((*next, begin));
             }
             if *start == target {
-                return vec![reached];
+                return vec![known.get(begin).clone()];
             }
         }
         let mut found = Vec::new();
-        while let Some((node, (names, doubt))) = open.pop() {
+        while let Some((node, reached)) = open.pop() {
             if node == target {
-                found.push((names, doubt));
+                found.push(known.get(reached).clone());
                 continue;
             }
-            if seen.len() > MAX_STATES / 4 || !seen.insert((node, (names.clone(), doubt.clone()))) {
+            if seen.len() > MAX_STATES / 4 || !seen.insert((node, reached)) {
                 continue;
             }
-            let info = self.graph.node(node);
-            let mut doubt = doubt;
-            let all = match &info.effect {
-                Effect::Set(set) => vec![self.renamed(&names, set, &|_| None).0],
-                Effect::Write(write) => vec![self.renamed(&names, write, &|_| None).0],
+            let (names, doubt) = known.get(reached);
+            let mut behind: Vec<Reached> = Vec::new();
+            match &self.graph.node(node).effect {
+                Effect::Set(set) | Effect::Write(set) if is_concerned(names, set) => {
+                    behind.push((self.renamed(names, set, &|_| None).0, doubt.clone()));
+                }
                 Effect::Call(site) => {
-                    let (names, is_doubtful) = self.borrowed(&names, site);
-                    if is_doubtful {
-                        doubt = Some(Cause::Index(site.text.clone()));
+                    if let Some((names, is_doubtful)) = self.borrowed(names, site) {
+                        let cause = || Cause::Index(site.text.clone());
+                        behind.push((names, if is_doubtful { Some(cause()) } else { doubt.clone() }));
                     }
-                    vec![names]
                 }
                 Effect::LoopHead(id) => {
-                    let mut all = vec![self.without_items(&names, *id)];
-                    if self.covers(*id) {
-                        all.push(self.with_items(&all[0], *id));
-                    }
-                    all
+                    let plain = self.without_items(names, *id);
+                    let own = self.covers(*id).then(|| self.with_items(&plain, *id));
+                    behind.extend([plain].into_iter().chain(own).map(|names| (names, doubt.clone())));
                 }
-                _ => vec![names],
+                _ => {}
+            }
+            let all: Vec<u32> = match behind.is_empty() {
+                true => vec![reached],
+                false => behind.into_iter().map(|reached| known.intern(reached)).collect(),
             };
-            for names in all {
-                for next in &info.next {
-                    open.push((*next, (names.clone(), doubt.clone())));
-                }
+            for reached in all {
+                open.extend(self.graph.node(node).next.iter().map(|next| (*next, reached)));
             }
         }
         found

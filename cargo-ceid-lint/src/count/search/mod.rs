@@ -7,14 +7,16 @@ mod called;
 mod choice;
 mod effects;
 mod entry;
+mod hash;
 mod interner;
 mod modes;
 mod names;
 mod run;
 
-use std::cell::{OnceCell, RefCell};
+use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+pub(super) use called::Called;
 use modes::Age;
 pub(super) use modes::Mode;
 use names::{covering_loops, indexes_instance};
@@ -92,6 +94,8 @@ pub(super) struct End {
 pub(super) struct Exploration {
     pub(super) states: Vec<State>,
     parents: Vec<Option<usize>>,
+    /// How many states come before each on its way.
+    depths: Vec<u32>,
     pub(super) ends: Vec<End>,
     pub(super) causes: Vec<Cause>,
     /// Set if the search gave up.
@@ -104,6 +108,11 @@ impl Exploration {
     /// The state before one on its way.
     pub(super) fn parent(&self, at: usize) -> Option<usize> {
         self.parents[at]
+    }
+
+    /// How long the way to a state is.
+    pub(super) fn depth(&self, at: usize) -> u32 {
+        self.depths[at]
     }
 
     /// The states of the way to one, in order.
@@ -133,9 +142,11 @@ pub(super) struct Search<'a> {
     covering: BTreeSet<LoopId>,
     dependence: std::rc::Rc<ControlDependence>,
     /// What the calls do that were asked for, by their results.
-    called: RefCell<HashMap<Var, std::rc::Rc<called::Called>>>,
+    called: RefCell<HashMap<Var, std::rc::Rc<Called>>>,
     /// The nodes that may update it.
     updating: OnceCell<BTreeSet<NodeId>>,
+    /// How many states were looked at.
+    states: Cell<usize>,
 }
 
 impl<'a> Search<'a> {
@@ -161,6 +172,7 @@ impl<'a> Search<'a> {
             dependence,
             called: RefCell::default(),
             updating: OnceCell::new(),
+            states: Cell::new(0),
         };
         search.sample_loops = search.own_cycles();
         search
@@ -190,14 +202,20 @@ impl<'a> Search<'a> {
             .collect()
     }
 
+    /// The nodes at which something happens to what has the same base as the instance.
+    fn near(&self) -> impl Iterator<Item = NodeId> + '_ {
+        self.aliases.near(self.graph, self.summaries, self.instance.base)
+    }
+
     /// The nodes at which something may happen to the instance, whatever its names.
     pub(super) fn touching(&self) -> BTreeSet<NodeId> {
-        self.graph.node_ids().filter(|id| self.touches(*id, true)).collect()
+        let returns = self.graph.node_ids().filter(|id| matches!(self.graph.node(*id).effect, Effect::Return(_)));
+        self.near().chain(returns).filter(|id| self.touches(*id, true)).collect()
     }
 
     /// The nodes that may update it.
     pub(super) fn updating(&self) -> BTreeSet<NodeId> {
-        let updating = || self.graph.node_ids().filter(|id| self.touches(*id, false)).collect();
+        let updating = || self.near().filter(|id| self.touches(*id, false)).collect();
         self.updating.get_or_init(updating).clone()
     }
 
@@ -231,7 +249,7 @@ impl<'a> Search<'a> {
             }),
             _ => false,
         };
-        self.graph.node_ids().filter(|id| self.graph.node(*id).debug_only.is_none()).filter(is_unknown).collect()
+        self.near().filter(|id| self.graph.node(*id).debug_only.is_none()).filter(is_unknown).collect()
     }
 
     /// The branches that decide whether a node is reached, at any depth.
@@ -327,6 +345,11 @@ impl<'a> Search<'a> {
         })
     }
 
+    /// How many states were looked at so far.
+    pub(super) fn states(&self) -> usize {
+        self.states.get()
+    }
+
     /// The ways through the whole function, as its callers see them.
     pub(super) fn ways(&self, region: Region) -> Ways {
         let around = self.updating().into_iter().flat_map(|node| self.graph.loops_around(node));
@@ -350,6 +373,7 @@ impl<'a> Search<'a> {
         if exploration.limit {
             outcomes.insert(Outcome::unknown(Cause::Limit("the function has too many paths".to_owned())));
         }
+        outcomes.extend(self.aliases.limit().map(Outcome::unknown));
         Ways {
             outcomes: merge(outcomes),
             states: exploration.states.len(),
@@ -369,7 +393,9 @@ impl<'a> Search<'a> {
         for (node, entry) in starts {
             run.start(*node, entry.as_ref());
         }
-        run.finish()
+        let exploration = run.finish();
+        self.states.set(self.states.get() + exploration.states.len());
+        exploration
     }
 
     /// Where a search of a region begins.
@@ -392,7 +418,7 @@ impl<'a> Search<'a> {
         };
         let mut touching_inside: BTreeSet<NodeId> = touching.into_iter().filter(|node| inside(*node)).collect();
         // A filter that is updated when its guard ends is touched there.
-        touching_inside.extend(self.graph.node_ids().filter(|id| {
+        touching_inside.extend(self.near().filter(|id| {
             inside(*id)
                 && matches!(&self.graph.node(*id).effect, Effect::Update(update) if self.may_be(&update.place, true))
         }));
@@ -418,29 +444,31 @@ impl<'a> Search<'a> {
     /// The nodes from which an update can be reached without leaving the iteration.
     pub(super) fn reach(&self, region: Region) -> Vec<bool> {
         let graph = self.graph;
-        let mut before: Vec<Vec<NodeId>> = vec![Vec::new(); graph.nodes.len()];
-        for id in graph.node_ids() {
-            if let Region::Loop(own) = region
-                && !graph.is_within(graph.node(id).in_loop, own)
-            {
-                continue;
-            }
-            for next in &graph.node(id).next {
-                let ends = matches!(region, Region::Loop(own) if *next == graph.loop_info(own).head);
-                // The next round of a loop over the elements is another element's: for this one, what is behind the loop follows.
-                let others = matches!(&graph.node(*next).effect, Effect::LoopHead(inner)
-                    if self.covers(*inner) && graph.is_within(graph.node(id).in_loop, *inner));
-                let follow = if others { graph.node(*next).next.get(1) } else { Some(next) };
-                if let (false, Some(follow)) = (ends, follow) {
-                    before[follow.0 as usize].push(id);
-                }
-            }
-        }
+        let is_own_head = |id: NodeId| matches!(region, Region::Loop(own) if id == graph.loop_info(own).head);
+        let is_inside =
+            |id: &NodeId| !matches!(region, Region::Loop(own) if !graph.is_within(graph.node(*id).in_loop, own));
+        // The next round of a loop over the elements is another element's: for this one, what is behind the loop follows.
+        let others = |head: NodeId| match &graph.node(head).effect {
+            Effect::LoopHead(id) if self.covers(*id) && !is_own_head(head) => Some(*id),
+            _ => None,
+        };
+        let is_round = |id: NodeId, head: NodeId| {
+            others(head).is_some_and(|covered| graph.is_within(graph.node(id).in_loop, covered))
+        };
         let mut reach = vec![false; graph.nodes.len()];
         let mut open: Vec<NodeId> = self.updating().into_iter().collect();
         while let Some(id) = open.pop() {
-            if !std::mem::replace(&mut reach[id.0 as usize], true) {
-                open.extend(before[id.0 as usize].iter().copied());
+            if std::mem::replace(&mut reach[id.0 as usize], true) {
+                continue;
+            }
+            for before in self.dependence.before(id) {
+                if is_inside(before) && !is_own_head(id) && !is_round(*before, id) {
+                    open.push(*before);
+                }
+                if graph.node(*before).next.get(1) == Some(&id) {
+                    let rounds = self.dependence.before(*before).iter().filter(|round| is_round(**round, *before));
+                    open.extend(rounds.copied().filter(is_inside));
+                }
             }
         }
         reach

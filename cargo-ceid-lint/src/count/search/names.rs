@@ -52,14 +52,18 @@ impl Search<'_> {
         (kept, replaced)
     }
 
-    /// The names after a call that may give back a borrow, and whether it depends on the callee if the instance is among
-    /// what is borrowed.
-    pub(super) fn borrowed(&self, names: &[Place], site: &CallSite) -> (Vec<Place>, bool) {
+    /// The names after a call that may give back a borrow, if they are others than before, and whether it depends on the callee if
+    /// the instance is among what is borrowed.
+    pub(super) fn borrowed(&self, names: &[Place], site: &CallSite) -> Option<(Vec<Place>, bool)> {
         let result = Place::var(site.result);
+        let called = self.called(site);
+        let is_lent = || called.borrows.iter().any(|(_, from)| names.iter().any(|name| name.base == from.base));
+        if names.iter().all(|name| name.base != result.base) && !is_lent() {
+            return None;
+        }
         let base: Vec<Place> = names.iter().filter(|name| name.base != result.base).cloned().collect();
         // Borrows of one part of the result exclude each other; those of several parts are there together.
         let mut parts: Vec<(&[Projection], Vec<Vec<Place>>)> = Vec::new();
-        let called = self.called(site);
         for (part, from) in &called.borrows {
             let place = result.join(part);
             let gained: Vec<Place> = base
@@ -85,7 +89,7 @@ impl Search<'_> {
         }
         all.sort();
         all.dedup();
-        (all, is_doubtful)
+        Some((all, is_doubtful))
     }
 
     /// The names without those that last for one round of a loop.
@@ -162,6 +166,12 @@ impl Search<'_> {
         all.dedup();
         all
     }
+}
+
+/// Whether a value that is given to a place may change names.
+pub(super) fn is_concerned(names: &[Place], set: &Assignment) -> bool {
+    let is_there = |place: &Place| names.iter().any(|name| name.base == place.base);
+    is_there(&set.place) || set.from.as_ref().is_some_and(is_there)
 }
 
 /// The steps of a name behind an element of a collection; a whole collection is handed out by chunks.

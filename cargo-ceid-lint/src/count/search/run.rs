@@ -1,8 +1,9 @@
 //! One search at work: its states, what each effect does to them, and how ways end.
 
-use std::collections::{BTreeSet, HashMap, VecDeque};
+use std::collections::{BTreeSet, HashSet, VecDeque};
 
 use super::entry::Known;
+use super::hash::BuildHasher;
 use super::interner::Interner;
 use super::{End, EndKind, Exploration, MAX_ROUNDS, MAX_STATES, Region, Search, State};
 use crate::count::counts::Count;
@@ -30,7 +31,7 @@ pub(super) struct Run<'s, 'a> {
     pub(super) doubt: Option<u16>,
     /// Loops that count as one run of a cycle of their own, however many rounds they have.
     own: BTreeSet<LoopId>,
-    pub(super) seen: HashMap<State, usize>,
+    pub(super) seen: HashSet<State, BuildHasher>,
     pub(super) queue: VecDeque<usize>,
     /// The mode that is asked about, if one is.
     pub(super) mode: Option<super::Mode>,
@@ -54,6 +55,7 @@ impl<'s, 'a> Run<'s, 'a> {
             exploration: Exploration {
                 states: Vec::new(),
                 parents: Vec::new(),
+                depths: Vec::new(),
                 ends: Vec::new(),
                 causes: Vec::new(),
                 limit: false,
@@ -62,7 +64,7 @@ impl<'s, 'a> Run<'s, 'a> {
             reach,
             doubt: None,
             own,
-            seen: HashMap::new(),
+            seen: HashSet::default(),
             queue: VecDeque::new(),
             mode: None,
         }
@@ -80,19 +82,19 @@ impl<'s, 'a> Run<'s, 'a> {
     }
 
     pub(super) fn push(&mut self, state: State, parent: Option<usize>) {
-        if self.seen.contains_key(&state) {
-            return;
-        }
         // What only names a gate may take a part of the effort.
         let limit = if self.mode.is_some() { MAX_STATES / 4 } else { MAX_STATES };
         if self.exploration.states.len() >= limit {
-            self.exploration.limit = true;
+            self.exploration.limit |= !self.seen.contains(&state);
+            return;
+        }
+        if !self.seen.insert(state.clone()) {
             return;
         }
         let at = self.exploration.states.len();
-        self.exploration.states.push(state.clone());
+        self.exploration.states.push(state);
         self.exploration.parents.push(parent);
-        self.seen.insert(state, at);
+        self.exploration.depths.push(parent.map_or(0, |parent| self.exploration.depths[parent] + 1));
         self.queue.push_back(at);
     }
 

@@ -12,6 +12,7 @@ use crate::source::{FileId, SourceMap, Span};
 #[derive(Clone, Debug, Default)]
 pub struct Directives {
     files: BTreeMap<FileId, Vec<Directive>>,
+    cycles: BTreeMap<FileId, BTreeMap<u32, CycleDirective>>,
 }
 
 /// A directive, or what was meant as one.
@@ -93,14 +94,15 @@ impl Directives {
     /// Reads the directives of all files.
     #[must_use]
     pub fn read(sources: &SourceMap) -> Self {
-        let mut files = BTreeMap::new();
+        let mut directives = Self::default();
         for (id, file) in sources.files() {
             let found = read::directives(id, file);
             if !found.is_empty() {
-                files.insert(id, found);
+                directives.cycles.insert(id, of_cycles(id, sources, &found));
+                directives.files.insert(id, found);
             }
         }
-        Self { files }
+        directives
     }
 
     /// Whether there is none.
@@ -117,20 +119,23 @@ impl Directives {
     /// What a comment above the line of a place, or at its end, says of the cycle or gate there.
     #[must_use]
     pub fn of_cycle(&self, sources: &SourceMap, place: Span) -> Option<CycleDirective> {
-        let own = self.files.get(&place.file)?;
-        let line = sources.line(place);
-        let line_of = |at: u32| sources.line(Span::new(place.file, at, at));
-        let is_here = |directive: &&Directive| match directive.site {
-            Site::Above(Some(next)) => line_of(next) == line,
-            Site::Behind { .. } => line_of(directive.span.start) == line,
-            Site::Above(None) | Site::Inside(_) => false,
-        };
-        let mut here = own.iter().rev().filter(is_here).filter_map(|directive| match &directive.kind {
-            DirectiveKind::Cycle(said) => Some(*said),
-            _ => None,
-        });
-        here.next()
+        let own = self.cycles.get(&place.file)?;
+        own.get(&sources.line(place)).copied()
     }
+}
+
+/// What the comments of a file say of cycles, by the lines of what they stand at; the last one of each.
+fn of_cycles(id: FileId, sources: &SourceMap, found: &[Directive]) -> BTreeMap<u32, CycleDirective> {
+    let line_of = |at: u32| sources.line(Span::new(id, at, at));
+    let of_directive = |directive: &Directive| {
+        let DirectiveKind::Cycle(said) = directive.kind else { return None };
+        match directive.site {
+            Site::Above(Some(next)) => Some((line_of(next), said)),
+            Site::Behind { .. } => Some((line_of(directive.span.start), said)),
+            Site::Above(None) | Site::Inside(_) => None,
+        }
+    };
+    found.iter().filter_map(of_directive).collect()
 }
 
 #[cfg(test)]

@@ -1,0 +1,64 @@
+//! Where the loops of a program stand in its bodies, and what all plans ask of the text and the bodies around them.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::rc::Rc;
+
+use super::walk;
+use crate::flow::Program;
+use crate::index::FunctionId;
+use crate::source::{FileId, Span};
+use crate::syntax::Outline;
+use crate::syntax::tree::{ExprId, ExprKind};
+
+/// The expression in which each one of a body lies.
+pub(super) type Parents = Rc<[Option<ExprId>]>;
+
+/// The loops of a program.
+pub(super) struct Loops<'a> {
+    pub(super) program: &'a Program<'a>,
+    /// By their keywords: the function, the loop, and the block that is one iteration.
+    at: HashMap<Span, (FunctionId, ExprId, ExprId)>,
+    parents: RefCell<HashMap<FunctionId, Parents>>,
+    outlines: RefCell<HashMap<FileId, Rc<Outline>>>,
+}
+
+impl<'a> Loops<'a> {
+    pub(super) fn of(program: &'a Program<'a>) -> Self {
+        let mut at = HashMap::new();
+        for id in program.index.function_ids() {
+            let Some(body) = &program.index.function(id).function.body else { continue };
+            let whole = body.expr(body.root).span;
+            for (number, expr) in (0u32..).zip(&body.exprs) {
+                match &expr.kind {
+                    ExprKind::Loop { keyword, body, .. }
+                    | ExprKind::While { keyword, body, .. }
+                    | ExprKind::For { keyword, body, .. }
+                        if whole.contains(*keyword) =>
+                    {
+                        at.entry(*keyword).or_insert((id, ExprId(number), *body));
+                    }
+                    _ => {}
+                }
+            }
+        }
+        Self { program, at, parents: RefCell::default(), outlines: RefCell::default() }
+    }
+
+    /// The loop whose keyword stands at `head`.
+    pub(super) fn at(&self, head: Span) -> Option<(FunctionId, ExprId, ExprId)> {
+        self.at.get(&head).copied()
+    }
+
+    pub(super) fn parents(&self, function: FunctionId) -> Parents {
+        let body = self.program.index.function(function).function.body.as_ref();
+        let find = || body.map(walk::parents).unwrap_or_default().into();
+        Rc::clone(self.parents.borrow_mut().entry(function).or_insert_with(find))
+    }
+
+    /// The brackets of a file.
+    pub(super) fn outline(&self, file: FileId) -> Rc<Outline> {
+        let find = || Rc::new(Outline::of(&self.program.sources.file(file).text));
+        Rc::clone(self.outlines.borrow_mut().entry(file).or_insert_with(find))
+    }
+}
