@@ -157,7 +157,7 @@ fn the_real_time_thread_gives_the_simulated_path() {
 #[test]
 fn a_real_time_thread_that_is_not_there_is_told_in_a_sentence() {
     let sentence = worlds::drive(World::RealTime, &Trip::new(2.0), &mut []).expect_err("it is not there");
-    assert!(sentence.contains("--features linux-rt"), "{sentence}");
+    assert!(sentence.contains("`linux-rt`"), "{sentence}");
 }
 
 #[test]

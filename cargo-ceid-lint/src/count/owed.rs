@@ -122,7 +122,11 @@ impl Context<'_> {
             let is_here = !instance.loops.is_empty() || instance.function;
             // Whoever calls a helper may run the other half.
             let is_lent = facts.kind == FunctionKind::Helper
-                && instance.place.base_var().is_some_and(|var| facts.graph.var(var).param.is_some());
+                && instance
+                    .place
+                    .base_var()
+                    .map(|var| facts.graph.var(var))
+                    .is_some_and(|info| info.param.is_some() && !matches!(info.ty, Ty::Adt(..)));
             if elsewhere
                 || is_here
                 || is_lent
@@ -302,7 +306,10 @@ impl Context<'_> {
                 if set.place == Place::var(var) && set.transfer == Transfer::Copy && is_named(graph, set.from.as_ref()))
         };
         let is_item = graph.loops.iter().any(|info| info.bound.contains(&var));
-        !matches!(graph.var(var).ty, Ty::Ref(..)) && !is_item && !graph.nodes.iter().any(is_copy)
+        !matches!(graph.var(var).ty, Ty::Ref(..))
+            && !is_item
+            && !graph.handed.contains(&var)
+            && !graph.nodes.iter().any(is_copy)
     }
 
     fn push_missed(

@@ -18,6 +18,7 @@ pub(super) struct ControlDependence {
 impl ControlDependence {
     pub(super) fn of(graph: &ControlFlowGraph) -> Self {
         let endless = endless_heads(graph);
+        let exit = exit_of(graph);
         let after = post_dominators(graph, &endless);
         let mut branches: Vec<Vec<u32>> = vec![Vec::new(); graph.nodes.len()];
         for (number, node) in (0u32..).zip(&graph.nodes) {
@@ -25,19 +26,17 @@ impl ControlDependence {
                 continue;
             }
             let stop = after[number as usize];
-            for next in &node.next {
-                let mut at = Some(next.0);
-                let mut steps = 0;
-                while let Some(node) = at
-                    && Some(node) != stop
-                    && steps <= graph.nodes.len()
-                {
-                    let list = &mut branches[node as usize];
-                    if !list.contains(&number) {
-                        list.push(number);
-                    }
-                    at = after[node as usize];
-                    steps += 1;
+            let mut open: Vec<u32> = node.next.iter().map(|next| next.0).collect();
+            while let Some(node) = open.pop() {
+                if Some(node) == stop || branches[node as usize].contains(&number) {
+                    continue;
+                }
+                branches[node as usize].push(number);
+                match after[node as usize] {
+                    Some(next) if next == exit => {}
+                    Some(next) => open.push(next),
+                    // All ways from here diverge, and all that lies on them depends on the branch.
+                    None => open.extend(graph.nodes[node as usize].next.iter().map(|next| next.0)),
                 }
             }
         }
@@ -83,11 +82,11 @@ fn endless_heads(graph: &ControlFlowGraph) -> BTreeSet<u32> {
     heads.filter(|(number, _)| !ends[*number as usize]).map(|(number, _)| number).collect()
 }
 
-/// The nearest node through which every way from a node to an exit leads. Ways that never end or that diverge do not count: a
+/// The nearest node through which every way from a node to an exit leads; none where all ways diverge. Ways that never end or that diverge do not count: a
 /// loop without an exit is taken to have one at its head.
 fn post_dominators(graph: &ControlFlowGraph, endless: &BTreeSet<u32>) -> Vec<Option<u32>> {
     let count = graph.nodes.len();
-    let exit = u32::try_from(count).unwrap_or(u32::MAX);
+    let exit = exit_of(graph);
     let mut before: Vec<Vec<u32>> = vec![Vec::new(); count + 1];
     for (number, node) in (0u32..).zip(&graph.nodes) {
         if matches!(node.effect, Effect::Diverge | Effect::End) {
@@ -136,7 +135,12 @@ fn post_dominators(graph: &ControlFlowGraph, endless: &BTreeSet<u32>) -> Vec<Opt
         }
     }
     after.truncate(count);
-    after.into_iter().map(|node| node.filter(|node| *node != exit)).collect()
+    after
+}
+
+/// The number of the node behind all exits.
+fn exit_of(graph: &ControlFlowGraph) -> u32 {
+    u32::try_from(graph.nodes.len()).unwrap_or(u32::MAX)
 }
 
 fn meet(after: &[Option<u32>], position: &[usize], left: u32, right: u32) -> u32 {

@@ -59,6 +59,10 @@ pub struct ControlFlowGraph {
     pub derived: Vec<(Var, Var)>,
     /// What variables were computed from: the places read, and the functions and methods called.
     pub computed: std::collections::BTreeMap<Var, Computed>,
+    /// The variables that hold what was taken out of something in the same iteration: `let packet = radio.wait();`
+    pub received: std::collections::BTreeSet<Var>,
+    /// The variables that a closure or an arm was handed: nothing is built there.
+    pub handed: std::collections::BTreeSet<Var>,
     /// The places whose values assignments copy, by their nodes.
     pub copies: std::collections::BTreeMap<NodeId, Place>,
     /// What assignments do, by their nodes.

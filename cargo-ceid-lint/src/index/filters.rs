@@ -125,6 +125,10 @@ impl Index {
                 super::Shape::Struct(shape) => of(shape),
                 super::Shape::Enum(variants) => variants.iter().flat_map(|variant| of(&variant.fields)).collect(),
             };
+            if matches!(def.shape, super::Shape::Struct(_)) {
+                let kept = all.iter().filter_map(|ty| if let Ty::Adt(id, _) = ty { Some(*id) } else { None });
+                self.kept.extend(kept);
+            }
             fields.push((TypeId(number), all));
         }
         self.holding.clear();
@@ -145,6 +149,16 @@ impl Index {
             }
             self.holding.extend(found);
         }
+    }
+
+    /// Whether a type is an enum of messages: several of its variants carry something, and no struct keeps one, as it would
+    /// keep a state.
+    #[must_use]
+    pub fn is_message(&self, ty: &Ty) -> bool {
+        let Ty::Adt(id, _) = ty.peel() else { return false };
+        let super::Shape::Enum(variants) = &self.type_def(*id).shape else { return false };
+        let carrying = variants.iter().filter(|variant| !variant.fields.fields.is_empty());
+        carrying.count() > 1 && !self.kept.contains(id)
     }
 
     /// Whether a type is a filter or holds one, as far as is known.

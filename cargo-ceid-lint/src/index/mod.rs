@@ -94,6 +94,8 @@ pub struct Index {
     makers: BTreeMap<String, String>,
     /// The types that are filters or have one among their fields, at any depth.
     holding: HashSet<TypeId>,
+    /// The types that a field of a struct has.
+    kept: HashSet<TypeId>,
 }
 
 /// What paths mean in modules.

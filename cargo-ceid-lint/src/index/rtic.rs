@@ -40,7 +40,10 @@ pub(super) fn contexts(items: &[Item]) -> Vec<Item> {
     let mut made = Vec::new();
     for item in items {
         let task = item.attributes.iter().find(|attribute| matches!(last(attribute), "task" | "idle" | "init"));
-        if let (ItemKind::Function(_), Some(task)) = (&item.kind, task) {
+        let is_written = || items.iter().any(|other| other.name == item.name && matches!(other.kind, ItemKind::Mod(_)));
+        if let (ItemKind::Function(_), Some(task)) = (&item.kind, task)
+            && !is_written()
+        {
             made.push(context(item, task, shared.as_ref(), local.as_ref()));
         }
     }

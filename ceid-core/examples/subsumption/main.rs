@@ -2,7 +2,7 @@
 //! its intensity. The same robot runs in simulated, soft and hard real time.
 //!
 //! ```text
-//! cargo run -p ceid-core --release --features linux-rt --example subsumption -- --plot figure-11.svg
+//! cargo run -p ceid-core --release --example subsumption -- --plot figure-11.svg
 //! ```
 
 mod arguments;

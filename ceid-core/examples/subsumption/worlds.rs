@@ -47,9 +47,7 @@ fn real_time(trip: &Trip, path: &mut [Vector]) -> Result<Journey<String>, String
 
 #[cfg(not(all(feature = "linux-rt", target_os = "linux")))]
 fn real_time(_: &Trip, _: &mut [Vector]) -> Result<Journey<String>, String> {
-    Err("The real-time thread is for Linux, and needs a feature: cargo run -p ceid-core --release --features linux-rt \
-         --example subsumption -- --thread real-time"
-        .to_owned())
+    Err("The real-time thread is for Linux, with the feature `linux-rt`; run with `--thread soft` here".to_owned())
 }
 
 /// Tells how far a run is that takes its time.

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use super::Gates;
+use super::{Gates, Way};
 use crate::count::search::Region;
-use crate::flow::{Effect, Place, Test, Var};
+use crate::flow::{Effect, NodeId, Place, Test, Var, VarInfo};
 use crate::index::{Shape, Ty};
 
 /// Names of methods that receive a message or an event.
@@ -31,6 +31,27 @@ const EVENTS: &[&str] = &[
     "drain",
 ];
 
+/// Parts of the names of parameters and types that are events.
+const EVENT_WORDS: &[&str] = &[
+    "event",
+    "evt",
+    "message",
+    "msg",
+    "packet",
+    "command",
+    "cmd",
+    "request",
+    "notification",
+    "signal",
+    "action",
+    "key",
+    "button",
+    "note",
+    "telegram",
+    "edge",
+    "trigger",
+];
+
 impl Gates<'_, '_> {
     /// A choice on a value that was received in this iteration, or on the event that a handler is called with.
     pub(super) fn is_event(&self, test: &Test) -> bool {
@@ -46,6 +67,42 @@ impl Gates<'_, '_> {
         compares && test.about.reads.iter().any(|place| self.is_received(place))
     }
 
+    /// Whether a receiver had nothing to give on a way to a choice on what it gives: `Err(_)` of `link.try_recv()`. That is no
+    /// event, unless what it gives says nothing but that it is time.
+    pub(super) fn is_absent(&self, test: &Test, at: NodeId, way: &Way) -> bool {
+        let graph = self.search.graph;
+        let is_presence = |asked: &Test| {
+            asked.about.is_event
+                && asked.about.names == test.about.names
+                && !asked.about.heads.is_empty()
+                && asked.about.heads.iter().all(|head| head == "+" || head == "-")
+        };
+        let is_some = |asked: &Test| asked.about.heads.iter().all(|head| head == "+");
+        let carries = self.nodes().any(|id| match &graph.node(id).effect {
+            Effect::Branch(asked) => is_presence(asked) && is_some(asked) && !asked.about.binds.is_empty(),
+            _ => false,
+        });
+        let asks_at = way.nodes.iter().position(|node| *node == at).unwrap_or_default();
+        let decided = way.nodes[..=asks_at].iter().rev().find_map(|id| match &graph.node(*id).effect {
+            Effect::Branch(asked) if is_presence(asked) => {
+                Some(is_some(asked) == (way.after(*id) == graph.node(*id).next.first().copied()))
+            }
+            _ => None,
+        });
+        carries && decided == Some(false)
+    }
+
+    /// A choice on a message that was taken out of something in this iteration, by whatever name.
+    pub(super) fn is_taken(&self, test: &Test) -> bool {
+        let graph = self.search.graph;
+        let is_choice = !test.about.heads.is_empty() && !test.about.heads.iter().any(|head| head == "+" || head == "-");
+        let asked = test.subject.and_then(|subject| graph.subjects[subject.0 as usize].whole.as_ref());
+        is_choice
+            && asked.and_then(Place::base_var).is_some_and(|var| {
+                graph.received.contains(&var) && self.search.program.index.is_message(&graph.var(var).ty)
+            })
+    }
+
     /// A question of a message about itself: `if key.is_pressed()`.
     fn asks_kind(&self, test: &Test) -> bool {
         let ([place], [name]) = (test.about.reads.as_slice(), test.about.names.as_slice()) else { return false };
@@ -57,11 +114,20 @@ impl Gates<'_, '_> {
     fn is_received(&self, place: &Place) -> bool {
         let Some(var) = place.base_var() else { return false };
         let info = self.search.graph.var(var);
-        let is_event_parameter = self.region == Region::Function
-            && info.param.is_some()
-            && info.name != "self"
-            && matches!(info.ty.peel(), Ty::Adt(..));
-        is_event_parameter || self.is_message(var)
+        let is_parameter = self.region == Region::Function && info.param.is_some() && info.name != "self";
+        (is_parameter && self.is_event_parameter(info)) || self.is_message(var)
+    }
+
+    /// Whether a parameter is the event that a handler is called with: an enum, or what its name or that of its type says so of.
+    /// Readings that come in a struct are none.
+    fn is_event_parameter(&self, info: &VarInfo) -> bool {
+        let Ty::Adt(id, _) = info.ty.peel() else { return false };
+        let def = self.search.program.index.type_def(*id);
+        let says_so = |name: &str| {
+            let name = name.to_lowercase();
+            EVENT_WORDS.iter().any(|word| name.contains(word))
+        };
+        matches!(def.shape, Shape::Enum(_)) || says_so(&def.name) || says_so(&info.name)
     }
 
     /// Whether a variable holds what was received in this iteration, or a part of it.

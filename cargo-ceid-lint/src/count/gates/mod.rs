@@ -158,7 +158,12 @@ impl<'s, 'a> Gates<'s, 'a> {
         if about.is_event {
             // `match receiver.try_recv() { Ok(sample) => …, Err(_) => … }` asks only whether there is one.
             let asks_presence = !about.heads.is_empty() && about.heads.iter().all(|head| head == "+" || head == "-");
-            return Some(if asks_presence && self.feeds_sample(test) { Gate::Sample } else { Gate::Event });
+            if asks_presence && self.feeds_sample(test) {
+                return Some(Gate::Sample);
+            }
+            if !self.is_absent(test, at, way) {
+                return Some(Gate::Event);
+            }
         }
         if about.is_remainder && self.remainder_counts(test) {
             return Some(Gate::Rate);
@@ -185,6 +190,9 @@ impl<'s, 'a> Gates<'s, 'a> {
         let is_reading = !about.heads.is_empty() && !about.binds.is_empty() && !about.names.is_empty();
         if is_reading && self.feeds_sample(test) {
             return Some(Gate::Sample);
+        }
+        if self.is_taken(test) {
+            return Some(Gate::Event);
         }
         if self.asks_moment(test) {
             return Some(Gate::Time);

@@ -6,6 +6,7 @@ use super::{Gates, Sources, Way};
 use crate::count::given::place_of;
 use crate::count::search::{Region, Search};
 use crate::flow::{CallSite, Computed, Effect, NodeId, Place, Test, Var};
+use crate::index::Ty;
 
 /// Parts of the names of methods that ask whether a sample is there.
 const READINESS: &[&str] = &[
@@ -130,11 +131,11 @@ impl Gates<'_, '_> {
     /// Whether what is present or absent is the filter itself.
     pub(super) fn is_presence_of_filter(&self, test: &Test) -> bool {
         let by_name = test.about.binds.iter().any(|var| self.is_instance(&Place::var(*var)));
-        let by_place = test
-            .about
-            .reads
-            .iter()
-            .any(|place| self.search.aliases.roots(place).iter().any(|root| root == self.search.instance));
+        let is_it = |place: &Place| self.search.aliases.roots(place).iter().any(|root| root == self.search.instance);
+        // `dac.write(filter.value())?` asks the converter; the number of an element is asked for nothing.
+        let is_number = |place: &Place| matches!(self.ty(place), Some(Ty::Int));
+        let reads = &test.about.reads;
+        let by_place = reads.iter().any(is_it) && reads.iter().all(|place| is_it(place) || is_number(place));
         // What the law gives back is asked, not whether the filter is there.
         let is_law = self.nodes().any(|id| match &self.search.graph.node(id).effect {
             Effect::Update(update) => self.is_instance(&update.place) && test.about.names.contains(&update.method),
@@ -237,7 +238,7 @@ impl Gates<'_, '_> {
         let graph = self.search.graph;
         let [place] = test.about.reads.as_slice() else { return false };
         let Some(var) = place.base_var() else { return false };
-        let is_truth = matches!(self.ty(place), Some(crate::index::Ty::Bool));
+        let is_truth = matches!(self.ty(place), Some(Ty::Bool));
         let made_by = graph.computed.get(&var).filter(|computed| !computed.calls.is_empty());
         let Some(made_by) = made_by.filter(|_| is_truth && test.about.names.is_empty() && !self.outlives(place)) else {
             return false;

@@ -3,6 +3,11 @@
 use super::Gates;
 use crate::count::search::Region;
 use crate::flow::{Effect, LoopId, NodeId, Place, Test, Var};
+use crate::index::Ty;
+
+/// Parts of the names of parameters and types that hold settings.
+const SETTING_WORDS: &[&str] =
+    &["conf", "cfg", "setting", "param", "option", "opts", "tuning", "calib", "limit", "gain", "const", "setup"];
 
 impl Gates<'_, '_> {
     /// A truth value or option that is set once and never taken back.
@@ -125,7 +130,21 @@ impl Gates<'_, '_> {
         });
         // What a field of a caller's is between two calls is not known here.
         let is_given = self.is_helper && !place.steps.is_empty();
-        !declared_inside && !is_written && !is_given && !self.calls_write(place)
+        !declared_inside && !is_written && !is_given && !self.is_reading(place) && !self.calls_write(place)
+    }
+
+    /// Whether a place is a number in a struct that a cycle function is called with, one of readings rather than of settings.
+    fn is_reading(&self, place: &Place) -> bool {
+        let param = place.base_var().map(|var| self.search.graph.var(var)).filter(|info| info.param.is_some());
+        let Some(info) = param.filter(|info| self.region == Region::Function && info.name != "self") else {
+            return false;
+        };
+        let says_so = |name: &str| {
+            let name = name.to_lowercase();
+            SETTING_WORDS.iter().any(|word| name.contains(word))
+        };
+        let is_setting = says_so(&info.name) || says_so(&self.search.program.index.type_name(&info.ty));
+        !place.steps.is_empty() && matches!(self.ty(place), Some(Ty::Float)) && !is_setting
     }
 
     /// Whether a variable is another name of an item of a loop.

@@ -432,9 +432,11 @@ impl<'a> Search<'a> {
             true => 1 + u32::from(self.graph.node(node).in_loop != own_loop),
         };
         let mut tracked = tracked(self.graph, &self.dependence, &touching_inside, &times);
-        // Whether a way completes depends on the branches that leave the loop.
+        // Whether a way completes depends on the branches that leave the loop, or diverge: `self.step().unwrap()`.
         touching_inside.extend(self.graph.node_ids().filter(|id| {
-            inside(*id) && self.graph.node(*id).next.iter().any(|next| region != Region::Function && !inside(*next))
+            let node = self.graph.node(*id);
+            let leaves = node.next.iter().any(|next| region != Region::Function && !inside(*next));
+            inside(*id) && (leaves || matches!(node.effect, Effect::Diverge))
         }));
         tracked.add(slice::tracked(self.graph, &self.dependence, &touching_inside, &times));
         Run::new(self, region, tracked, self.reach(region), own)

@@ -40,6 +40,7 @@ impl Builder<'_> {
             for (number, (pat, _)) in code.params.iter().enumerate() {
                 let value = args.get(number).cloned().unwrap_or_default();
                 this.bind_pattern(*pat, &value);
+                this.note_handed(*pat);
             }
             this.expr(code.body)
         });
@@ -83,6 +84,7 @@ impl Builder<'_> {
             for (number, pat) in body.params.iter().enumerate() {
                 let value = args.get(number).cloned().unwrap_or_default();
                 this.bind_pattern(*pat, &value);
+                this.note_handed(*pat);
             }
             this.expr(body.root)
         });
@@ -221,8 +223,7 @@ impl Builder<'_> {
         let body = self.frames[closure.frame].body;
         let ExprKind::Closure(code) = &body.expr(closure.expr).kind else { return Vec::new() };
         let outer = std::mem::replace(&mut self.frame, closure.frame);
-        let locals: Vec<_> = code.params.iter().flat_map(|(pat, _)| self.locals_of(*pat)).collect();
-        let vars = locals.into_iter().map(|local| self.var_of(local)).collect();
+        let vars = code.params.iter().flat_map(|(pat, _)| self.vars_of(*pat)).collect();
         self.frame = outer;
         vars
     }

@@ -62,6 +62,7 @@ impl Builder<'_> {
             ExprKind::Let { pat, value } => {
                 let given = self.expr(*value);
                 let span = self.body().pat(*pat).span.to(self.span(*value));
+                self.note_handed(*pat);
                 self.match_pattern(*pat, *value, &given, span, no);
             }
             ExprKind::Block(block) if block.stmts.is_empty() && block.label.is_none() && block.tail.is_some() => {

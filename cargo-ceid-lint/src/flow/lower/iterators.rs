@@ -719,7 +719,7 @@ impl Builder<'_> {
         let mut counters: Vec<Var> = Vec::new();
         self.counter_names(pat, item, &mut counters);
         self.bind_pattern(pat, value);
-        let bound: Vec<Var> = self.locals_of(pat).into_iter().map(|local| self.var_of(local)).collect();
+        let bound = self.vars_of(pat);
         let info = &mut self.graph.loops[id.0 as usize];
         info.bound.extend(bound);
         if let Some((_, first)) = info.counter

@@ -143,7 +143,7 @@ impl Builder<'_> {
         while let Some(at) = open.pop() {
             match &body.expr(at).kind {
                 ExprKind::Let { pat, .. } => {
-                    let vars: Vec<Var> = self.locals_of(*pat).into_iter().map(|local| self.var_of(local)).collect();
+                    let vars = self.vars_of(*pat);
                     self.graph.loops[this_loop.0 as usize].bound.extend(vars);
                 }
                 ExprKind::Binary { op: "&&", lhs, rhs } => open.extend([*lhs, *rhs]),
@@ -188,7 +188,7 @@ impl Builder<'_> {
             this.bind_item(this_loop, pat, &item, &value);
             this.note_sampled(this_loop, body);
             if is_mapped {
-                let names: Vec<Var> = this.locals_of(pat).into_iter().map(|local| this.var_of(local)).collect();
+                let names = this.vars_of(pat);
                 this.derive(&names, iterable);
             }
             this.expr(body);

@@ -209,6 +209,8 @@ impl<'a> Builder<'a> {
             subjects: Vec::new(),
             guards: Vec::new(),
             derived: Vec::new(),
+            received: std::collections::BTreeSet::new(),
+            handed: std::collections::BTreeSet::new(),
             computed: std::collections::BTreeMap::new(),
             changes: std::collections::BTreeMap::new(),
             copies: std::collections::BTreeMap::new(),

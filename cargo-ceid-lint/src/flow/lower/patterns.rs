@@ -42,8 +42,9 @@ impl Builder<'_> {
             }
             let mut own = matched.clone();
             own.about.is_event |= is_select;
-            let bound: Vec<Var> = self.locals_of(arm.pat).into_iter().map(|local| self.var_of(local)).collect();
+            let bound = self.vars_of(arm.pat);
             self.derive(&bound, scrutinee);
+            self.note_handed(arm.pat);
             own.span = Some(self.body().pat(arm.pat).span);
             own.text = format!("{} is {}", matched.text, self.pattern_text(arm.pat));
             self.open_block();
@@ -103,6 +104,10 @@ impl Builder<'_> {
             }
             pure => pure,
         };
+        let asked = pure.as_ref().and_then(|pure| pure.whole.as_ref()).and_then(Place::base_var);
+        if self.receives(scrutinee) {
+            self.graph.received.extend(asked);
+        }
         Matched { value, pure, total, about, text, span: None, expr: Some(scrutinee) }
     }
 
@@ -111,7 +116,7 @@ impl Builder<'_> {
         if self.at.is_none() {
             return;
         }
-        let bound: Vec<Var> = self.locals_of(pat).into_iter().map(|local| self.var_of(local)).collect();
+        let bound = self.vars_of(pat);
         self.derive(&bound, expr);
         let pure = self.pure(expr).or_else(|| value.same_as.map(|var| self.pure_var(var)));
         let mut about = self.about(expr);
@@ -122,12 +127,18 @@ impl Builder<'_> {
         self.test_pattern(pat, &matched, no);
     }
 
+    /// Notes that what a pattern binds comes from elsewhere.
+    pub(super) fn note_handed(&mut self, pat: PatId) {
+        let bound = self.vars_of(pat);
+        self.graph.handed.extend(bound);
+    }
+
     /// Asks whether a value matches; binds the names where it does.
     fn test_pattern(&mut self, pat: PatId, matched: &Matched, no: NodeId) {
         if self.at.is_none() {
             return;
         }
-        let binds: Vec<Var> = self.locals_of(pat).into_iter().map(|local| self.var_of(local)).collect();
+        let binds = self.vars_of(pat);
         let mut matched = matched.clone();
         matched.about.binds = binds;
         // Where the clock has ended there is no cycle: in a function that runs one, nothing is owed on that way.
@@ -294,7 +305,7 @@ impl Builder<'_> {
             && let ExprKind::Tuple(parts) = &body.expr(expr).kind
             && let Some(own) = parts.get(number).copied()
         {
-            let binds: Vec<Var> = self.locals_of(pat).into_iter().map(|local| self.var_of(local)).collect();
+            let binds = self.vars_of(pat);
             self.derive(&binds, own);
             part.pure = self.pure(own).or(part.pure);
             part.total = self.total_heads(self.ty(own));
@@ -382,6 +393,11 @@ impl Builder<'_> {
     fn is_struct_pat(&self, pat: PatId) -> bool {
         matches!(self.typed().pat_def.get(&pat),
             Some(Def::Type(id)) if matches!(self.program.index.type_def(*id).shape, Shape::Struct(_)))
+    }
+
+    /// The variables that a pattern binds.
+    pub(super) fn vars_of(&mut self, pat: PatId) -> Vec<Var> {
+        self.locals_of(pat).into_iter().map(|local| self.var_of(local)).collect()
     }
 
     /// The locals that a pattern binds.

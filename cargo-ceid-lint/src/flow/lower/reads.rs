@@ -2,7 +2,9 @@
 
 use super::Builder;
 use crate::flow::{Computed, Var};
-use crate::syntax::tree::{ExprId, ExprKind};
+use crate::index::MethodOwner;
+use crate::syntax::tree::{ExprId, ExprKind, Receiver, TypeRef};
+use crate::types::Callee;
 
 impl Builder<'_> {
     /// The variables that an expression reads anywhere in it. Children stand before their parents.
@@ -29,12 +31,37 @@ impl Builder<'_> {
         for read in self.reads_of(from) {
             self.graph.derived.extend(vars.iter().map(|var| (*var, read)));
         }
+        if self.receives(from) {
+            self.graph.received.extend(vars);
+        }
         let computed = self.computed_from(from);
         for var in vars {
             let all = self.graph.computed.entry(*var).or_default();
             all.places.extend(computed.places.iter().cloned());
             all.calls.extend(computed.calls.iter().cloned());
         }
+    }
+
+    /// Whether an expression takes something out of a source that it changes, and gives it nothing to compute with:
+    /// `radio.wait()`, `next_packet(&mut port)`.
+    pub(super) fn receives(&self, id: ExprId) -> bool {
+        let body = self.body();
+        let given = match &body.expr(id).kind {
+            ExprKind::Try(inner) | ExprKind::Await(inner) => return self.receives(*inner),
+            ExprKind::MethodCall { args, .. } => args.len() + 1,
+            ExprKind::Call { args, .. } => args.len(),
+            _ => return false,
+        };
+        let Some(Callee::Resolved(called)) = self.typed().callees.get(&id) else { return false };
+        let declared = called.owner.as_ref().and_then(MethodOwner::function);
+        let Some(function) = called.targets.first().copied().or(declared) else { return false };
+        let function = &self.program.index.function(function).function;
+        let is_exclusive = match (&function.receiver, function.params.as_slice()) {
+            (Some(receiver), []) => *receiver == Receiver::Exclusive,
+            (None, [TypeRef::Reference { mutable, .. }]) => *mutable,
+            _ => false,
+        };
+        given == 1 && is_exclusive && called.law.is_none()
     }
 
     /// The places that an expression reads and the functions it calls, anywhere in it.

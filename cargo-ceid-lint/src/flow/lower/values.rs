@@ -147,7 +147,7 @@ impl Builder<'_> {
     }
 
     fn let_stmt(&mut self, pat: crate::syntax::tree::PatId, init: ExprId, span: Span) {
-        let bound: Vec<Var> = self.locals_of(pat).into_iter().map(|local| self.var_of(local)).collect();
+        let bound = self.vars_of(pat);
         self.derive(&bound, init);
         let value = self.expr_into(bound, init);
         if self.at.is_none() {
@@ -169,7 +169,7 @@ impl Builder<'_> {
     }
 
     fn let_else(&mut self, pat: crate::syntax::tree::PatId, init: ExprId, otherwise: ExprId) {
-        let bound: Vec<Var> = self.locals_of(pat).into_iter().map(|local| self.var_of(local)).collect();
+        let bound = self.vars_of(pat);
         self.derive(&bound, init);
         let value = self.expr(init);
         let span = self.body().pat(pat).span.to(self.span(init));

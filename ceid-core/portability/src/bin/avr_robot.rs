@@ -14,6 +14,6 @@ mod robot_paths;
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
-    let _ = robot_paths::print::<11>(&mut board::Serial, 1);
+    let _ = robot_paths::print::<71>(&mut board::Serial, 7);
     board::end()
 }
