@@ -418,7 +418,7 @@ impl Context<'_> {
         } else {
             decide::decide(search, region, by_framework)
         };
-        self.effort.add(graph.nodes.len() + search.take_states());
+        self.effort.add(graph.nodes.len() / 8 + search.take_states());
         let is_sample_loop = matches!(id, CycleId::Loop(id) if instance.sample_loops.contains(&id));
         let decision = self.by_multiplicity(facts, search, decision);
         let decision = match decision.verdict {

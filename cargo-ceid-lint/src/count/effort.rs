@@ -5,9 +5,9 @@ use std::cell::Cell;
 use super::analyse::{Context, FunctionFacts};
 use crate::flow::Cause;
 
-/// How many nodes and states are looked at for all pairs of a function, about as many as are looked at in a few seconds. A thousand
-/// filters in a thousand statements stay below.
-const MAX_EFFORT: usize = 32_000_000;
+/// How many states are looked at for all pairs of a function, about as many as are looked at in a few seconds: a thousand filters
+/// in one loop stay below.
+const MAX_EFFORT: usize = 16_000_000;
 
 /// How much was looked at for the pairs of a function.
 #[derive(Debug, Default)]

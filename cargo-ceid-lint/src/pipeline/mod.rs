@@ -28,7 +28,7 @@ use crate::flow::{Program, lower_function};
 use crate::index::{CrateInput, FunctionPlaces, Index};
 use crate::migrate::{self, Plan};
 use crate::project::Project;
-use crate::relevance::{self, Names, in_parallel};
+use crate::relevance::{self, Names, biggest_first};
 use crate::rules::{self, Known, RULES};
 use crate::source::{DiskSource, ReadSource, SourceMap, Span};
 use crate::suggest;
@@ -176,8 +176,9 @@ fn check_timed(
     let parts = parse::parts(project, &source, &components, &names, gate);
     watch.lap(Stage::Parse);
     let parsed: BTreeSet<usize> = parts.iter().flat_map(|part| part.packages.iter().copied()).collect();
+    let sizes: Vec<u64> = parts.iter().map(Part::bytes).collect();
     let parts: Vec<Mutex<Option<Part>>> = parts.into_iter().map(|part| Mutex::new(Some(part))).collect();
-    let judged = in_parallel(parts.len(), |at| {
+    let judged = biggest_first(&sizes, |at| {
         let part = parts[at].lock().ok().and_then(|mut part| part.take()).unwrap_or_default();
         run.part(part)
     });
@@ -224,13 +225,16 @@ type Named = Vec<(usize, Vec<bool>)>;
 impl Run<'_> {
     /// Analyses all packages together.
     fn whole(&self, source: &Arc<dyn ReadSource>) -> Result<Report, ConfigError> {
+        let mut watch = Stopwatch::start(self.clock);
         let packages: Vec<usize> = (0..self.project.packages.len()).collect();
         let part = parse::parse(self.project, source, &packages);
+        watch.lap(Stage::Parse);
         let (mut report, _) = self.analysed(part, |index, is_partial| {
             entries::add_all(self.project, self.config, index, is_partial)?;
             entries::add_presets(self.presets, &self.project.graph, index)?;
             Ok(Vec::new())
         })?;
+        report.timings.add(&watch.stop());
         report.sort();
         report.manifests = manifests(self.project, &report.plans, &**source);
         Ok(report)

@@ -88,7 +88,7 @@ fn two_events(
         .node_ids()
         .filter(inside)
         .filter_map(|node| match &graph.node(node).effect {
-            Effect::Branch(test) if is_event(&search, region, test) => Some((node, test)),
+            Effect::Branch(test) if is_event(search, region, test) => Some((node, test)),
             _ => None,
         })
         .take(MAX_EVENTS)
@@ -116,7 +116,7 @@ fn two_events(
             });
             if let Some(second) = second
                 && graph.node(second.update).span != graph.node(*first).span
-                && (is_select || some_message_does_not(&search, region, &arms))
+                && (is_select || some_message_does_not(search, region, &arms))
             {
                 return Some((Advance { arm: *arm, update: *first }, second));
             }

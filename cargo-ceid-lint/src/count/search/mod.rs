@@ -205,7 +205,12 @@ impl<'a> Search<'a> {
 
     /// The nodes at which something happens to what has the same base as the instance.
     fn near(&self) -> impl Iterator<Item = NodeId> + '_ {
-        self.aliases.near(self.graph, self.summaries, self.instance.base)
+        self.aliases.near(self.graph, self.summaries, self.instance.base).iter().copied()
+    }
+
+    /// Whether a node is one of these.
+    fn is_near(&self, node: NodeId) -> bool {
+        self.aliases.near(self.graph, self.summaries, self.instance.base).binary_search(&node).is_ok()
     }
 
     /// The nodes at which something may happen to the instance, whatever its names.
