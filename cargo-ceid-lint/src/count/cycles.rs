@@ -35,7 +35,10 @@ pub(super) fn choose_cycles(
     in_cycle: &BTreeSet<FunctionId>,
 ) -> Instance {
     let declared = search.instance.base_var().and_then(|var| graph.var(var).in_loop);
-    let is_helper = in_cycle.contains(&graph.function);
+    // What is made here no caller sees: no cycle around the call counts its updates.
+    let made_here = declared.is_some() || search.instance.base_var().is_some_and(|var| graph.var(var).param.is_none());
+    let is_helper = in_cycle.contains(&graph.function) && !made_here;
+    let counts_as = if made_here && kind == FunctionKind::Cycle { FunctionKind::Helper } else { kind };
     let mut chosen: Vec<(NodeId, Option<LoopId>)> = Vec::new();
     let mut sample_loops = BTreeSet::new();
     let mut nodes = search.updating();
@@ -58,8 +61,10 @@ pub(super) fn choose_cycles(
             around.push(id);
         }
         around.retain(|id| !search.binds(*id) && graph.loop_info(*id).directive != Some(CycleDirective::NotACycle));
-        chosen
-            .push((node, choose(graph, aliases, summaries, search, node, &around, kind, is_helper, &mut sample_loops)));
+        chosen.push((
+            node,
+            choose(graph, aliases, summaries, search, node, &around, counts_as, is_helper, &mut sample_loops),
+        ));
     }
     let loops: BTreeSet<LoopId> = chosen.iter().filter_map(|(_, id)| *id).collect();
     // Where updates sit at two depths, the cycle is the innermost loop that holds them all.
@@ -76,7 +81,6 @@ pub(super) fn choose_cycles(
         })
         .copied()
         .collect();
-    let made_here = declared.is_some() || search.instance.base_var().is_some_and(|var| graph.var(var).param.is_none());
     let outside = chosen.iter().any(|(_, id)| id.is_none());
     let function = outside && !made_here && matches!(kind, FunctionKind::Cycle | FunctionKind::Presumed);
     Instance { place: search.instance.clone(), law: search.law, is_updated, loops: outer, function, sample_loops }

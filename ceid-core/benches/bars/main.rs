@@ -4,7 +4,7 @@
 //! cargo bench -p ceid-core --bench bars
 //! ```
 //!
-//! takes a quarter of an hour on Linux, and wants a machine with nothing else to do and the rights of real-time threads.
+//! takes twenty minutes on Linux, and wants a machine with nothing else to do and the rights of real-time threads.
 //! Runs the benchmarks `guard` and `bridge` and the check of AVR, shows all that they print, and repeats the lines that
 //! have a bar. Fails if one is missed or could not be measured; each part says what to install if a tool is missing.
 
