@@ -76,6 +76,18 @@ const SHAPES: &[Shape] = &[
         },
     },
     Shape {
+        name: "variants",
+        verdict: "once",
+        source: |n| {
+            let variants = each(n, |n| format!("V{n}, "));
+            let arms = each(n, |n| format!("State::V{n} => {{ kf.update({n}.0); }}\n"));
+            format!(
+                "pub enum State {{ {variants} }}\npub trait Source {{ fn next(&mut self) -> State; }}\n\
+                 pub fn run(source: &mut dyn Source) {{ let mut kf = Kalman(0.0); loop {{ match source.next() {{\n{arms} }} }} }}\n"
+            )
+        },
+    },
+    Shape {
         name: "else if",
         verdict: "once",
         source: |n| {

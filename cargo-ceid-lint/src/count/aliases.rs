@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
 
 use super::given::{Given, place_of};
-use super::instances::place_ty;
+use super::instances::{may_hold_filter, place_ty};
 use super::search::Called;
 use super::summary::{Outcome, Summaries, Summary};
 use crate::flow::{
@@ -20,6 +20,8 @@ pub(super) struct Aliases {
     /// What a variable, or a part of it, was given: the steps into the variable, and the place.
     sources: BTreeMap<Var, Vec<(Vec<Projection>, Place)>>,
     unnamed: BTreeSet<Var>,
+    /// Variables that hold no filter and refer to none.
+    plain: BTreeSet<Var>,
     /// Variables that hold a value of their own.
     owning: BTreeSet<Var>,
     /// Which variables were computed from which.
@@ -80,6 +82,9 @@ impl Aliases {
         for (number, info) in (0u32..).zip(&graph.vars) {
             if info.name.is_empty() && info.param.is_none() {
                 aliases.unnamed.insert(Var(number));
+            }
+            if !may_hold_filter(index, &info.ty) {
+                aliases.plain.insert(Var(number));
             }
         }
         for node in &graph.nodes {
@@ -208,7 +213,12 @@ impl Aliases {
         }
         let mut found = BTreeSet::new();
         let mut seen = BTreeSet::new();
+        let is_cut_off = self.is_cut_off.get();
         self.follow(place, place.steps.len(), &mut seen, &mut found);
+        // The names of what holds no filter do not matter.
+        if place.base_var().is_some_and(|var| self.plain.contains(&var)) {
+            self.is_cut_off.set(is_cut_off);
+        }
         let roots: Rc<[Place]> = found.into_iter().collect();
         self.known.borrow_mut().insert(place.clone(), Rc::clone(&roots));
         roots

@@ -1,5 +1,7 @@
 //! Patterns: what they ask, and what their names then mean.
 
+use std::rc::Rc;
+
 use std::sync::Arc;
 
 use super::subjects::Pure;
@@ -15,7 +17,7 @@ use crate::types::LocalId;
 struct Matched {
     value: Value,
     pure: Option<Pure>,
-    total: Option<Vec<Head>>,
+    total: Option<Rc<[Head]>>,
     about: About,
     text: String,
     span: Option<Span>,
@@ -87,7 +89,7 @@ impl Builder<'_> {
         let about = self.about(scrutinee);
         let mut value = self.expr(scrutinee);
         let text = self.text(scrutinee);
-        let total = self.total_heads(self.ty(scrutinee));
+        let total = self.total_heads(self.ty(scrutinee)).map(Rc::from);
         let pure = pure.or_else(|| value.same_as.map(|var| self.pure_var(var)));
         let pure = match pure {
             None if self.at.is_some() => {
@@ -121,7 +123,7 @@ impl Builder<'_> {
         let pure = self.pure(expr).or_else(|| value.same_as.map(|var| self.pure_var(var)));
         let mut about = self.about(expr);
         about.is_presence = true;
-        let total = self.total_heads(self.ty(expr));
+        let total = self.total_heads(self.ty(expr)).map(Rc::from);
         let text = format!("let {} = {}", self.pattern_text(pat), self.text(expr));
         let matched = Matched { value: value.clone(), pure, total, about, text, span: Some(span), expr: Some(expr) };
         self.test_pattern(pat, &matched, no);
@@ -230,9 +232,15 @@ impl Builder<'_> {
         };
         let (yes, failed) = match &matched.pure {
             Some(pure) => {
-                let id = self.subject(pure.clone(), matched.total.clone());
-                for head in matched.total.iter().flatten() {
-                    self.head_bit(id, head);
+                let total = matched.total.as_deref().unwrap_or_default();
+                let known = self.subjects.get(&pure.key).copied();
+                let id = known
+                    .unwrap_or_else(|| self.subject(pure.clone(), matched.total.as_ref().map(|total| total.to_vec())));
+                // An enum may have more variants than are told apart, and a match an arm for each of them.
+                for head in total {
+                    if self.head_bit(id, head).is_none() {
+                        break;
+                    }
                 }
                 self.branch_on_subject(id, heads, exact, span, matched.text.clone(), about)
             }
@@ -308,7 +316,7 @@ impl Builder<'_> {
             let binds = self.vars_of(pat);
             self.derive(&binds, own);
             part.pure = self.pure(own).or(part.pure);
-            part.total = self.total_heads(self.ty(own));
+            part.total = self.total_heads(self.ty(own)).map(Rc::from);
             part.about = self.about_presence(own, binds);
             part.expr = Some(own);
         }
