@@ -206,3 +206,13 @@ fn an_entry_overrides_a_preset() {
     check_repeated("[[filter]]\ntype = \"pid::Pid\"\nlaw = \"next_control_output\"\nkind = \"event\"\n", 0);
     check_repeated("[[filter]]\ntype = \"pid::Pid\"\nlaw = \"next_control_output\"\nmultiplicity = \"any\"\n", 0);
 }
+
+#[test]
+fn a_configuration_that_is_no_file_is_an_error() {
+    let directory = package(CODE, "");
+    let path = directory.join("ceid-lint.toml");
+    std::fs::remove_file(&path).expect("it was written");
+    std::fs::create_dir(&path).expect("the name is free");
+    let told = run(&directory, [""; 0]);
+    told.assert_code(101).assert_stderr("ceid-lint.toml`: it is not a file").assert_stderr("or remove it");
+}

@@ -55,6 +55,8 @@ fn main() -> ExitCode {
         let programs: Vec<Program> = indices.map(|index| generate::program(options.seed, index)).collect();
         for case in judged(&options.directory, &programs, &mut figures) {
             if open.iter().filter(|other| other.found.is_like(&case.found)).count() < options.kept {
+                // A long run that is stopped has told where it can go on.
+                println!("{:?} from program {first} on: {}", case.found.kind, case.found.text);
                 open.push(case);
             }
         }

@@ -44,13 +44,19 @@ pub fn load<'a>(
         let scope = || Scope::Workspace(root.to_owned());
         config.sections.extend(read_metadata(&root.join("Cargo.toml"), "workspace", scope())?);
         let path = root.join(FILE_NAME);
-        if path.is_file() {
-            let text = std::fs::read_to_string(&path).map_err(|error| ConfigError {
+        // A link to nothing is there as well, and meant as a configuration.
+        if path.symlink_metadata().is_ok() {
+            let unread = |why: String, help: Option<String>| ConfigError {
                 place: None,
-                message: format!("cannot read `{}`: {error}", path.display()),
-                help: None,
+                message: format!("cannot read `{}`: {why}", path.display()),
+                help,
                 text: None,
-            })?;
+            };
+            if !path.is_file() {
+                let help = "make it a file with the configuration, or remove it".to_owned();
+                return Err(unread("it is not a file".to_owned(), Some(help)));
+            }
+            let text = std::fs::read_to_string(&path).map_err(|error| unread(error.to_string(), None))?;
             config.sections.push(read_file(&path, &text, scope())?);
         }
     }
