@@ -560,12 +560,16 @@ impl Infer<'_> {
                 }
                 result
             }
-            MacroKind::Ceid { token, filters } => {
+            MacroKind::Ceid { token, filters, names } => {
                 if let Some(token) = token {
                     self.expr(*token, None);
                 }
                 for (_, place) in filters {
                     self.expr(*place, None);
+                }
+                for (name, place) in names {
+                    let ty = self.variables.shallow(self.typed.expr_ty[place.0 as usize].peel());
+                    self.pat(*name, &Ty::Ref(true, Box::new(ty)), None);
                 }
                 Ty::unit()
             }
