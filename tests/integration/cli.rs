@@ -142,3 +142,26 @@ fn unsaved_text_comes_from_stdin() {
     assert_eq!(check("src/lib.rs", b"mod a;\n").findings().expect("it can be read"), []);
     check("src/lib.rs", b"\xff").assert_code(101).assert_stderr("src/lib.rs");
 }
+
+#[test]
+fn timings_tell_where_the_time_goes() {
+    let directory = committed("figure3_legacy");
+    let plain = run(&directory, ["--message-format", "json"]);
+    for flag in ["--timings", "--timings=html"] {
+        let timed = run(&directory, [flag, "--message-format", "json"]);
+        timed.assert_code(100);
+        assert_eq!(timed.stdout, plain.stdout);
+        let parts: Vec<&str> = timed
+            .stderr
+            .lines()
+            .filter(|line| line.ends_with(" ms"))
+            .filter_map(|line| line.split(' ').next())
+            .collect();
+        assert_eq!(
+            parts,
+            ["project", "gate", "parse", "index", "types", "flow", "count", "findings", "total"],
+            "{}",
+            timed.stderr
+        );
+    }
+}

@@ -27,6 +27,7 @@ mod robustness;
 mod schema;
 mod since;
 mod snapshot_tests;
+mod stress;
 mod suppressions;
 mod tidy;
 mod time_domain;

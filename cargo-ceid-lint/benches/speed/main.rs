@@ -1,8 +1,9 @@
 //! How fast the linter is, as ratios: against the least that reading and parsing can cost, and against other tools.
 //!
 //! `cargo bench -p cargo-ceid-lint --bench speed` makes corpora of the sources in cargo's registry, runs everything in turn,
-//! and prints medians and ranges of the ratios, for only ratios of one run can be compared. `-- --rounds 7` runs longer, and
-//! `-- --install-peers` installs those tools that are missing below the target directory.
+//! and prints medians and ranges of the ratios, for only ratios of one run can be compared. `-- --rounds 7` runs longer,
+//! `-- --lines 20000` takes one corpus of about that size, and `-- --install-peers` installs those tools that are missing below the
+//! target directory.
 
 #![expect(clippy::print_stdout, reason = "a benchmark shows its results")]
 
@@ -32,12 +33,15 @@ fn main() -> ExitCode {
         return ExitCode::SUCCESS;
     }
     let rounds = take(&mut args, "--rounds").and_then(|rounds| rounds.parse().ok()).unwrap_or(5);
+    let lines: Option<usize> = take(&mut args, "--lines").and_then(|lines| lines.parse().ok());
+    let sizes = lines.map_or_else(|| vec![100_000, 2_000_000], |lines| vec![lines]);
     let install = args.iter().any(|arg| arg == "--install-peers");
     let home = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("speed");
     let own = std::env::current_exe().expect("a program knows where it lies");
     println!("{} cores, {rounds} rounds; wall and processor seconds: median [least-most]", cores());
-    for (name, lines) in [("100k", 100_000), ("2m", 2_000_000)] {
-        let corpus = corpus::build(&home.join(name), lines);
+    for lines in sizes {
+        let name = lines.to_string();
+        let corpus = corpus::build(&home.join(&name), lines);
         println!("\n{name}: {} lines in {} files of {} packages", corpus.lines, corpus.files, corpus.packages);
         let (root, linter) = (corpus.root.display(), env!("CARGO_BIN_EXE_cargo-ceid-lint"));
         let mut rows = vec![

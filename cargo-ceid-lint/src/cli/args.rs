@@ -18,7 +18,7 @@ Exit codes:
     2  wrong usage
 
 Accepted and ignored, because editors pass them to `cargo check` (the network is never used, and nothing is built):
-  --keep-going, --target-dir, --no-deps, -j, --locked, --offline, --frozen, --timings, --ignore-rust-version,
+  --keep-going, --target-dir, --no-deps, -j, --locked, --offline, --frozen, --ignore-rust-version,
   --future-incompat-report, --lockfile-path
 
 `cargo ceid-lint explain missed_update` explains a rule; `cargo ceid-lint rules` lists all of them.";
@@ -373,6 +373,9 @@ pub(super) struct Talk {
     /// Print figures about the run.
     #[arg(long)]
     pub(super) stats: bool,
+    /// Print where the time goes; cargo's formats have no meaning here.
+    #[arg(long, value_name = "FORMAT", num_args = 0..=1, require_equals = true)]
+    pub(super) timings: Option<Option<String>>,
 }
 
 /// What `cargo check` takes and what has no meaning here.
@@ -392,8 +395,6 @@ pub(super) struct Ignored {
     pub(super) offline: bool,
     #[arg(long, hide = true)]
     pub(super) frozen: bool,
-    #[arg(long, hide = true, num_args = 0..=1, require_equals = true)]
-    pub(super) timings: Option<Option<String>>,
     #[arg(long, hide = true)]
     pub(super) ignore_rust_version: bool,
     #[arg(long, hide = true)]

@@ -10,6 +10,7 @@ use super::console::Stream;
 use super::fix::{self, Fixed};
 use super::format::{Format, OutputFile, add_step_summary};
 use super::input::{self, Checked, Since};
+use super::timings::clock;
 use super::{Console, ExitStatus, beside, levels};
 use crate::pipeline::Options;
 use crate::report::{Outcome, Service, text};
@@ -32,16 +33,21 @@ pub(super) fn run(mut args: CheckArgs, matches: &ArgMatches) -> Result<ExitStatu
     let printed = if is_in_file { Format::Human } else { format };
     let overrides = levels::read(matches, &args.levels, &mut args.input.build.features, &args.rest)?;
     let since = args.legacy.since.as_deref().map(|revision| Since { revision, is_about_cycles: false });
-    let options = Options { overrides, baseline: input::baseline(&args.legacy), gate: input::gate(&args.input) };
+    let options = Options {
+        overrides,
+        baseline: input::baseline(&args.legacy),
+        gate: input::gate(&args.input),
+        clock: clock(&args.talk),
+    };
     let cargo = args.beside.map(|command| beside::run(command, &args, console));
     let loaded = if fix::is_asked(&args, printed)? {
         match fix::run(&args, &options, printed, console) {
             Ok(Fixed::Ended(status)) => return Ok(status),
             Ok(Fixed::Checked(checked, is_unwritten)) => Ok((*checked, is_unwritten)),
-            Err(error) => Err(input::Failed::to_load(error)),
+            Err(error) => Err(input::Failed::of_load(error)),
         }
     } else {
-        input::check(&args.input, &options, since, console, args.talk.stats).map(|checked| (checked, false))
+        input::check(&args.input, &options, since, console, &args.talk).map(|checked| (checked, false))
     };
     let (checked, mut status) = match loaded {
         Ok((checked, is_unwritten)) => {

@@ -69,7 +69,7 @@ pub(super) fn run(args: &CheckArgs, options: &Options, printed: Format, console:
         if !first.is_config_wrong {
             console.error("nothing was fixed: what cannot be read may be what a fix would break", None);
         }
-        return Ok(Fixed::Checked(Box::new(Checked::of(project, first, console, args.talk.stats)), true));
+        return Ok(Fixed::Checked(Box::new(Checked::of(project, first, console, &args.talk)), true));
     }
     // A fix may break what lies outside the paths that were named.
     let whole = Project { only: Vec::new(), ..project.clone() };
@@ -96,7 +96,7 @@ pub(super) fn run(args: &CheckArgs, options: &Options, printed: Format, console:
     let after = pipeline::check_configured(&project, options, Box::new(DiskSource));
     say_hidden(&after.report, &args.fixes, console);
     let failed = written.is_err() || revision.refused.iter().any(|refused| refused.is_unwritable);
-    Ok(Fixed::Checked(Box::new(Checked::of(project, after, console, args.talk.stats)), failed))
+    Ok(Fixed::Checked(Box::new(Checked::of(project, after, console, &args.talk)), failed))
 }
 
 /// Shows what would be changed.

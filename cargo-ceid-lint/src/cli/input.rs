@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::Console;
-use super::args::{Build, Input, NoLoops, Scope};
+use super::args::{Build, Input, NoLoops, Scope, Talk};
 use super::baseline::args::Legacy;
 use super::console::Stream;
 use super::exit::ExitStatus;
-use super::unread;
-use crate::pipeline::{self, BaselineChoice, Configured, Gate, Options, Report};
+use super::{timings, unread};
+use crate::pipeline::{self, BaselineChoice, Configured, Gate, Options, Report, Stage, Stopwatch};
 use crate::project::{self, Changes, Features, LoadError, Names, Project, Selection, TargetFilter};
 use crate::report::{self, Summary, text};
 use crate::source::{DiskSource, MAX_FILE_BYTES, MemorySource, ReadError, ReadSource};
@@ -41,16 +41,16 @@ pub(super) fn check(
     options: &Options,
     since: Option<Since<'_>>,
     console: Console,
-    with_stats: bool,
+    talk: &Talk,
 ) -> Result<Checked, Box<Failed>> {
-    let Loaded { project, mut first } = load(input, options, console).map_err(Failed::to_load)?;
+    let Loaded { project, mut first } = load(input, options, console).map_err(Failed::of_load)?;
     if let Some(since) = since.filter(|_| !first.is_config_wrong)
         && let Err(error) = keep_changed(&mut first.report, since, &project)
     {
         console.error(&error.message, error.help.as_deref());
         return Err(Box::new(Failed { project, error }));
     }
-    Ok(Checked::of(project, first, console, with_stats))
+    Ok(Checked::of(project, first, console, talk))
 }
 
 /// Why nothing was checked, which was told, and for which project.
@@ -61,7 +61,7 @@ pub(super) struct Failed {
 
 impl Failed {
     /// The project could not be loaded.
-    pub(super) fn to_load(error: LoadError) -> Box<Self> {
+    pub(super) fn of_load(error: LoadError) -> Box<Self> {
         Box::new(Self { project: Project { root: current_dir(), ..Project::default() }, error })
     }
 }
@@ -77,6 +77,7 @@ pub(super) struct Loaded {
 /// # Errors
 /// Why nothing could be loaded, which was told.
 pub(super) fn load(input: &Input, options: &Options, console: Console) -> Result<Loaded, LoadError> {
+    let mut watch = Stopwatch::start(options.clock);
     let paths = if input.paths.is_empty() { input.stdin_filename.as_slice() } else { &input.paths };
     let selection = selection(paths, &input.scope, &input.build);
     let loaded = unsaved_text(input).and_then(|text| Ok((text, project::load(&selection)?)));
@@ -87,6 +88,7 @@ pub(super) fn load(input: &Input, options: &Options, console: Console) -> Result
             return Err(error);
         }
     };
+    watch.lap(Stage::Project);
     for notice in &project.notices {
         if !console.is_quiet() {
             console.warn(notice);
@@ -103,6 +105,7 @@ pub(super) fn load(input: &Input, options: &Options, console: Console) -> Result
         project = project::with_files(project, &alone, &selection)?;
         first = pipeline::check_configured(&project, options, source(unsaved.as_ref()));
     }
+    first.report.timings.add(&watch.stop());
     Ok(Loaded { project, first })
 }
 
@@ -120,13 +123,16 @@ fn keep_changed(report: &mut Report, since: Since<'_>, project: &Project) -> Res
 
 impl Checked {
     /// What a check came to.
-    pub(super) fn of(project: Project, checked: Configured, console: Console, with_stats: bool) -> Self {
+    pub(super) fn of(project: Project, checked: Configured, console: Console, talk: &Talk) -> Self {
         let Configured { mut report, is_config_wrong: is_unchecked, config } = checked;
         if !is_unchecked {
             unread::add_unread(&project, &config, &mut report);
         }
-        if with_stats {
+        if talk.stats {
             console.show(&report::stats(&project, &report));
+        }
+        if let Some(clock) = timings::clock(talk) {
+            console.show(&report::timings(&report.timings, clock()));
         }
         let summary = Summary::of(&report);
         Self { project, report, summary, is_unchecked }

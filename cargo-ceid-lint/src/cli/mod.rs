@@ -18,6 +18,7 @@ mod lsp;
 mod migrate;
 mod report;
 mod rules;
+mod timings;
 mod unread;
 mod vcs;
 

@@ -8,6 +8,7 @@ use super::args::{ReportArgs, ReportFormat};
 use super::console::Stream;
 use super::format::{named_output, write_output};
 use super::input::{self, Checked, Since};
+use super::timings::clock;
 use super::{Console, ExitStatus, levels};
 use crate::pipeline::Options;
 use crate::report::progress::{Previous, Trend};
@@ -30,9 +31,14 @@ pub(super) fn run(mut args: ReportArgs, matches: &ArgMatches) -> Result<ExitStat
             return Ok(ExitStatus::Incomplete);
         }
     };
-    let options = Options { overrides, baseline: input::baseline(&args.legacy), gate: input::gate(&args.input) };
+    let options = Options {
+        overrides,
+        baseline: input::baseline(&args.legacy),
+        gate: input::gate(&args.input),
+        clock: clock(&args.talk),
+    };
     let since = args.legacy.since.as_deref().map(|revision| Since { revision, is_about_cycles: true });
-    let Ok(mut checked) = input::check(&args.input, &options, since, console, args.talk.stats) else {
+    let Ok(mut checked) = input::check(&args.input, &options, since, console, &args.talk) else {
         return Ok(ExitStatus::Incomplete);
     };
     if checked.is_unchecked {

@@ -235,13 +235,9 @@ impl Aliases {
         places
     }
 
-    /// The nodes at which something happens to what a base has, under whatever name: the others need not be looked at.
-    pub(super) fn near<'a>(
-        &'a self,
-        graph: &ControlFlowGraph,
-        summaries: &Summaries,
-        base: Base,
-    ) -> impl Iterator<Item = NodeId> + 'a {
+    /// The nodes at which something happens to what a base has, under whatever name, in their order: the others need not be
+    /// looked at.
+    pub(super) fn near<'a>(&'a self, graph: &ControlFlowGraph, summaries: &Summaries, base: Base) -> &'a [NodeId] {
         let find = || {
             let mut near: HashMap<Base, Vec<NodeId>> = HashMap::new();
             for id in graph.node_ids() {
@@ -267,7 +263,7 @@ impl Aliases {
             }
             near
         };
-        self.near.get_or_init(find).get(&base).into_iter().flatten().copied()
+        self.near.get_or_init(find).get(&base).map_or(&[], Vec::as_slice)
     }
 
     /// What a call means to an instance that it has nothing to do with: each search asks for that anew.

@@ -1,6 +1,5 @@
 //! Which cycles there are, which filters each of them updates or owes an update, and what is decided for each pair.
 
-use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
@@ -8,6 +7,7 @@ use super::aliases::Aliases;
 use super::cycles::{Instance, choose_cycles};
 use super::debug_only;
 use super::decide::{self, Decision};
+use super::effort::Effort;
 use super::functions::{FunctionKind, called_functions, function_kind, is_law, reached_from_cycles};
 use super::given::place_of;
 use super::instances::{leaves, place_ty, settle_elements};
@@ -17,9 +17,7 @@ use super::slice::ControlDependence;
 use super::summary::Summaries;
 use super::verdict::{Cycle, Pair, Verdict};
 use crate::config::Multiplicity;
-use crate::flow::{
-    Base, Caller, Cause, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection,
-};
+use crate::flow::{Base, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection};
 use crate::index::{FunctionId, Index, Shape, Ty, TypeId};
 use crate::source::Span;
 
@@ -329,20 +327,6 @@ pub(super) struct Context<'a> {
     pub(super) effort: Effort,
 }
 
-/// How many nodes and states are looked at for all pairs of a function, about as many as there are in a second or two. A thousand
-/// filters in a thousand statements stay below.
-const MAX_EFFORT: usize = 8_000_000;
-
-/// How much was looked at for the pairs of a function.
-#[derive(Debug, Default)]
-pub(super) struct Effort(Cell<usize>);
-
-impl Effort {
-    pub(super) fn add(&self, amount: usize) {
-        self.0.set(self.0.get().saturating_add(amount));
-    }
-}
-
 /// A cycle of a function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum CycleId {
@@ -356,16 +340,17 @@ impl Context<'_> {
         let index = self.program.index;
         let mut pairs: BTreeMap<CycleId, Vec<Pair>> = BTreeMap::new();
         for instance in &facts.updated {
+            let search = self.search(facts, instance);
             for id in &instance.loops {
                 if graph.loop_info(*id).cycle_head().is_none() {
                     continue;
                 }
-                if let Some(pair) = self.decide(facts, instance, CycleId::Loop(*id)) {
+                if let Some(pair) = self.decide(facts, instance, &search, CycleId::Loop(*id)) {
                     pairs.entry(CycleId::Loop(*id)).or_default().push(pair);
                 }
             }
             if instance.function
-                && let Some(pair) = self.decide(facts, instance, CycleId::Function)
+                && let Some(pair) = self.decide(facts, instance, &search, CycleId::Function)
             {
                 pairs.entry(CycleId::Function).or_default().push(pair);
             }
@@ -400,18 +385,18 @@ impl Context<'_> {
         }
     }
 
-    fn decide(&self, facts: &FunctionFacts<'_>, instance: &Instance, id: CycleId) -> Option<Pair> {
-        let graph = facts.graph;
-        let mut search = Search::with_dependence(
-            self.program,
-            graph,
-            &facts.aliases,
-            self.summaries,
-            &instance.place,
-            instance.law,
-            Rc::clone(&facts.dependence),
-        );
+    /// The search for the updates of an instance.
+    pub(super) fn search<'s>(&'s self, facts: &'s FunctionFacts<'_>, instance: &'s Instance) -> Search<'s> {
+        let dependence = Rc::clone(&facts.dependence);
+        let (place, law) = (&instance.place, instance.law);
+        let mut search =
+            Search::with_dependence(self.program, facts.graph, &facts.aliases, self.summaries, place, law, dependence);
         search.sample_loops.clone_from(&instance.sample_loops);
+        search
+    }
+
+    fn decide(&self, facts: &FunctionFacts<'_>, instance: &Instance, search: &Search<'_>, id: CycleId) -> Option<Pair> {
+        let graph = facts.graph;
         let region = match id {
             CycleId::Loop(id) => Region::Loop(id),
             CycleId::Function => Region::Function,
@@ -429,13 +414,13 @@ impl Context<'_> {
                 CycleId::Loop(id) => graph.loop_info(id).keyword,
                 CycleId::Function => self.program.index.function(graph.function).function.keyword,
             };
-            decide::decide_missed(&search, region, head)
+            decide::decide_missed(search, region, head)
         } else {
-            decide::decide(&search, region, by_framework)
+            decide::decide(search, region, by_framework)
         };
-        self.effort.add(graph.nodes.len() + search.states());
+        self.effort.add(graph.nodes.len() / 8 + search.take_states());
         let is_sample_loop = matches!(id, CycleId::Loop(id) if instance.sample_loops.contains(&id));
-        let decision = self.by_multiplicity(facts, &search, decision);
+        let decision = self.by_multiplicity(facts, search, decision);
         let decision = match decision.verdict {
             Verdict::Once if is_sample_loop => Decision { verdict: Verdict::PerSample, ..decision },
             Verdict::Once | Verdict::Guarded | Verdict::Repeated => decision,
@@ -448,13 +433,6 @@ impl Context<'_> {
         };
         let updates = search.updating().into_iter().filter(is_here).map(|at| graph.node(at).span).collect();
         Some(Pair { updates, ..self.pair(facts, &instance.place, instance.law, decision) })
-    }
-
-    /// Why the pairs of a function are not told apart any more, if they are not.
-    pub(super) fn limit(&self, facts: &FunctionFacts<'_>) -> Option<Cause> {
-        let is_too_much = self.effort.0.get() > MAX_EFFORT;
-        let too_much = || Cause::Limit("the function has too many filters for its length".to_owned());
-        facts.aliases.limit().or_else(|| is_too_much.then(too_much))
     }
 
     /// A half that need not run is never skipped, and one that may run as often as one likes is never wrong.

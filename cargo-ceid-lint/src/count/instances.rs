@@ -1,6 +1,6 @@
 //! Which instances of filters a function has to do with: those it updates, and those that lie in its variables.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::flow::{Base, ControlFlowGraph, IndexKey, Place, Projection};
 use crate::index::{Index, SHARED_RESOURCE, Shape, Ty};
@@ -247,54 +247,74 @@ pub(super) fn settle_elements(index: &Index, graph: &ControlFlowGraph, places: &
     let mut settled = places.clone();
     // A collection of collections is settled from the outside in.
     for at in 0..places.iter().map(|place| place.steps.len()).max().unwrap_or(0) {
-        settled = settled.iter().flat_map(|place| settle_step(index, graph, &settled, place, at)).collect();
+        let named = named_elements(index, graph, &settled, at);
+        let mut done = BTreeSet::new();
+        settled = settled.iter().flat_map(|place| settle_step(graph, &named, place, at, &mut done)).collect();
     }
     settled
 }
 
-/// The instances that a place stands for, as far as one of its steps goes.
-fn settle_step(
+/// The elements that are named by a constant in the step `at` of some place, by their collections.
+fn named_elements(
     index: &Index,
     graph: &ControlFlowGraph,
     places: &BTreeSet<Place>,
+    at: usize,
+) -> BTreeMap<Place, BTreeSet<IndexKey>> {
+    let mut named: BTreeMap<Place, (Option<u64>, BTreeSet<IndexKey>)> = BTreeMap::new();
+    for (place, key) in places.iter().filter_map(|place| Some((place, place.steps.get(at)?.key()?))) {
+        let collection = Place { base: place.base, steps: place.steps[..at].to_vec() };
+        let (length, constants) = named.entry(collection.clone()).or_insert_with(|| {
+            let length = match place_ty(index, graph, &collection) {
+                Some(Ty::Array(_, length)) => length.value.filter(|length| *length <= 64),
+                _ => None,
+            };
+            (length, BTreeSet::new())
+        });
+        match key {
+            IndexKey::Number(_) | IndexKey::Named(_) => {
+                constants.insert(key.clone());
+            }
+            IndexKey::Var(var) => constants.extend(counted_part(index, graph, &collection, *var)),
+            IndexKey::EachIn(section) if section.is_exact => {
+                let numbers = length.map(|length| section.from..section.to.unwrap_or(length).min(length));
+                constants.extend(numbers.into_iter().flatten().map(IndexKey::Number));
+            }
+            _ => {}
+        }
+    }
+    let all = |(length, mut constants): (Option<u64>, BTreeSet<IndexKey>)| {
+        // An element that is never named while others are is an instance, too, where the array's length is known.
+        if let Some(length) = length
+            && constants.iter().any(|key| matches!(key, IndexKey::Number(_)))
+        {
+            constants.extend((0..length).map(IndexKey::Number));
+        }
+        constants
+    };
+    named.into_iter().map(|(collection, found)| (collection, all(found))).collect()
+}
+
+/// The instances that a place stands for, as far as one of its steps goes; nothing where another place stood for the same.
+fn settle_step(
+    graph: &ControlFlowGraph,
+    named: &BTreeMap<Place, BTreeSet<IndexKey>>,
     place: &Place,
     at: usize,
+    done: &mut BTreeSet<Place>,
 ) -> Vec<Place> {
     let Some((step, own)) = place.steps.get(at).and_then(|step| Some((step, step.key()?))) else {
         return vec![place.clone()];
     };
     let collection = Place { base: place.base, steps: place.steps[..at].to_vec() };
-    let length = match place_ty(index, graph, &collection) {
-        Some(Ty::Array(_, length)) => length.value.filter(|length| *length <= 64),
-        _ => None,
-    };
-    let others = places
-        .iter()
-        .filter(|other| other.base == place.base && other.steps.len() > at && other.steps[..at] == place.steps[..at]);
-    let mut constants: BTreeSet<IndexKey> = others
-        .flat_map(|other| match other.steps[at].key() {
-            Some(key @ (IndexKey::Number(_) | IndexKey::Named(_))) => vec![key.clone()],
-            Some(IndexKey::Var(var)) => counted_part(index, graph, &collection, *var),
-            Some(IndexKey::EachIn(section)) if section.is_exact => {
-                let numbers = length.map(|length| section.from..section.to.unwrap_or(length).min(length));
-                numbers.into_iter().flatten().map(IndexKey::Number).collect()
-            }
-            _ => Vec::new(),
-        })
-        .collect();
-    // An element that is never named while others are is an instance, too, where the array's length is known.
-    if let Some(length) = length
-        && constants.iter().any(|key| matches!(key, IndexKey::Number(_)))
-    {
-        constants.extend((0..length).map(IndexKey::Number));
-    }
-    let with_key = |key: IndexKey| collection.join(&[step.with_key(key)]).join(&place.steps[at + 1..]);
-    match own {
-        IndexKey::Named(_) => vec![place.clone()],
-        IndexKey::Var(var) if graph.var(*var).param.is_some() => vec![place.clone()],
-        IndexKey::Number(_) if constants.is_empty() => vec![place.clone()],
+    let with_key = |key: &IndexKey| collection.join(&[step.with_key(key.clone())]).join(&place.steps[at + 1..]);
+    let constants = named.get(&collection).filter(|constants| !constants.is_empty());
+    match (own, constants) {
+        (IndexKey::Named(_), _) | (IndexKey::Number(_), None) => vec![place.clone()],
+        (IndexKey::Var(var), _) if graph.var(*var).param.is_some() => vec![place.clone()],
         // What data decides names no instance, where others are named for certain.
-        _ if constants.is_empty() => vec![with_key(IndexKey::Each)],
-        _ => constants.into_iter().map(with_key).collect(),
+        (_, None) => vec![with_key(&IndexKey::Each)],
+        (_, Some(_)) if !done.insert(with_key(&IndexKey::Each)) => Vec::new(),
+        (_, Some(constants)) => constants.iter().map(with_key).collect(),
     }
 }

@@ -7,6 +7,7 @@ mod counts;
 mod cycles;
 mod debug_only;
 mod decide;
+mod effort;
 mod functions;
 mod gates;
 mod given;
@@ -20,6 +21,7 @@ mod slice;
 mod summary;
 mod uses;
 mod verdict;
+mod witness;
 
 pub use analyse::{Analysis, GuardDefect, Unregistered, analyse};
 pub use counts::Count;

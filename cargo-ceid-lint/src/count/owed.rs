@@ -361,7 +361,7 @@ impl Context<'_> {
             Some(cause) => Decision { primary: Some(head), ..Decision::unproved(cause) },
             None => decide::decide_missed(&search, region, head),
         };
-        self.effort.add(facts.graph.nodes.len() + search.states());
+        self.effort.add(facts.graph.nodes.len() / 8 + search.take_states());
         decision
     }
 

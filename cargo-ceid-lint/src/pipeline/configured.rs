@@ -1,6 +1,6 @@
 //! A check with the configuration that lies beside the project's manifests.
 
-use super::{BaselineChoice, Gate, Report, check_with, known};
+use super::{BaselineChoice, Clock, Gate, Report, check_timed, known};
 use crate::config::{self, Config, ConfigError, LevelOverrides};
 use crate::diagnostic::Problem;
 use crate::project::Project;
@@ -16,6 +16,8 @@ pub struct Options {
     pub baseline: BaselineChoice,
     /// Which packages are parsed.
     pub gate: Gate,
+    /// What measures where the time goes.
+    pub clock: Option<Clock>,
 }
 
 /// What a check found out, or what is wrong with its configuration.
@@ -33,7 +35,7 @@ pub struct Configured {
 #[must_use]
 pub fn check_configured(project: &Project, options: &Options, source: Box<dyn ReadSource>) -> Configured {
     let checked = configuration(project, options.overrides.clone()).and_then(|config| {
-        let mut report = check_with(project, &config, source, options.gate)?;
+        let mut report = check_timed(project, &config, source, options.gate, options.clock)?;
         known::compare(project, &config, &options.baseline, &mut report)?;
         Ok((report, config))
     });

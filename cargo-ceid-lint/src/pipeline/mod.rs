@@ -6,6 +6,7 @@ mod known;
 mod parse;
 mod prospect;
 mod since;
+mod timings;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -15,6 +16,7 @@ pub use configured::{Configured, Options, check_configured};
 pub use known::{BaselineChoice, CheckedCrate};
 pub use prospect::{Prospect, prospect};
 pub use since::Unchanged;
+pub use timings::{Clock, Stage, Stopwatch, Timings};
 
 use self::entries::Ledger;
 use self::parse::Part;
@@ -26,7 +28,7 @@ use crate::flow::{Program, lower_function};
 use crate::index::{CrateInput, FunctionPlaces, Index};
 use crate::migrate::{self, Plan};
 use crate::project::Project;
-use crate::relevance::{self, Names, in_parallel};
+use crate::relevance::{self, Names, biggest_first};
 use crate::rules::{self, Known, RULES};
 use crate::source::{DiskSource, ReadSource, SourceMap, Span};
 use crate::suggest;
@@ -68,6 +70,8 @@ pub struct Report {
     pub idle_imports: Vec<Vec<(Span, String)>>,
     /// The manifests of the packages that these plans change, and of their workspaces.
     pub manifests: BTreeMap<PathBuf, Arc<str>>,
+    /// Where the time went, if there was a clock.
+    pub timings: Timings,
 }
 
 impl Report {
@@ -89,6 +93,7 @@ impl Report {
         self.idle_imports.extend(other.idle_imports);
         self.filter_types += other.filter_types;
         self.presumed += other.presumed;
+        self.timings.add(&other.timings);
     }
 
     fn add_problems(&mut self, problems: Vec<Problem>) {
@@ -144,9 +149,21 @@ pub fn check_with(
     source: Box<dyn ReadSource>,
     gate: Gate,
 ) -> Result<Report, ConfigError> {
+    check_timed(project, config, source, gate, None)
+}
+
+/// The same, measured by a clock if there is one.
+fn check_timed(
+    project: &Project,
+    config: &Config,
+    source: Box<dyn ReadSource>,
+    gate: Gate,
+    clock: Option<Clock>,
+) -> Result<Report, ConfigError> {
+    let mut watch = Stopwatch::start(clock);
     let source: Arc<dyn ReadSource> = source.into();
     let presets = presets_of(project, config)?;
-    let run = Run { project, config, presets: &presets };
+    let run = Run { project, config, presets: &presets, clock };
     if gate == Gate::Whole {
         return run.whole(&source);
     }
@@ -155,10 +172,13 @@ pub fn check_with(
     let mut named = source.held();
     named.extend(project.only.iter().filter(|path| path.is_file()).cloned());
     let components = relevance::components(project, &names, &named);
+    watch.lap(Stage::Gate);
     let parts = parse::parts(project, &source, &components, &names, gate);
+    watch.lap(Stage::Parse);
     let parsed: BTreeSet<usize> = parts.iter().flat_map(|part| part.packages.iter().copied()).collect();
+    let sizes: Vec<u64> = parts.iter().map(Part::bytes).collect();
     let parts: Vec<Mutex<Option<Part>>> = parts.into_iter().map(|part| Mutex::new(Some(part))).collect();
-    let judged = in_parallel(parts.len(), |at| {
+    let judged = biggest_first(&sizes, |at| {
         let part = parts[at].lock().ok().and_then(|mut part| part.take()).unwrap_or_default();
         run.part(part)
     });
@@ -175,6 +195,7 @@ pub fn check_with(
     if !ledger.is_complete() {
         return run.whole(&source);
     }
+    report.timings.add(&watch.stop());
     report.sources = sources;
     report.unparsed = (0..project.packages.len()).filter(|package| !parsed.contains(package)).collect();
     report.sort();
@@ -195,6 +216,7 @@ struct Run<'a> {
     project: &'a Project,
     config: &'a Config,
     presets: &'a [Preset],
+    clock: Option<Clock>,
 }
 
 /// Which entries of which sections named something.
@@ -203,13 +225,16 @@ type Named = Vec<(usize, Vec<bool>)>;
 impl Run<'_> {
     /// Analyses all packages together.
     fn whole(&self, source: &Arc<dyn ReadSource>) -> Result<Report, ConfigError> {
+        let mut watch = Stopwatch::start(self.clock);
         let packages: Vec<usize> = (0..self.project.packages.len()).collect();
         let part = parse::parse(self.project, source, &packages);
+        watch.lap(Stage::Parse);
         let (mut report, _) = self.analysed(part, |index, is_partial| {
             entries::add_all(self.project, self.config, index, is_partial)?;
             entries::add_presets(self.presets, &self.project.graph, index)?;
             Ok(Vec::new())
         })?;
+        report.timings.add(&watch.stop());
         report.sort();
         report.manifests = manifests(self.project, &report.plans, &**source);
         Ok(report)
@@ -256,6 +281,7 @@ impl Run<'_> {
         add_entries: impl FnOnce(&mut Index) -> Result<Named, ConfigError>,
     ) -> Result<(Report, Named), ConfigError> {
         let (project, config) = (self.project, self.config);
+        let mut watch = Stopwatch::start(self.clock);
         let directives = Directives::read(&sources);
         // A file of several crates belongs to one that is reported, if there is such a one.
         let (reported, others): (Vec<_>, Vec<_>) = inputs.iter().partition(|input| input.is_reported);
@@ -267,10 +293,14 @@ impl Run<'_> {
         let suppressions = Suppressions::place(&directives, &sources, &crates);
         let mut index = Index::build(inputs, entries::paths_outside(config, self.presets));
         let named = add_entries(&mut index)?;
+        watch.lap(Stage::Index);
         let bodies = Program::infer_all(&index);
+        watch.lap(Stage::Types);
         let program = Program { index: &index, bodies: &bodies, sources: &sources, directives: &directives };
         let graphs: Vec<_> = index.function_ids().map(|id| lower_function(&program, id)).collect();
+        watch.lap(Stage::Flow);
         let mut analysis = analyse(&program, &graphs);
+        watch.lap(Stage::Count);
         let is_shown = |package: usize, target: usize, span: Span| {
             let package = &project.packages[package];
             let path = &sources.file(span.file).path;
@@ -305,6 +335,7 @@ impl Run<'_> {
         let presumed = analysis.presumed.iter().map(|function| function.head).collect::<BTreeSet<_>>().len();
         let functions = index.function_places(&sources);
         let cycles = analysis.cycles;
+        watch.lap(Stage::Findings);
         let report = Report {
             diagnostics,
             cycles,
@@ -314,6 +345,7 @@ impl Run<'_> {
             sources,
             plans,
             idle_imports,
+            timings: watch.stop(),
             ..Report::default()
         };
         Ok((report, named))

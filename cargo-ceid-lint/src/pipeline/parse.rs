@@ -8,7 +8,7 @@ use super::{CheckedCrate, Gate};
 use crate::diagnostic::Problem;
 use crate::index::CrateInput;
 use crate::project::{Project, TargetKind};
-use crate::relevance::{Component, Names, Sets, in_parallel};
+use crate::relevance::{Component, Names, Sets, biggest_first};
 use crate::source::{FileId, FileSet, ReadSource, SourceMap};
 use crate::syntax::parse_root;
 
@@ -37,6 +37,14 @@ pub(super) struct Part {
     pub(super) can_matter: bool,
 }
 
+impl Part {
+    /// How much there is to analyse.
+    pub(super) fn bytes(&self) -> u64 {
+        let files = self.sources.files().filter(|_| self.can_matter);
+        files.map(|(_, file)| file.byte_count() as u64).sum()
+    }
+}
+
 /// Parses the packages of all components that are looked at.
 pub(super) fn parts(
     project: &Project,
@@ -45,12 +53,13 @@ pub(super) fn parts(
     names: &Names,
     gate: Gate,
 ) -> Vec<Part> {
-    let unnamed: u64 = components.iter().filter(|own| !own.can_matter).map(|own| own.bytes).sum();
+    let unnamed: u64 = components.iter().filter(|own| !own.can_matter).map(Component::bytes).sum();
     let is_parsed = |component: &&Component| component.can_matter || gate == Gate::Off || unnamed <= ALWAYS_PARSED;
     let components: Vec<&Component> = components.iter().filter(is_parsed).collect();
     let packages = components.iter().flat_map(|own| own.packages.iter().map(|package| (*package, own.can_matter)));
     let packages: Vec<(usize, bool)> = packages.collect();
-    let parsed = in_parallel(packages.len(), |at| {
+    let sizes: Vec<u64> = components.iter().flat_map(|own| own.sizes.iter().copied()).collect();
+    let parsed = biggest_first(&sizes, |at| {
         let (package, can_matter) = packages[at];
         let mut part = parse(project, source, &[package]);
         if !can_matter {

@@ -34,6 +34,16 @@ pub(super) fn rustc(args: &[OsString], directory: &Path) -> Result<String, Failu
     run_or_substitute("RUSTC", "rustc", args, directory)
 }
 
+/// The host, as far as rustup's name of the toolchain tells it: `stable-x86_64-unknown-linux-gnu`. Only a guess: the toolchain may
+/// be a linked one.
+pub(super) fn host() -> Option<String> {
+    let name = env::var("RUSTUP_TOOLCHAIN").ok()?;
+    let parts: Vec<&str> = name.split('-').collect();
+    // An architecture is the first part that no channel and no date is.
+    let at = parts.iter().skip(1).position(|part| !part.starts_with(|letter: char| letter.is_ascii_digit()))? + 1;
+    (parts.len() - at >= 3).then(|| parts[at..].join("-"))
+}
+
 fn run_or_substitute(variable: &str, name: &str, args: &[OsString], directory: &Path) -> Result<String, Failure> {
     let program = env::var_os(variable).filter(|value| !value.is_empty()).unwrap_or_else(|| name.into());
     let first = run(&mut command(&program, args, directory));

@@ -10,6 +10,7 @@ mod files;
 mod links;
 mod names;
 
+use std::cmp::Reverse;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -26,8 +27,16 @@ pub struct Component {
     pub packages: Vec<usize>,
     /// Whether something in it can be a filter.
     pub can_matter: bool,
+    /// How many bytes of code each of them has.
+    pub sizes: Vec<u64>,
+}
+
+impl Component {
     /// How many bytes of code there are.
-    pub bytes: u64,
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.sizes.iter().sum()
+    }
 }
 
 /// What the files of one package say.
@@ -67,13 +76,13 @@ pub fn components(project: &Project, names: &Names, looked_at: &[PathBuf]) -> Ve
         let root = sets.root(number);
         if place[root] == usize::MAX {
             place[root] = components.len();
-            components.push(Component { packages: Vec::new(), can_matter: false, bytes: 0 });
+            components.push(Component { packages: Vec::new(), can_matter: false, sizes: Vec::new() });
             found.push(vec![false; names.needles.len()]);
         }
         let at = place[root];
         components[at].packages.push(number);
         components[at].can_matter |= facts.is_open;
-        components[at].bytes += facts.bytes;
+        components[at].sizes.push(facts.bytes);
         for (whole, own) in found[at].iter_mut().zip(&facts.found) {
             *whole |= own;
         }
@@ -156,6 +165,15 @@ pub fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> V
         let joined = workers.into_iter().map(std::thread::ScopedJoinHandle::join);
         joined.flat_map(|done| done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
     });
+    results.sort_by_key(|(number, _)| *number);
+    results.into_iter().map(|(_, result)| result).collect()
+}
+
+/// The same for pieces of work whose sizes are known: the largest are begun first, so that none is left for one core at the end.
+pub fn biggest_first<T: Send>(sizes: &[u64], work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let mut order: Vec<usize> = (0..sizes.len()).collect();
+    order.sort_by_key(|at| Reverse(sizes[*at]));
+    let mut results = in_parallel(order.len(), |at| (order[at], work(order[at])));
     results.sort_by_key(|(number, _)| *number);
     results.into_iter().map(|(_, result)| result).collect()
 }

@@ -19,6 +19,7 @@ mod stats;
 mod summary;
 mod tables;
 pub mod text;
+mod timings;
 mod unread;
 
 #[cfg(test)]
@@ -27,6 +28,7 @@ mod sample;
 pub use asides::{asides, stale};
 pub use stats::stats;
 pub use summary::Summary;
+pub use timings::timings;
 pub use unread::unread;
 
 use crate::pipeline::Report;

@@ -12,12 +12,13 @@ mod words;
 use crate::count::{Analysis, Pair};
 use crate::diagnostic::{Diagnostic, Suggestion};
 use crate::flow::Program;
-use site::Site;
+use site::{Site, Tokens};
 
 /// Adds to each finding the change that would put it right, if there is one. What is suppressed is meant so.
 pub fn add(program: &Program<'_>, analysis: &Analysis, findings: &mut [Diagnostic]) {
+    let tokens = Tokens::default();
     for finding in findings.iter_mut().filter(|finding| finding.suppressed.is_none()) {
-        if let Some(suggestion) = of_finding(program, analysis, finding) {
+        if let Some(suggestion) = of_finding(program, &tokens, analysis, finding) {
             // The first help says the same without an offer.
             finding.helps.drain(..1.min(finding.helps.len()));
             finding.suggestions.push(suggestion);
@@ -25,12 +26,13 @@ pub fn add(program: &Program<'_>, analysis: &Analysis, findings: &mut [Diagnosti
     }
 }
 
-fn of_finding(program: &Program<'_>, analysis: &Analysis, finding: &Diagnostic) -> Option<Suggestion> {
+fn of_finding(program: &Program<'_>, tokens: &Tokens, analysis: &Analysis, finding: &Diagnostic) -> Option<Suggestion> {
+    let site = || Site::of(program, tokens, finding.primary.span);
     match finding.rule {
-        "guard_dropped_early" => name_guard::suggestion(&Site::of(program, finding.primary.span)?, finding.facts.cycle),
-        "guard_outside_cycle" => into_loop::suggestion(&Site::of(program, finding.primary.span)?, finding.facts.cycle?),
+        "guard_dropped_early" => name_guard::suggestion(&site()?, finding.facts.cycle),
+        "guard_outside_cycle" => into_loop::suggestion(&site()?, finding.facts.cycle?),
         "repeated_update" => {
-            let site = Site::of(program, finding.primary.span)?;
+            let site = site()?;
             let pair = pair(analysis, finding)?;
             match &finding.facts.filters[1..] {
                 [] => second_update::suggestion(&site, pair),

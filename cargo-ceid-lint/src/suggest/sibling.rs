@@ -67,7 +67,7 @@ fn calls<'a>(site: &Site<'a>, pair: &Pair) -> Vec<Call<'a>> {
     let is_whole = calls.len() == pair.updates.len();
     let is_written = |call: &Call<'_>| {
         let start = site.body.expr(call.receiver).span.start as usize;
-        !super::words::is_in_macro(site.text, start)
+        !site.is_in_macro(start)
     };
     if is_whole && calls.iter().all(is_written) { calls } else { Vec::new() }
 }

@@ -1,14 +1,18 @@
 //! The statement that a finding is shown at, with the block, the body and the text around it.
 
+use std::cell::RefCell;
+use std::collections::HashMap;
 use std::ops::Range;
+use std::rc::Rc;
 
 use crate::diagnostic::{Applicability, Suggestion};
 use crate::flow::Program;
 use crate::source::{FileId, Span};
+use crate::syntax::Token;
 use crate::syntax::tree::{Block, Body, ExprId, ExprKind, Stmt};
 use crate::types::TypedBody;
 
-use super::words::{before, is_in_macro, mentions};
+use super::words::{code, is_in_macro, mentions};
 
 /// A statement in its surroundings. It is written where it stands, and it is there under every `cfg`.
 pub(super) struct Site<'a> {
@@ -16,6 +20,7 @@ pub(super) struct Site<'a> {
     pub(super) file: FileId,
     /// The whole file.
     pub(super) text: &'a str,
+    tokens: Rc<[Token]>,
     /// The function, from its head to its end.
     pub(super) function: Range<usize>,
     pub(super) body: &'a Body,
@@ -29,13 +34,23 @@ pub(super) struct Site<'a> {
     pub(super) place: Span,
 }
 
+/// The tokens of files, each of which is read once for all findings in it.
+#[derive(Default)]
+pub(super) struct Tokens(RefCell<HashMap<FileId, Rc<[Token]>>>);
+
+impl Tokens {
+    fn of(&self, file: FileId, text: &str) -> Rc<[Token]> {
+        Rc::clone(self.0.borrow_mut().entry(file).or_insert_with(|| code(text, 0..text.len()).into()))
+    }
+}
+
 pub(super) fn bytes(span: Span) -> Range<usize> {
     span.start as usize..span.end as usize
 }
 
 impl<'a> Site<'a> {
     /// The innermost statement around a place.
-    pub(super) fn of(program: &'a Program<'a>, place: Span) -> Option<Self> {
+    pub(super) fn of(program: &'a Program<'a>, tokens: &Tokens, place: Span) -> Option<Self> {
         let functions = program.index.function_ids().filter_map(|id| {
             let function = &program.index.function(id).function;
             let body = function.body.as_ref()?;
@@ -59,6 +74,7 @@ impl<'a> Site<'a> {
             program,
             file: place.file,
             text,
+            tokens: tokens.of(place.file, text),
             function: bytes(whole),
             body,
             typed: program.typed(id)?,
@@ -77,8 +93,18 @@ impl<'a> Site<'a> {
     /// Whether a statement is written where it stands, without attributes.
     pub(super) fn is_plain(&self, stmt: &Stmt) -> bool {
         let start = stmt.span.start as usize;
-        let follows = matches!(before(self.text, start), Some(';' | '{' | '}'));
-        stmt.cfg.is_none() && stmt.span.file == self.file && follows && !is_in_macro(self.text, start)
+        let follows = || self.before(start).last().is_some_and(|last| self.text[..last.end].ends_with([';', '{', '}']));
+        stmt.cfg.is_none() && stmt.span.file == self.file && follows() && !self.is_in_macro(start)
+    }
+
+    /// The tokens of the file before a place.
+    fn before(&self, at: usize) -> &[Token] {
+        &self.tokens[..self.tokens.partition_point(|token| token.end <= at)]
+    }
+
+    /// Whether a place stands in the tokens of a macro.
+    pub(super) fn is_in_macro(&self, at: usize) -> bool {
+        is_in_macro(self.text, self.before(at))
     }
 
     /// The text of a place.

@@ -14,7 +14,7 @@ pub(super) struct Mention<'a> {
 }
 
 /// The tokens of a part of a text that are neither space nor comments, with places in the whole text.
-fn code(text: &str, range: Range<usize>) -> Vec<Token> {
+pub(super) fn code(text: &str, range: Range<usize>) -> Vec<Token> {
     let tokens = Lexer::new(text.get(range.clone()).unwrap_or_default());
     let is_code =
         |token: &Token| !matches!(token.kind, TokenKind::Space | TokenKind::LineComment | TokenKind::BlockComment);
@@ -59,9 +59,8 @@ pub(super) fn has_word(text: &str, range: Range<usize>, word: &str) -> bool {
     code(text, range).iter().any(|token| token.kind == TokenKind::Word && &text[token.start..token.end] == word)
 }
 
-/// Whether the byte at `at` stands in the tokens of a macro: what is written there is not what runs.
-pub(super) fn is_in_macro(text: &str, at: usize) -> bool {
-    let tokens = code(text, 0..at);
+/// Whether what follows these tokens of a file stands in the tokens of a macro: what is written there is not what runs.
+pub(super) fn is_in_macro(text: &str, tokens: &[Token]) -> bool {
     let mut open: Vec<bool> = Vec::new();
     for (number, token) in tokens.iter().enumerate() {
         match token.kind {
@@ -87,11 +86,6 @@ fn opens_macro(text: &str, before: &[Token]) -> bool {
         [rest @ .., last] if last.kind == TokenKind::Word => is_call(rest),
         _ => is_call(before),
     }
-}
-
-/// The last sign or word before a place.
-pub(super) fn before(text: &str, at: usize) -> Option<char> {
-    code(text, 0..at).last().and_then(|token| text[token.start..token.end].chars().last())
 }
 
 /// The line that a byte lies on, without its line break.
@@ -177,7 +171,7 @@ mod tests {
     #[track_caller]
     fn check_macro(text: &str, expected: bool) {
         let at = text.find('^').unwrap();
-        assert_eq!(is_in_macro(text, at), expected, "{text}");
+        assert_eq!(is_in_macro(text, &code(text, 0..at)), expected, "{text}");
     }
 
     #[test]

@@ -6,6 +6,7 @@ use args::BaselineArgs;
 use clap::ArgMatches;
 
 use super::input::{self, Checked};
+use super::timings::clock;
 use super::{Console, ExitStatus, levels};
 use crate::baseline::{self, Comparison};
 use crate::pipeline::{BaselineChoice, Options};
@@ -20,8 +21,8 @@ pub(super) fn run(mut args: BaselineArgs, matches: &ArgMatches) -> Result<ExitSt
     let console = Console::new(&args.talk);
     let overrides = levels::read(matches, &args.levels, &mut args.input.build.features, &args.rest)?;
     let choice = BaselineChoice::ToWrite(args.baseline.as_deref().map(input::from_current_dir));
-    let options = Options { overrides, baseline: choice, gate: input::gate(&args.input) };
-    let Ok(checked) = input::check(&args.input, &options, None, console, args.talk.stats) else {
+    let options = Options { overrides, baseline: choice, gate: input::gate(&args.input), clock: clock(&args.talk) };
+    let Ok(checked) = input::check(&args.input, &options, None, console, &args.talk) else {
         return Ok(ExitStatus::Incomplete);
     };
     checked.show_problems(console);

@@ -1,7 +1,6 @@
 //! Filters with a fixed step that two different events of one loop advance.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::rc::Rc;
 
 use super::{Fact, Remark, note};
 use crate::config::TimeBase;
@@ -29,12 +28,13 @@ pub(super) fn add(
     let graph = facts.graph;
     let index = context.program.index;
     for instance in &facts.updated {
+        let search = context.search(facts, instance);
         for id in &instance.loops {
             let name = graph.place_name(index, &instance.place);
             let own = pairs.get_mut(&CycleId::Loop(*id));
             let own = own.and_then(|own| own.iter_mut().find(|pair| pair.name == name && pair.half == instance.law));
             let Some(pair) = own else { continue };
-            let Some((first, second)) = two_events(context, facts, instance, *id) else { continue };
+            let Some((first, second)) = two_events(context, facts, instance, &search, *id) else { continue };
             note(pair, "multi_event_update");
             let def = index.function(graph.function);
             let info = index.crate_of(def.module);
@@ -74,20 +74,11 @@ fn two_events(
     context: &Context<'_>,
     facts: &FunctionFacts<'_>,
     instance: &Instance,
+    search: &Search<'_>,
     id: LoopId,
 ) -> Option<(Advance, Advance)> {
     let graph = facts.graph;
     let inside = |node: &NodeId| graph.is_within(graph.node(*node).in_loop, id);
-    let mut search = Search::with_dependence(
-        context.program,
-        graph,
-        &facts.aliases,
-        context.summaries,
-        &instance.place,
-        instance.law,
-        Rc::clone(&facts.dependence),
-    );
-    search.sample_loops.clone_from(&instance.sample_loops);
     let region = Region::Loop(id);
     let updates: Vec<NodeId> = search.updating().into_iter().filter(inside).collect();
     if updates.len() < 2 || !has_fixed_step(context.program.index, graph, instance) {
@@ -97,7 +88,7 @@ fn two_events(
         .node_ids()
         .filter(inside)
         .filter_map(|node| match &graph.node(node).effect {
-            Effect::Branch(test) if is_event(&search, region, test) => Some((node, test)),
+            Effect::Branch(test) if is_event(search, region, test) => Some((node, test)),
             _ => None,
         })
         .take(MAX_EVENTS)
@@ -125,7 +116,7 @@ fn two_events(
             });
             if let Some(second) = second
                 && graph.node(second.update).span != graph.node(*first).span
-                && (is_select || some_message_does_not(&search, region, &arms))
+                && (is_select || some_message_does_not(search, region, &arms))
             {
                 return Some((Advance { arm: *arm, update: *first }, second));
             }

@@ -12,6 +12,15 @@ impl Run<'_, '_> {
     pub(super) fn call(&mut self, at: usize, state: &State, site: &CallSite) {
         let search = self.search;
         let called = search.called(site);
+        let goes_on = site.targets.is_empty() || !called.effects.is_empty();
+        if goes_on
+            && self.tracked.subjects.is_empty()
+            && called.effects.iter().all(|effect| effect.outcomes.is_empty())
+            && search.borrowed(self.names.get(state.names), site).is_none()
+        {
+            self.everywhere(at, state);
+            return;
+        }
         let mut masks = state.masks;
         for place in &called.writes {
             masks = self.killed(masks, place);

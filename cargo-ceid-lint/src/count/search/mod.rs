@@ -11,6 +11,7 @@ mod hash;
 mod interner;
 mod modes;
 mod names;
+mod reach;
 mod run;
 
 use std::cell::{Cell, OnceCell, RefCell};
@@ -204,7 +205,12 @@ impl<'a> Search<'a> {
 
     /// The nodes at which something happens to what has the same base as the instance.
     fn near(&self) -> impl Iterator<Item = NodeId> + '_ {
-        self.aliases.near(self.graph, self.summaries, self.instance.base)
+        self.aliases.near(self.graph, self.summaries, self.instance.base).iter().copied()
+    }
+
+    /// Whether a node is one of these.
+    fn is_near(&self, node: NodeId) -> bool {
+        self.aliases.near(self.graph, self.summaries, self.instance.base).binary_search(&node).is_ok()
     }
 
     /// The nodes at which something may happen to the instance, whatever its names.
@@ -345,9 +351,9 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// How many states were looked at so far.
-    pub(super) fn states(&self) -> usize {
-        self.states.get()
+    /// How many states were looked at since the last time this was asked.
+    pub(super) fn take_states(&self) -> usize {
+        self.states.take()
     }
 
     /// The ways through the whole function, as its callers see them.
@@ -439,39 +445,6 @@ impl<'a> Search<'a> {
         }));
         tracked.add(slice::tracked(self.graph, &self.dependence, &touching_inside, &times));
         Run::new(self, region, tracked, self.reach(region), own)
-    }
-
-    /// The nodes from which an update can be reached without leaving the iteration.
-    pub(super) fn reach(&self, region: Region) -> Vec<bool> {
-        let graph = self.graph;
-        let is_own_head = |id: NodeId| matches!(region, Region::Loop(own) if id == graph.loop_info(own).head);
-        let is_inside =
-            |id: &NodeId| !matches!(region, Region::Loop(own) if !graph.is_within(graph.node(*id).in_loop, own));
-        // The next round of a loop over the elements is another element's: for this one, what is behind the loop follows.
-        let others = |head: NodeId| match &graph.node(head).effect {
-            Effect::LoopHead(id) if self.covers(*id) && !is_own_head(head) => Some(*id),
-            _ => None,
-        };
-        let is_round = |id: NodeId, head: NodeId| {
-            others(head).is_some_and(|covered| graph.is_within(graph.node(id).in_loop, covered))
-        };
-        let mut reach = vec![false; graph.nodes.len()];
-        let mut open: Vec<NodeId> = self.updating().into_iter().collect();
-        while let Some(id) = open.pop() {
-            if std::mem::replace(&mut reach[id.0 as usize], true) {
-                continue;
-            }
-            for before in self.dependence.before(id) {
-                if is_inside(before) && !is_own_head(id) && !is_round(*before, id) {
-                    open.push(*before);
-                }
-                if graph.node(*before).next.get(1) == Some(&id) {
-                    let rounds = self.dependence.before(*before).iter().filter(|round| is_round(**round, *before));
-                    open.extend(rounds.copied().filter(is_inside));
-                }
-            }
-        }
-        reach
     }
 }
 

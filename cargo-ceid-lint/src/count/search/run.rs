@@ -301,6 +301,10 @@ impl<'s, 'a> Run<'s, 'a> {
     /// The state after a law ran at a place.
     fn updated(&mut self, state: &State, place: &Place, by_guard: bool) -> State {
         let mut next = state.clone();
+        let is_named = self.names.get(state.names).iter().any(|name| name.base == place.base);
+        if !is_named && !self.search.is_near(state.node) {
+            return next;
+        }
         let relations = self.relations(state, place);
         let exact = relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if rest.is_empty()));
         if exact {

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::toolchain::Failure;
+use super::cargo_config::CargoConfig;
+use super::toolchain::{self, Failure};
 use super::workspace::{Workspace, normalized};
 use super::{LoadError, Project, Selection, assemble, cargo_config, cfg, features, loose, manifest, metadata, select};
 use crate::diagnostic::Problem;
@@ -80,9 +81,9 @@ fn load_workspace(path: &Path, selection: &Selection, only: &[PathBuf]) -> Resul
         directory
     };
     let config = cargo_config::read(run_in, &selection.cargo_options, selection.target.as_deref());
-    let target = cfg::read(run_in, &config, selection.is_release);
     let (mut notices, mut problems) = (Vec::new(), Vec::new());
-    let mut workspace = match metadata::load(path, run_in, selection, target.triple.as_deref(), &mut notices) {
+    let (target, loaded) = target_and_metadata(path, run_in, selection, &config, &mut notices);
+    let mut workspace = match loaded {
         Ok(workspace) => workspace,
         Err(failure) => without_cargo(path, &failure, &mut notices, &mut problems)?,
     };
@@ -94,6 +95,35 @@ fn load_workspace(path: &Path, selection: &Selection, only: &[PathBuf]) -> Resul
     project.notices = notices;
     project.problems.extend(problems);
     Ok(project)
+}
+
+/// Asks rustc and cargo, one beside the other where it can be told beforehand which target rustc will name.
+fn target_and_metadata(
+    path: &Path,
+    run_in: &Path,
+    selection: &Selection,
+    config: &CargoConfig,
+    notices: &mut Vec<String>,
+) -> (cfg::TargetCfg, Result<Workspace, Failure>) {
+    let ask =
+        |triple: Option<&str>, notices: &mut Vec<String>| metadata::load(path, run_in, selection, triple, notices);
+    let Some(guess) = config.target.clone().or_else(toolchain::host) else {
+        let target = cfg::read(run_in, config, selection.is_release);
+        let loaded = ask(target.triple.as_deref(), notices);
+        return (target, loaded);
+    };
+    let mut early_notices = Vec::new();
+    let (target, early) = std::thread::scope(|scope| {
+        let early = scope.spawn(|| ask(Some(&guess), &mut early_notices));
+        let target = cfg::read(run_in, config, selection.is_release);
+        (target, early.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+    });
+    if target.triple.as_ref() != Some(&guess) {
+        let loaded = ask(target.triple.as_deref(), notices);
+        return (target, loaded);
+    }
+    notices.extend(early_notices);
+    (target, early)
 }
 
 /// Reads the manifests when cargo cannot be run, and when it refuses them while the sources can be found all the same: what cargo

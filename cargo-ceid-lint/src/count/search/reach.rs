@@ -1,0 +1,39 @@
+//! From where in an iteration an update can still be reached.
+
+use super::{Region, Search};
+use crate::flow::{Effect, NodeId};
+
+impl Search<'_> {
+    /// The nodes from which an update can be reached without leaving the iteration.
+    pub(in crate::count) fn reach(&self, region: Region) -> Vec<bool> {
+        let graph = self.graph;
+        let is_own_head = |id: NodeId| matches!(region, Region::Loop(own) if id == graph.loop_info(own).head);
+        let is_inside =
+            |id: &NodeId| !matches!(region, Region::Loop(own) if !graph.is_within(graph.node(*id).in_loop, own));
+        // The next round of a loop over the elements is another element's: for this one, what is behind the loop follows.
+        let others = |head: NodeId| match &graph.node(head).effect {
+            Effect::LoopHead(id) if self.covers(*id) && !is_own_head(head) => Some(*id),
+            _ => None,
+        };
+        let is_round = |id: NodeId, head: NodeId| {
+            others(head).is_some_and(|covered| graph.is_within(graph.node(id).in_loop, covered))
+        };
+        let mut reach = vec![false; graph.nodes.len()];
+        let mut open: Vec<NodeId> = self.updating().into_iter().collect();
+        while let Some(id) = open.pop() {
+            if std::mem::replace(&mut reach[id.0 as usize], true) {
+                continue;
+            }
+            for before in self.dependence.before(id) {
+                if is_inside(before) && !is_own_head(id) && !is_round(*before, id) {
+                    open.push(*before);
+                }
+                if graph.node(*before).next.get(1) == Some(&id) {
+                    let rounds = self.dependence.before(*before).iter().filter(|round| is_round(**round, *before));
+                    open.extend(rounds.copied().filter(is_inside));
+                }
+            }
+        }
+        reach
+    }
+}

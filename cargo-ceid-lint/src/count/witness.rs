@@ -1,0 +1,105 @@
+//! The way that shows a verdict, as labelled steps.
+
+use super::counts::Count;
+use super::decide::{head_of, inner_repeat, skip_inside};
+use super::search::{End, Exploration, Region, Search};
+use crate::diagnostic::WitnessStep;
+use crate::flow::{Effect, Mark};
+
+/// What the last step of a cycle function is called.
+const RETURNS: &str = "`return` ends the cycle";
+
+/// The way as labelled steps.
+pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Exploration, end: &End) -> Vec<WitnessStep> {
+    let graph = search.graph;
+    let mut steps = Vec::new();
+    let head = head_of(search, region);
+    steps.push(WitnessStep { span: head, message: "one control cycle begins here".to_owned() });
+    let path = exploration.path(end.at);
+    let mut updates = 0;
+    for (number, at) in path.iter().enumerate() {
+        let state = &exploration.states[*at];
+        let node = graph.node(state.node);
+        let next = path.get(number + 1).map(|next| &exploration.states[*next]);
+        let after = next.map_or(end.state.count, |next| next.count);
+        match &node.effect {
+            Effect::Update(update) if after != state.count || (state.count == Count::Many && next.is_some()) => {
+                updates += 1;
+                let how = if update.by_guard {
+                    "the guard's update".to_owned()
+                } else {
+                    format!("{} update", ordinal(updates))
+                };
+                steps.push(WitnessStep { span: node.span, message: how });
+            }
+            Effect::Call(site) if after != state.count => {
+                updates += 1;
+                let often = if after == Count::Many && state.count == Count::Zero {
+                    "updates it more than once"
+                } else {
+                    "updates it"
+                };
+                let inner = next.and_then(|_| inner_repeat(search, exploration, path[number + 1]));
+                let message = match inner {
+                    Some(_) => format!("`{}` {often}", site.text),
+                    None => format!("{} update: `{}` {often}", ordinal(updates), site.text),
+                };
+                steps.push(WitnessStep { span: node.span, message });
+                steps.extend(inner.iter().flat_map(|repeat| repeat.witness.iter().cloned()));
+            }
+            Effect::Call(site) if state.skipped_at.is_none() && end.state.skipped_at == Some(state.node) => {
+                let message = format!("`{}` may return without the update", site.text);
+                steps.push(WitnessStep { span: node.span, message });
+                let inner = skip_inside(search, state.node);
+                steps.extend(inner.iter().flat_map(|skip| skip.witness.iter().cloned()));
+            }
+            Effect::Branch(test) => {
+                let holds = next.is_none_or(|next| node.next.first() == Some(&next.node));
+                let decides = end.state.skipped_at == Some(state.node) || end.state.count == Count::Many;
+                if decides && test.text.chars().count() > 0 {
+                    steps.push(WitnessStep { span: test.span, message: condition_text(&test.text, holds) });
+                }
+            }
+            Effect::Mark(Mark::Continue) => {
+                let message = match end.state.count {
+                    Count::Zero => "`continue` ends the iteration without an update".to_owned(),
+                    _ => "`continue` ends the iteration".to_owned(),
+                };
+                steps.push(WitnessStep { span: node.span, message });
+            }
+            Effect::Mark(Mark::Return) if region == Region::Function => {
+                steps.push(WitnessStep { span: node.span, message: RETURNS.to_owned() });
+            }
+            _ => {}
+        }
+    }
+    steps
+}
+
+fn condition_text(text: &str, holds: bool) -> String {
+    match (text.strip_prefix("let "), holds) {
+        (Some(_), true) => format!("taken when `{text}` matches"),
+        (Some(_), false) => format!("taken when `{text}` does not match"),
+        (None, true) => format!("taken when `{text}`"),
+        (None, false) => format!("taken when `{text}` does not hold"),
+    }
+}
+
+fn ordinal(number: u32) -> &'static str {
+    match number {
+        1 => "first",
+        2 => "second",
+        3 => "third",
+        _ => "another",
+    }
+}
+
+/// The way through a function as those see it who call it.
+pub(super) fn steps_inside(search: &Search<'_>, exploration: &Exploration, end: &End) -> Vec<WitnessStep> {
+    let mut witness = steps(search, Region::Function, exploration, end);
+    witness.remove(0);
+    for step in witness.iter_mut().filter(|step| step.message == RETURNS) {
+        "`return` leaves the function".clone_into(&mut step.message);
+    }
+    witness
+}
