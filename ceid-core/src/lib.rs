@@ -25,7 +25,7 @@ pub mod transaction;
 #[cfg(feature = "std")]
 pub use cycle::StdTime;
 pub use cycle::{Clock, Cycle, CycleGuard, CycleInfo, Cyclic, Free, Overrun, Periodic, Releases, Take, Time};
-pub use filter::{Divider, OnlyInCeid, Sample, SampledFilter, Shared, Tick, Unregistered};
+pub use filter::{Adapted, Divider, OnlyInCeid, Sample, SampledFilter, Shared, Tick, Unregistered};
 pub use rate::{Hz, Rate};
 pub use thread::{ClockOf, Flow, RealtimeFunctionality, RealtimeThread};
 pub use transaction::TransactionIo;
@@ -35,7 +35,7 @@ pub mod prelude {
     #[cfg(feature = "std")]
     pub use crate::StdTime;
     pub use crate::{
-        Clock, CycleInfo, Cyclic, Free, Hz, OnlyInCeid, Overrun, Periodic, Rate, Sample, SampledFilter, Tick,
+        Adapted, Clock, CycleInfo, Cyclic, Free, Hz, OnlyInCeid, Overrun, Periodic, Rate, Sample, SampledFilter, Tick,
         Unregistered,
     };
     pub use crate::{ClockOf, Flow, RealtimeFunctionality, RealtimeThread};

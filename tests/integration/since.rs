@@ -4,6 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use cargo_metadata::Message;
+use cargo_metadata::diagnostic::DiagnosticLevel;
+
 use crate::support::program::{Finding, run};
 use crate::support::workspace::{GUILTY, temporary, temporary_package, write};
 
@@ -190,7 +193,15 @@ fn what_git_does_not_know_is_told() {
     let shallow = run(&other.join("clone/firm ware"), ["--since", "HEAD~1"]);
     shallow.assert_code(101).assert_stderr("`HEAD~1`").assert_stderr("fetch-depth: 0");
     let json = run(&directory, ["--since", "no/such", "--message-format", "json"]);
-    assert!(json.assert_code(101).stdout.contains("\"success\":false"), "{}", json.stdout);
+    json.assert_code(101).assert_stderr("there is no git revision `no/such`");
+    let messages: Vec<Message> =
+        Message::parse_stream(json.stdout.as_bytes()).collect::<Result<_, _>>().expect("cargo's");
+    let [Message::CompilerMessage(message), Message::BuildFinished(end)] = messages.as_slice() else {
+        panic!("{}", json.stdout)
+    };
+    assert_eq!(message.message.level, DiagnosticLevel::Error);
+    assert!(message.message.message.contains("there is no git revision `no/such`"), "{}", json.stdout);
+    assert!(!end.success);
 }
 
 #[test]

@@ -4,9 +4,7 @@
 mod compare;
 mod counts;
 mod file;
-mod write;
 
 pub use compare::Comparison;
 pub use counts::{Counts, Key, keys};
 pub use file::{FILE_NAME, read, text};
-pub use write::write;

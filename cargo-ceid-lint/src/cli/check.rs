@@ -44,7 +44,7 @@ pub(super) fn run(mut args: CheckArgs, matches: &ArgMatches) -> Result<ExitStatu
         match fix::run(&args, &options, printed, console) {
             Ok(Fixed::Ended(status)) => return Ok(status),
             Ok(Fixed::Checked(checked, is_unwritten)) => Ok((*checked, is_unwritten)),
-            Err(error) => Err(error),
+            Err(error) => Err(input::Failed::of_load(error)),
         }
     } else {
         input::check(&args.input, &options, since, console, &args.talk).map(|checked| (checked, false))
@@ -56,7 +56,7 @@ pub(super) fn run(mut args: CheckArgs, matches: &ArgMatches) -> Result<ExitStatu
             let status = checked.status(&args.input, console);
             (checked, if is_unwritten { ExitStatus::Incomplete } else { status })
         }
-        Err(error) => (Checked::of_failed_load(error), ExitStatus::Incomplete),
+        Err(failed) => (Checked::of_failed(*failed), ExitStatus::Incomplete),
     };
     if cargo.is_some_and(|is_well| !is_well) {
         status = ExitStatus::Incomplete;

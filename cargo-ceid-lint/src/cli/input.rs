@@ -42,13 +42,28 @@ pub(super) fn check(
     since: Option<Since<'_>>,
     console: Console,
     talk: &Talk,
-) -> Result<Checked, LoadError> {
-    let Loaded { project, mut first } = load(input, options, console)?;
-    if let Some(since) = since.filter(|_| !first.is_config_wrong) {
-        keep_changed(&mut first.report, since, &project)
-            .inspect_err(|error| console.error(&error.message, error.help.as_deref()))?;
+) -> Result<Checked, Box<Failed>> {
+    let Loaded { project, mut first } = load(input, options, console).map_err(Failed::of_load)?;
+    if let Some(since) = since.filter(|_| !first.is_config_wrong)
+        && let Err(error) = keep_changed(&mut first.report, since, &project)
+    {
+        console.error(&error.message, error.help.as_deref());
+        return Err(Box::new(Failed { project, error }));
     }
     Ok(Checked::of(project, first, console, talk))
+}
+
+/// Why nothing was checked, which was told, and for which project.
+pub(super) struct Failed {
+    project: Project,
+    error: LoadError,
+}
+
+impl Failed {
+    /// The project could not be loaded.
+    pub(super) fn of_load(error: LoadError) -> Box<Self> {
+        Box::new(Self { project: Project { root: current_dir(), ..Project::default() }, error })
+    }
 }
 
 /// A project, and the first check of it.
@@ -123,12 +138,12 @@ impl Checked {
         Self { project, report, summary, is_unchecked }
     }
 
-    /// What a run came to that found nothing to load.
-    pub(super) fn of_failed_load(error: LoadError) -> Self {
+    /// What a run came to that has checked nothing.
+    pub(super) fn of_failed(failed: Failed) -> Self {
+        let Failed { project, error } = failed;
         let report = Report { problems: vec![error.problem(Path::new("Cargo.toml"))], ..Report::default() };
-        let root = current_dir();
         let summary = Summary::of(&report);
-        Self { project: Project { root, ..Project::default() }, report, summary, is_unchecked: true }
+        Self { project, report, summary, is_unchecked: true }
     }
 
     /// How the run ends, telling loudly when nothing was checked.

@@ -440,7 +440,7 @@ impl Context<'_> {
         let may_skip = match self.multiplicity(facts, search.instance, search.law) {
             Multiplicity::Once => return decision,
             Multiplicity::AtMostOnce => matches!(decision.verdict, Verdict::Skipped | Verdict::Gated | Verdict::Missed),
-            Multiplicity::Any => decision.verdict != Verdict::Unproved,
+            Multiplicity::Any => !matches!(decision.verdict, Verdict::Unproved | Verdict::Guarded),
         };
         match may_skip {
             true => Decision { verdict: Verdict::Once, gate: None, witness: Vec::new(), primary: None, ..decision },

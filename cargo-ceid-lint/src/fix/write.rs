@@ -1,13 +1,13 @@
 //! Texts to the disk: each file is the old one or the new one in full, whenever the program is ended.
 
 use std::fmt;
-use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::Change;
+use crate::source;
 
 /// What is done to the disk; another one than the real one is for tests.
 pub trait Disk {
@@ -116,39 +116,12 @@ pub struct RealDisk;
 
 impl Disk for RealDisk {
     fn stage(&mut self, target: &Path, text: &str) -> io::Result<PathBuf> {
-        static NUMBER: AtomicU32 = AtomicU32::new(0);
-        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        let name = format!(".ceid-lint-{}-{number}.tmp", std::process::id());
-        let path = target.with_file_name(name);
-        let mut file = OpenOptions::new().write(true).create_new(true).open(&path)?;
-        let written = fill(&mut file, target, text);
-        written.inspect_err(|_| remove(std::slice::from_ref(&path)))?;
-        Ok(path)
+        source::stage(target, text)
     }
 
     fn replace(&mut self, staged: &Path, target: &Path) -> io::Result<()> {
-        fs::rename(staged, target)?;
-        // The name is safe when its directory is; where directories cannot be opened, the system takes care of that.
-        if let Some(directory) = target.parent().and_then(|directory| File::open(directory).ok()) {
-            let _ = directory.sync_all();
-        }
-        Ok(())
+        source::replace(staged, target)
     }
-}
-
-fn fill(file: &mut File, target: &Path, text: &str) -> io::Result<()> {
-    file.write_all(text.as_bytes())?;
-    let metadata = fs::metadata(target)?;
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::{MetadataExt, fchown};
-        let new = file.metadata()?;
-        if (new.uid(), new.gid()) != (metadata.uid(), metadata.gid()) {
-            fchown(&*file, Some(metadata.uid()), Some(metadata.gid()))?;
-        }
-    }
-    file.set_permissions(metadata.permissions())?;
-    file.sync_all()
 }
 
 #[cfg(test)]

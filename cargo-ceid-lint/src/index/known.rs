@@ -60,6 +60,7 @@ const CEID_CORE: &[&str] = &[
     "StdTime",
     "Overrun",
     "Sample",
+    "Adapted",
     "Unregistered",
     "OnlyInCeid",
     "RealtimeFunctionality",

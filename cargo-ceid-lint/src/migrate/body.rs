@@ -5,7 +5,7 @@ use super::walk;
 use crate::flow::Program;
 use crate::index::{FunctionDef, FunctionId};
 use crate::source::{FileId, Span};
-use crate::syntax::tree::{Block, Body, ExprId, ExprKind, PatKind, Stmt, StmtKind};
+use crate::syntax::tree::{Block, Body, ExprId, ExprKind, PatKind, Stmt, StmtKind, TypeRef};
 use crate::types::{LocalId, TypedBody};
 
 /// A loop.
@@ -22,11 +22,13 @@ pub(super) struct LoopBody<'a> {
     pub(super) inside: Vec<ExprId>,
     /// The text of the file.
     pub(super) text: &'a str,
+    /// Whether the cycle is no loop, but a function that is called once per cycle.
+    pub(super) is_function: bool,
     parents: Parents,
 }
 
 impl<'a> LoopBody<'a> {
-    /// The loop whose keyword stands at `head`, if it is one.
+    /// The loop or function whose keyword stands at `head`, if it is one.
     pub(super) fn find(loops: &Loops<'a>, head: Span) -> Option<Self> {
         let program = loops.program;
         let (function, whole, block) = loops.at(head)?;
@@ -35,7 +37,8 @@ impl<'a> LoopBody<'a> {
         let inside = walk::within(body, block);
         let parents = loops.parents(function);
         let text = &program.sources.file(head.file).text;
-        Some(Self { program, function, body, typed, whole, block, inside, text, parents })
+        let is_function = whole == block;
+        Some(Self { program, function, body, typed, whole, block, inside, text, is_function, parents })
     }
 
     pub(super) fn def(&self) -> &'a FunctionDef {
@@ -76,16 +79,40 @@ impl<'a> LoopBody<'a> {
     /// The block in which an expression is a statement of its own, with that statement; without one if it stands at the end.
     pub(super) fn statement(&self, id: ExprId) -> Option<(&'a Block, Option<&'a Stmt>)> {
         let ExprKind::Block(block) = self.kind(self.parent(id)?) else { return None };
-        let is_it = |stmt: &&Stmt| match &stmt.kind {
+        let stmt = self.stmt_of(block, id);
+        (stmt.is_some() || self.is_discarded(id)).then_some((block, stmt))
+    }
+
+    fn stmt_of(&self, block: &'a Block, id: ExprId) -> Option<&'a Stmt> {
+        block.stmts.iter().find(|stmt| match &stmt.kind {
             StmtKind::Expr { expr, .. } => *expr == id,
             // What is thrown away is not used.
             StmtKind::Let { pat, init, otherwise: None, .. } => {
                 *init == Some(id) && matches!(self.body.pat(*pat).kind, PatKind::Wild)
             }
             StmtKind::Let { .. } => false,
-        };
-        let stmt = block.stmts.iter().find(is_it);
-        (stmt.is_some() || block.tail == Some(id)).then_some((block, stmt))
+        })
+    }
+
+    /// Whether nothing uses the value of an expression.
+    fn is_discarded(&self, id: ExprId) -> bool {
+        let Some(parent) = self.parent(id) else { return false };
+        match self.kind(parent) {
+            ExprKind::Block(block) if block.tail != Some(id) => self.stmt_of(block, id).is_some(),
+            ExprKind::Block(_) if parent == self.block => {
+                !self.is_function || self.def().function.output == TypeRef::unit()
+            }
+            ExprKind::Block(_) => self.is_discarded(parent),
+            ExprKind::If { condition, .. } => *condition != id && self.is_discarded(parent),
+            ExprKind::Match { scrutinee, .. } => *scrutinee != id && self.is_discarded(parent),
+            ExprKind::Loop { body, .. } | ExprKind::While { body, .. } | ExprKind::For { body, .. } => *body == id,
+            _ => false,
+        }
+    }
+
+    /// Whether a block ends with an expression, whose type is that of the block.
+    pub(super) fn is_tail(&self, id: ExprId) -> bool {
+        matches!(self.parent(id).map(|parent| self.kind(parent)), Some(ExprKind::Block(block)) if block.tail == Some(id))
     }
 
     /// Whether `later` may run behind `earlier` in the same iteration.

@@ -15,35 +15,52 @@ pub(super) const UNKNOWN_RATE: u64 = 1000;
 const CLOCKS: [&str; 4] = ["clock", "cycle_clock", "guard_clock", "ceid_clock"];
 
 /// The edits that write the two lines.
-pub(super) fn lines(of: &LoopBody<'_>, guarded: &[Guarded]) -> Result<[(Span, String); 2], Reason> {
+pub(super) fn lines(of: &LoopBody<'_>, guarded: &[Guarded]) -> Result<Vec<(Span, String)>, Reason> {
     let refuse = |text: &str| Reason { span: of.span(of.whole), text: text.to_owned() };
-    let start = statement_start(of).ok_or_else(|| refuse("the loop is not a statement of a block"))?;
     let text = of.text;
+    let open = of.span(of.block).start as usize + 1;
+    let start = if of.is_function { Some(open) } else { statement_start(of) };
+    let start = start.ok_or_else(|| refuse("the loop is not a statement of a block"))?;
     let core = ceid_core_name(of.program.index, of.function);
     let body = of.program.sources.snippet(of.span(of.body.root));
     let is_taken = |name: &str| has_word(body, name) || of.typed.locals.iter().any(|local| local.name == name);
     let clock = CLOCKS.into_iter().find(|name| !is_taken(name));
     let clock = clock.ok_or_else(|| refuse("every name for a clock means something else here"))?;
     let rate = rate(of).unwrap_or(UNKNOWN_RATE);
-    let declared = format!("let mut {clock} = {core}::Free::<{core}::Hz<{rate}>>::new();");
     let end = line_end(text);
-    let clock_edit = if begins_line(text, start) {
-        (insertion(of, above(text, start)), format!("{}{declared}{end}", indentation(text, start)))
+    let begins = begins_line(text, start);
+    let inner = format!("{}{}", indentation(text, open), indentation_step(text));
+    let stop = line_stop(text, open);
+    let rest = text[open..stop].trim();
+    let is_open = rest.is_empty() || rest.starts_with("//");
+    let indent = match of.is_function {
+        true if is_open => inner.as_str(),
+        false if begins => indentation(text, start),
+        _ => "",
+    };
+    let mut declared = vec![format!("{indent}let mut {clock} = {core}::Free::<{core}::Hz<{rate}>>::new();")];
+    let lent = guarded.iter().filter_map(|own| own.adaptation.as_ref());
+    declared.extend(lent.map(|own| own.statement(indent, indentation_step(text), end)));
+    let clock_edit = if begins {
+        let lines: String = declared.iter().map(|line| format!("{line}{end}")).collect();
+        (insertion(of, above(text, start)), lines)
     } else {
-        (insertion(of, start), format!("{declared} "))
+        (insertion(of, start), format!("{} ", declared.join(" ")))
     };
     let list: Vec<String> = guarded.iter().map(entry).collect();
     let guard = format!("{core}::ceid!({clock}.begin_cycle() => {});", list.join(", "));
-    let open = of.span(of.block).start as usize + 1;
-    let stop = line_stop(text, open);
-    let rest = text[open..stop].trim();
-    let guard_edit = if rest.is_empty() || rest.starts_with("//") {
-        let indent = format!("{}{}", indentation(text, open), indentation_step(text));
-        (insertion(of, stop), format!("{indent}{guard}{end}"))
+    let guard_edit = if is_open {
+        (insertion(of, stop), format!("{inner}{guard}{end}"))
     } else {
         (insertion(of, open), format!(" {guard}"))
     };
-    Ok([clock_edit, guard_edit])
+    if of.is_function {
+        let lines: String = declared.iter().map(|line| format!("{line}{end}")).collect();
+        let head =
+            if is_open { format!("{lines}{}", guard_edit.1) } else { format!(" {} {guard}", declared.join(" ")) };
+        return Ok(vec![(guard_edit.0, head)]);
+    }
+    Ok(vec![clock_edit, guard_edit])
 }
 
 /// Where the statement begins that the loop is or lies in.
@@ -70,7 +87,11 @@ fn insertion(of: &LoopBody<'_>, at: usize) -> Span {
 
 /// A filter in the list of the guard.
 fn entry(own: &Guarded) -> String {
-    if own.place.fields.is_empty() { own.name.clone() } else { format!("{} = {}", own.name, own.spelled) }
+    match &own.adaptation {
+        Some(adaptation) => format!("{} = {}", own.name, adaptation.name),
+        None if own.place.fields.is_empty() => own.name.clone(),
+        None => format!("{} = {}", own.name, own.spelled),
+    }
 }
 
 /// Where a loop begins whose label stands before `start`.

@@ -3,19 +3,25 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::Reason;
+use super::adapt::{adaptation, lent};
 use super::body::LoopBody;
+use super::loops::Loops;
 use super::mentions::{Guarded, held};
 use super::sites::{Part, Place, Site};
 use super::text::words;
-use crate::count::Pair;
+use crate::count::{Pair, Verdict};
 use crate::index::{FunctionId, Ty};
 use crate::syntax::tree::{ExprId, ExprKind};
 
 /// A filter that the loop updates or owes an update, where it lies, and where it is updated.
-pub(super) type Found<'p> = (&'p Pair, (Place, ExprId, FunctionId), Vec<Site>);
+pub(super) type Found<'p> = (&'p Pair, (Place, ExprId, Option<FunctionId>), Vec<Site>);
 
 /// The places that the guard is to hold, in the order in which their laws run today.
-pub(super) fn guarded(of: &LoopBody<'_>, found: Vec<Found<'_>>) -> Result<Vec<Guarded>, Vec<Reason>> {
+pub(super) fn guarded(
+    loops: &Loops<'_>,
+    of: &LoopBody<'_>,
+    found: Vec<Found<'_>>,
+) -> Result<Vec<Guarded>, Vec<Reason>> {
     let mut reasons = Vec::new();
     let mut by_place: BTreeMap<Place, Guarded> = BTreeMap::new();
     for (pair, (place, at, law), sites) in found {
@@ -27,16 +33,27 @@ pub(super) fn guarded(of: &LoopBody<'_>, found: Vec<Found<'_>>) -> Result<Vec<Gu
         let filter =
             sites.first().map(|site| site.filter.clone()).or_else(|| held(&ty).cloned()).unwrap_or(Ty::Unknown);
         let spelled = spelled(of, &place);
-        let own =
-            Guarded { place: place.clone(), spelled, name: String::new(), at, ty, filter, law, sites: Vec::new() };
-        by_place.entry(place).or_insert(own).sites.extend(sites);
+        let own = Guarded {
+            place: place.clone(),
+            spelled,
+            name: String::new(),
+            at,
+            ty,
+            filter,
+            law,
+            sites: Vec::new(),
+            adaptation: None,
+            deviates: None,
+        };
+        let own = by_place.entry(place).or_insert(own);
+        own.sites.extend(sites);
+        if pair.verdict != Verdict::Once {
+            own.deviates = Some(pair.verdict);
+        }
     }
     let mut guarded: Vec<Guarded> = by_place.into_values().collect();
     for own in &mut guarded {
         own.sites.sort_by_key(|site| of.span(site.call));
-        if let Err(text) = holds(of, own) {
-            reasons.push(Reason { span: of.span(own.at), text });
-        }
     }
     let overlap = guarded.iter().any(|one| {
         let is_above = |other: &Guarded| {
@@ -56,6 +73,11 @@ pub(super) fn guarded(of: &LoopBody<'_>, found: Vec<Found<'_>>) -> Result<Vec<Gu
             Some(name) => {
                 taken.insert(name.clone());
                 own.name = name;
+                match holds(of, own).map(|()| adaptation(loops, of, own)) {
+                    Ok(Ok(adaptation)) => own.adaptation = adaptation,
+                    Ok(Err(reason)) => reasons.push(reason),
+                    Err(text) => reasons.push(Reason { span: of.span(own.at), text }),
+                }
             }
             None => reasons.push(Reason {
                 span: of.span(own.at),
@@ -90,20 +112,19 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
     if place.fields.is_empty() && local.name == "self" {
         return Err("the filter is `self`: guard it where the loop is called, or make it a field".to_owned());
     }
-    if sites.iter().any(|site| site.filter != *filter || site.law != own.law) {
+    let is_another = |site: &Site| {
+        let first = sites.iter().find(|other| other.half == site.half);
+        site.filter != *filter || first.is_some_and(|first| first.law != site.law || first.method != site.method)
+    };
+    if sites.iter().any(is_another) {
         return Err(format!("`{spelled}` has several laws"));
     }
-    match filter {
-        Ty::Adt(..) => {}
-        Ty::External(path, _) if !path.starts_with("std::") => {
-            return Err(format!(
-                "the type of `{spelled}`, `{path}`, belongs to another crate: wrap it in a type of your own that implements `SampledFilter`"
-            ));
-        }
-        _ => return Err(format!("only the trait of `{spelled}` is known, and not its type")),
-    }
-    if held(ty) != Some(filter) {
-        return Err(format!("`{spelled}` holds its filter in a way that a guard cannot reach through"));
+    let is_single = sites.iter().all(|site| site.part == Part::Whole) && lent(own).is_some();
+    if held(ty) != Some(filter) && !is_single {
+        return Err(match filter {
+            Ty::Param(_) | Ty::Opaque(_) => format!("only the trait of `{spelled}` is known, and not its type"),
+            _ => format!("`{spelled}` holds its filter in a way that a guard cannot reach through"),
+        });
     }
     // The fields on the way have to be plain ones, so that each is borrowed by itself.
     let mut at = own.at;
@@ -118,7 +139,7 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
         }
         at = *base;
     }
-    let is_collection = held(ty).is_some_and(|inner| !matches!(ty, Ty::Adt(..)) && !is_ref_to(ty, inner));
+    let is_collection = !is_single && held(ty).is_some_and(|inner| !matches!(ty, Ty::Adt(..)) && !is_ref_to(ty, inner));
     let elements: Vec<u64> =
         sites.iter().filter_map(|site| if let Part::Element(at) = site.part { Some(at) } else { None }).collect();
     let all = sites.iter().filter(|site| site.part == Part::All).count();

@@ -17,7 +17,7 @@ pub(super) type Parents = Rc<[Option<ExprId>]>;
 /// The loops of a program.
 pub(super) struct Loops<'a> {
     pub(super) program: &'a Program<'a>,
-    /// By their keywords: the function, the loop, and the block that is one iteration.
+    /// By their keywords: the function, the loop, and the block that is one iteration; all of a function by its own keyword.
     at: HashMap<Span, (FunctionId, ExprId, ExprId)>,
     parents: RefCell<HashMap<FunctionId, Parents>>,
     outlines: RefCell<HashMap<FileId, Rc<Outline>>>,
@@ -28,6 +28,8 @@ impl<'a> Loops<'a> {
         let mut at = HashMap::new();
         for id in program.index.function_ids() {
             let Some(body) = &program.index.function(id).function.body else { continue };
+            // A function that is called once per cycle is one iteration of a loop elsewhere.
+            at.entry(program.index.function(id).function.keyword).or_insert((id, body.root, body.root));
             let whole = body.expr(body.root).span;
             for (number, expr) in (0u32..).zip(&body.exprs) {
                 match &expr.kind {
@@ -45,7 +47,7 @@ impl<'a> Loops<'a> {
         Self { program, at, parents: RefCell::default(), outlines: RefCell::default() }
     }
 
-    /// The loop whose keyword stands at `head`.
+    /// The loop or function whose keyword stands at `head`.
     pub(super) fn at(&self, head: Span) -> Option<(FunctionId, ExprId, ExprId)> {
         self.at.get(&head).copied()
     }

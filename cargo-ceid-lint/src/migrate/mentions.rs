@@ -1,8 +1,10 @@
 //! How a loop names the filters that a guard is to hold, and what each name becomes where the guard has them.
 
 use super::Reason;
+use super::adapt::Adaptation;
 use super::body::LoopBody;
 use super::sites::{Place, Site};
+use crate::count::Verdict;
 use crate::index::{FunctionId, Index, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{BlockKind, ExprId, ExprKind, MacroKind, Receiver, TypeRef};
@@ -22,15 +24,24 @@ pub(super) struct Guarded {
     pub(super) ty: Ty,
     /// The type of the filter that lies there, and its law.
     pub(super) filter: Ty,
-    pub(super) law: FunctionId,
+    pub(super) law: Option<FunctionId>,
     /// Where it is updated by hand; nowhere if that is what is wrong.
     pub(super) sites: Vec<Site>,
+    /// What it is today, if it is not updated exactly once.
+    pub(super) deviates: Option<Verdict>,
+    /// How it is lent, if its law has another form than the guard's.
+    pub(super) adaptation: Option<Adaptation>,
 }
 
 impl Guarded {
     /// Whether the variable or field is a reference already, as the name behind the guard is.
     fn is_reference(&self) -> bool {
         matches!(self.ty, Ty::Ref(..))
+    }
+
+    /// The functions that may be its law.
+    pub(super) fn laws(&self) -> Vec<FunctionId> {
+        self.sites.iter().flat_map(|site| &site.targets).copied().chain(self.law).collect()
     }
 }
 
@@ -41,12 +52,6 @@ pub(super) struct Mention {
     pub(super) at: ExprId,
     /// What has to be written there instead.
     pub(super) edit: Option<(Span, String)>,
-}
-
-/// What the name has to become so that the code around it means what it meant.
-enum Form {
-    Name,
-    Deref,
 }
 
 /// Every place where the loop names what the guard is to hold, but for the updates that go away.
@@ -95,18 +100,15 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
     if !of.span(of.block).contains(span) {
         return refuse(format!("`{spelled}` is used here by code that is written elsewhere"));
     }
-    let Some(form) = form(of, own, at) else {
+    let Some(prefix) = prefix(of, own, at) else {
         return refuse(format!("`{spelled}` is used here as a whole, and a guard holds it"));
     };
-    let name = match form {
-        Form::Name => own.name.clone(),
-        Form::Deref => format!("*{}", own.name),
-    };
+    let name = format!("{prefix}{}", own.name);
     let written = of.written(at);
     if written == name || is_in_format_string(of, at) && own.place.fields.is_empty() {
         return Ok(None);
     }
-    let parent = of.parent(at).filter(|_| matches!(form, Form::Deref));
+    let parent = of.parent(at).filter(|_| prefix == "*" && own.adaptation.is_none());
     if let Some(parent) = parent.filter(|parent| is_borrowed_for_parameter(of, *parent)) {
         return Ok(Some((of.span(parent), own.name.clone())));
     }
@@ -147,22 +149,35 @@ fn is_format_operand(of: &LoopBody<'_>, at: ExprId) -> bool {
     })
 }
 
-/// What the name becomes where `at` stands; `None` if what is done with it there cannot be done behind a guard.
-fn form(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<Form> {
+/// What stands before the name where `at` stood, so that the code around it means what it meant; `None` if what is done with
+/// it there cannot be done behind a guard.
+fn prefix(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> {
     if is_moved_into_closure(of, at) {
         return None;
     }
     let index = of.program.index;
-    let is_copy = is_copy(index, &own.ty);
-    let by_value = || if is_copy { Some(Form::Deref) } else { None };
     let parent = of.parent(at)?;
-    if own.is_reference() {
+    let is_adapted = own.adaptation.is_some();
+    if is_adapted && is_hidden(of, parent, at) {
+        return None;
+    }
+    let is_pointer = matches!(&own.ty, Ty::External(path, _) if path == "std::boxed::Box");
+    if own.is_reference() || is_pointer {
         return match of.kind(parent) {
-            ExprKind::Reference { mutable: true, .. } => None,
+            ExprKind::Reference { mutable: true, .. } if !is_pointer => None,
             ExprKind::Assign { place, .. } if *place == at => None,
-            _ => Some(Form::Name),
+            ExprKind::MethodCall { receiver, .. } if *receiver == at => Some(""),
+            ExprKind::Field { .. } | ExprKind::Index { .. } | ExprKind::Macro(_) => Some(""),
+            _ if !is_adapted => Some(""),
+            ExprKind::Deref(_) => Some("*"),
+            ExprKind::Reference { raw: false, .. } => Some("**"),
+            ExprKind::Call { .. } | ExprKind::MethodCall { .. } if !is_pointer => Some("&mut **"),
+            _ => None,
         };
     }
+    let is_copy = is_copy(index, &own.ty);
+    let through = if is_adapted { "**" } else { "*" };
+    let by_value = || is_copy.then_some(through);
     match of.kind(parent) {
         ExprKind::MethodCall { receiver, method, .. } if *receiver == at => {
             let is_fine = match of.typed.callees.get(&parent) {
@@ -172,14 +187,14 @@ fn form(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<Form> {
                 }),
                 _ => is_by_reference(method) || is_filter(&own.ty),
             };
-            is_fine.then_some(Form::Name)
+            is_fine.then_some("")
         }
-        ExprKind::Field { .. } => Some(Form::Name),
-        ExprKind::Index { base, .. } if *base == at => Some(Form::Name),
-        ExprKind::Reference { raw: false, .. } | ExprKind::Deref(_) => Some(Form::Deref),
-        ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } if *place == at => Some(Form::Deref),
-        ExprKind::Match { .. } | ExprKind::Let { .. } | ExprKind::Binary { .. } => Some(Form::Deref),
-        ExprKind::Macro(_) if is_format_operand(of, at) => Some(Form::Name),
+        ExprKind::Field { .. } => Some(""),
+        ExprKind::Index { base, .. } if *base == at => Some(""),
+        ExprKind::Reference { raw: false, .. } | ExprKind::Deref(_) => Some(through),
+        ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } if *place == at => Some(through),
+        ExprKind::Match { .. } | ExprKind::Let { .. } | ExprKind::Binary { .. } => Some(through),
+        ExprKind::Macro(_) if is_format_operand(of, at) => Some(""),
         ExprKind::Call { .. } | ExprKind::MethodCall { .. } | ExprKind::Block(_) | ExprKind::Assign { .. } => {
             by_value()
         }
@@ -187,8 +202,14 @@ fn form(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<Form> {
     }
 }
 
+/// Whether a method of the filter has the name of one that feeds it behind a guard.
+fn is_hidden(of: &LoopBody<'_>, parent: ExprId, at: ExprId) -> bool {
+    matches!(of.kind(parent), ExprKind::MethodCall { receiver, method, .. }
+        if *receiver == at && matches!(method.as_str(), "feed" | "last_output"))
+}
+
 fn is_filter(ty: &Ty) -> bool {
-    matches!(ty, Ty::Adt(..))
+    matches!(ty, Ty::Adt(..)) || matches!(ty, Ty::External(path, _) if !path.starts_with("std::"))
 }
 
 /// Methods of arrays and vectors that a reference has as well, with the same result.

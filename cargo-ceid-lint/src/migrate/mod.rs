@@ -4,16 +4,19 @@
 //! did before; where it would do something else, the plan says so, and is followed only if that was asked for.
 //! Reads no file and writes none.
 
+mod adapt;
 mod body;
 mod exits;
 mod head;
 mod holding;
 mod imports;
+mod inputs;
 mod law;
 mod loops;
 mod manifest;
 mod mentions;
 mod observed;
+mod outputs;
 mod plan;
 mod purity;
 mod sites;

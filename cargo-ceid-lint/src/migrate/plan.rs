@@ -15,7 +15,7 @@ use super::text::{has_word, removal};
 use super::{Plan, Reason, Rewrite, head, law, observed, purity};
 use crate::count::{Cycle, CycleKind, Pair, Verdict};
 use crate::flow::Program;
-use crate::index::Ty;
+use crate::index::{Owner, Ty};
 use crate::source::Span;
 use crate::syntax::Outline;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
@@ -33,17 +33,21 @@ fn plan(loops: &Loops<'_>, cycle: &Cycle, edition: &str) -> Option<Plan> {
         return None;
     }
     let outcome = match cycle.kind {
-        CycleKind::Function | CycleKind::Closure => Err(vec![Reason {
+        CycleKind::Closure => Err(vec![Reason {
             span: cycle.head,
-            text: "the cycle is called by other code: give its owner a `Cyclic` with the filters, and begin with `cycle()`"
+            text: "the cycle is a closure that other code calls: give its owner a `Cyclic` with the filters, and begin with `cycle()`"
                 .to_owned(),
         }]),
-        CycleKind::Loop | CycleKind::While | CycleKind::For => rewrite(loops, cycle, &by_hand, edition),
+        CycleKind::Function | CycleKind::Loop | CycleKind::While | CycleKind::For => {
+            rewrite(loops, cycle, &by_hand, edition)
+        }
     };
-    let filters = by_hand.iter().map(|pair| pair.name.clone()).collect();
+    let mut filters: Vec<String> = by_hand.iter().map(|pair| pair.name.clone()).collect();
+    // A law of several halves has a pair for each.
+    filters.dedup();
     let whole = loops.at(cycle.head).and_then(|(function, whole, _)| {
         let body = loops.program.index.function(function).function.body.as_ref()?;
-        Some(body.expr(whole).span)
+        Some(body.expr(whole).span.to(cycle.head))
     });
     let whole = whole.unwrap_or(cycle.head);
     Some(Plan { head: cycle.head, whole, function: cycle.function.clone(), filters, outcome })
@@ -57,8 +61,11 @@ fn is_left(pair: &Pair) -> bool {
 fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -> Result<Rewrite, Vec<Reason>> {
     let at_head = |text: String| vec![Reason { span: cycle.head, text }];
     let Some(of) = LoopBody::find(loops, cycle.head) else {
-        return Err(at_head("the loop is not written where it runs".to_owned()));
+        return Err(at_head("the cycle is not written where it runs".to_owned()));
     };
+    if of.is_function {
+        whole_function(&of).map_err(at_head)?;
+    }
     whole_loop(&of, &loops.outline(of.file()), edition).map_err(at_head)?;
     let mut reasons = Vec::new();
     let mut changes = Vec::new();
@@ -96,7 +103,7 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
     if !reasons.is_empty() {
         return Err(reasons);
     }
-    let guarded = guarded(&of, found)?;
+    let guarded = guarded(loops, &of, found)?;
     let rewriter = Rewriter { loops, of: &of, exits: exits(&of), guarded: &guarded };
     rewriter.rewrite(cycle, changes)
 }
@@ -122,6 +129,27 @@ fn whole_loop(of: &LoopBody<'_>, outline: &Outline, edition: &str) -> Result<(),
     };
     if of.inside.iter().any(has_guard) {
         return Err("a guard is there already: add the filter to its list, and delete the call of its law".to_owned());
+    }
+    Ok(())
+}
+
+/// Why a function that is called once per cycle cannot have a guard of its own.
+fn whole_function(of: &LoopBody<'_>) -> Result<(), String> {
+    let def = of.def();
+    if def.function.is_async {
+        return Err("the function is `async`: what waits for it may drop it in the middle of a cycle".to_owned());
+    }
+    let index = of.program.index;
+    let own = match def.owner {
+        Owner::Impl(id) => Some(&index.impl_def(id).self_ty),
+        _ => None,
+    };
+    let is_law = own.and_then(|ty| index.law_spec(ty)).is_some_and(|spec| spec.group(&def.name).is_some());
+    if is_law {
+        return Err(format!(
+            "`{}` is the law of a filter itself: implement ceid-core's `SampledFilter` for it, and hand its tick on with `then`",
+            def.name
+        ));
     }
     Ok(())
 }
@@ -152,16 +180,24 @@ impl Rewriter<'_> {
                 }
                 Err(reason) => reasons.push(reason),
             }
-            if !own.sites.is_empty() {
+            // Without an input, no law runs.
+            if !own.sites.is_empty() && !own.adaptation.as_ref().is_some_and(|adaptation| adaptation.is_fed) {
                 let (observed, unobserved) = self.left_before(own);
                 changes.extend(observed);
                 notes.extend(unobserved);
             }
             changes.extend(self.effect_of(own));
-            match delegation(self.loops, &own.filter, own.law) {
+            if let Some(adaptation) = &own.adaptation {
+                edits.extend(adaptation.edits.iter().cloned());
+                changes.extend(adaptation.changes.iter().cloned());
+                notes.push(adaptation.note.clone());
+                continue;
+            }
+            let Some(law) = own.law else { continue };
+            match delegation(self.loops, &own.filter, law) {
                 Ok(None) => {}
                 Ok(Some(new)) => {
-                    packages.insert(program.index.crate_of(program.index.function(own.law).module).package);
+                    packages.insert(program.index.crate_of(program.index.function(law).module).package);
                     edits.push((new.span, new.text));
                 }
                 Err(text) => reasons.push(Reason { span: of.span(own.at), text }),
@@ -196,7 +232,7 @@ impl Rewriter<'_> {
             notes.push(format!("`{}` stays as it is: it is {}", pair.name, pair.verdict.name()));
         }
         let needs_alloc = self.guarded.iter().any(|own| matches!(&own.ty, Ty::External(..)));
-        let laws = self.guarded.iter().map(|own| own.law);
+        let laws = self.guarded.iter().filter(|own| own.adaptation.is_none()).filter_map(|own| own.law);
         let is_dependency = laws.chain([of.function]).all(|function| law::has_ceid_core(program.index, function));
         Ok(Rewrite { edits, packages, is_dependency, needs_alloc, changes, notes })
     }
@@ -204,7 +240,7 @@ impl Rewriter<'_> {
     /// What takes the updates away; statements that follow each other go together.
     fn removals(&self) -> Vec<(Span, String)> {
         let sites = self.guarded.iter().flat_map(|own| &own.sites);
-        let mut stmts: Vec<Range<usize>> = sites.map(|site| site.stmt.clone()).collect();
+        let mut stmts: Vec<Range<usize>> = sites.filter_map(|site| site.stmt.clone()).collect();
         stmts.sort_by_key(|stmt| stmt.start);
         let mut joined: Vec<Range<usize>> = Vec::new();
         for stmt in stmts {
@@ -251,7 +287,7 @@ impl Rewriter<'_> {
                 let is_header = site.inner.is_some_and(|inner| self.is_iterable_of(mention.at, inner));
                 let is_same_element = site.inner.is_some_and(|inner| self.is_element_of(mention.at, site, inner));
                 let is_among = site.inner.is_some_and(|inner| of.ancestors_inside(mention.at).any(|at| at == inner));
-                if of.may_follow(site.gone, mention.at) || is_among && !is_header && !is_same_element {
+                if of.may_follow(site.done(), mention.at) || is_among && !is_header && !is_same_element {
                     found.push(self.stale(own, mention.at));
                 }
             }
@@ -294,10 +330,15 @@ impl Rewriter<'_> {
     /// A value that leaves the loop and may be a part of what the guard holds.
     fn carried_out(&self, own: &Guarded, mention: &Mention) -> Option<Reason> {
         let of = self.of;
-        let value = of.ancestors_inside(mention.at).find_map(|at| match of.kind(at) {
-            ExprKind::Break { value, .. } | ExprKind::Return(value) => *value,
+        let tail = match of.kind(of.block) {
+            ExprKind::Block(block) if of.is_function => block.tail,
             _ => None,
-        })?;
+        };
+        let leaves = |at: ExprId| match of.kind(at) {
+            ExprKind::Break { value, .. } | ExprKind::Return(value) => *value,
+            _ => (Some(at) == tail).then_some(at),
+        };
+        let value = std::iter::once(mention.at).chain(of.ancestors_inside(mention.at)).find_map(leaves)?;
         let is_plain = matches!(
             of.typed.ty(value),
             Ty::Int | Ty::Float | Ty::Bool | Ty::Char | Ty::Tuple(_) | Ty::Adt(..) | Ty::External(..) | Ty::Array(..)
@@ -311,8 +352,8 @@ impl Rewriter<'_> {
         let of = self.of;
         let is_covered = |exit: &ExprId| {
             own.sites.iter().any(|site| {
-                let block = of.parent(site.gone);
-                of.span(site.gone).end <= of.span(*exit).start && of.ancestors(*exit).any(|at| Some(at) == block)
+                let block = of.parent(site.done());
+                of.span(site.done()).end <= of.span(*exit).start && of.ancestors(*exit).any(|at| Some(at) == block)
             })
         };
         let opaque = self.exits.unread.iter().filter(|id| {
@@ -344,8 +385,9 @@ impl Rewriter<'_> {
     /// What else changes when the law runs at another time.
     fn effect_of(&self, own: &Guarded) -> Option<Reason> {
         let program = self.of.program;
-        let law = &program.index.function(own.law).name;
-        let text = if let Some(effect) = purity::side_effect(program, own.law) {
+        let effect = own.laws().into_iter().find_map(|law| Some((law, purity::side_effect(program, law)?)));
+        let text = if let Some((law, effect)) = effect {
+            let law = &program.index.function(law).name;
             format!("`{law}` of `{}` {effect}, which then happens at the end of the cycle", own.spelled)
         } else {
             let part = purity::shared_part(program.index, &own.filter)?;

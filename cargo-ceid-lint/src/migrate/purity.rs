@@ -88,14 +88,20 @@ fn shared(index: &Index, ty: &Ty, seen: &mut BTreeSet<TypeId>) -> Option<String>
             if !seen.insert(*id) {
                 return None;
             }
-            let def = index.type_def(*id);
-            let scope = index.scope(def.module, crate::index::Owner::Module, Some(&def.generics));
-            let fields = match &def.shape {
-                Shape::Struct(fields) => fields.fields.iter().collect::<Vec<_>>(),
-                Shape::Enum(variants) => variants.iter().flat_map(|variant| &variant.fields.fields).collect(),
-            };
-            fields.iter().find_map(|field| shared(index, &index.lower(&field.ty, &scope), seen))
+            fields(index, ty).iter().find_map(|field| shared(index, field, seen))
         }
         _ => None,
     }
+}
+
+/// The types of the fields of a type of the analysed code, of all its variants.
+pub(super) fn fields(index: &Index, ty: &Ty) -> Vec<Ty> {
+    let Ty::Adt(id, _) = ty else { return Vec::new() };
+    let def = index.type_def(*id);
+    let scope = index.scope(def.module, crate::index::Owner::Module, Some(&def.generics));
+    let fields = match &def.shape {
+        Shape::Struct(fields) => fields.fields.iter().collect::<Vec<_>>(),
+        Shape::Enum(variants) => variants.iter().flat_map(|variant| &variant.fields.fields).collect(),
+    };
+    fields.iter().map(|field| index.lower(&field.ty, &scope)).collect()
 }

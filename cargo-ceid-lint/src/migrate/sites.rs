@@ -7,7 +7,7 @@ use super::body::LoopBody;
 use super::mentions::held;
 use crate::count::Pair;
 use crate::index::{FunctionId, Ty};
-use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
+use crate::syntax::tree::{ExprId, ExprKind, Literal, MacroKind, PatId, PatKind};
 use crate::types::{Callee, LocalId};
 
 /// A variable, and the fields that lead from it to a filter or to what holds filters.
@@ -37,16 +37,36 @@ pub(super) struct Site {
     pub(super) at: ExprId,
     /// The type of the filter.
     pub(super) filter: Ty,
-    /// The function that is its law.
-    pub(super) law: FunctionId,
+    /// The function that is its law, if its source is read and no other one can be meant.
+    pub(super) law: Option<FunctionId>,
+    /// The functions that may be its law.
+    pub(super) targets: Vec<FunctionId>,
+    /// The name of the law, and which half of it this is.
+    pub(super) method: String,
+    pub(super) half: usize,
     /// The call.
     pub(super) call: ExprId,
+    /// What the law is given beside its filter.
+    pub(super) inputs: Vec<ExprId>,
     /// The inner loop over the elements.
     pub(super) inner: Option<ExprId>,
-    /// What goes away: the call, or the whole inner loop.
+    /// What goes away: the call, or the whole inner loop; only the filter where the call is one that feeds it.
     pub(super) gone: ExprId,
-    /// The text of its statement.
-    pub(super) stmt: Range<usize>,
+    /// The text of its statement, if all of it goes away.
+    pub(super) stmt: Option<Range<usize>>,
+    /// What is written behind the call and goes with it: `.unwrap()`.
+    pub(super) tail: String,
+    /// The call with its tail.
+    pub(super) outer: ExprId,
+    /// Whether something uses what the law gives back.
+    pub(super) is_used: bool,
+}
+
+impl Site {
+    /// What has run when the filter is updated today.
+    pub(super) fn done(&self) -> ExprId {
+        if Some(self.gone) == self.inner { self.gone } else { self.outer }
+    }
 }
 
 /// The statements that update the filter of a pair.
@@ -55,11 +75,11 @@ pub(super) fn sites(of: &LoopBody<'_>, pair: &Pair) -> Result<Vec<Site>, Reason>
 }
 
 /// The place of a filter that the loop uses and never updates, with an expression that is it and the law that it owes.
-pub(super) fn owed(of: &LoopBody<'_>, pair: &Pair) -> Option<(Place, ExprId, FunctionId)> {
+pub(super) fn owed(of: &LoopBody<'_>, pair: &Pair) -> Option<(Place, ExprId, Option<FunctionId>)> {
     let at = of.inside.iter().copied().find(|id| of.written(*id) == pair.name && place_of(of, *id).is_some())?;
     let filter = held(of.typed.ty(at)).filter(|held| matches!(held, Ty::Adt(..)))?;
     let law = of.program.index.methods(filter, &pair.law).first()?.function()?;
-    Some((place_of(of, at)?, at, law))
+    Some((place_of(of, at)?, at, Some(law)))
 }
 
 fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Site, Reason> {
@@ -73,50 +93,78 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
     let Some(Callee::Resolved(callee)) = of.typed.callees.get(&call) else {
         return Err(refuse(format!("the update of `{name}` is not a plain call here")));
     };
-    let (1, Some(0), Some(law)) = (callee.targets.len(), callee.law, callee.targets.first()) else {
-        return Err(refuse(match callee.law {
-            None => format!("`{name}` is updated inside the function that is called here, not in the loop itself"),
-            Some(0) => format!("which law of `{name}` runs here is decided at run time"),
-            Some(_) => format!("the law of `{name}` has several halves"),
-        }));
+    let Some(half) = callee.law else {
+        return Err(refuse(format!(
+            "`{name}` is updated inside the function that is called here, not in the loop itself"
+        )));
     };
-    let (receiver, arguments) = match of.kind(call) {
-        ExprKind::MethodCall { receiver, args, .. } => (*receiver, args.as_slice()),
-        ExprKind::Call { args, .. } if callee.has_receiver && !args.is_empty() => (unborrowed(of, args[0]), &args[1..]),
+    let (receiver, given, inputs, method) = match of.kind(call) {
+        ExprKind::MethodCall { receiver, args, method, .. } => (*receiver, *receiver, args.clone(), method.clone()),
+        ExprKind::Call { callee: function, args } if callee.has_receiver && !args.is_empty() => {
+            match of.kind(*function) {
+                ExprKind::Path(path) => (unborrowed(of, args[0]), args[0], args[1..].to_vec(), path.last().to_owned()),
+                _ => return Err(refuse(format!("the update of `{name}` is not a plain call here"))),
+            }
+        }
         _ => return Err(refuse(format!("the update of `{name}` is not a plain call here"))),
     };
-    if !arguments.is_empty() {
-        return Err(refuse(format!(
-            "the law of `{name}` takes an input: give the filter a method that only keeps the input, and let the law use it"
-        )));
-    }
-    if !is_written_out(of, call, &of.program.index.function(*law).name) {
+    if !is_written_out(of, call, &method) {
         return Err(refuse(format!("the update of `{name}` is written by a macro")));
     }
-    let stmt = statement(of, call, name)?;
+    let outer = opened(of, call);
+    let is_used = of.statement(outer).is_none();
+    let outer = if is_used { call } else { outer };
+    let tail = of.text[of.span(call).end as usize..of.span(outer).end as usize].to_owned();
+    let stays = is_used || !inputs.is_empty();
+    let stmt = if stays { None } else { Some(statement(of, outer, name)?) };
     let filter = callee.self_ty.clone();
+    let targets = callee.targets.clone();
+    let law = if let [law] = targets.as_slice() { Some(*law) } else { None };
     let (place, part, at, inner) = target(of, receiver).ok_or_else(|| {
         refuse(format!(
             "`{}` is neither a variable nor a field: it is not known what it leads to",
             of.written(receiver)
         ))
     })?;
-    let mut site = Site { place, part, at, filter, law: *law, call, inner, gone: call, stmt };
-    if let Some(inner) = inner {
+    let gone = if stays { given } else { outer };
+    let mut site = Site {
+        place,
+        part,
+        at,
+        filter,
+        law,
+        targets,
+        method,
+        half,
+        call,
+        inputs,
+        inner,
+        gone,
+        stmt,
+        tail,
+        outer,
+        is_used,
+    };
+    if let Some(inner) = inner.filter(|_| !stays) {
         let ExprKind::For { body, .. } = of.kind(inner) else { return Err(refuse("not a loop".to_owned())) };
         if let ExprKind::Block(block) = of.kind(*body)
             && block.stmts.len() + usize::from(block.tail.is_some()) == 1
             && block.items.is_empty()
             && !of.written(*body).contains("//")
         {
-            (site.stmt, site.gone) = (statement(of, inner, name)?, inner);
+            (site.stmt, site.gone) = (Some(statement(of, inner, name)?), inner);
         }
     }
     let is_repeated = |at: &ExprId| {
         Some(*at) != site.inner
             && matches!(of.kind(*at), ExprKind::Loop { .. } | ExprKind::While { .. } | ExprKind::For { .. })
     };
-    let is_later = |at: &ExprId| matches!(of.kind(*at), ExprKind::Closure(_) | ExprKind::Macro(_));
+    let is_later = |at: &ExprId| match of.kind(*at) {
+        ExprKind::Closure(_) => true,
+        // What a macro prints is evaluated where it stands.
+        ExprKind::Macro(call) => !matches!(call.kind, MacroKind::All(_)),
+        _ => false,
+    };
     if of.ancestors_inside(call).any(|at| is_repeated(&at)) {
         return Err(refuse(format!("`{name}` is updated in an inner loop")));
     }
@@ -124,6 +172,20 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
         return Err(refuse(format!("`{name}` is updated in a closure or macro")));
     }
     Ok(site)
+}
+
+/// A call with what only opens its result: `kf.update(z).unwrap()`.
+fn opened(of: &LoopBody<'_>, call: ExprId) -> ExprId {
+    let mut at = call;
+    while let Some(parent) = of.parent(at)
+        && let ExprKind::MethodCall { receiver, method, args, .. } = of.kind(parent)
+        && *receiver == at
+        && matches!((method.as_str(), args.as_slice()), ("unwrap" | "ok" | "unwrap_or_default", []) | ("expect", [_]))
+        && args.iter().all(|arg| matches!(of.kind(*arg), ExprKind::Literal(_)))
+    {
+        at = parent;
+    }
+    at
 }
 
 /// Whether a call stands in the source as a call of that function: what a macro makes stands where the macro is called.

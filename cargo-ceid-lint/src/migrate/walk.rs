@@ -57,7 +57,7 @@ fn operands(kind: &MacroKind) -> Vec<ExprId> {
         MacroKind::Select(arms) => {
             arms.iter().flat_map(|arm| arm.future.into_iter().chain(arm.condition).chain([arm.body])).collect()
         }
-        MacroKind::Ceid { token, filters } => {
+        MacroKind::Ceid { token, filters, .. } => {
             token.iter().copied().chain(filters.iter().map(|(_, place)| *place)).collect()
         }
         MacroKind::EachCycle { control, body, .. } => vec![*control, *body],

@@ -4,6 +4,7 @@ mod line_index;
 mod percent;
 mod read;
 mod stable_hash;
+mod write;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,6 +13,7 @@ pub use line_index::{LineColumn, LineIndex};
 pub use percent::percent_encoded;
 pub use read::{DiskSource, FileSet, MAX_FILE_BYTES, MemorySource, ReadError, ReadSource};
 pub use stable_hash::stable_hash;
+pub use write::{replace, stage, write};
 
 /// A file of a [`SourceMap`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -42,7 +42,7 @@ pub(super) fn needs(site: &Site<'_>, id: ExprId) -> Option<Needs> {
             Some(Needs { loans: lent?, ..Needs::default() })
         }
         ExprKind::Macro(own) => match &own.kind {
-            MacroKind::Ceid { token, filters } => {
+            MacroKind::Ceid { token, filters, .. } => {
                 let loans: Option<Vec<Loan>> = filters.iter().map(|(_, filter)| place(site, *filter)).collect();
                 Some(Needs { token: Some(variable(site, (*token)?)?), loans: loans?, filter: None })
             }

@@ -21,6 +21,7 @@ pub fn is_pointer(name: &str) -> bool {
             | "LockResult"
             | "MappedMutexGuard"
             | "Guard"
+            | "Adapted"
             | "Reverse"
             | "Wrapping"
             | "AssertUnwindSafe"
@@ -239,10 +240,11 @@ fn ceid_method(path: &str, params: &[Ty], receiver: &Ty, method: &str, args: &[T
         ("Cycle", "guard") => guard(arg(args, 0).peel().clone()),
         (_, "next_cycle") => option(cycle()),
         (_, "begin_cycle") => cycle(),
-        (_, "take") => Ty::std("ceid_core::Take", Vec::new()),
+        (_, "take") if !path.ends_with("::Adapted") => Ty::std("ceid_core::Take", Vec::new()),
         (_, "by_ref" | "clock") => reference(receiver.clone()),
         ("Cyclic", "run") => option(Ty::Unknown),
         ("Unregistered", "only_in_ceid") => Ty::std("ceid_core::OnlyInCeid", vec![set]),
+        ("Adapted", "feed" | "last_output") => option(arg(params, 2)),
         ("Tick", "then" | "each" | "every") => receiver.clone(),
         ("Tick", "done") => Ty::unit(),
         ("Tick", "dt" | "dt_f32") => Ty::Float,

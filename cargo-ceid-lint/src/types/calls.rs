@@ -88,6 +88,9 @@ impl Infer<'_> {
                 ty
             }
             Value::Def(Def::External(external)) => self.call_external(id, &external, args, expected),
+            Value::Assoc(_, Some(ty)) | Value::ExternalAssoc(ty, _) if self.is_adapted(&ty) => {
+                self.adapted(id, path.last(), args)
+            }
             Value::Assoc(owners, ty) => {
                 let Some(owner) = owners.into_iter().next() else { return Ty::Unknown };
                 self.call_assoc(id, owner, ty, path.last(), args, expected)

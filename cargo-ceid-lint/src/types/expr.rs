@@ -560,12 +560,19 @@ impl Infer<'_> {
                 }
                 result
             }
-            MacroKind::Ceid { token, filters } => {
+            MacroKind::Ceid { token, filters, names } => {
                 if let Some(token) = token {
                     self.expr(*token, None);
                 }
                 for (_, place) in filters {
                     self.expr(*place, None);
+                }
+                // What is fed under its new name counts; of what else is done under it, the guard's own update is enough to know.
+                for (name, place) in names {
+                    let ty = self.variables.shallow(self.typed.expr_ty[place.0 as usize].peel());
+                    if self.is_adapted(&ty) {
+                        self.pat(*name, &Ty::Ref(true, Box::new(ty)), None);
+                    }
                 }
                 Ty::unit()
             }

@@ -44,7 +44,9 @@ impl Infer<'_> {
                 }
                 Ty::External(path, params) => {
                     let owners = self.index.methods(&ty, method);
-                    if let Some(owner) = owners.into_iter().next() {
+                    if let Some(owner) =
+                        owners.into_iter().next().filter(|owner| !self.is_forwarded(owner, &ty, method))
+                    {
                         return self.resolved_method(id, owner, &ty, method, args, derefs);
                     }
                     if let Some(spec) = self.index.law_spec(&ty) {
@@ -92,6 +94,20 @@ impl Infer<'_> {
             }
         }
         self.unresolved_method(id, &ty, method, turbofish, args)
+    }
+
+    /// Whether a method of a pointer is ceid-core's, and what it points to has its own, which is what code outside of ceid-core
+    /// means.
+    fn is_forwarded(&self, owner: &MethodOwner, pointer: &Ty, method: &str) -> bool {
+        let Ty::External(path, params) = pointer else { return false };
+        let is_of_core = owner
+            .function()
+            .is_some_and(|function| self.index.crate_of(self.index.function(function).module).name == "ceid_core");
+        is_of_core
+            && builtin::is_pointer(path.rsplit("::").next().unwrap_or(""))
+            && params
+                .first()
+                .is_some_and(|inner| !self.index.methods(&self.variables.shallow(inner), method).is_empty())
     }
 
     /// A method of a filter whose sources are not read: its entry says which ones are the law.

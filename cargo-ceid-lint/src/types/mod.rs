@@ -3,6 +3,7 @@
 //! It knows what constructors, annotations, fields and signatures say, and the wrappers of the standard library; what it
 //! cannot know is `Unknown`, never a guess.
 
+mod adapted;
 mod builtin;
 mod calls;
 mod expr;
@@ -18,6 +19,7 @@ use crate::index::{BodyOwner, Def, FunctionId, Index, MethodOwner, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, PatId};
 
+pub use adapted::ADAPTED;
 pub use builtin::{is_lock, is_pointer, is_transparent};
 
 /// A variable of a body.

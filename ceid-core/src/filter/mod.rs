@@ -3,6 +3,7 @@
 
 #![forbid(unsafe_code)]
 
+mod adapted;
 mod divider;
 #[cfg(feature = "alloc")]
 mod heap;
@@ -14,6 +15,7 @@ mod shared;
 mod tick;
 mod unregistered;
 
+pub use adapted::Adapted;
 pub use divider::Divider;
 pub use register::{OnlyInCeid, Register};
 pub use sample::Sample;

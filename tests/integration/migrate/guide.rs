@@ -94,8 +94,6 @@ fn guide_does_what_it_says() {
                 }
             }
             "diff" => apply(&directory, &format!("{}\n", block.text)),
-            // The step that this robot can do without.
-            "sh" => {}
             other => panic!("a block of `{other}` means nothing here"),
         }
     }

@@ -11,6 +11,7 @@ use super::{Console, ExitStatus, levels};
 use crate::baseline::{self, Comparison};
 use crate::pipeline::{BaselineChoice, Options};
 use crate::report::{count, short, stale};
+use crate::source;
 
 /// Checks, and writes the file of each workspace.
 ///
@@ -55,7 +56,7 @@ fn write(comparison: &Comparison, args: &BaselineArgs, checked: &Checked, consol
     let is_first = comparison.old.is_none();
     let counts = comparison.updated(args.accept_new || is_first, args.prune);
     let is_changed = comparison.old.as_ref() != Some(&counts);
-    if is_changed && let Err(error) = baseline::write(&comparison.path, &baseline::text(&counts)) {
+    if is_changed && let Err(error) = source::write(&comparison.path, &baseline::text(&counts)) {
         console.error(&format!("cannot write `{path}`: {error}"), None);
         return ExitStatus::Incomplete;
     }

@@ -9,7 +9,8 @@ use crate::cli::args::{Build, Ignored, Scope, Talk};
 pub(in crate::cli) const AFTER_HELP: &str = "\
 A guard updates its filters at the end of each cycle, on every way out of it. A loop is migrated if the program does the same
 with the guard as it did by hand, and refused with the reason if not: the state of a filter is used after its update, the loop
-is left before it, a helper updates it, … With `--unsafe-fixes`, loops are migrated as well that compile with a guard and do
+is left before it, a helper updates it, … A law with inputs and a filter of another crate are lent to `ceid_core::Adapted` above
+the loop, and fed where the law was called. With `--unsafe-fixes`, loops are migrated as well that compile with a guard and do
 something else than before; what, is told. Nothing is built, and `Cargo.lock` is not touched.
 
   cargo ceid-lint migrate                  tell which loops can be migrated, and why the others cannot

@@ -352,7 +352,7 @@ impl<'s, 'a> Run<'s, 'a> {
         self.everywhere(at, &State { masks, ..after.clone() });
         let masks = self.with_heads(before.masks, result, returned::ABSENT);
         let attempted = before.count == Count::Zero;
-        self.everywhere(at, &State { masks, attempted, direct: true, ..before.clone() });
+        self.everywhere(at, &State { masks, attempted, direct: after.direct, ..before.clone() });
     }
 
     /// Adds to the count; updates in a loop that is a cycle of its own count once for all its rounds.

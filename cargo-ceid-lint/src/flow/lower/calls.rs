@@ -76,6 +76,9 @@ impl Builder<'_> {
         if let Some(value) = self.guard_call(id, receiver, method, args) {
             return value;
         }
+        if let Some(value) = self.adapted_call(id, receiver, method, args) {
+            return value;
+        }
         if let Some(value) = self.iterator_call(id, receiver, method, args) {
             return value;
         }

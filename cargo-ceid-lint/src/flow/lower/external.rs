@@ -17,6 +17,9 @@ impl Builder<'_> {
             self.diverge(span);
             return Value::default();
         }
+        if let Some(function) = path.strip_prefix(crate::types::ADAPTED).and_then(|rest| rest.strip_prefix("::")) {
+            return self.adapt(id, function, args);
+        }
         match path {
             "std::mem::swap" => return self.swap(id, args),
             "std::mem::replace" | "std::mem::take" => return self.replace(id, args),

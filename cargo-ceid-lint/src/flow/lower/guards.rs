@@ -164,6 +164,9 @@ impl Builder<'_> {
         }
         let names = places.iter().map(|(name, ..)| name.clone()).collect();
         let id = self.add_guard(span, holds, updates, names);
+        for (_, place, ty) in places {
+            self.admit(id, place, ty, span);
+        }
         self.start_guard(id, span);
     }
 
@@ -171,6 +174,9 @@ impl Builder<'_> {
     fn filters_in(&self, place: Place, ty: &Ty, depth: u32, found: &mut Vec<Place>) {
         let index = self.program.index;
         let ty = ty.peel();
+        if super::adapted::is_adapted(ty) {
+            return;
+        }
         if depth > MAX_DEPTH || index.filter_spec(ty).is_some() || !index.holds_filter(ty) {
             found.push(place);
             return;
@@ -218,13 +224,18 @@ impl Builder<'_> {
         let mut holds = Vec::new();
         let mut updates = Vec::new();
         let mut names = Vec::new();
+        let mut adapted = Vec::new();
         for (name, place, ty) in var.and_then(|var| self.guarded.get(&var).cloned()).unwrap_or_default() {
+            adapted.push((place.clone(), ty.clone()));
             let held = self.held(place, span);
             holds.push(held);
             names.push(name);
             self.filters_in(Place::var(held), &ty, 0, &mut updates);
         }
         let id = self.add_guard(span, holds, updates, names);
+        for (place, ty) in adapted {
+            self.admit(id, &place, &ty, span);
+        }
         if let Some(var) = var {
             self.guards_of.insert(var, id);
         }
@@ -400,6 +411,7 @@ impl Builder<'_> {
             };
             self.emit(Effect::Update(update), span);
         }
+        self.run_adapted(guard, span);
         self.emit(Effect::GuardEnd(guard), span);
     }
 

@@ -72,15 +72,18 @@ impl Builder<'_> {
             }
             MacroKind::Join { operands, .. } => self.joined(id, operands),
             MacroKind::Select(arms) => self.select(id, arms),
-            MacroKind::Ceid { token, filters } => {
+            MacroKind::Ceid { token, filters, names } => {
                 if let Some(token) = token {
                     self.expr(*token);
                 }
                 let mut places = Vec::new();
                 for (name, expr) in filters {
                     let value = self.expr(*expr);
-                    if let Some(place) = value.place {
+                    if let Some(place) = value.place.clone() {
                         places.push((name.clone(), place, self.ty(*expr).clone()));
+                    }
+                    if let Some((name, _)) = names.iter().find(|(_, place)| place == expr) {
+                        self.bind_pattern(*name, &Value { is_owned: false, ..value });
                     }
                 }
                 if self.at.is_some() {

@@ -1,6 +1,7 @@
 //! From a typed body to its control-flow graph. Decides nothing about filters: it only says what happens where.
 
 mod about;
+mod adapted;
 mod builtins;
 mod callbacks;
 mod calls;
@@ -184,6 +185,12 @@ struct Builder<'a> {
     alive: HashMap<GuardId, Var>,
     /// What a guard that is not bound yet was given: the name and the place.
     guarded: HashMap<Var, Vec<(String, Place, Ty)>>,
+    /// How the laws of adapted filters run, by the variables that the filters were given to first.
+    adapted: HashMap<Var, adapted::Adaptation>,
+    /// The adapted filters that a guard holds and runs in every cycle.
+    adapted_by: HashMap<GuardId, Vec<(Place, adapted::Adaptation)>>,
+    /// The names of adapted filters that a guard holds and that are fed.
+    admitted: HashSet<Var>,
     subjects: HashMap<String, super::SubjectId>,
     inlining: Vec<FunctionId>,
     /// The variables that the value of the expression at hand goes into.
@@ -242,6 +249,9 @@ impl<'a> Builder<'a> {
             guards_of: HashMap::new(),
             alive: HashMap::new(),
             guarded: HashMap::new(),
+            adapted: HashMap::new(),
+            adapted_by: HashMap::new(),
+            admitted: HashSet::new(),
             subjects: HashMap::new(),
             inlining: vec![function],
             targets: Vec::new(),

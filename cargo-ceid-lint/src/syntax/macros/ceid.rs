@@ -8,7 +8,7 @@ use syn::{Attribute, Expr, Field, Generics, Ident, Pat, Token, Visibility};
 use super::parse;
 use crate::syntax::lower::{BodyLowerer, Lowerer, name};
 use crate::syntax::text::tokens_text;
-use crate::syntax::tree::{ExprId, Item, MacroKind};
+use crate::syntax::tree::{ExprId, Item, MacroKind, PatId};
 
 /// `token => a, b = place,`
 struct Guard {
@@ -128,8 +128,21 @@ impl BodyLowerer<'_, '_, '_> {
     pub(super) fn ceid(&mut self, mac: &syn::Macro) -> Option<MacroKind> {
         let guard = parse::<Guard>(mac)?;
         let token = guard.token.as_ref().map(|token| self.expr(token));
-        let filters = guard.filters.iter().map(|filter| self.guarded(filter)).collect();
-        Some(MacroKind::Ceid { token, filters })
+        let filters: Vec<(String, ExprId)> = guard.filters.iter().map(|filter| self.guarded(filter)).collect();
+        let named = guard.filters.iter().zip(&filters).filter_map(|(filter, (_, place))| match filter {
+            Expr::Assign(assign) => Some((&*assign.left, *place)),
+            _ => None,
+        });
+        let names = named.filter_map(|(name, place)| Some((self.guarded_name(name)?, place))).collect();
+        Some(MacroKind::Ceid { token, filters, names })
+    }
+
+    /// `kf` in `kf = self.kf`, which is a variable from there on.
+    fn guarded_name(&mut self, name: &Expr) -> Option<PatId> {
+        let Expr::Path(path) = name else { return None };
+        let ident = path.path.get_ident()?.clone();
+        let pat = syn::PatIdent { attrs: Vec::new(), by_ref: None, mutability: None, ident, subpat: None };
+        Some(self.pat(&Pat::Ident(pat)))
     }
 
     /// `name = place`, or a place that is its own name.

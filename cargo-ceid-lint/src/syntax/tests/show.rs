@@ -154,7 +154,7 @@ impl Show<'_> {
                 format!("{}join({})", if *fallible { "try_" } else { "" }, self.exprs(operands))
             }
             MacroKind::Select(arms) => format!("select({})", list(arms, arm)),
-            MacroKind::Ceid { token, filters } => {
+            MacroKind::Ceid { token, filters, .. } => {
                 let filters = list(filters, |(name, id)| format!("{name}={}", self.expr(*id)));
                 format!("ceid({}: {filters})", self.maybe("", *token))
             }

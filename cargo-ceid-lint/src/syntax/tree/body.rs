@@ -423,6 +423,8 @@ pub enum MacroKind {
         token: Option<ExprId>,
         /// The name it is bound to, and the place of the filter.
         filters: Vec<(String, ExprId)>,
+        /// The names that the macro binds, for those that are not the names of the places themselves.
+        names: Vec<(PatId, ExprId)>,
     },
     /// `ceid_core::each_cycle!(filters, cycle in control => { body })`: a loop whose every iteration is guarded.
     EachCycle {

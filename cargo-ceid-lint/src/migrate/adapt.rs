@@ -1,0 +1,313 @@
+//! Filters whose laws have another form than the guard's: with inputs, of another crate, in halves, behind a `Box`. They are lent
+//! to ceid-core's `Adapted`, above the loop, with a closure for a law; in the loop they are fed where they were updated.
+
+use super::Reason;
+use super::body::LoopBody;
+use super::inputs::{Input, input};
+use super::law::{ceid_core_name, delegation};
+use super::loops::Loops;
+use super::mentions::{Guarded, held};
+use super::outputs::instead;
+use super::sites::{Part, Site};
+use super::text::has_word;
+use crate::index::Ty;
+use crate::source::Span;
+use crate::syntax::tree::{ExprKind, StmtKind, TypeRef};
+
+/// How a filter is lent to its guard.
+#[derive(Clone, Debug)]
+pub(super) struct Adaptation {
+    /// The variable that lends it: `fed_pid`.
+    pub(super) name: String,
+    /// What that variable is.
+    value: String,
+    /// The closure in it: its parameters and its body.
+    law: (String, String),
+    /// What the calls of the law become.
+    pub(super) edits: Vec<(Span, String)>,
+    /// Whether the law runs only in iterations that feed it.
+    pub(super) is_fed: bool,
+    /// What the program does otherwise.
+    pub(super) changes: Vec<Reason>,
+    /// What a person should know.
+    pub(super) note: String,
+}
+
+impl Adaptation {
+    /// The statement that makes the variable, as rustfmt has it.
+    pub(super) fn statement(&self, indent: &str, step: &str, end: &str) -> String {
+        const WIDTH: usize = 100;
+        let (name, value, (params, body)) = (&self.name, &self.value, &self.law);
+        let one_line = format!("{indent}let mut {name} = {value}, |{params}| {body});");
+        if one_line.chars().count() <= WIDTH && !body.ends_with(';') {
+            return one_line;
+        }
+        let head = format!("{indent}let mut {name} = {value}, |{params}| {{");
+        if head.chars().count() > WIDTH {
+            return self.statement_of_many_lines(indent, step, end);
+        }
+        let body = body.split_inclusive("; ").map(|line| format!("{indent}{step}{}", line.trim_end()));
+        std::iter::once(head).chain(body).chain([format!("{indent}}});")]).collect::<Vec<_>>().join(end)
+    }
+
+    /// The statement with each argument on a line of its own.
+    fn statement_of_many_lines(&self, indent: &str, step: &str, end: &str) -> String {
+        let (name, value, (params, body)) = (&self.name, &self.value, &self.law);
+        let (call, filter) = value.split_once('(').unwrap_or((value, ""));
+        let body = body.split_inclusive("; ").map(|line| format!("{indent}{step}{step}{}", line.trim_end()));
+        let head = [
+            format!("{indent}let mut {name} = {call}("),
+            format!("{indent}{step}{filter},"),
+            format!("{indent}{step}|{params}| {{"),
+        ];
+        let foot = [format!("{indent}{step}}},"), format!("{indent});")];
+        head.into_iter().chain(body).chain(foot).collect::<Vec<_>>().join(end)
+    }
+}
+
+/// How a filter has to be lent; `None` if the guard can have it as it is.
+///
+/// # Errors
+/// Why that cannot be done.
+pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) -> Result<Option<Adaptation>, Reason> {
+    let index = of.program.index;
+    let is_ours = |site: &Site| {
+        site.law.is_some_and(|law| index.crate_of(index.function(law).module).is_reported)
+            && matches!(site.filter, Ty::Adt(..))
+            && site.inputs.is_empty()
+            && !site.is_used
+            && site.half == 0
+    };
+    let is_plain = own.sites.iter().all(is_ours)
+        && held(&own.ty) == Some(&own.filter)
+        && own.law.is_some_and(|law| delegation(loops, &own.filter, law).is_ok());
+    if is_plain {
+        return Ok(None);
+    }
+    let refuse = |text: String| Reason { span: of.span(own.sites.first().map_or(own.at, |site| site.call)), text };
+    if own.sites.is_empty() || own.sites.iter().any(|site| site.part != Part::Whole) {
+        // What a guard cannot have as it is, and cannot be lent, says so by itself.
+        return match own.sites.iter().find(|site| !site.inputs.is_empty() || site.is_used) {
+            Some(site) if !site.inputs.is_empty() => {
+                Err(refuse(format!("the law of the elements of `{}` takes an input", own.spelled)))
+            }
+            Some(_) => Err(refuse(format!(
+                "what the update of `{}` gives back is used here, in the same iteration",
+                own.spelled
+            ))),
+            None if matches!(own.filter, Ty::Adt(..)) && own.law.is_some() => Ok(None),
+            None => Err(Reason {
+                span: of.span(own.at),
+                text: format!(
+                    "only the trait of `{}` is known, or its type belongs to another crate: guard each under a name of its own",
+                    own.spelled
+                ),
+            }),
+        };
+    }
+    if let Some(verdict) = own.deviates.filter(|_| own.sites.iter().any(|site| !site.inputs.is_empty())) {
+        return Err(refuse(format!(
+            "`{}` is {} today, and a guard can run a law that takes an input only on the one input of its cycle",
+            own.spelled,
+            verdict.name()
+        )));
+    }
+    let Some(lent) = lent(own) else {
+        return Err(refuse(format!("`{}` holds its filter in a way that a guard cannot reach through", own.spelled)));
+    };
+    named_in_head(of, own)?;
+    let fed: Vec<&Site> = own.sites.iter().filter(|site| !site.inputs.is_empty()).collect();
+    let halves = halves(of, own, &fed)?;
+    let mut edits = Vec::new();
+    let mut changes = Vec::new();
+    let mut names: Vec<String> = vec![own.name.clone()];
+    let mut inputs: Vec<Vec<Input>> = Vec::new();
+    for site in &own.sites {
+        let mut of_site = Vec::new();
+        for number in 0..site.inputs.len() {
+            of_site.push(input(of, own, site, number)?);
+        }
+        inputs.push(of_site);
+    }
+    // All calls of one law have inputs of one form, because the closure is one.
+    for half in &halves {
+        let same: Vec<&Vec<Input>> =
+            own.sites.iter().zip(&inputs).filter(|(site, _)| site.half == half.half).map(|(_, own)| own).collect();
+        let form = |inputs: &[Input]| -> Vec<(bool, Option<String>)> {
+            inputs.iter().map(|input| (input.is_lent(), input.annotation.clone())).collect()
+        };
+        if same.iter().any(|other| form(other) != form(same[0])) {
+            return Err(refuse(format!("`{}` is given inputs of several forms", own.spelled)));
+        }
+    }
+    let mut params = Vec::new();
+    let mut calls = Vec::new();
+    for half in &halves {
+        let at = own.sites.iter().position(|site| std::ptr::eq(site, *half)).unwrap_or(0);
+        let mut given = Vec::new();
+        for input in &inputs[at] {
+            let name = free(&input.name, &names);
+            names.push(name.clone());
+            given.push(if input.is_lent() { format!("&{name}") } else { name.clone() });
+            params.push((name, input.annotation.clone()));
+        }
+        calls.push(call(of, half, &own.name, &given));
+    }
+    let is_fed = !params.is_empty();
+    for (site, inputs) in own.sites.iter().zip(&inputs) {
+        let (edit, change) = instead(of, own, site, inputs, is_fed, halves.len() > 1)?;
+        edits.extend(edit);
+        changes.extend(change);
+    }
+    let body = match calls.as_slice() {
+        [one] if own.sites.iter().any(|site| site.is_used) || is_number_or_unit(of, own) => one.clone(),
+        all => format!("{};", all.join("; ")),
+    };
+    let core = ceid_core_name(index, of.function);
+    let verb = if is_fed { "fed" } else { "adapted" };
+    let constructor = if is_fed { "fed" } else { "new" };
+    let params = parameters(&own.name, &params);
+    let laws = halves.iter().map(|half| format!("`{}`", half.method)).collect::<Vec<_>>().join(" and ");
+    let note = if is_fed {
+        format!("`{}.feed` keeps what {laws} will be given until then", own.name)
+    } else {
+        format!("the law of `{}` is {laws}, in the closure above the loop", own.name)
+    };
+    Ok(Some(Adaptation {
+        name: variable(of, &format!("{verb}_{}", own.name))
+            .ok_or_else(|| refuse(format!("`{verb}_{}` means something else in this function", own.name)))?,
+        value: format!("{core}::Adapted::{constructor}({lent}"),
+        law: (params, body),
+        edits,
+        is_fed,
+        changes,
+        note,
+    }))
+}
+
+/// The place as a reference to the filter in it, if it is one filter that can be borrowed.
+pub(super) fn lent(own: &Guarded) -> Option<String> {
+    let is_box = |ty: &Ty| matches!(ty, Ty::External(path, args) if path == "std::boxed::Box" && args.first() == Some(&own.filter));
+    let spelled = &own.spelled;
+    match &own.ty {
+        ty if *ty == own.filter => Some(format!("&mut {spelled}")),
+        ty if is_box(ty) => Some(format!("&mut *{spelled}")),
+        Ty::Ref(true, inner) if **inner == own.filter => Some(spelled.clone()),
+        Ty::Ref(true, inner) if is_box(inner) => Some(format!("&mut **{spelled}")),
+        _ => None,
+    }
+}
+
+/// The head of the loop runs while the filter is lent, and may not name it.
+fn named_in_head(of: &LoopBody<'_>, own: &Guarded) -> Result<(), Reason> {
+    let head = match of.kind(of.whole) {
+        ExprKind::While { condition, .. } => *condition,
+        // What is iterated over is evaluated before.
+        _ => return Ok(()),
+    };
+    let named = super::walk::within(of.body, head).into_iter().find(|id| {
+        of.typed.expr_local.get(id) == Some(&own.place.local) && {
+            let around = of.ancestors(*id).take_while(|at| *at != of.whole);
+            let fields = around.map_while(|at| match of.kind(at) {
+                ExprKind::Field { name, .. } => Some(name.as_str()),
+                _ => None,
+            });
+            // Another field of the same owner is not lent.
+            own.place.fields.iter().map(String::as_str).zip(fields).all(|(own, field)| own == field)
+        }
+    });
+    match named {
+        Some(id) => Err(Reason {
+            span: of.span(id),
+            text: format!("`{}` is used in the head of the loop, where it is lent to the guard", own.spelled),
+        }),
+        None => Ok(()),
+    }
+}
+
+/// One call for each half of the law, in the order in which they run; only one of them may be fed.
+fn halves<'s>(of: &LoopBody<'_>, own: &'s Guarded, fed: &[&Site]) -> Result<Vec<&'s Site>, Reason> {
+    let mut halves: Vec<&Site> = Vec::new();
+    for site in &own.sites {
+        if !halves.iter().any(|half| half.half == site.half) {
+            halves.push(site);
+        }
+    }
+    if halves.len() > 1 {
+        let refuse = |text: String| Err(Reason { span: of.span(own.sites[0].call), text });
+        if own.sites.len() > halves.len() {
+            return refuse(format!("a half of the law of `{}` is called in several places", own.spelled));
+        }
+        if fed.len() > 1 {
+            return refuse(format!("several halves of the law of `{}` take inputs", own.spelled));
+        }
+        if own.sites.iter().any(|site| site.is_used) {
+            return refuse(format!("what a half of the law of `{}` gives back is used", own.spelled));
+        }
+    }
+    Ok(halves)
+}
+
+/// The parameters of the closure, with their types as far as the compiler would not find them.
+fn parameters(filter: &str, inputs: &[(String, Option<String>)]) -> String {
+    let names: Vec<&str> = inputs.iter().map(|(name, _)| name.as_str()).collect();
+    let types: Vec<&str> = inputs.iter().map(|(_, ty)| ty.as_deref().unwrap_or("_")).collect();
+    let is_annotated = inputs.iter().any(|(_, ty)| ty.is_some());
+    match (inputs, is_annotated) {
+        ([], _) => filter.to_owned(),
+        ([_], false) => format!("{filter}, {}", names[0]),
+        ([_], true) => format!("{filter}, {}: {}", names[0], types[0]),
+        (_, false) => format!("{filter}, ({})", names.join(", ")),
+        (_, true) => format!("{filter}, ({}): ({})", names.join(", "), types.join(", ")),
+    }
+}
+
+/// The call of a law on what the closure gets.
+fn call(of: &LoopBody<'_>, site: &Site, filter: &str, given: &[String]) -> String {
+    // What is thrown away explicitly may have to be.
+    let is_let = matches!(of.statement(site.outer), Some((_, Some(stmt))) if matches!(stmt.kind, StmtKind::Let { .. }));
+    let discarded = if is_let { "let _ = " } else { "" };
+    let call = match of.kind(site.call) {
+        ExprKind::Call { callee, .. } => {
+            let all: Vec<&str> = std::iter::once(filter).chain(given.iter().map(String::as_str)).collect();
+            format!("{}({})", of.written(*callee), all.join(", "))
+        }
+        _ => format!("{filter}.{}({})", site.method, given.join(", ")),
+    };
+    format!("{discarded}{call}{}", site.tail)
+}
+
+/// Whether what a law gives back is a plain value, which may as well be kept.
+fn is_number_or_unit(of: &LoopBody<'_>, own: &Guarded) -> bool {
+    let is_plain = |law: &crate::index::FunctionId| {
+        let output = &of.program.index.function(*law).function.output;
+        *output == TypeRef::unit() || matches!(output, TypeRef::Path(path) if is_number(path.last()))
+    };
+    let laws = own.laws();
+    !laws.is_empty() && laws.iter().all(is_plain) && own.sites.iter().all(|site| site.tail.is_empty())
+}
+
+fn is_number(name: &str) -> bool {
+    matches!(
+        name,
+        "f32" | "f64" | "bool" | "usize" | "isize" | "u8" | "u16" | "u32" | "u64" | "i8" | "i16" | "i32" | "i64"
+    )
+}
+
+/// A name that the closure does not use yet.
+fn free(name: &str, taken: &[String]) -> String {
+    let mut found = name.to_owned();
+    let mut number = 2;
+    while taken.contains(&found) {
+        found = format!("{name}_{number}");
+        number += 1;
+    }
+    found
+}
+
+/// The name, if it means nothing in the function.
+fn variable(of: &LoopBody<'_>, name: &str) -> Option<String> {
+    let body = of.program.sources.snippet(of.span(of.body.root));
+    let is_taken = has_word(body, name) || of.typed.locals.iter().any(|local| local.name == name);
+    (!is_taken).then(|| name.to_owned())
+}

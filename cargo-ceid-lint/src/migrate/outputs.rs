@@ -1,0 +1,114 @@
+//! What the calls of a law become where it is fed: whether its result is used, and what stands in its place.
+
+use super::Reason;
+use super::body::LoopBody;
+use super::inputs::Input;
+use super::mentions::Guarded;
+use super::sites::Site;
+use crate::index::{Index, TraitName, Ty};
+use crate::source::Span;
+
+/// The edits that turn a call of the law into one that feeds it, and what changes by that.
+///
+/// # Errors
+/// Why that cannot be done.
+#[expect(clippy::type_complexity, reason = "the edits, and what changes")]
+pub(super) fn instead(
+    of: &LoopBody<'_>,
+    own: &Guarded,
+    site: &Site,
+    inputs: &[Input],
+    is_fed: bool,
+    has_halves: bool,
+) -> Result<(Vec<(Span, String)>, Option<Reason>), Reason> {
+    let call = of.span(site.call);
+    if inputs.is_empty() && (!site.is_used || has_halves) {
+        return Ok((Vec::new(), None));
+    }
+    let (rest, change) = if site.is_used { used(of, own, site)? } else { (String::new(), None) };
+    let name = &own.name;
+    let (Some(first), Some(last)) = (inputs.first(), inputs.last()) else {
+        debug_assert!(!is_fed, "a law that is fed has inputs");
+        return Ok((vec![(call, format!("{name}.last_output(){rest}"))], change));
+    };
+    let end = if !site.is_used && of.is_tail(site.outer) { ";" } else { "" };
+    let (open, close) = if inputs.len() > 1 { ("(", "))") } else { ("", ")") };
+    let mut edits = vec![
+        (Span { end: first.before.end, ..call }, format!("{name}.feed({open}{}", first.instead)),
+        (Span { start: last.end, ..of.span(site.outer) }, format!("{close}{rest}{end}")),
+    ];
+    let others =
+        inputs.iter().skip(1).filter(|input| input.before.start < input.before.end || !input.instead.is_empty());
+    edits.extend(others.map(|input| (input.before, input.instead.to_owned())));
+    Ok((edits, change))
+}
+
+/// What stands for the result of a law until it has run, and that this is another one.
+fn used(of: &LoopBody<'_>, own: &Guarded, site: &Site) -> Result<(String, Option<Reason>), Reason> {
+    let span = of.span(site.call);
+    let output = of.typed.ty(site.call);
+    if *output == Ty::unit() {
+        return match site.inputs.is_empty() {
+            true => Err(Reason { span, text: format!("the update of `{}` is no statement of its own", own.spelled) }),
+            false => Ok((".unwrap_or_default()".to_owned(), None)),
+        };
+    }
+    if of.is_function {
+        let text = format!(
+            "what the update of `{}` gives back is used here; a function that is called once per cycle keeps nothing of the cycle before",
+            own.spelled
+        );
+        return Err(Reason { span, text });
+    }
+    let Some((rest, first)) = before_the_first(of.program.index, output) else {
+        let text = format!(
+            "what the update of `{}` gives back is used here, in the same iteration; the guard has only that of the cycle before, \
+             and in the first cycle nothing that could stand for it",
+            own.spelled
+        );
+        return Err(Reason { span, text });
+    };
+    let text = format!(
+        "what `{}` of `{}` gives back is used here; with the guard, it is that of the cycle before, and {first} in the first cycle",
+        site.method, own.spelled
+    );
+    Ok((rest.to_owned(), Some(Reason { span, text })))
+}
+
+/// How a result is asked for that may not be there yet, and what that gives.
+fn before_the_first(index: &Index, ty: &Ty) -> Option<(&'static str, &'static str)> {
+    match ty {
+        Ty::Int | Ty::Float => Some((".unwrap_or_default()", "0")),
+        Ty::Bool => Some((".unwrap_or_default()", "`false`")),
+        Ty::External(path, _) if path == "std::option::Option" => Some((".unwrap_or_default()", "`None`")),
+        Ty::External(path, args) if path == "std::result::Result" && args.first() == Some(&Ty::unit()) => {
+            Some((".unwrap_or(Ok(()))", "`Ok(())`"))
+        }
+        Ty::External(path, args) if path == "std::result::Result" => {
+            let is_default = args.first().is_some_and(|ok| has_default(index, ok));
+            is_default.then_some((".unwrap_or_else(|| Ok(Default::default()))", "`Ok` of the default"))
+        }
+        _ => has_default(index, ty).then_some((".unwrap_or_default()", "the default of its type")),
+    }
+}
+
+fn has_default(index: &Index, ty: &Ty) -> bool {
+    match ty {
+        Ty::Int | Ty::Float | Ty::Bool | Ty::Char => true,
+        Ty::Tuple(parts) => parts.len() <= 12 && parts.iter().all(|part| has_default(index, part)),
+        Ty::Array(inner, length) => length.value.is_some_and(|length| length <= 32) && has_default(index, inner),
+        Ty::Adt(id, _) => {
+            let def = index.type_def(*id);
+            let is_derived = def.attributes.iter().any(|attribute| {
+                let mut names = attribute.arguments.split(|letter: char| !letter.is_alphanumeric());
+                attribute.path == "derive" && names.any(|name| name == "Default")
+            });
+            let is_written = index.impls_of(ty).iter().any(|id| {
+                let implemented = &index.impl_def(*id).implements;
+                matches!(implemented, Some(TraitName::External(path)) if path == "std::default::Default")
+            });
+            is_derived || is_written
+        }
+        _ => false,
+    }
+}
