@@ -166,9 +166,10 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
         let resets = completing.iter().any(|end| end.state.count == Count::Zero);
         let updates = ends.iter().filter(|end| end.state.count != Count::Zero);
         let direct = updates.clone().any(|end| end.state.direct);
-        let mut counts = completing.iter().map(|end| end.state.count);
+        // How many samples there are is not known, whatever the other ways do.
+        let has_samples = completing.iter().any(|end| end.state.count == Count::PerSample);
         let verdict = match (resets, direct) {
-            _ if !completing.is_empty() && counts.all(|count| count == Count::PerSample) => Verdict::PerSample,
+            _ if has_samples => Verdict::PerSample,
             (true, _) => Verdict::OnceOrReset,
             (false, true) => Verdict::Once,
             (false, false) if updates.count() > 0 => Verdict::Guarded,

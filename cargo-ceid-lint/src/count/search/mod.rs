@@ -13,6 +13,7 @@ mod modes;
 mod names;
 mod reach;
 mod run;
+mod settled;
 
 use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet, HashMap};

@@ -1,6 +1,6 @@
 //! One search at work: its states, what each effect does to them, and how ways end.
 
-use std::collections::{BTreeSet, HashSet, VecDeque};
+use std::collections::{BTreeSet, HashMap, HashSet, VecDeque};
 
 use super::entry::Known;
 use super::hash::BuildHasher;
@@ -9,7 +9,9 @@ use super::{End, EndKind, Exploration, MAX_ROUNDS, MAX_STATES, Region, Search, S
 use crate::count::counts::Count;
 use crate::count::returned;
 use crate::count::slice::Tracked;
-use crate::flow::{Cause, Effect, IndexKey, LoopId, NodeId, OTHER_HEADS, Place, Relation, Rounds, Test, Var};
+use crate::flow::{
+    Cause, Effect, IndexKey, LoopId, NodeId, OTHER_HEADS, Place, Relation, Rounds, SubjectId, Test, Var,
+};
 
 /// The round of a loop whose counter has passed every number that is asked for.
 pub(super) const BEYOND: u64 = u64::MAX;
@@ -33,6 +35,8 @@ pub(super) struct Run<'s, 'a> {
     own: BTreeSet<LoopId>,
     pub(super) seen: HashSet<State, BuildHasher>,
     pub(super) queue: VecDeque<usize>,
+    /// What is known of subjects that never change, as far as it was asked.
+    pub(super) settled: HashMap<SubjectId, u32, BuildHasher>,
     /// The mode that is asked about, if one is.
     pub(super) mode: Option<super::Mode>,
 }
@@ -66,6 +70,7 @@ impl<'s, 'a> Run<'s, 'a> {
             own,
             seen: HashSet::default(),
             queue: VecDeque::new(),
+            settled: HashMap::default(),
             mode: None,
         }
     }
@@ -386,6 +391,9 @@ impl<'s, 'a> Run<'s, 'a> {
                 continue;
             }
             let heads = if number == 0 { test.holds } else { test.fails };
+            if test.subject.is_some_and(|subject| heads & self.settled(subject) == 0) {
+                continue;
+            }
             let mut after = state.clone();
             if let Some(tracked) = tracked {
                 let mut all = self.masks.get(state.masks).clone();

@@ -554,7 +554,6 @@ impl Builder<'_> {
         self.graph.loops[id.0 as usize].head = head;
         let round = self.add_node(Effect::Nothing, keyword);
         self.link(head, round);
-        self.link(head, after);
         self.push_loop_scope(label, after, head, keyword);
         self.resume(round);
         let mut item = self.item_value(id, &source.item, &source.reads, keyword);
@@ -567,8 +566,14 @@ impl Builder<'_> {
         inside(self, item, id);
         self.pop_loop_scope();
         self.jump(head);
+        // A loop that certainly has a round, and whose round never comes to its end, is not left at its head.
+        let has_round = matches!(self.graph.loop_info(id).rounds, Rounds::Constant(1..)) && !source.passes_over;
+        let goes_on = self.graph.nodes[round.0 as usize..].iter().any(|node| node.next.contains(&head));
+        if goes_on || !has_round {
+            self.link(head, after);
+        }
         self.loops.pop();
-        self.resume(after);
+        self.resume_if_reached(after);
     }
 
     /// A closure of the chain runs in the round.

@@ -1,0 +1,81 @@
+//! What the branches on the way to a loop tell of conditions that never change.
+
+use super::run::Run;
+use super::{Region, Search};
+use crate::flow::{Effect, NodeId, Place, SubjectId};
+
+impl Search<'_> {
+    /// The heads that a subject which never changes can have in a loop, for the branches on the way there:
+    /// `if !latch { loop { if latch { … } } }`.
+    pub(super) fn settled(&self, region: Region, id: SubjectId) -> u32 {
+        let graph = self.graph;
+        let subject = &graph.subjects[id.0 as usize];
+        let (Region::Loop(own), Some(place)) = (region, &subject.whole) else { return subject.anything() };
+        let is_outside = |node: NodeId| !graph.is_within(graph.node(node).in_loop, own);
+        let asks = |node: NodeId| match &graph.node(node).effect {
+            Effect::Branch(test) if test.subject == Some(id) => Some((test.holds, test.fails)),
+            _ => None,
+        };
+        if !graph.node_ids().any(|node| is_outside(node) && asks(node).is_some()) {
+            return subject.anything();
+        }
+        let writers: Vec<NodeId> = graph.node_ids().filter(|node| self.writes_any(*node, &subject.reads)).collect();
+        let makes = |node: NodeId| match &graph.node(node).effect {
+            Effect::Set(set) => set.place == *place,
+            Effect::Call(site) => *place == Place::var(site.result),
+            _ => false,
+        };
+        let is_given = place.base_var().is_some_and(|var| graph.var(var).param.is_some());
+        let start = match writers.as_slice() {
+            [] if is_given => NodeId(0),
+            [only] if is_outside(*only) && makes(*only) => *only,
+            _ => return subject.anything(),
+        };
+        let target = graph.loop_info(own).head;
+        let arrives_with = |bit: u32| {
+            let mut seen = vec![false; graph.nodes.len()];
+            let mut open = vec![start];
+            while let Some(node) = open.pop() {
+                if node == target {
+                    return true;
+                }
+                if std::mem::replace(&mut seen[node.0 as usize], true) {
+                    continue;
+                }
+                let asked = asks(node);
+                for (edge, next) in graph.node(node).next.iter().enumerate() {
+                    let heads = asked.map_or(bit, |(holds, fails)| if edge == 0 { holds } else { fails });
+                    if heads & bit != 0 {
+                        open.push(*next);
+                    }
+                }
+            }
+            false
+        };
+        let bits = (0..u32::BITS).map(|number| 1 << number).filter(|bit| subject.anything() & bit != 0);
+        bits.filter(|bit| arrives_with(*bit)).sum()
+    }
+
+    /// Whether a node may write one of these places.
+    fn writes_any(&self, node: NodeId, places: &[Place]) -> bool {
+        let is_one = |other: &Place| places.iter().any(|place| other.overlaps(place));
+        match &self.graph.node(node).effect {
+            Effect::Set(set) | Effect::Write(set) => is_one(&set.place),
+            Effect::Unknown { places, .. } => places.iter().any(is_one),
+            Effect::Call(site) => {
+                let lent = site.args.iter().filter(|arg| !arg.is_shared).filter_map(|arg| arg.place.as_ref());
+                is_one(&Place::var(site.result))
+                    || lent.flat_map(|place| self.aliases.roots(place)).any(|root| is_one(&root))
+            }
+            _ => false,
+        }
+    }
+}
+
+impl Run<'_, '_> {
+    /// The heads that a subject which never changes can have in the region.
+    pub(super) fn settled(&mut self, subject: SubjectId) -> u32 {
+        let (search, region) = (self.search, self.region);
+        *self.settled.entry(subject).or_insert_with(|| search.settled(region, subject))
+    }
+}
