@@ -214,6 +214,12 @@ impl Run<'_, '_> {
             Some((from, self.masks.get(state.masks)[from]))
         });
         next.masks = self.killed(next.masks, &set.place);
+        // What is written through a reference is written where it points to; a reference that points elsewhere writes nothing.
+        if !set.rebinds {
+            for root in self.search.aliases.shared_roots(&set.place).iter().filter(|root| **root != set.place) {
+                next.masks = self.killed(next.masks, root);
+            }
+        }
         let target = self
             .tracked
             .subjects

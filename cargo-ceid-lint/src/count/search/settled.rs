@@ -60,7 +60,9 @@ impl Search<'_> {
     fn writes_any(&self, node: NodeId, places: &[Place]) -> bool {
         let is_one = |other: &Place| places.iter().any(|place| other.overlaps(place));
         match &self.graph.node(node).effect {
-            Effect::Set(set) | Effect::Write(set) => is_one(&set.place),
+            Effect::Set(set) | Effect::Write(set) => {
+                is_one(&set.place) || (!set.rebinds && self.aliases.shared_roots(&set.place).iter().any(is_one))
+            }
             Effect::Unknown { places, .. } => places.iter().any(is_one),
             Effect::Call(site) => {
                 let lent = site.args.iter().filter(|arg| !arg.is_shared).filter_map(|arg| arg.place.as_ref());

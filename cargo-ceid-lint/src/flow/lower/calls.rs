@@ -72,6 +72,7 @@ impl Builder<'_> {
 
     pub(super) fn method_expr(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
         self.note_method_wait(id, receiver, method, args);
+        self.note_lent_by(receiver, method);
         self.note_clone(id, receiver, method, args);
         if let Some(value) = self.guard_call(id, receiver, method, args) {
             return value;
@@ -331,7 +332,7 @@ impl Builder<'_> {
     }
 
     /// A place that something unseen may write.
-    fn written_unseen(&mut self, place: Place, span: crate::source::Span) {
+    pub(super) fn written_unseen(&mut self, place: Place, span: crate::source::Span) {
         let assignment = crate::flow::Assignment {
             place,
             from: None,

@@ -45,8 +45,12 @@ impl Builder<'_> {
                 Value { place, is_owned: !is_handle, ..Value::default() }
             }
             ExprKind::Index { base, index } => self.index_expr(id, *base, *index),
-            ExprKind::Reference { raw, value, .. } => {
-                let value = self.expr(*value);
+            ExprKind::Reference { raw, mutable, value } => {
+                let inner = *value;
+                let value = self.expr(inner);
+                if *mutable && !self.frames[self.frame].passed.contains(&id) {
+                    self.note_lent(inner);
+                }
                 if *raw && let Some(place) = &value.place {
                     let cause = Cause::Code("a raw pointer".to_owned());
                     self.emit(Effect::Unknown { places: vec![place.clone()], cause }, self.span(id));

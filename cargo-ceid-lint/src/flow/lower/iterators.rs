@@ -31,7 +31,13 @@ impl Builder<'_> {
         let mut source = match &body.expr(id).kind {
             ExprKind::MethodCall { receiver, method, args, .. } => self.adaptor(id, *receiver, method, args),
             ExprKind::Range { start, end, inclusive } => self.range(*start, *end, *inclusive),
-            ExprKind::Reference { value, .. } => self.source_of(*value, true),
+            ExprKind::Reference { value, mutable, .. } => {
+                let source = self.source_of(*value, true);
+                if *mutable {
+                    self.note_lent(*value);
+                }
+                source
+            }
             ExprKind::Await(inner) if !self.is_deferred(*inner) => {
                 let inner = self.source(*inner);
                 Source { rounds: Rounds::Unbounded, ..inner }
@@ -221,6 +227,7 @@ impl Builder<'_> {
     }
 
     fn adaptor(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Source {
+        self.note_lent_by(receiver, method);
         match method {
             "rev" => Source { in_order: false, ..self.source(receiver) },
             "into_iter" | "peekable" | "fuse" | "unwrap" => self.source(receiver),

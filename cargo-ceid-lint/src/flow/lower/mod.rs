@@ -2,6 +2,7 @@
 
 mod about;
 mod adapted;
+mod borrowed;
 mod builtins;
 mod callbacks;
 mod calls;
@@ -46,7 +47,7 @@ use super::{
 };
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{Body, ExprId, ExprKind, PatId};
+use crate::syntax::tree::{Body, ExprId, PatId};
 use crate::types::{LocalId, TypedBody};
 
 /// How many nodes a graph may have; more is said to be too large.
@@ -76,6 +77,8 @@ struct Frame<'a> {
     stand_ins: HashMap<LocalId, Place>,
     /// The locals that are assigned or borrowed mutably somewhere.
     mutated: HashSet<LocalId>,
+    /// What is given to calls as it is, or taken apart by a pattern.
+    passed: HashSet<ExprId>,
     /// The locals that are given a value in several places.
     given_anew: HashSet<LocalId>,
 }
@@ -88,20 +91,11 @@ impl<'a> Frame<'a> {
             typed,
             vars: HashMap::new(),
             stand_ins: HashMap::new(),
-            mutated: mutated_locals(body, typed),
+            mutated: borrowed::mutated_locals(body, typed),
+            passed: borrowed::passed(body),
             given_anew: closures::given_anew(body, typed),
         }
     }
-}
-
-/// The locals of a body that are assigned or borrowed mutably somewhere.
-fn mutated_locals(body: &Body, typed: &TypedBody) -> HashSet<LocalId> {
-    let targets = body.exprs.iter().filter_map(|expr| match &expr.kind {
-        ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } => Some(*place),
-        ExprKind::Reference { mutable: true, value, .. } => Some(*value),
-        _ => None,
-    });
-    targets.filter_map(|target| typed.expr_local.get(&target).copied()).collect()
 }
 
 /// A closure: the frame it was written in, and its expression.

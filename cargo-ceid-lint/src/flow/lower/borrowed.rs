@@ -1,0 +1,50 @@
+//! What a body borrows by `&mut`, and what it does with it.
+
+use std::collections::HashSet;
+
+use super::Builder;
+use crate::syntax::tree::{Body, ExprId, ExprKind};
+use crate::types::{LocalId, TypedBody};
+
+/// The locals of a body that are assigned or borrowed mutably somewhere.
+pub(super) fn mutated_locals(body: &Body, typed: &TypedBody) -> HashSet<LocalId> {
+    let targets = body.exprs.iter().filter_map(|expr| match &expr.kind {
+        ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } => Some(*place),
+        ExprKind::Reference { mutable: true, value, .. } => Some(*value),
+        _ => None,
+    });
+    targets.filter_map(|target| typed.expr_local.get(&target).copied()).collect()
+}
+
+/// What is given to calls as it is, or taken apart by a pattern: what happens to it there is known.
+pub(super) fn passed(body: &Body) -> HashSet<ExprId> {
+    let mut found = HashSet::new();
+    for expr in &body.exprs {
+        match &expr.kind {
+            ExprKind::Call { args, .. } | ExprKind::MethodCall { args, .. } => found.extend(args.iter().copied()),
+            ExprKind::Match { scrutinee, .. } => found.extend([*scrutinee]),
+            ExprKind::Let { value, .. } => found.extend([*value]),
+            _ => {}
+        }
+    }
+    found
+}
+
+impl Builder<'_> {
+    /// A `&mut` to what holds no filter comes about: who has it may write by it, until the place is used under its own name again.
+    pub(super) fn note_lent(&mut self, id: ExprId) {
+        if self.at.is_some()
+            && !self.may_hold_filter(self.ty(id))
+            && let Some(place) = self.static_place(id)
+        {
+            self.written_unseen(place, self.span(id));
+        }
+    }
+
+    /// The same for what a method of the standard library lends: `flags.iter_mut()`.
+    pub(super) fn note_lent_by(&mut self, receiver: ExprId, method: &str) {
+        if method.ends_with("_mut") {
+            self.note_lent(receiver);
+        }
+    }
+}
