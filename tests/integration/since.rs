@@ -142,6 +142,16 @@ fn new_and_renamed_files_and_odd_names_are_followed() {
 }
 
 #[test]
+fn a_file_has_moved_though_another_one_has_its_name() {
+    let directory = repository("since_moved", &[("src/lib.rs", &guilty(&["a", "b", "c", "d", "e", "f"]))]);
+    git(&directory, &["mv", "src/lib.rs", "src/control.rs"]);
+    write(&directory, "src/lib.rs", b"//! What was here is in the module.\npub mod control;\n");
+    git(&directory, &["add", "--all"]);
+    assert_eq!(found(&directory, &["--since", "HEAD"]).len(), 0);
+    assert_eq!(found(&directory, &[]).len(), 6);
+}
+
+#[test]
 fn all_forms_leave_out_the_same() {
     let directory = repository("since_forms", &[("src/lib.rs", &guilty(&["climb"]))]);
     for format in ["short", "sarif", "github", "gitlab", "junit"] {

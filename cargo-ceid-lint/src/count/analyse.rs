@@ -442,10 +442,18 @@ impl Context<'_> {
             Multiplicity::AtMostOnce => matches!(decision.verdict, Verdict::Skipped | Verdict::Gated | Verdict::Missed),
             Multiplicity::Any => !matches!(decision.verdict, Verdict::Unproved | Verdict::Guarded),
         };
-        match may_skip {
-            true => Decision { verdict: Verdict::Once, gate: None, witness: Vec::new(), primary: None, ..decision },
-            false => decision,
+        if !may_skip {
+            return decision;
         }
+        let is_by_guard = |at: NodeId| match &search.graph.node(at).effect {
+            Effect::Update(update) => update.by_guard,
+            Effect::GuardEnd(_) => true,
+            _ => false,
+        };
+        let mut updating = search.updating().into_iter().peekable();
+        let is_guarded = updating.peek().is_some() && updating.all(is_by_guard);
+        let verdict = if is_guarded { Verdict::Guarded } else { Verdict::Once };
+        Decision { verdict, gate: None, witness: Vec::new(), primary: None, ..decision }
     }
 
     /// How often a half of the law of the filter at a place may run in a cycle.

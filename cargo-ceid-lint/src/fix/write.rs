@@ -62,9 +62,13 @@ pub fn write(changes: &[Change], disk: &mut dyn Disk) -> Result<(), WriteError> 
         }
     }
     for (number, (change, path)) in changes.iter().zip(&staged).enumerate() {
-        if let Err(error) = disk.replace(path, &change.path) {
+        // Staging takes a while, in which somebody may have saved the file.
+        let replaced = holds(&change.path, &change.old).and_then(|()| {
+            let failed = |error| format!("cannot write `{}`: {error}", change.path.display());
+            disk.replace(path, &change.path).map_err(failed)
+        });
+        if let Err(message) = replaced {
             remove(&staged[number..]);
-            let message = format!("cannot write `{}`: {error}", change.path.display());
             return Err(WriteError { message, left_changed: restore(&changes[..number], disk) });
         }
     }
@@ -85,17 +89,23 @@ pub fn put_back(changes: &[Change], disk: &mut dyn Disk) -> Result<(), WriteErro
 }
 
 fn stage(change: &Change, disk: &mut dyn Disk) -> Result<PathBuf, String> {
-    let path = change.path.display();
-    let now = fs::read(&change.path).map_err(|error| format!("cannot read `{path}`: {error}"))?;
-    if now != change.old.as_bytes() {
-        return Err(format!("`{path}` was changed by somebody else since it was read"));
-    }
-    disk.stage(&change.path, &change.new).map_err(|error| format!("cannot write beside `{path}`: {error}"))
+    holds(&change.path, &change.old)?;
+    let failed = |error| format!("cannot write beside `{}`: {error}", change.path.display());
+    disk.stage(&change.path, &change.new).map_err(failed)
+}
+
+/// Whether a file has this text.
+fn holds(path: &Path, text: &str) -> Result<(), String> {
+    let now = fs::read(path).map_err(|error| format!("cannot read `{}`: {error}", path.display()))?;
+    let message = || format!("`{}` was changed by somebody else since it was read", path.display());
+    if now == text.as_bytes() { Ok(()) } else { Err(message()) }
 }
 
 /// Gives the old texts back, and answers which files could not be.
 fn restore(written: &[Change], disk: &mut dyn Disk) -> Vec<PathBuf> {
     let mut restore = |change: &Change| {
+        // What somebody else has written over it stays.
+        holds(&change.path, &change.new).map_err(io::Error::other)?;
         let staged = disk.stage(&change.path, &change.old)?;
         disk.replace(&staged, &change.path).inspect_err(|_| remove(&[staged]))
     };
@@ -203,6 +213,30 @@ mod tests {
         fs::write(&changes[2].path, "mine").unwrap();
         let error = write(&changes, &mut RealDisk).unwrap_err().to_string();
         assert!(error.contains("was changed by somebody else"), "{error}");
+        check_files(&directory, &["old a", "old b", "mine"]);
+    }
+
+    /// A disk on which somebody saves another file as soon as the first one is replaced.
+    struct Shared(PathBuf);
+
+    impl Disk for Shared {
+        fn stage(&mut self, target: &Path, text: &str) -> io::Result<PathBuf> {
+            RealDisk.stage(target, text)
+        }
+
+        fn replace(&mut self, staged: &Path, target: &Path) -> io::Result<()> {
+            fs::write(&self.0, "mine")?;
+            RealDisk.replace(staged, target)
+        }
+    }
+
+    #[test]
+    fn what_somebody_else_writes_in_between_stays() {
+        let directory = directory("between");
+        let changes = changes(&directory);
+        let error = write(&changes, &mut Shared(directory.join("c"))).unwrap_err();
+        assert!(error.to_string().contains("was changed by somebody else"), "{error}");
+        assert!(error.left_changed.is_empty(), "{error}");
         check_files(&directory, &["old a", "old b", "mine"]);
     }
 

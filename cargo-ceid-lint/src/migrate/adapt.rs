@@ -3,16 +3,17 @@
 
 use super::Reason;
 use super::body::LoopBody;
+use super::closure::Closure;
 use super::inputs::{Input, input};
 use super::law::{ceid_core_name, delegation};
 use super::loops::Loops;
-use super::mentions::{Guarded, held};
+use super::mentions::Guarded;
 use super::outputs::instead;
 use super::sites::{Part, Site};
 use super::text::has_word;
 use crate::index::Ty;
 use crate::source::Span;
-use crate::syntax::tree::{ExprKind, StmtKind, TypeRef};
+use crate::syntax::tree::{BlockKind, ExprId, ExprKind, StmtKind, TypeRef};
 
 /// How a filter is lent to its guard.
 #[derive(Clone, Debug)]
@@ -20,49 +21,17 @@ pub(super) struct Adaptation {
     /// The variable that lends it: `fed_pid`.
     pub(super) name: String,
     /// What that variable is.
-    value: String,
-    /// The closure in it: its parameters and its body.
-    law: (String, String),
+    pub(super) law: Closure,
     /// What the calls of the law become.
     pub(super) edits: Vec<(Span, String)>,
     /// Whether the law runs only in iterations that feed it.
     pub(super) is_fed: bool,
+    /// What keeps the inputs of a half that some iterations leave out: the statements that make it.
+    pub(super) cells: Vec<String>,
     /// What the program does otherwise.
     pub(super) changes: Vec<Reason>,
     /// What a person should know.
     pub(super) note: String,
-}
-
-impl Adaptation {
-    /// The statement that makes the variable, as rustfmt has it.
-    pub(super) fn statement(&self, indent: &str, step: &str, end: &str) -> String {
-        const WIDTH: usize = 100;
-        let (name, value, (params, body)) = (&self.name, &self.value, &self.law);
-        let one_line = format!("{indent}let mut {name} = {value}, |{params}| {body});");
-        if one_line.chars().count() <= WIDTH && !body.ends_with(';') {
-            return one_line;
-        }
-        let head = format!("{indent}let mut {name} = {value}, |{params}| {{");
-        if head.chars().count() > WIDTH {
-            return self.statement_of_many_lines(indent, step, end);
-        }
-        let body = body.split_inclusive("; ").map(|line| format!("{indent}{step}{}", line.trim_end()));
-        std::iter::once(head).chain(body).chain([format!("{indent}}});")]).collect::<Vec<_>>().join(end)
-    }
-
-    /// The statement with each argument on a line of its own.
-    fn statement_of_many_lines(&self, indent: &str, step: &str, end: &str) -> String {
-        let (name, value, (params, body)) = (&self.name, &self.value, &self.law);
-        let (call, filter) = value.split_once('(').unwrap_or((value, ""));
-        let body = body.split_inclusive("; ").map(|line| format!("{indent}{step}{step}{}", line.trim_end()));
-        let head = [
-            format!("{indent}let mut {name} = {call}("),
-            format!("{indent}{step}{filter},"),
-            format!("{indent}{step}|{params}| {{"),
-        ];
-        let foot = [format!("{indent}{step}}},"), format!("{indent});")];
-        head.into_iter().chain(body).chain(foot).collect::<Vec<_>>().join(end)
-    }
 }
 
 /// How a filter has to be lent; `None` if the guard can have it as it is.
@@ -79,7 +48,7 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
             && site.half == 0
     };
     let is_plain = own.sites.iter().all(is_ours)
-        && held(&own.ty) == Some(&own.filter)
+        && own.is_held()
         && own.law.is_some_and(|law| delegation(loops, &own.filter, law).is_ok());
     if is_plain {
         return Ok(None);
@@ -88,9 +57,11 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
     if own.sites.is_empty() || own.sites.iter().any(|site| site.part != Part::Whole) {
         // What a guard cannot have as it is, and cannot be lent, says so by itself.
         return match own.sites.iter().find(|site| !site.inputs.is_empty() || site.is_used) {
-            Some(site) if !site.inputs.is_empty() => {
-                Err(refuse(format!("the law of the elements of `{}` takes an input", own.spelled)))
-            }
+            Some(site) if !site.inputs.is_empty() => Err(refuse(format!(
+                "the law of the elements of `{}` takes an input: let each filter keep its input, as in ceid-core's `Sample`, and \
+                     its law take none",
+                own.spelled
+            ))),
             Some(_) => Err(refuse(format!(
                 "what the update of `{}` gives back is used here, in the same iteration",
                 own.spelled
@@ -116,11 +87,19 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
         return Err(refuse(format!("`{}` holds its filter in a way that a guard cannot reach through", own.spelled)));
     };
     named_in_head(of, own)?;
-    let fed: Vec<&Site> = own.sites.iter().filter(|site| !site.inputs.is_empty()).collect();
-    let halves = halves(of, own, &fed)?;
+    let halves = halves(of, own)?;
+    // A half that some iterations leave out does not decide whether the others run.
+    let is_apart = |site: &Site| halves.len() > 1 && own.rare.contains(&site.half);
+    let fed = own.sites.iter().filter(|site| !site.inputs.is_empty() && !is_apart(site));
+    if halves.len() > 1 && fed.count() > 1 {
+        return Err(refuse(format!(
+            "several halves of the law of `{}` take inputs in each iteration: make one method of them, which takes all",
+            own.spelled
+        )));
+    }
     let mut edits = Vec::new();
     let mut changes = Vec::new();
-    let mut names: Vec<String> = vec![own.name.clone()];
+    let mut taken: Vec<String> = vec![own.name.clone()];
     let mut inputs: Vec<Vec<Input>> = Vec::new();
     for site in &own.sites {
         let mut of_site = Vec::new();
@@ -141,28 +120,46 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
         }
     }
     let mut params = Vec::new();
-    let mut calls = Vec::new();
+    let mut body = Vec::new();
+    let mut cells: Vec<(usize, String, String)> = Vec::new();
     for half in &halves {
         let at = own.sites.iter().position(|site| std::ptr::eq(site, *half)).unwrap_or(0);
         let mut given = Vec::new();
+        let mut of_half = Vec::new();
         for input in &inputs[at] {
-            let name = free(&input.name, &names);
-            names.push(name.clone());
+            let name = free(&input.name, &taken);
+            taken.push(name.clone());
             given.push(if input.is_lent() { format!("&{name}") } else { name.clone() });
-            params.push((name, input.annotation.clone()));
+            of_half.push((name, input.annotation.clone()));
         }
-        calls.push(call(of, half, &own.name, &given));
+        let call = call(of, half, &own.name, &given);
+        if given.is_empty() || !is_apart(half) {
+            params.append(&mut of_half);
+            body.push((0, call));
+        } else {
+            let (cell, made) = cell(of, own, &of_half).map_err(refuse)?;
+            body.extend([
+                (
+                    0,
+                    format!("if let Some({}) = {cell}.take() {{", tuple(of_half.iter().map(|(name, _)| name.as_str()))),
+                ),
+                (1, format!("{call};")),
+                (0, "}".to_owned()),
+            ]);
+            cells.push((half.half, cell, made));
+        }
     }
     let is_fed = !params.is_empty();
     for (site, inputs) in own.sites.iter().zip(&inputs) {
-        let (edit, change) = instead(of, own, site, inputs, is_fed, halves.len() > 1)?;
+        let cell = cells.iter().find(|(half, ..)| *half == site.half).map(|(_, cell, _)| cell.as_str());
+        let (edit, change) = instead(of, own, site, inputs, cell, halves.len() > 1)?;
         edits.extend(edit);
         changes.extend(change);
     }
-    let body = match calls.as_slice() {
-        [one] if own.sites.iter().any(|site| site.is_used) || is_number_or_unit(of, own) => one.clone(),
-        all => format!("{};", all.join("; ")),
-    };
+    let is_value = body.len() == 1 && (own.sites.iter().any(|site| site.is_used) || is_number_or_unit(of, own));
+    for (_, line) in body.iter_mut().filter(|(_, line)| !is_value && line.ends_with(')')) {
+        line.push(';');
+    }
     let core = ceid_core_name(index, of.function);
     let verb = if is_fed { "fed" } else { "adapted" };
     let constructor = if is_fed { "fed" } else { "new" };
@@ -176,10 +173,10 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
     Ok(Some(Adaptation {
         name: variable(of, &format!("{verb}_{}", own.name))
             .ok_or_else(|| refuse(format!("`{verb}_{}` means something else in this function", own.name)))?,
-        value: format!("{core}::Adapted::{constructor}({lent}"),
-        law: (params, body),
+        law: Closure { call: (format!("{core}::Adapted::{constructor}"), lent), params, body, is_value },
         edits,
         is_fed,
+        cells: cells.into_iter().map(|(_, _, made)| made).collect(),
         changes,
         note,
     }))
@@ -189,6 +186,9 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
 pub(super) fn lent(own: &Guarded) -> Option<String> {
     let is_box = |ty: &Ty| matches!(ty, Ty::External(path, args) if path == "std::boxed::Box" && args.first() == Some(&own.filter));
     let spelled = &own.spelled;
+    if own.place.element.is_some() {
+        return (own.ty == own.filter).then(|| own.name.clone());
+    }
     match &own.ty {
         ty if *ty == own.filter => Some(format!("&mut {spelled}")),
         ty if is_box(ty) => Some(format!("&mut *{spelled}")),
@@ -225,8 +225,8 @@ fn named_in_head(of: &LoopBody<'_>, own: &Guarded) -> Result<(), Reason> {
     }
 }
 
-/// One call for each half of the law, in the order in which they run; only one of them may be fed.
-fn halves<'s>(of: &LoopBody<'_>, own: &'s Guarded, fed: &[&Site]) -> Result<Vec<&'s Site>, Reason> {
+/// One call for each half of the law, in the order in which they run.
+fn halves<'s>(of: &LoopBody<'_>, own: &'s Guarded) -> Result<Vec<&'s Site>, Reason> {
     let mut halves: Vec<&Site> = Vec::new();
     for site in &own.sites {
         if !halves.iter().any(|half| half.half == site.half) {
@@ -238,14 +238,45 @@ fn halves<'s>(of: &LoopBody<'_>, own: &'s Guarded, fed: &[&Site]) -> Result<Vec<
         if own.sites.len() > halves.len() {
             return refuse(format!("a half of the law of `{}` is called in several places", own.spelled));
         }
-        if fed.len() > 1 {
-            return refuse(format!("several halves of the law of `{}` take inputs", own.spelled));
-        }
         if own.sites.iter().any(|site| site.is_used) {
             return refuse(format!("what a half of the law of `{}` gives back is used", own.spelled));
         }
     }
     Ok(halves)
+}
+
+/// The variable that keeps what a half is given until the law runs, and the statement that makes it.
+fn cell(of: &LoopBody<'_>, own: &Guarded, inputs: &[(String, Option<String>)]) -> Result<(String, String), String> {
+    let is_async = |at: ExprId| match of.kind(at) {
+        ExprKind::Closure(closure) => closure.is_async,
+        ExprKind::Block(block) => block.kind == BlockKind::Async,
+        _ => false,
+    };
+    if of.def().function.is_async || of.ancestors(of.whole).any(is_async) {
+        return Err(format!(
+            "some iterations leave out a half of the law of `{}`, and its input cannot be shared across an `.await`",
+            own.spelled
+        ));
+    }
+    let of_input = match inputs {
+        [(name, _)] => name.as_str(),
+        _ => "inputs",
+    };
+    let name = format!("{}_{of_input}", own.name);
+    let name = variable(of, &name).ok_or_else(|| format!("`{name}` means something else in this function"))?;
+    let is_annotated = inputs.iter().any(|(_, ty)| ty.is_some());
+    let types = tuple(inputs.iter().map(|(_, ty)| ty.as_deref().unwrap_or("_")));
+    let ty = if is_annotated { format!("::<{types}>") } else { String::new() };
+    let made = format!("let {name} = core::cell::Cell::new(None{ty});");
+    Ok((name, made))
+}
+
+/// One name as it is, several as a tuple.
+fn tuple<'a>(parts: impl Iterator<Item = &'a str>) -> String {
+    match parts.collect::<Vec<_>>().as_slice() {
+        [one] => (*one).to_owned(),
+        all => format!("({})", all.join(", ")),
+    }
 }
 
 /// The parameters of the closure, with their types as far as the compiler would not find them.

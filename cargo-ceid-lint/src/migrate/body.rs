@@ -1,5 +1,6 @@
 //! A loop with what is known of its code: which expressions lie in it, in which order they run, and which exclude each other.
 
+use super::exits::diverges;
 use super::loops::{Loops, Parents};
 use super::walk;
 use crate::flow::Program;
@@ -117,7 +118,18 @@ impl<'a> LoopBody<'a> {
 
     /// Whether `later` may run behind `earlier` in the same iteration.
     pub(super) fn may_follow(&self, earlier: ExprId, later: ExprId) -> bool {
-        self.span(later).start >= self.span(earlier).end && !self.is_exclusive(earlier, later)
+        self.span(later).start >= self.span(earlier).end
+            && !self.is_exclusive(earlier, later)
+            && !self.is_cut_off(earlier, later)
+    }
+
+    /// Whether `earlier` stands in a block that always leaves the iteration at its end, and `later` behind that block.
+    fn is_cut_off(&self, earlier: ExprId, later: ExprId) -> bool {
+        let is_around = |id: ExprId| self.span(id).contains(self.span(later));
+        std::iter::once(earlier)
+            .chain(self.ancestors_inside(earlier))
+            .take_while(|id| !is_around(*id))
+            .any(|id| diverges(self, id))
     }
 
     /// Whether the two lie in different branches of one choice.

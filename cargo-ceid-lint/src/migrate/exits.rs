@@ -1,7 +1,7 @@
 //! The ways out of a loop from within an iteration: on each of them a guard runs the laws as well.
 
 use super::body::LoopBody;
-use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
+use crate::syntax::tree::{BlockKind, ExprId, ExprKind, MacroKind, Stmt, StmtKind};
 
 /// The expressions at which an iteration may leave the loop, and those of which nothing is known.
 #[derive(Debug, Default)]
@@ -50,9 +50,24 @@ fn leaves(of: &LoopBody<'_>, id: ExprId, label: Option<&String>, is_break: bool)
     }
 }
 
+/// Whether an expression always goes on to the next iteration or leaves the loop, and never to what follows it.
+pub(super) fn diverges(of: &LoopBody<'_>, id: ExprId) -> bool {
+    match of.kind(id) {
+        ExprKind::Return(_) => true,
+        ExprKind::Break { label, .. } => leaves(of, id, label.as_ref(), true),
+        // To the head of this loop or of one around it.
+        ExprKind::Continue { label } => leaves(of, id, label.as_ref(), true),
+        ExprKind::If { then, otherwise: Some(otherwise), .. } => diverges(of, *then) && diverges(of, *otherwise),
+        ExprKind::Block(block) if block.label.is_none() && block.kind == BlockKind::Plain => {
+            let of_stmt = |stmt: &Stmt| matches!(stmt.kind, StmtKind::Expr { expr, .. } if diverges(of, expr));
+            block.stmts.iter().any(of_stmt) || block.tail.is_some_and(|tail| diverges(of, tail))
+        }
+        _ => false,
+    }
+}
+
 /// Whether a closure or an `async` block of the iteration is what is left.
 fn is_in_closure(of: &LoopBody<'_>, id: ExprId) -> bool {
-    use crate::syntax::tree::BlockKind;
     of.ancestors_inside(id).any(|at| match of.kind(at) {
         ExprKind::Closure(_) => true,
         ExprKind::Block(block) => matches!(block.kind, BlockKind::Async | BlockKind::Try),

@@ -2,6 +2,7 @@
 
 use super::Reason;
 use super::body::LoopBody;
+use super::elements::statements;
 use super::law::ceid_core_name;
 use super::mentions::Guarded;
 use super::text::{above, begins_line, has_word, indentation, indentation_step, line_end, line_stop};
@@ -39,8 +40,16 @@ pub(super) fn lines(of: &LoopBody<'_>, guarded: &[Guarded]) -> Result<Vec<(Span,
         _ => "",
     };
     let mut declared = vec![format!("{indent}let mut {clock} = {core}::Free::<{core}::Hz<{rate}>>::new();")];
+    declared.extend(statements(of, guarded).into_iter().map(|statement| format!("{indent}{statement}")));
+    let is_inline = if of.is_function { !is_open } else { !begins };
     let lent = guarded.iter().filter_map(|own| own.adaptation.as_ref());
-    declared.extend(lent.map(|own| own.statement(indent, indentation_step(text), end)));
+    for own in lent {
+        declared.extend(own.cells.iter().map(|cell| format!("{indent}{cell}")));
+        declared.push(match is_inline {
+            true => own.law.in_one_line(&own.name),
+            false => own.law.statement(&own.name, indent, indentation_step(text), end),
+        });
+    }
     let clock_edit = if begins {
         let lines: String = declared.iter().map(|line| format!("{line}{end}")).collect();
         (insertion(of, above(text, start)), lines)
@@ -49,15 +58,27 @@ pub(super) fn lines(of: &LoopBody<'_>, guarded: &[Guarded]) -> Result<Vec<(Span,
     };
     let list: Vec<String> = guarded.iter().map(entry).collect();
     let guard = format!("{core}::ceid!({clock}.begin_cycle() => {});", list.join(", "));
-    let guard_edit = if is_open {
+    let guard_edit = if let Some(lock) = guarded.iter().find_map(|own| own.locked) {
+        let after = lock.end as usize;
+        let stop = line_stop(text, after);
+        let rest = text[after..stop].trim();
+        if text[..stop].ends_with('\n') && (rest.is_empty() || rest.starts_with("//")) {
+            (insertion(of, stop), format!("{}{guard}{end}", indentation(text, lock.start as usize)))
+        } else {
+            (insertion(of, after), format!(" {guard}"))
+        }
+    } else if is_open {
         (insertion(of, stop), format!("{inner}{guard}{end}"))
     } else {
         (insertion(of, open), format!(" {guard}"))
     };
     if of.is_function {
         let lines: String = declared.iter().map(|line| format!("{line}{end}")).collect();
-        let head =
-            if is_open { format!("{lines}{}", guard_edit.1) } else { format!(" {} {guard}", declared.join(" ")) };
+        let head = if is_open {
+            format!("{lines}{}", guard_edit.1)
+        } else {
+            format!(" {}{}", declared.join(" "), guard_edit.1)
+        };
         return Ok(vec![(guard_edit.0, head)]);
     }
     Ok(vec![clock_edit, guard_edit])
@@ -89,7 +110,8 @@ fn insertion(of: &LoopBody<'_>, at: usize) -> Span {
 fn entry(own: &Guarded) -> String {
     match &own.adaptation {
         Some(adaptation) => format!("{} = {}", own.name, adaptation.name),
-        None if own.place.fields.is_empty() => own.name.clone(),
+        None if own.locked.is_some() => format!("{} = *{}", own.name, own.name),
+        None if own.place.fields.is_empty() || own.place.element.is_some() => own.name.clone(),
         None => format!("{} = {}", own.name, own.spelled),
     }
 }

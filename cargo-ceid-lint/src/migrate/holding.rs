@@ -5,6 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::Reason;
 use super::adapt::{adaptation, lent};
 use super::body::LoopBody;
+use super::elements::take_apart;
+use super::locks::lock_of;
 use super::loops::Loops;
 use super::mentions::{Guarded, held};
 use super::sites::{Part, Place, Site};
@@ -20,8 +22,9 @@ pub(super) type Found<'p> = (&'p Pair, (Place, ExprId, Option<FunctionId>), Vec<
 pub(super) fn guarded(
     loops: &Loops<'_>,
     of: &LoopBody<'_>,
-    found: Vec<Found<'_>>,
+    mut found: Vec<Found<'_>>,
 ) -> Result<Vec<Guarded>, Vec<Reason>> {
+    take_apart(of, &mut found);
     let mut reasons = Vec::new();
     let mut by_place: BTreeMap<Place, Guarded> = BTreeMap::new();
     for (pair, (place, at, law), sites) in found {
@@ -43,10 +46,15 @@ pub(super) fn guarded(
             law,
             sites: Vec::new(),
             adaptation: None,
+            rare: BTreeSet::new(),
+            locked: None,
             deviates: None,
         };
         let own = by_place.entry(place).or_insert(own);
         own.sites.extend(sites);
+        if pair.counts.contains(&0) {
+            own.rare.insert(pair.half);
+        }
         if pair.verdict != Verdict::Once {
             own.deviates = Some(pair.verdict);
         }
@@ -58,6 +66,7 @@ pub(super) fn guarded(
     let overlap = guarded.iter().any(|one| {
         let is_above = |other: &Guarded| {
             one.place != other.place
+                && (one.place.element.is_none() || one.place.fields != other.place.fields)
                 && one.place.local == other.place.local
                 && other.place.fields.starts_with(&one.place.fields)
         };
@@ -73,6 +82,7 @@ pub(super) fn guarded(
             Some(name) => {
                 taken.insert(name.clone());
                 own.name = name;
+                own.locked = lock_of(of, &own.place).filter(|_| !of.is_function && own.ty != own.filter);
                 match holds(of, own).map(|()| adaptation(loops, of, own)) {
                     Ok(Ok(adaptation)) => own.adaptation = adaptation,
                     Ok(Err(reason)) => reasons.push(reason),
@@ -85,6 +95,16 @@ pub(super) fn guarded(
             }),
         }
     }
+    if let Some(own) = guarded.iter().find(|own| own.locked.is_some())
+        && (guarded.len() > 1 || own.adaptation.is_some())
+    {
+        let text = format!(
+            "`{}` is locked in the loop, where a guard can hold only what is locked above it: lock it above the loop, or let \
+             its law take no input and guard it alone",
+            own.name
+        );
+        reasons.push(Reason { span: of.span(own.at), text });
+    }
     if guarded.len() > 16 {
         let text = "the loop has more than 16 filters: declare them with `filters!`".to_owned();
         reasons.push(Reason { span: of.span(of.whole), text });
@@ -94,14 +114,15 @@ pub(super) fn guarded(
 
 fn spelled(of: &LoopBody<'_>, place: &Place) -> String {
     let base = std::iter::once(of.typed.local(place.local).name.as_str());
-    base.chain(place.fields.iter().map(String::as_str)).collect::<Vec<_>>().join(".")
+    let base = base.chain(place.fields.iter().map(String::as_str)).collect::<Vec<_>>().join(".");
+    place.element.map_or(base.clone(), |element| format!("{base}[{element}]"))
 }
 
 /// Whether a guard can hold what lies at a place, and whether that is what the loop updates.
 fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
     let Guarded { place, spelled, ty, sites, filter, .. } = own;
     let local = of.typed.local(place.local);
-    if local.span.start > of.span(of.whole).start {
+    if own.locked.is_none() && local.span.start > of.span(of.whole).start {
         return Err(format!(
             "`{spelled}` is bound in the loop itself, so that it means no instance that lives outside of it"
         ));
@@ -119,8 +140,8 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
     if sites.iter().any(is_another) {
         return Err(format!("`{spelled}` has several laws"));
     }
-    let is_single = sites.iter().all(|site| site.part == Part::Whole) && lent(own).is_some();
-    if held(ty) != Some(filter) && !is_single {
+    let is_single = sites.iter().all(|site| site.part == Part::Whole) && (lent(own).is_some() || own.locked.is_some());
+    if !own.is_held() && !is_single {
         return Err(match filter {
             Ty::Param(_) | Ty::Opaque(_) => format!("only the trait of `{spelled}` is known, and not its type"),
             _ => format!("`{spelled}` holds its filter in a way that a guard cannot reach through"),
@@ -128,6 +149,9 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
     }
     // The fields on the way have to be plain ones, so that each is borrowed by itself.
     let mut at = own.at;
+    if let (Some(_), ExprKind::Index { base, .. }) = (place.element, of.kind(at)) {
+        at = *base;
+    }
     while let ExprKind::Field { base, .. } = of.kind(at) {
         let owner = of.typed.ty(*base);
         let owner = match owner {
@@ -177,10 +201,14 @@ fn is_ref_to(ty: &Ty, inner: &Ty) -> bool {
 /// A name for a place that means nothing else in the loop.
 fn free_name(of: &LoopBody<'_>, place: &Place, taken: &BTreeSet<String>) -> Option<String> {
     let local = &of.typed.local(place.local).name;
-    if place.fields.is_empty() {
+    if place.fields.is_empty() && place.element.is_none() {
         return (!taken.contains(local)).then(|| local.clone());
     }
-    let all: Vec<&str> = std::iter::once(local.as_str()).chain(place.fields.iter().map(String::as_str)).collect();
+    let element = place.element.map(|element| element.to_string());
+    let all: Vec<&str> = std::iter::once(local.as_str())
+        .chain(place.fields.iter().map(String::as_str))
+        .chain(element.as_deref())
+        .collect();
     let code = of.program.sources.snippet(of.span(of.block));
     let is_name = |name: &str| name.starts_with(|first: char| first.is_alphabetic() || first == '_');
     let is_free = |name: &str| {

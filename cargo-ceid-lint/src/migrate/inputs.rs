@@ -1,13 +1,12 @@
 //! What a law is given beside its filter: whether it can be kept until the end of the cycle, and in which form.
 
-use std::collections::BTreeSet;
-
 use super::Reason;
 use super::body::LoopBody;
 use super::mentions::Guarded;
-use super::purity::{fields, shared_part};
+use super::owned::{is_fixed_algebra, is_owned};
+use super::purity::shared_part;
 use super::sites::Site;
-use crate::index::{Index, Ty, TypeId};
+use crate::index::{Index, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, PatKind, TypeRef};
 
@@ -52,7 +51,7 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
     let index = of.program.index;
     let param = site.law.and_then(|law| index.function(law).function.params.get(number));
     let name = name(of, site, number);
-    let ty = of.typed.ty(id);
+    let ty = &input_type(of, site, number);
     let by_reference = match param {
         Some(TypeRef::Reference { mutable: true, .. } | TypeRef::Pointer(_)) => {
             return refuse(format!("{} is lent to the law, which may change it", what()));
@@ -73,17 +72,29 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
     }
     let end = span.end;
     if !by_reference {
-        if may_borrow(index, ty) {
+        if matches!(ty, Ty::Unknown | Ty::Var(_)) {
+            return refuse(format!(
+                "the type of {} is not known, so that it may borrow from the iteration: give it one above, as in `let input: f32 = {};`",
+                what(),
+                of.written(id)
+            ));
+        }
+        if !is_owned(index, &index.scope_of(of.function), ty) {
             return refuse(format!("{} may borrow from the iteration, and cannot be kept until its end", what()));
         }
         let before = Span { end: span.start, ..span };
         return Ok(Input { name, before, instead: "", end, annotation: None, is_lent: false });
     }
     if let ExprKind::Reference { mutable: false, raw: false, value } = of.kind(id) {
-        let held = of.typed.ty(*value);
+        let known = match of.typed.ty(*value) {
+            Ty::Unknown | Ty::Var(_) => ty.peel(),
+            known => known,
+        };
+        let held = known;
         let is_made = !is_place(of, *value);
         let is_array = matches!(held, Ty::Array(_, length) if length.value.is_none());
-        if matches!(held, Ty::Slice(_)) || is_array || may_borrow(index, held) || !is_made && !is_kept(index, held) {
+        let is_owned = is_owned(index, &index.scope_of(of.function), held);
+        if is_array || !is_owned || !is_made && !is_kept(index, held) {
             return refuse(format!("{} is borrowed, and it is not known whether it can be copied", what()));
         }
         let before = Span { end: of.span(*value).start, ..span };
@@ -133,28 +144,33 @@ fn is_kept(index: &Index, ty: &Ty) -> bool {
 /// Types of other crates that are `Copy`: vectors and matrices of fixed sizes, times.
 fn is_known_copy(path: &str) -> bool {
     let name = path.rsplit("::").next().unwrap_or(path);
-    let is_fixed = |name: &str| {
-        let sizes = name.trim_start_matches("Vector").trim_start_matches("Matrix").trim_start_matches("Point");
-        sizes.len() < name.len() && !sizes.is_empty() && sizes.chars().all(|sign| sign.is_ascii_digit() || sign == 'x')
-    };
     match path.split("::").next() {
-        Some("nalgebra") => is_fixed(name) || matches!(name, "Quaternion" | "UnitQuaternion"),
+        Some("nalgebra") => is_fixed_algebra(name),
         Some("std") => matches!(path, "std::time::Duration" | "std::time::Instant"),
         _ => false,
     }
 }
 
-/// Whether a value of the type may hold a reference.
-fn may_borrow(index: &Index, ty: &Ty) -> bool {
-    borrows(index, ty, &mut BTreeSet::new())
+/// The type of an input: that of the expression, or the one that its law asks for where that is the same for every caller.
+fn input_type(of: &LoopBody<'_>, site: &Site, number: usize) -> Ty {
+    let index = of.program.index;
+    let own = of.typed.ty(site.inputs[number]);
+    let declared = site.law.and_then(|law| {
+        let written = index.function(law).function.params.get(number)?;
+        Some(index.lower(written, &index.scope_of(law)))
+    });
+    match (own.peel(), declared) {
+        (Ty::Unknown | Ty::Var(_), Some(declared)) if !is_generic(&declared) => declared,
+        _ => own.clone(),
+    }
 }
 
-fn borrows(index: &Index, ty: &Ty, seen: &mut BTreeSet<TypeId>) -> bool {
+/// Whether a type says something only where its parameters are known.
+fn is_generic(ty: &Ty) -> bool {
     match ty {
-        Ty::Ref(..) | Ty::Pointer(_) | Ty::Slice(_) | Ty::Str | Ty::Opaque(_) | Ty::Closure(_) => true,
-        Ty::Tuple(parts) | Ty::External(_, parts) => parts.iter().any(|part| borrows(index, part, seen)),
-        Ty::Array(inner, _) => borrows(index, inner, seen),
-        Ty::Adt(id, _) if seen.insert(*id) => fields(index, ty).iter().any(|field| borrows(index, field, seen)),
+        Ty::Param(_) | Ty::Opaque(_) => true,
+        Ty::Ref(_, inner) | Ty::Array(inner, _) | Ty::Slice(inner) | Ty::Pointer(inner) => is_generic(inner),
+        Ty::Adt(_, parts) | Ty::External(_, parts) | Ty::Tuple(parts) => parts.iter().any(is_generic),
         _ => false,
     }
 }

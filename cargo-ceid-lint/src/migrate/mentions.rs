@@ -1,5 +1,7 @@
 //! How a loop names the filters that a guard is to hold, and what each name becomes where the guard has them.
 
+use std::collections::BTreeSet;
+
 use super::Reason;
 use super::adapt::Adaptation;
 use super::body::LoopBody;
@@ -7,7 +9,7 @@ use super::sites::{Place, Site};
 use crate::count::Verdict;
 use crate::index::{FunctionId, Index, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{BlockKind, ExprId, ExprKind, MacroKind, Receiver, TypeRef};
+use crate::syntax::tree::{BlockKind, ExprId, ExprKind, Literal, MacroKind, Receiver, TypeRef};
 use crate::types::Callee;
 
 /// A place that a guard is to hold.
@@ -27,6 +29,10 @@ pub(super) struct Guarded {
     pub(super) law: Option<FunctionId>,
     /// Where it is updated by hand; nowhere if that is what is wrong.
     pub(super) sites: Vec<Site>,
+    /// The halves of its law that some iterations leave out, as their law allows.
+    pub(super) rare: BTreeSet<usize>,
+    /// The statement of the loop that locks it, if that has to come before the guard.
+    pub(super) locked: Option<Span>,
     /// What it is today, if it is not updated exactly once.
     pub(super) deviates: Option<Verdict>,
     /// How it is lent, if its law has another form than the guard's.
@@ -36,7 +42,12 @@ pub(super) struct Guarded {
 impl Guarded {
     /// Whether the variable or field is a reference already, as the name behind the guard is.
     fn is_reference(&self) -> bool {
-        matches!(self.ty, Ty::Ref(..))
+        self.locked.is_some() || matches!(self.ty, Ty::Ref(..))
+    }
+
+    /// Whether a guard can hold it as it is, or its elements.
+    pub(super) fn is_held(&self) -> bool {
+        held(&self.ty) == Some(&self.filter) || self.locked.is_some()
     }
 
     /// The functions that may be its law.
@@ -57,6 +68,7 @@ pub(super) struct Mention {
 /// Every place where the loop names what the guard is to hold, but for the updates that go away.
 pub(super) fn mentions(of: &LoopBody<'_>, guarded: &[Guarded], at: usize) -> Result<Vec<Mention>, Reason> {
     let own = &guarded[at];
+    let place = &own.place;
     let is_gone = |id: ExprId| {
         let mut around = std::iter::once(id).chain(of.ancestors_inside(id));
         around.any(|at| guarded.iter().flat_map(|other| &other.sites).any(|site| site.gone == at))
@@ -74,9 +86,39 @@ pub(super) fn mentions(of: &LoopBody<'_>, guarded: &[Guarded], at: usize) -> Res
             let text = format!("all of `{whole}` is used here, and a guard holds `{}`", own.spelled);
             return Err(Reason { span: of.span(id), text });
         };
-        found.push(Mention { at: *at, edit: edit(of, own, *at)? });
+        let at = match own.place.element {
+            None => *at,
+            Some(number) => match element(of, *at) {
+                Some((element, other)) if other == number => element,
+                Some((_, other))
+                    if guarded.iter().any(|own| own.place == Place { element: Some(other), ..place.clone() }) =>
+                {
+                    continue;
+                }
+                _ => {
+                    let text = format!(
+                        "all of `{}` is used here, and its elements are guarded one by one, because their laws take inputs",
+                        of.written(*at)
+                    );
+                    return Err(Reason { span: of.span(*at), text });
+                }
+            },
+        };
+        found.push(Mention { at, edit: edit(of, own, at)? });
     }
     Ok(found)
+}
+
+/// The element that an expression of the array leads to, if it is one by a number.
+fn element(of: &LoopBody<'_>, array: ExprId) -> Option<(ExprId, u64)> {
+    let parent = of.parent(array)?;
+    match of.kind(parent) {
+        ExprKind::Index { base, index } if *base == array => match of.kind(*index) {
+            ExprKind::Literal(Literal::Int(Some(number), _)) => Some((parent, *number)),
+            _ => None,
+        },
+        _ => None,
+    }
 }
 
 /// The expressions from a variable through its fields, as far as they are written: `self`, `self.axes`, `self.axes.roll`.
@@ -159,6 +201,16 @@ fn prefix(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> 
     let parent = of.parent(at)?;
     let is_adapted = own.adaptation.is_some();
     if is_adapted && is_hidden(of, parent, at) {
+        return None;
+    }
+    // What is locked may be unlocked by whoever gets it.
+    let is_looked_into = match of.kind(parent) {
+        ExprKind::MethodCall { receiver, .. } => *receiver == at,
+        ExprKind::Field { .. } | ExprKind::Index { .. } | ExprKind::Macro(_) | ExprKind::Deref(_) => true,
+        ExprKind::Reference { mutable, .. } => !mutable,
+        _ => false,
+    };
+    if own.locked.is_some() && !is_looked_into {
         return None;
     }
     let is_pointer = matches!(&own.ty, Ty::External(path, _) if path == "std::boxed::Box");

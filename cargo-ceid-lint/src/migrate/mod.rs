@@ -6,17 +6,21 @@
 
 mod adapt;
 mod body;
+mod closure;
+mod elements;
 mod exits;
 mod head;
 mod holding;
 mod imports;
 mod inputs;
 mod law;
+mod locks;
 mod loops;
 mod manifest;
 mod mentions;
 mod observed;
 mod outputs;
+mod owned;
 mod plan;
 mod purity;
 mod sites;

@@ -18,7 +18,7 @@ pub(super) fn instead(
     own: &Guarded,
     site: &Site,
     inputs: &[Input],
-    is_fed: bool,
+    cell: Option<&str>,
     has_halves: bool,
 ) -> Result<(Vec<(Span, String)>, Option<Reason>), Reason> {
     let call = of.span(site.call);
@@ -28,13 +28,16 @@ pub(super) fn instead(
     let (rest, change) = if site.is_used { used(of, own, site)? } else { (String::new(), None) };
     let name = &own.name;
     let (Some(first), Some(last)) = (inputs.first(), inputs.last()) else {
-        debug_assert!(!is_fed, "a law that is fed has inputs");
         return Ok((vec![(call, format!("{name}.last_output(){rest}"))], change));
     };
     let end = if !site.is_used && of.is_tail(site.outer) { ";" } else { "" };
-    let (open, close) = if inputs.len() > 1 { ("(", "))") } else { ("", ")") };
+    let (open, close) = if inputs.len() > 1 { ("(", ")") } else { ("", "") };
+    let (open, close) = match cell {
+        Some(cell) => (format!("{cell}.set(Some({open}"), format!("{close}))")),
+        None => (format!("{name}.feed({open}"), format!("{close})")),
+    };
     let mut edits = vec![
-        (Span { end: first.before.end, ..call }, format!("{name}.feed({open}{}", first.instead)),
+        (Span { end: first.before.end, ..call }, format!("{open}{}", first.instead)),
         (Span { start: last.end, ..of.span(site.outer) }, format!("{close}{rest}{end}")),
     ];
     let others =

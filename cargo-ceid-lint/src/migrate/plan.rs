@@ -28,7 +28,10 @@ pub fn plans(program: &Program<'_>, cycles: &[Cycle], edition: impl Fn(&Cycle) -
 }
 
 fn plan(loops: &Loops<'_>, cycle: &Cycle, edition: &str) -> Option<Plan> {
-    let by_hand: Vec<&Pair> = cycle.filters.iter().filter(|pair| !is_left(pair)).collect();
+    // A law for guards that hands on to the law that was there is where a migration ends.
+    let hands_on = loops.at(cycle.head).is_some_and(|(law, ..)| law::is_run_by_guards(loops.program.index, law));
+    let is_own = |pair: &Pair| hands_on && pair.name == "self";
+    let by_hand: Vec<&Pair> = cycle.filters.iter().filter(|pair| !is_left(pair) && !is_own(pair)).collect();
     if by_hand.is_empty() {
         return None;
     }
@@ -108,6 +111,15 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
     rewriter.rewrite(cycle, changes)
 }
 
+/// Whether filters lie in a `Vec`, which ceid-core knows only with its feature.
+fn is_vec(ty: &Ty) -> bool {
+    match ty {
+        Ty::Ref(_, inner) => is_vec(inner),
+        Ty::External(path, _) => path == "std::vec::Vec",
+        _ => false,
+    }
+}
+
 /// Why the loop as a whole cannot be rewritten.
 fn whole_loop(of: &LoopBody<'_>, outline: &Outline, edition: &str) -> Result<(), String> {
     let span = of.span(of.block);
@@ -154,6 +166,23 @@ fn whole_function(of: &LoopBody<'_>) -> Result<(), String> {
     Ok(())
 }
 
+/// Puts what is inserted where another edit begins into that edit, so that the order of the two is clear.
+fn join_insertions(edits: &mut Vec<(Span, String)>) {
+    let mut joined: Vec<(Span, String)> = Vec::new();
+    for (span, text) in edits.drain(..) {
+        match joined.last_mut() {
+            Some((before, inserted))
+                if before.start == before.end && before.start == span.start && before.file == span.file =>
+            {
+                *before = span;
+                inserted.push_str(&text);
+            }
+            _ => joined.push((span, text)),
+        }
+    }
+    *edits = joined;
+}
+
 struct Rewriter<'a> {
     loops: &'a Loops<'a>,
     of: &'a LoopBody<'a>,
@@ -180,12 +209,10 @@ impl Rewriter<'_> {
                 }
                 Err(reason) => reasons.push(reason),
             }
-            // Without an input, no law runs.
-            if !own.sites.is_empty() && !own.adaptation.as_ref().is_some_and(|adaptation| adaptation.is_fed) {
-                let (observed, unobserved) = self.left_before(own);
-                changes.extend(observed);
-                notes.extend(unobserved);
-            }
+            let (observed, unobserved) = self.left_before(own);
+            changes.extend(observed);
+            notes.extend(unobserved);
+            changes.extend(self.left_out(own));
             changes.extend(self.effect_of(own));
             if let Some(adaptation) = &own.adaptation {
                 edits.extend(adaptation.edits.iter().cloned());
@@ -217,6 +244,7 @@ impl Rewriter<'_> {
         changes.dedup();
         edits.sort();
         edits.dedup();
+        join_insertions(&mut edits);
         let order: Vec<String> = self.guarded.iter().map(|own| format!("`{}`", own.name)).collect();
         notes.insert(
             0,
@@ -231,7 +259,7 @@ impl Rewriter<'_> {
         for pair in cycle.filters.iter().filter(|pair| is_left(pair) && pair.verdict != Verdict::Guarded) {
             notes.push(format!("`{}` stays as it is: it is {}", pair.name, pair.verdict.name()));
         }
-        let needs_alloc = self.guarded.iter().any(|own| matches!(&own.ty, Ty::External(..)));
+        let needs_alloc = self.guarded.iter().any(|own| is_vec(&own.ty));
         let laws = self.guarded.iter().filter(|own| own.adaptation.is_none()).filter_map(|own| own.law);
         let is_dependency = laws.chain([of.function]).all(|function| law::has_ceid_core(program.index, function));
         Ok(Rewrite { edits, packages, is_dependency, needs_alloc, changes, notes })
@@ -347,36 +375,73 @@ impl Rewriter<'_> {
         (!is_plain).then(|| Reason { span: of.span(value), text })
     }
 
+    /// What the law allows to leave out, and a guard would not.
+    fn left_out(&self, own: &Guarded) -> Option<Reason> {
+        let is_kept = |site: &&Site| site.inputs.is_empty() && own.rare.contains(&site.half) && own.deviates.is_none();
+        let site = own.sites.iter().find(is_kept)?;
+        let text = format!(
+            "some iterations leave out `{}` of `{}`; with the guard, it runs in each",
+            site.method, own.spelled
+        );
+        Some(Reason { span: self.of.span(site.call), text })
+    }
+
     /// The ways out of the loop that come before the update: what changes on them, and what nobody can see.
     fn left_before(&self, own: &Guarded) -> (Vec<Reason>, Vec<String>) {
         let of = self.of;
-        let is_covered = |exit: &ExprId| {
-            own.sites.iter().any(|site| {
-                let block = of.parent(site.done());
-                of.span(site.done()).end <= of.span(*exit).start && of.ancestors(*exit).any(|at| Some(at) == block)
-            })
+        // Without its input, no law runs.
+        let is_fed = own.adaptation.as_ref().is_some_and(|adaptation| adaptation.is_fed);
+        let halves: BTreeSet<usize> =
+            own.sites.iter().map(|site| site.half).filter(|half| !own.rare.contains(half)).collect();
+        if is_fed && halves.len() < 2 {
+            return (Vec::new(), Vec::new());
+        }
+        let covers = |site: &Site, exit: ExprId| {
+            let block = of.parent(site.done());
+            of.span(site.done()).end <= of.span(exit).start && of.ancestors(exit).any(|at| Some(at) == block)
         };
+        let is_covered = |exit: &ExprId| {
+            let has_run = |half: &usize| own.sites.iter().any(|site| site.half == *half && covers(site, *exit));
+            let is_before = || own.sites.iter().all(|site| !of.may_follow(site.done(), *exit));
+            halves.iter().all(has_run) || is_fed && is_before()
+        };
+        // What is left above the guard is left without it.
+        let is_above = |exit: &ExprId| own.locked.is_some_and(|lock| of.span(*exit).end <= lock.end);
         let opaque = self.exits.unread.iter().filter(|id| {
             let text = of.written(**id);
             text.contains('?') || ["return", "break", "continue"].iter().any(|word| has_word(text, word))
         });
-        let early: Vec<ExprId> =
-            self.exits.left_at.iter().chain(opaque).copied().filter(|exit| !is_covered(exit)).collect();
+        let early: Vec<ExprId> = self
+            .exits
+            .left_at
+            .iter()
+            .chain(opaque)
+            .copied()
+            .filter(|exit| !is_covered(exit) && !is_above(exit))
+            .collect();
         if early.is_empty() {
             return (Vec::new(), Vec::new());
         }
         let line = |id: &ExprId| of.program.sources.line(of.span(*id));
         if observed::is_observed(of, own) {
-            let text = format!(
-                "the loop may be left here before `{}` is updated; the guard updates it on this way as well",
-                own.spelled
-            );
+            let text = if is_fed {
+                format!(
+                    "the loop may be left here between the calls of the law of `{}`; the guard runs all of them or none",
+                    own.spelled
+                )
+            } else {
+                format!(
+                    "the loop may be left here before `{}` is updated; the guard updates it on this way as well",
+                    own.spelled
+                )
+            };
             return (early.iter().map(|id| Reason { span: of.span(*id), text: text.clone() }).collect(), Vec::new());
         }
         let lines: BTreeSet<String> = early.iter().map(|id| line(id).to_string()).collect();
         let lines = lines.into_iter().collect::<Vec<_>>().join(", ");
+        let once = if is_fed { "all or not at all" } else { "once more" };
         let note = format!(
-            "the law of `{}` runs once more where the loop is left (line {lines}); nothing reads it after that",
+            "the law of `{}` runs {once} where the loop is left (line {lines}); nothing reads it after that",
             own.name
         );
         (Vec::new(), vec![note])

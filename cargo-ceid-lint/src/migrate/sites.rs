@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::Reason;
 use super::body::LoopBody;
+use super::locks::locked;
 use super::mentions::held;
 use crate::count::Pair;
 use crate::index::{FunctionId, Ty};
@@ -15,6 +16,8 @@ use crate::types::{Callee, LocalId};
 pub(super) struct Place {
     pub(super) local: LocalId,
     pub(super) fields: Vec<String>,
+    /// The element of the array that lies there, if it is guarded by itself.
+    pub(super) element: Option<u64>,
 }
 
 /// Which elements of what lies at a place are updated.
@@ -120,12 +123,7 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
     let filter = callee.self_ty.clone();
     let targets = callee.targets.clone();
     let law = if let [law] = targets.as_slice() { Some(*law) } else { None };
-    let (place, part, at, inner) = target(of, receiver).ok_or_else(|| {
-        refuse(format!(
-            "`{}` is neither a variable nor a field: it is not known what it leads to",
-            of.written(receiver)
-        ))
-    })?;
+    let (place, part, at, inner) = target(of, receiver).ok_or_else(|| refuse(unreachable_text(of, receiver)))?;
     let gone = if stays { given } else { outer };
     let mut site = Site {
         place,
@@ -172,6 +170,26 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
         return Err(refuse(format!("`{name}` is updated in a closure or macro")));
     }
     Ok(site)
+}
+
+/// Why a guard cannot hold what a receiver leads to, and what to do by hand.
+fn unreachable_text(of: &LoopBody<'_>, receiver: ExprId) -> String {
+    let written = of.written(receiver);
+    if locked(of, receiver).is_some() {
+        return format!(
+            "the filter is locked for its update only: lock it for the whole iteration, with `let mut filter = {written};` as its \
+             first statement, and migrate the loop then"
+        );
+    }
+    let inner = of.typed.expr_local.get(&receiver).and_then(|local| binding_loop(of, receiver, *local));
+    if let Some(ExprKind::For { iterable, .. }) = inner.map(|inner| of.kind(inner)) {
+        return format!(
+            "`{written}` comes from `{}`, and a guard updates all elements of one collection: let the filter keep its input, \
+             as in ceid-core's `Sample`, and its law take none",
+            of.written(*iterable)
+        );
+    }
+    format!("`{written}` is neither a variable nor a field: it is not known what it leads to")
 }
 
 /// A call with what only opens its result: `kf.update(z).unwrap()`.
@@ -238,7 +256,7 @@ fn unborrowed(of: &LoopBody<'_>, id: ExprId) -> ExprId {
 /// The place that an expression is.
 pub(super) fn place_of(of: &LoopBody<'_>, id: ExprId) -> Option<Place> {
     match of.kind(id) {
-        ExprKind::Path(_) => Some(Place { local: *of.typed.expr_local.get(&id)?, fields: Vec::new() }),
+        ExprKind::Path(_) => Some(Place { local: *of.typed.expr_local.get(&id)?, fields: Vec::new(), element: None }),
         ExprKind::Field { base, name } => {
             let mut place = place_of(of, *base)?;
             place.fields.push(name.clone());

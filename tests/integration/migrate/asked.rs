@@ -53,6 +53,27 @@ fn a_place_is_one_loop() {
 }
 
 #[test]
+fn a_place_is_one_loop_of_two_with_the_same_filter() {
+    let text = TWO_LOOPS.replace("second", "first").replace("    let mut first = Ramp(0.0);\n", "");
+    let text = text.replace("fn main() {\n", "fn main() {\n    let mut first = Ramp(0.0);\n");
+    let text = text.replace(
+        "        first.update();\n        println!(\"{}\", first.0);\n",
+        "        println!(\"{}\", first.0);\n        first.update();\n",
+    );
+    for (name, line) in [("migrate_first_of_two", 7), ("migrate_second_of_two", 11)] {
+        let directory = package(name, &[("robot".to_owned(), text.clone())]);
+        migrate(&directory, &[&format!("src/bin/robot.rs:{line}")])
+            .assert_code(0)
+            .assert_stderr("migrated 1 of 1 loop");
+        let after = binary(&directory, "robot");
+        let guard = after.find("ceid!").expect("there is a guard");
+        let by_hand = after.find("first.update();").expect("one loop is left");
+        assert_eq!(after.matches("first.update();").count(), 1, "{after}");
+        assert_eq!(guard < by_hand, line == 7, "{after}");
+    }
+}
+
+#[test]
 fn a_place_that_is_no_loop_is_wrong() {
     let directory = two_loops("migrate_no_loop");
     migrate(&directory, &["src/bin/robot.rs:2"]).assert_code(2).assert_stderr("no control cycle at line 2");

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use super::args::FixArgs;
 use super::{Console, ExitStatus, input, vcs};
+use crate::count::{Cycle, CycleKind};
 use crate::fix::{self, Bounds, Edit, Fix, RealDisk, Revision};
 use crate::migrate::{self, Plan, Reason, Rewrite, Wanted};
 use crate::pipeline::{self, Options, Report};
@@ -168,16 +169,9 @@ impl Run<'_> {
 
     /// The fixes of a round.
     fn offer(&self, report: &Report, first: &Report) -> Vec<Fix> {
-        // Lines move from round to round; a plan is the same while its function and filters are.
         let Ok(of_first) = self.chosen(first) else { return Vec::new() };
-        let is_chosen = |plan: &&Plan| {
-            of_first.iter().any(|other| {
-                let file = |report: &Report, plan: &Plan| report.sources.file(plan.head.file).path.clone();
-                other.function == plan.function
-                    && other.filters == plan.filters
-                    && same_file(&file(first, other), &file(report, plan))
-            })
-        };
+        let chosen: BTreeSet<(String, String)> = of_first.iter().map(|plan| key(first, plan)).collect();
+        let is_chosen = |plan: &&Plan| chosen.contains(&key(report, plan));
         let mut fixes = Vec::new();
         for plan in report.plans.iter().filter(is_chosen) {
             if let Ok(rewrite) = &plan.outcome
@@ -185,7 +179,7 @@ impl Run<'_> {
                 && let Ok(edits) = self.edits(report, rewrite)
             {
                 self.touched.borrow_mut().extend(edits.iter().map(|edit| edit.path.clone()));
-                fixes.push(self.fix(report, plan.head, title_of(plan), edits));
+                fixes.push(self.fix(report, plan.head, title_of(report, plan), edits));
             }
         }
         for import in &report.idle_imports {
@@ -234,11 +228,10 @@ impl Run<'_> {
 
     /// Tells what was done and what was not, and how much was not.
     fn tell(&self, first: &Report, chosen: &[&Plan], revision: &Revision) -> usize {
+        let is_of = |fix: &Fix, plan: &Plan| (&fix.file, &fix.title) == (&key(first, plan).0, &title_of(first, plan));
         let is_made = |plan: &Plan| {
-            let file = &first.sources.file(plan.head.file).name;
-            let title = title_of(plan);
             let is_possible = plan.outcome.as_ref().is_ok_and(|rewrite| self.is_taken(rewrite));
-            is_possible && revision.made.iter().any(|fix| fix.file == *file && fix.title == title)
+            is_possible && revision.made.iter().any(|fix| is_of(fix, plan))
         };
         let (made, left): (Vec<&Plan>, Vec<&Plan>) = chosen.iter().partition(|plan| is_made(plan));
         let verb = if self.args.diff { "would migrate" } else { "migrated" };
@@ -253,10 +246,7 @@ impl Run<'_> {
             }
         }
         for plan in &left {
-            let why = revision.refused.iter().find(|refused| {
-                refused.fix.file == first.sources.file(plan.head.file).name
-                    && refused.fix.line == first.sources.line(plan.head)
-            });
+            let why = revision.refused.iter().find(|refused| is_of(&refused.fix, plan));
             self.refuse(first, plan, why.map(|refused| refused.why.as_str()));
         }
         let manifests = revision.changes.iter().filter(|change| change.path.ends_with("Cargo.toml")).count();
@@ -310,9 +300,22 @@ fn told(report: &Report, plan: &Plan, reason: &Reason) -> String {
     }
 }
 
-/// What a plan does; it tells plans of one file apart, from round to round.
-fn title_of(plan: &Plan) -> String {
-    format!("{} updated by a guard in `{}`", names(plan), plan.function)
+/// The file and the title of a plan's fix.
+fn key(report: &Report, plan: &Plan) -> (String, String) {
+    (report.sources.file(plan.head.file).name.clone(), title_of(report, plan))
+}
+
+/// What a plan does; it tells plans of one file apart, from round to round: lines move, and the loops of a function keep their order.
+fn title_of(report: &Report, plan: &Plan) -> String {
+    let is_before = |cycle: &&Cycle| {
+        cycle.kind != CycleKind::Function
+            && cycle.function == plan.function
+            && cycle.head < plan.head
+            && cycle.head.file == plan.head.file
+    };
+    let before: BTreeSet<Span> = report.cycles.iter().filter(is_before).map(|cycle| cycle.head).collect();
+    let number = before.len() + 1;
+    format!("{} updated by a guard in loop {number} of `{}`", names(plan), plan.function)
 }
 
 fn names(plan: &Plan) -> String {

@@ -61,6 +61,8 @@ impl Changes {
             "--inter-hunk-context=0",
             "--text",
             "--find-renames",
+            // A file may have moved although something else has its old name, as when `main.rs` becomes a module.
+            "--break-rewrites=50%/100%",
             "--no-color",
             "--no-ext-diff",
             "--no-textconv",

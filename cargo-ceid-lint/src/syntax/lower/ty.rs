@@ -79,6 +79,7 @@ impl Lowerer<'_, '_> {
         let predicates = generics.where_clause.iter().flat_map(|clause| &clause.predicates);
         Generics {
             params: params.collect(),
+            has_lifetimes: generics.lifetimes().next().is_some(),
             predicates: predicates
                 .filter_map(|predicate| match predicate {
                     syn::WherePredicate::Type(predicate) => {

@@ -125,8 +125,10 @@ impl TypeRef {
 /// Parameters in angle brackets and what `where` says of them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Generics {
-    /// Type and const parameters in order; lifetimes are dropped.
+    /// Type and const parameters in order.
     pub params: Vec<GenericParam>,
+    /// Whether there are lifetimes, of which no more is kept.
+    pub has_lifetimes: bool,
     /// `where T: Bounds`
     pub predicates: Vec<(TypeRef, Vec<Bound>)>,
 }
