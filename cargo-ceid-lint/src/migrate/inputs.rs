@@ -6,7 +6,7 @@ use super::mentions::Guarded;
 use super::owned::{is_fixed_algebra, is_owned};
 use super::purity::shared_part;
 use super::sites::Site;
-use crate::index::{Index, Ty};
+use crate::index::{Index, Owner, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, PatKind, TypeRef};
 
@@ -156,23 +156,39 @@ fn input_type(of: &LoopBody<'_>, site: &Site, number: usize) -> Ty {
     let index = of.program.index;
     let own = of.typed.ty(site.inputs[number]);
     let declared = site.law.and_then(|law| {
-        let written = index.function(law).function.params.get(number)?;
-        Some(index.lower(written, &index.scope_of(law)))
+        let def = index.function(law);
+        let written = index.lower(def.function.params.get(number)?, &index.scope_of(law));
+        let own = match def.owner {
+            Owner::Impl(id) => Some(&index.impl_def(id).self_ty),
+            _ => None,
+        };
+        with_args(&written, &|name| {
+            let (Some(Ty::Adt(_, names)), Ty::Adt(_, args)) = (own, &site.filter) else { return None };
+            let is_it = |own: &Ty| matches!(own, Ty::Param(param) if param.name == name);
+            names.iter().position(is_it).and_then(|at| args.get(at)).cloned()
+        })
     });
     match (own.peel(), declared) {
-        (Ty::Unknown | Ty::Var(_), Some(declared)) if !is_generic(&declared) => declared,
+        (Ty::Unknown | Ty::Var(_), Some(declared)) => declared,
         _ => own.clone(),
     }
 }
 
-/// Whether a type says something only where its parameters are known.
-fn is_generic(ty: &Ty) -> bool {
-    match ty {
-        Ty::Param(_) | Ty::Opaque(_) => true,
-        Ty::Ref(_, inner) | Ty::Array(inner, _) | Ty::Slice(inner) | Ty::Pointer(inner) => is_generic(inner),
-        Ty::Adt(_, parts) | Ty::External(_, parts) | Ty::Tuple(parts) => parts.iter().any(is_generic),
-        _ => false,
-    }
+/// A type with what its parameters stand for, if that is known of all of them.
+fn with_args(ty: &Ty, arg: &impl Fn(&str) -> Option<Ty>) -> Option<Ty> {
+    let inner = |ty: &Ty| with_args(ty, arg).map(Box::new);
+    let all = |parts: &[Ty]| parts.iter().map(|part| with_args(part, arg)).collect::<Option<Vec<Ty>>>();
+    Some(match ty {
+        Ty::Param(param) => arg(&param.name)?,
+        Ty::Opaque(_) => return None,
+        Ty::Ref(mutable, of) => Ty::Ref(*mutable, inner(of)?),
+        Ty::Array(of, length) => Ty::Array(inner(of)?, length.clone()),
+        Ty::Slice(of) => Ty::Slice(inner(of)?),
+        Ty::Tuple(parts) => Ty::Tuple(all(parts)?),
+        Ty::Adt(id, parts) => Ty::Adt(*id, all(parts)?),
+        Ty::External(path, parts) => Ty::External(path.clone(), all(parts)?),
+        other => other.clone(),
+    })
 }
 
 /// Whether an expression names a value that stays where it is.
