@@ -51,7 +51,8 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
         && own.is_held()
         && own.law.is_some_and(|law| delegation(loops, &own.filter, law).is_ok());
     if is_plain {
-        return Ok(None);
+        // An element is lent by the statement that takes its array apart.
+        return if own.place.element.is_some() { named_in_head(of, own).map(|()| None) } else { Ok(None) };
     }
     let refuse = |text: String| Reason { span: of.span(own.sites.first().map_or(own.at, |site| site.call)), text };
     if own.sites.is_empty() || own.sites.iter().any(|site| site.part != Part::Whole) {
@@ -198,17 +199,21 @@ pub(super) fn lent(own: &Guarded) -> Option<String> {
     }
 }
 
-/// The head of the loop runs while the filter is lent, and may not name it.
+/// What stands around the loop in its statement, its head included, runs while the filter is lent, and may not name it.
 fn named_in_head(of: &LoopBody<'_>, own: &Guarded) -> Result<(), Reason> {
-    let head = match of.kind(of.whole) {
-        ExprKind::While { condition, .. } => *condition,
-        // What is iterated over is evaluated before.
-        _ => return Ok(()),
-    };
-    let named = super::walk::within(of.body, head).into_iter().find(|id| {
+    if of.is_function {
+        return Ok(());
+    }
+    let outside = |at: &ExprId| !matches!(of.kind(*at), ExprKind::Block(_));
+    let statement = of.ancestors(of.whole).take_while(outside).last().unwrap_or(of.whole);
+    let is_outside = |id: &ExprId| !of.inside.contains(id);
+    let named = super::walk::within(of.body, statement).into_iter().filter(is_outside).find(|id| {
+        let local = of.typed.local(own.place.local);
+        if let ExprKind::Opaque(call) = of.kind(*id) {
+            return call.mentions.contains(&local.name);
+        }
         of.typed.expr_local.get(id) == Some(&own.place.local) && {
-            let around = of.ancestors(*id).take_while(|at| *at != of.whole);
-            let fields = around.map_while(|at| match of.kind(at) {
+            let fields = of.ancestors(*id).map_while(|at| match of.kind(at) {
                 ExprKind::Field { name, .. } => Some(name.as_str()),
                 _ => None,
             });
@@ -219,7 +224,10 @@ fn named_in_head(of: &LoopBody<'_>, own: &Guarded) -> Result<(), Reason> {
     match named {
         Some(id) => Err(Reason {
             span: of.span(id),
-            text: format!("`{}` is used in the head of the loop, where it is lent to the guard", own.spelled),
+            text: format!(
+                "`{}` is used in the head of the loop, where it is lent to the guard",
+                if own.place.element.is_some() { of.written(id) } else { &own.spelled }
+            ),
         }),
         None => Ok(()),
     }

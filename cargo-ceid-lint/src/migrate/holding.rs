@@ -109,6 +109,8 @@ pub(super) fn guarded(
         let text = "the loop has more than 16 filters: declare them with `filters!`".to_owned();
         reasons.push(Reason { span: of.span(of.whole), text });
     }
+    // The elements of an array have the same reason.
+    reasons.dedup();
     if reasons.is_empty() { Ok(guarded) } else { Err(reasons) }
 }
 
