@@ -28,6 +28,13 @@ fn unparsable_file() {
 }
 
 #[test]
+fn the_place_of_an_error_where_there_is_no_filter() {
+    let package =
+        temporary_package("unparsable_without_filter", &[("src/lib.rs", b"fn a() {}\n\nfn b() { let x = ; }\n")]);
+    run(&package, ["--message-format", "short"]).assert_code(101).assert_stderr("src/lib.rs:3:18: error: expected");
+}
+
+#[test]
 fn missing_module() {
     check_rest_is_checked(&committed("missing_module"), "lost");
 }

@@ -6,10 +6,10 @@ use super::conduct::{Conduct, FieldCall};
 use super::laws::Finder;
 use super::measured::{is_counted, is_measured};
 use super::uses::takes_state;
-use super::words::{is_tuned, law_strength, type_strength};
+use super::words::{is_scratch, is_tuned, is_whole, law_strength, type_strength};
 use super::{Reason, Uses};
 use crate::flow::{is_time_name, takes_step};
-use crate::index::{FunctionDef, FunctionId, Shape, Ty, TypeId};
+use crate::index::{FunctionDef, FunctionId, Owner, Shape, Ty, TypeId};
 use crate::syntax::tree::{PatId, PatKind, Receiver, TypeRef};
 
 /// A method is proposed from this weight on.
@@ -60,6 +60,13 @@ impl Finder<'_> {
         if name_strength < 0 || def.function.is_async || self.is_builder(ty, id) || self.takes_text(id) {
             return None;
         }
+        // What a plugin or a task does in its method is the cycle, however many filters it has.
+        if let Owner::Impl(owner) = def.owner
+            && let Some(name) = &index.impl_def(owner).implements
+            && is_whole(&index.trait_text(name))
+        {
+            return None;
+        }
         let conduct = self.conduct(id);
         if conduct.is_foreign {
             return None;
@@ -72,7 +79,7 @@ impl Finder<'_> {
         let (mut measured, mut counted, mut changed) = (Vec::new(), Vec::new(), Vec::new());
         for field in conduct.carried() {
             let Some(field_ty) = self.field_type(&bare, field) else { continue };
-            if is_shared && !is_cell(&field_ty) {
+            if is_scratch(field) || (is_shared && !is_cell(&field_ty)) {
                 continue;
             }
             changed.push(field.clone());

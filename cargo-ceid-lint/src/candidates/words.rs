@@ -58,6 +58,12 @@ const TUNED: &str = "\
     sample_rate sample_period process_noise measurement_noise covariance f h omega zeta max_count threshold \
     nb_bounce half_life halflife smoothness sharpness";
 
+/// Words in the names of traits whose types are run as a whole: their methods are cycles, which update filters.
+const WHOLES: &str = "plugin app application game scene screen widget task program";
+
+/// Words in the names of fields that hold nothing from call to call.
+const SCRATCH: &str = "temp tmp temporary scratch scratchpad workspace";
+
 /// Whether a word is one of a list.
 pub(super) fn is_among(list: &str, word: &str) -> bool {
     list.split(' ').any(|own| own == word)
@@ -127,6 +133,17 @@ pub(super) fn type_strength(name: &str) -> i32 {
     i32::from(has(NEAR_FILTERS))
 }
 
+/// Whether a trait of that name is about something that is run as a whole, and not about a filter in it.
+pub(super) fn is_whole(name: &str) -> bool {
+    words(name).last().is_some_and(|word| is_among(WHOLES, word))
+}
+
+/// Whether a field of that name is a place to compute in: it is written and read in one call, and what it has from the one before
+/// is of no use.
+pub(super) fn is_scratch(name: &str) -> bool {
+    words(name).iter().any(|word| is_among(SCRATCH, word))
+}
+
 /// Whether a field of that name is a gain, a coefficient or a step.
 pub(super) fn is_tuned(name: &str) -> bool {
     let name = name.to_lowercase();
@@ -168,6 +185,26 @@ mod tests {
             assert!(law_strength(other) < 0, "{other}");
         }
         assert_eq!(law_strength("wobble"), 0);
+    }
+
+    #[test]
+    fn traits_of_programs_are_told_from_those_of_filters() {
+        for whole in ["Plugin", "CuTask", "Vst3Plugin", "App"] {
+            assert!(is_whole(whole), "{whole}");
+        }
+        for filter in ["PluginFilter", "AudioProcessor", "Filter", "Stage", "TaskState"] {
+            assert!(!is_whole(filter), "{filter}");
+        }
+    }
+
+    #[test]
+    fn places_to_compute_in_are_told_from_state() {
+        for scratch in ["temp_buffer", "complex_scratch_buffer", "tmp", "output_tmp"] {
+            assert!(is_scratch(scratch), "{scratch}");
+        }
+        for state in ["delay_buffer", "temperature", "template", "attempts", "y"] {
+            assert!(!is_scratch(state), "{state}");
+        }
     }
 
     #[test]

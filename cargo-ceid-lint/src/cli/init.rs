@@ -107,7 +107,7 @@ fn say_problems(problems: &[crate::diagnostic::Problem], prospect: &Prospect, co
     if unread > 0 {
         console.warn(&format!(
             "{} could not be read, so that filters may be missing; `cargo ceid-lint` says what and why",
-            count(unread, "file or package")
+            count(unread, "place")
         ));
     }
 }

@@ -46,9 +46,19 @@ impl Index {
             let self_ty = self.lower(&def.self_ref, &scope);
             let implements = def.trait_path.as_ref().and_then(|path| self.trait_name(def.module, path));
             match &self_ty {
-                Ty::Adt(ty, _) => self.impls_of_type.entry(*ty).or_default().push(id),
-                Ty::External(path, _) => self.impls_of_external.entry(path.clone()).or_default().push(id),
-                _ => self.impls_of_any.push(id),
+                Ty::Adt(ty, _) => {
+                    self.impls_of_type.entry(*ty).or_default().push(id);
+                    self.traits_of_type.entry(*ty).or_default().extend(implements.clone());
+                }
+                Ty::External(path, _) => {
+                    self.impls_of_external.entry(path.clone()).or_default().push(id);
+                    self.traits_of_external.entry(path.clone()).or_default().extend(implements.clone());
+                }
+                Ty::Param(_) | Ty::Array(..) | Ty::Slice(_) | Ty::Tuple(_) | Ty::Opaque(_) => {
+                    self.impls_of_any.push(id);
+                }
+                // No other type is looked for by its impls, and libraries of mathematics have thousands of these.
+                _ => {}
             }
             if let Some(TraitName::Local(of)) = implements {
                 self.impls_of_trait.entry(of).or_default().push(id);
@@ -115,12 +125,12 @@ impl Index {
             Ty::Opaque(bounds) => self.bounds_imply(bounds, name) || self.blanket_gives(bounds, name),
             Ty::Adt(..) | Ty::External(..) => {
                 let own = match ty {
-                    Ty::Adt(id, _) => self.impls_of_type.get(id),
-                    Ty::External(path, _) => self.impls_of_external.get(path),
+                    Ty::Adt(id, _) => self.traits_of_type.get(id),
+                    Ty::External(path, _) => self.traits_of_external.get(path),
                     _ => None,
                 };
                 let of_trait = |id: &ImplId| self.impl_def(*id).implements.as_ref() == Some(name);
-                own.is_some_and(|impls| impls.iter().any(of_trait))
+                own.is_some_and(|traits| traits.contains(name))
                     || self.impls_of_any.iter().any(|id| of_trait(id) && self.blanket_holds(*id, ty))
                     || matches!(name, TraitName::External(path) if is_auto(path))
             }

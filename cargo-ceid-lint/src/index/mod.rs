@@ -81,6 +81,9 @@ pub struct Index {
     pub opaque_items: Vec<(ModuleId, OpaqueMacro)>,
     impls_of_type: HashMap<TypeId, Vec<ImplId>>,
     impls_of_external: HashMap<String, Vec<ImplId>>,
+    traits_of_type: HashMap<TypeId, HashSet<TraitName>>,
+    traits_of_external: HashMap<String, HashSet<TraitName>>,
+    /// The impls that can cover several types.
     impls_of_any: Vec<ImplId>,
     impls_of_trait: HashMap<TraitId, Vec<ImplId>>,
     /// The traits that each trait asks for, at any depth.

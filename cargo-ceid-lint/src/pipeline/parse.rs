@@ -64,7 +64,8 @@ pub(super) fn parts(
         let mut part = parse(project, source, &[package]);
         if !can_matter {
             part.inputs.clear();
-            part.sources.drop_texts();
+            let shown: BTreeSet<FileId> = part.problems.iter().filter_map(|problem| Some(problem.span?.file)).collect();
+            part.sources.drop_texts(|file| shown.contains(&file));
         }
         part
     });

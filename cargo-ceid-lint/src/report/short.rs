@@ -21,6 +21,8 @@ pub fn problem(sources: &SourceMap, problem: &Problem) -> String {
     let message = one_line(&problem.message);
     match problem.span.map(|span| sources.position(span)) {
         Some(place) => format!("{}:{}:{}: error: {message}\n", problem.file, place.line, place.column),
+        // What belongs to no file of the code says in its message where it is.
+        None if problem.file.is_empty() => format!("error: {message}\n"),
         None => format!("{}: error: {message}\n", problem.file),
     }
 }
@@ -29,6 +31,18 @@ pub fn problem(sources: &SourceMap, problem: &Problem) -> String {
 mod tests {
     use super::*;
     use crate::report::sample;
+
+    #[test]
+    fn what_belongs_to_no_file() {
+        let problem = Problem {
+            file: String::new(),
+            span: None,
+            message: "cannot read it".to_owned(),
+            help: None,
+            is_error: true,
+        };
+        assert_eq!(super::problem(&SourceMap::default(), &problem), "error: cannot read it\n");
+    }
 
     #[test]
     fn one_line_each() {

@@ -116,12 +116,15 @@ impl SourceMap {
         self.ranges.sort_by_key(|range| range.first);
     }
 
-    /// Forgets the texts, where nothing will be shown of them.
-    pub fn drop_texts(&mut self) {
-        for file in self.ranges.iter_mut().flat_map(|range| &mut range.files) {
-            file.dropped = Some((file.line_count(), file.byte_count()));
-            file.text = Arc::from("");
-            file.lines = LineIndex::default();
+    /// Forgets the texts of all files but those of which something will be shown.
+    pub fn drop_texts(&mut self, is_shown: impl Fn(FileId) -> bool) {
+        for range in &mut self.ranges {
+            let files = (range.first..).zip(&mut range.files);
+            for (_, file) in files.filter(|(number, _)| !is_shown(FileId(*number))) {
+                file.dropped = Some((file.line_count(), file.byte_count()));
+                file.text = Arc::from("");
+                file.lines = LineIndex::default();
+            }
         }
     }
 

@@ -79,13 +79,13 @@ fn with_named_parameters(content: TokenStream) -> TokenStream {
 
 /// How many `<` are open.
 #[derive(Default)]
-struct Angles {
-    depth: usize,
+pub(super) struct Angles {
+    pub(super) depth: usize,
     after_minus: bool,
 }
 
 impl Angles {
-    fn pass(&mut self, token: &TokenTree) {
+    pub(super) fn pass(&mut self, token: &TokenTree) {
         let sign = if let TokenTree::Punct(punct) = token { punct.as_char() } else { ' ' };
         match sign {
             '<' => self.depth += 1,
@@ -135,11 +135,11 @@ fn parameter(tokens: &[TokenTree], result: &mut Vec<TokenTree>) {
     result.extend_from_slice(tokens);
 }
 
-fn is_punct(token: &TokenTree, sign: char) -> bool {
+pub(super) fn is_punct(token: &TokenTree, sign: char) -> bool {
     matches!(token, TokenTree::Punct(punct) if punct.as_char() == sign)
 }
 
-fn with_stream(group: &Group, inner: TokenStream) -> TokenTree {
+pub(super) fn with_stream(group: &Group, inner: TokenStream) -> TokenTree {
     let mut own = Group::new(group.delimiter(), inner);
     own.set_span(group.span());
     TokenTree::Group(own)

@@ -3,6 +3,7 @@
 
 pub mod tree;
 
+mod bare_closures;
 mod cfg_eval;
 mod depth;
 mod directives;

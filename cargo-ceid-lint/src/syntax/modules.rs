@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use proc_macro2::{TokenStream, TokenTree};
 
+use super::bare_closures::with_dyn;
 use super::depth::{Excess, MAX_LINKS, MAX_NESTING, check_depth};
 use super::edition::of_2015;
 use super::lower::Lowerer;
@@ -261,7 +262,12 @@ impl<'a> Loader<'a> {
         let parsed = code.parse::<TokenStream>().map_err(unreadable).and_then(|tokens| {
             let tokens = if self.edition == "2015" { of_2015(tokens) } else { tokens };
             collect_macro_names(&tokens, &mut self.own_macros);
-            syn::parse2::<syn::File>(tokens)
+            let first = syn::parse2::<syn::File>(tokens.clone());
+            // Only what cannot be read as it stands is read again, so that nothing else pays for it.
+            let may_be_bare = matches!(self.edition, "2015" | "2018");
+            first.or_else(
+                |error| if may_be_bare { syn::parse2(with_dyn(tokens)).map_err(|_| error) } else { Err(error) },
+            )
         });
         match parsed {
             Ok(tree) => Some(Lowerer::new(self, file, text, base, dir).file(&tree)),

@@ -39,6 +39,8 @@ pub(super) struct Gates<'s, 'a> {
     step: OnceCell<Sources>,
     time_base: OnceCell<TimeBase>,
     modes: RefCell<BTreeMap<SubjectId, bool>>,
+    /// See [`Self::updating`].
+    updating: RefCell<BTreeMap<SubjectId, Option<u32>>>,
     inside: OnceCell<Vec<NodeId>>,
     reach: OnceCell<Vec<bool>>,
     /// The time gates of the region: the nodes that ask, and what they ask is computed from.
@@ -74,6 +76,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             step: OnceCell::new(),
             time_base: OnceCell::new(),
             modes: RefCell::default(),
+            updating: RefCell::default(),
             inside: OnceCell::new(),
             reach: OnceCell::new(),
             time_gates: OnceCell::new(),

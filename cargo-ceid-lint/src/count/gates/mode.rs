@@ -46,6 +46,16 @@ impl Gates<'_, '_> {
 
     /// The heads of a state with which an iteration can reach an update; `None` if it can with each, or with none.
     pub(super) fn updating(&self, id: SubjectId) -> Option<u32> {
+        // It is asked for each way, and walks the whole graph for each head.
+        if let Some(known) = self.updating.borrow().get(&id) {
+            return *known;
+        }
+        let updating = self.judge_updating(id);
+        self.updating.borrow_mut().insert(id, updating);
+        updating
+    }
+
+    fn judge_updating(&self, id: SubjectId) -> Option<u32> {
         let graph = self.search.graph;
         let subject = &graph.subjects[id.0 as usize];
         let updates = self.search.updating();

@@ -8,6 +8,9 @@ use crate::count::returned;
 use crate::count::summary::Outcome;
 use crate::flow::{Assignment, CallSite, Cause, LoopId, OTHER_HEADS, Place, Relation, Var};
 
+/// How many steps a name may have: what is wrapped in itself in a loop has more with each round, without an end.
+const MAX_STEPS: usize = 64;
+
 impl Run<'_, '_> {
     pub(super) fn call(&mut self, at: usize, state: &State, site: &CallSite) {
         let search = self.search;
@@ -196,6 +199,10 @@ impl Run<'_, '_> {
         if is_concerned(self.names.get(state.names), set) {
             let names = self.names.get(state.names).clone();
             let (renamed, replaced) = self.search.renamed(&names, set, &|var| self.number(state, var));
+            if renamed.iter().any(|name| name.steps.len() > MAX_STEPS) {
+                self.exploration.limit = true;
+                return;
+            }
             next.names = self.names.intern(renamed);
             next.reset |= replaced;
             if replaced {

@@ -1,20 +1,22 @@
 //! Small numbers for values that states share.
 
 use std::collections::HashMap;
+use std::rc::Rc;
 
 #[derive(Default)]
 pub(super) struct Interner<T> {
-    values: Vec<T>,
-    known: HashMap<T, u32>,
+    values: Vec<Rc<T>>,
+    known: HashMap<Rc<T>, u32>,
 }
 
-impl<T: Clone + Eq + std::hash::Hash> Interner<T> {
+impl<T: Eq + std::hash::Hash> Interner<T> {
     pub(super) fn intern(&mut self, value: T) -> u32 {
         if let Some(id) = self.known.get(&value) {
             return *id;
         }
         let id = u32::try_from(self.values.len()).unwrap_or(u32::MAX);
-        self.values.push(value.clone());
+        let value = Rc::new(value);
+        self.values.push(Rc::clone(&value));
         self.known.insert(value, id);
         id
     }

@@ -217,3 +217,16 @@ fn paths_of_the_2015_edition_begin_at_the_root() {
     let items = parse_crate(Path::new("lib.rs"), "2015", &values(), &mut files, &mut Vec::new());
     assert_eq!(show::items(&items), "use ::a::b as b, use self::c as c, use ::d as d, ::e as e");
 }
+
+#[test]
+fn closure_traits_are_types_up_to_the_2018_edition() {
+    let text = "type Action = Fn(&u8) + Send; fn f(x: Box<Fn()>) {}";
+    for (edition, problems) in [("2015", 0), ("2018", 0), ("2021", 1)] {
+        let mut source = MemorySource::default();
+        source.insert(Path::new("lib.rs"), Arc::from(text));
+        let mut files = FileSet::new(SourceMap::default(), Arc::new(source));
+        let mut found = Vec::new();
+        parse_crate(Path::new("lib.rs"), edition, &values(), &mut files, &mut found);
+        assert_eq!(found.len(), problems, "{edition}: {found:?}");
+    }
+}
