@@ -27,4 +27,4 @@ fi
 export RUST_ANALYZER
 "$RUST_ANALYZER" --version
 cd "$root"
-cargo test --package cargo-ceid-lint --test integration -- --ignored --nocapture rust_analyzer::
+cargo test --package cargo-ceid-lint --test integration -- --ignored --nocapture --test-threads=1 rust_analyzer::
