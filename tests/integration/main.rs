@@ -29,6 +29,7 @@ mod since;
 mod snapshot_tests;
 mod stress;
 mod suppressions;
+mod terminal;
 mod tidy;
 mod time_domain;
 mod workspaces;

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use cargo_ceid_lint::config::{self, CycleEntry, FilterEntry, GuardEntry, PRESETS};
 use cargo_ceid_lint::rules;
+use cargo_ceid_lint::source::DiskSource;
 use serde_json::Value;
 
 use crate::support::{root, workspace};
@@ -62,7 +63,8 @@ fn is_read(text: &str) -> Result<(), String> {
     static NEXT: AtomicU32 = AtomicU32::new(0);
     let directory = workspace::temporary(&format!("schema_{}", NEXT.fetch_add(1, Ordering::Relaxed)));
     workspace::write(&directory, "ceid-lint.toml", text.as_bytes());
-    let config = config::load([directory.as_path()], [] as [&Path; 0]).map_err(|error| error.to_string())?;
+    let config =
+        config::load([directory.as_path()], [] as [&Path; 0], &DiskSource).map_err(|error| error.to_string())?;
     rules::validate(&config).map_err(|error| error.to_string())
 }
 

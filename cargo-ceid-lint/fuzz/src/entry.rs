@@ -27,7 +27,7 @@ fn check_edition(source: &str, edition: &str) {
     memory.insert(path, Arc::from(source));
     let project = project(path, edition);
     let Ok(report) = check_with(&project, &Config::default(), Box::new(memory), Gate::On) else { return };
-    let style = Style { color: true, full_trace: true };
+    let style = Style { color: true, hyperlinks: true, full_trace: true };
     let mut written = 0;
     for diagnostic in &report.diagnostics {
         written += text::diagnostic(&report.sources, diagnostic, style).len();

@@ -20,7 +20,7 @@ use crate::report::{Outcome, Service, text};
 /// # Errors
 /// What is wrong with the arguments.
 pub(super) fn run(mut args: CheckArgs, matches: &ArgMatches) -> Result<ExitStatus, String> {
-    let console = Console::new(&args.talk);
+    let console = Console::configured(&args.talk, &args.input.build.config);
     let mut format = Format::read(&args.message_format)?;
     if let (Some(_), Format::Json(options)) = (args.beside, &mut format) {
         // A clean package would take back what cargo has said of it.
@@ -38,6 +38,7 @@ pub(super) fn run(mut args: CheckArgs, matches: &ArgMatches) -> Result<ExitStatu
         baseline: input::baseline(&args.legacy),
         gate: input::gate(&args.input),
         clock: clock(&args.talk),
+        ..Options::default()
     };
     let cargo = args.beside.map(|command| beside::run(command, &args, console));
     let loaded = if fix::is_asked(&args, printed)? {

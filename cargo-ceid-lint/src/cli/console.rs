@@ -4,6 +4,8 @@ use std::env;
 use std::io::{self, IsTerminal, Write};
 
 use super::args::{ColorChoice, Talk};
+use super::progress::Look;
+use crate::project::{self, ProgressWhen, Terminal};
 use crate::report::{Paint, Style};
 
 /// The two streams, and how they are written to.
@@ -13,6 +15,9 @@ pub(super) struct Console {
     is_quiet: bool,
     is_verbose: bool,
     full_trace: bool,
+    hyperlinks: bool,
+    progress: ProgressWhen,
+    progress_width: Option<usize>,
 }
 
 /// One of the two streams.
@@ -24,12 +29,21 @@ pub(super) enum Stream {
 
 impl Console {
     pub(super) fn new(talk: &Talk) -> Self {
-        let set = |name: &str| env::var(name).is_ok_and(|value| value == "true" || value == "1");
+        Self::configured(talk, &[])
+    }
+
+    /// The same, with values of cargo's configuration from the command line.
+    pub(super) fn configured(talk: &Talk, config: &[String]) -> Self {
+        let terminal = project::terminal(&env::current_dir().unwrap_or_default(), config);
+        let is_set = |value: Option<bool>| value == Some(true);
         Self {
-            color: talk.color.unwrap_or_else(color_of_environment),
-            is_quiet: talk.quiet || (set("CARGO_TERM_QUIET") && talk.verbose == 0),
-            is_verbose: talk.verbose > 0 || (set("CARGO_TERM_VERBOSE") && !talk.quiet),
+            color: talk.color.unwrap_or_else(|| color_of(&terminal)),
+            is_quiet: talk.quiet || (is_set(terminal.quiet) && !is_set(terminal.verbose) && talk.verbose == 0),
+            is_verbose: talk.verbose > 0 || (is_set(terminal.verbose) && !talk.quiet),
             full_trace: talk.full_trace,
+            hyperlinks: terminal.hyperlinks.unwrap_or_else(has_hyperlinks),
+            progress: terminal.progress,
+            progress_width: terminal.progress_width,
         }
     }
 
@@ -44,7 +58,23 @@ impl Console {
             ColorChoice::Never => false,
             ColorChoice::Auto => is_terminal && env::var_os("TERM").is_none_or(|term| term != "dumb"),
         };
-        Style { color, full_trace: self.full_trace }
+        // As in cargo, links go with colours.
+        Style { color, hyperlinks: color && is_terminal && self.hyperlinks, full_trace: self.full_trace }
+    }
+
+    /// How a progress bar looks on stderr, if there is to be one.
+    pub(super) fn progress(self) -> Option<Look> {
+        let is_dumb = env::var_os("TERM").is_some_and(|term| term == "dumb");
+        let is_ci = ["CI", "TF_BUILD"].into_iter().any(|name| env::var_os(name).is_some());
+        let is_shown = match self.progress {
+            ProgressWhen::Always => true,
+            ProgressWhen::Never => false,
+            ProgressWhen::Auto => io::stderr().is_terminal() && !self.is_quiet && !is_dumb && !is_ci,
+        };
+        let size = || terminal_size::terminal_size_of(io::stderr());
+        let width = self.progress_width.or_else(|| size().map(|(width, _)| width.0.into()));
+        let style = self.style(Stream::Err);
+        width.filter(|_| is_shown).map(|width| Look { width, style })
     }
 
     /// A result, word for word.
@@ -95,10 +125,15 @@ fn write(mut stream: impl Write, text: &str) {
     let _ = stream.write_all(text.as_bytes()).and_then(|()| stream.flush());
 }
 
-/// `CARGO_TERM_COLOR` as for cargo, then the conventions that most programs share.
-fn color_of_environment() -> ColorChoice {
+/// Whether the terminal has links. As cargo has it, those of iTerm2 do not work.
+fn has_hyperlinks() -> bool {
+    env::var_os("TERM_PROGRAM").is_none_or(|name| name != "iTerm.app") && supports_hyperlinks::supports_hyperlinks()
+}
+
+/// What cargo's configuration says, then the conventions that most programs share.
+fn color_of(terminal: &Terminal) -> ColorChoice {
     let value = |name: &str| env::var(name).ok().filter(|value| !value.is_empty());
-    match value("CARGO_TERM_COLOR").as_deref() {
+    match terminal.color.as_deref() {
         Some("always") => return ColorChoice::Always,
         Some("never") => return ColorChoice::Never,
         _ => {}

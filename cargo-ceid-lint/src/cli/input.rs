@@ -3,12 +3,14 @@
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Instant;
 
 use super::Console;
 use super::args::{Build, Input, NoLoops, Scope, Talk};
 use super::baseline::args::Legacy;
 use super::console::Stream;
 use super::exit::ExitStatus;
+use super::progress::Progress;
 use super::{timings, unread};
 use crate::pipeline::{self, BaselineChoice, Configured, Gate, Options, Report, Stage, Stopwatch};
 use crate::project::{self, Changes, Features, LoadError, Names, Project, Selection, TargetFilter};
@@ -77,6 +79,7 @@ pub(super) struct Loaded {
 /// # Errors
 /// Why nothing could be loaded, which was told.
 pub(super) fn load(input: &Input, options: &Options, console: Console) -> Result<Loaded, LoadError> {
+    let begun = Instant::now();
     let mut watch = Stopwatch::start(options.clock);
     let paths = if input.paths.is_empty() { input.stdin_filename.as_slice() } else { &input.paths };
     let selection = selection(paths, &input.scope, &input.build);
@@ -99,12 +102,14 @@ pub(super) fn load(input: &Input, options: &Options, console: Console) -> Result
         let targets: Vec<String> = targets.map(|target| format!("{} `{}`", target.kind.name(), target.name)).collect();
         console.say_if_verbose(&format!("checking `{}` {}: {}", package.name, package.version, targets.join(", ")));
     }
+    let progress = Progress::start(console, &options.steps, begun);
     let mut first = pipeline::check_configured(&project, options, source(unsaved.as_ref()));
     let alone = unread::files_of_no_target(&project, &first.report);
     if !alone.is_empty() && !first.is_config_wrong {
         project = project::with_files(project, &alone, &selection)?;
         first = pipeline::check_configured(&project, options, source(unsaved.as_ref()));
     }
+    drop(progress);
     first.report.timings.add(&watch.stop());
     Ok(Loaded { project, first })
 }

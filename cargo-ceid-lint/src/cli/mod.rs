@@ -16,6 +16,7 @@ mod input;
 mod levels;
 mod lsp;
 mod migrate;
+mod progress;
 mod report;
 mod rules;
 mod timings;

@@ -19,7 +19,7 @@ use crate::report::{Style, asides, html, proof};
 /// # Errors
 /// What is wrong with the arguments.
 pub(super) fn run(mut args: ReportArgs, matches: &ArgMatches) -> Result<ExitStatus, String> {
-    let console = Console::new(&args.talk);
+    let console = Console::configured(&args.talk, &args.input.build.config);
     let outputs: Vec<(Option<ReportFormat>, PathBuf)> =
         args.output.iter().map(|text| named_output(text)).collect::<Result<_, _>>()?;
     let overrides = levels::read(matches, &args.levels, &mut args.input.build.features, &args.rest)?;
@@ -36,6 +36,7 @@ pub(super) fn run(mut args: ReportArgs, matches: &ArgMatches) -> Result<ExitStat
         baseline: input::baseline(&args.legacy),
         gate: input::gate(&args.input),
         clock: clock(&args.talk),
+        ..Options::default()
     };
     let since = args.legacy.since.as_deref().map(|revision| Since { revision, is_about_cycles: true });
     let Ok(mut checked) = input::check(&args.input, &options, since, console, &args.talk) else {

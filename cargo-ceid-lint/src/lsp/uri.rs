@@ -1,8 +1,8 @@
 //! From paths to `file:` addresses and back.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use crate::source::percent_encoded;
+pub(super) use crate::source::file_url as of_path;
 
 /// The path that a `file:` address means; none for other schemes, as those of buffers that were never saved.
 pub(super) fn to_path(uri: &str) -> Option<PathBuf> {
@@ -24,14 +24,6 @@ pub(super) fn to_path(uri: &str) -> Option<PathBuf> {
     (!has_host && path.starts_with('/')).then(|| PathBuf::from(path))
 }
 
-/// The `file:` address of an absolute path.
-pub(super) fn of_path(path: &Path) -> String {
-    let path = path.to_string_lossy();
-    let path = if cfg!(windows) { format!("/{}", path.replace('\\', "/")) } else { path.into_owned() };
-    let plain: &[u8] = if cfg!(windows) { b"-._~/:" } else { b"-._~/" };
-    format!("file://{}", percent_encoded(&path, plain))
-}
-
 /// The text without percent signs that stand for bytes.
 fn decoded(text: &str) -> Option<String> {
     let mut bytes = Vec::with_capacity(text.len());
@@ -47,6 +39,8 @@ fn decoded(text: &str) -> Option<String> {
 
 #[cfg(all(test, unix))]
 mod tests {
+    use std::path::Path;
+
     use super::*;
 
     #[track_caller]

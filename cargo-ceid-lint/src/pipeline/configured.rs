@@ -1,9 +1,9 @@
 //! A check with the configuration that lies beside the project's manifests.
 
-use super::{BaselineChoice, Clock, Gate, Report, check_timed, known};
+use super::{BaselineChoice, Clock, Gate, Report, Steps, check_timed, known};
 use crate::config::{self, Config, ConfigError, LevelOverrides};
 use crate::diagnostic::Problem;
-use crate::project::Project;
+use crate::project::{Package, Project};
 use crate::rules;
 use crate::source::{ReadSource, SourceMap, Span};
 
@@ -18,6 +18,8 @@ pub struct Options {
     pub gate: Gate,
     /// What measures where the time goes.
     pub clock: Option<Clock>,
+    /// What tells how far the check has come.
+    pub steps: Steps,
 }
 
 /// What a check found out, or what is wrong with its configuration.
@@ -34,8 +36,8 @@ pub struct Configured {
 /// Checks a project with its own configuration, and compares what is found with its baseline. What could not be loaded is among the problems.
 #[must_use]
 pub fn check_configured(project: &Project, options: &Options, source: Box<dyn ReadSource>) -> Configured {
-    let checked = configuration(project, options.overrides.clone()).and_then(|config| {
-        let mut report = check_timed(project, &config, source, options.gate, options.clock)?;
+    let checked = configuration(project, options.overrides.clone(), &*source).and_then(|config| {
+        let mut report = check_timed(project, &config, source, options.gate, options.clock, &options.steps)?;
         known::compare(project, &config, &options.baseline, &mut report)?;
         Ok((report, config))
     });
@@ -51,12 +53,15 @@ pub fn check_configured(project: &Project, options: &Options, source: Box<dyn Re
     Configured { report, is_config_wrong, config }
 }
 
-fn configuration(project: &Project, overrides: LevelOverrides) -> Result<Config, ConfigError> {
+fn configuration(project: &Project, overrides: LevelOverrides, source: &dyn ReadSource) -> Result<Config, ConfigError> {
     let reported = || project.packages.iter().filter(|package| package.is_reported);
     let roots = reported().map(|package| package.workspace_root.as_path());
-    let manifests =
-        reported().filter(|package| package.metadata.is_some()).map(|package| package.manifest_path.as_path());
-    let mut config = config::load(roots, manifests)?;
+    // What cargo has not seen may stand in the text that an editor holds.
+    let held = source.held();
+    let has_metadata =
+        |package: &Package| package.metadata.is_some() || held.contains(&source.identity(&package.manifest_path));
+    let manifests = reported().filter(|package| has_metadata(package)).map(|package| package.manifest_path.as_path());
+    let mut config = config::load(roots, manifests, source)?;
     config.overrides = overrides;
     rules::validate(&config)?;
     Ok(config)

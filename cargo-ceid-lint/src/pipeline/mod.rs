@@ -6,6 +6,7 @@ mod known;
 mod parse;
 mod prospect;
 mod since;
+mod steps;
 mod timings;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -16,6 +17,7 @@ pub use configured::{Configured, Options, check_configured};
 pub use known::{BaselineChoice, CheckedCrate};
 pub use prospect::{Prospect, prospect};
 pub use since::Unchanged;
+pub use steps::Steps;
 pub use timings::{Clock, Stage, Stopwatch, Timings};
 
 use self::entries::Ledger;
@@ -149,7 +151,7 @@ pub fn check_with(
     source: Box<dyn ReadSource>,
     gate: Gate,
 ) -> Result<Report, ConfigError> {
-    check_timed(project, config, source, gate, None)
+    check_timed(project, config, source, gate, None, &Steps::default())
 }
 
 /// The same, measured by a clock if there is one.
@@ -159,11 +161,12 @@ fn check_timed(
     source: Box<dyn ReadSource>,
     gate: Gate,
     clock: Option<Clock>,
+    steps: &Steps,
 ) -> Result<Report, ConfigError> {
     let mut watch = Stopwatch::start(clock);
     let source: Arc<dyn ReadSource> = source.into();
     let presets = presets_of(project, config)?;
-    let run = Run { project, config, presets: &presets, clock };
+    let run = Run { project, config, presets: &presets, clock, steps };
     if gate == Gate::Whole {
         return run.whole(&source);
     }
@@ -173,7 +176,7 @@ fn check_timed(
     named.extend(project.only.iter().filter(|path| path.is_file()).cloned());
     let components = relevance::components(project, &names, &named);
     watch.lap(Stage::Gate);
-    let parts = parse::parts(project, &source, &components, &names, gate);
+    let parts = parse::parts(project, &source, &components, &names, gate, steps);
     watch.lap(Stage::Parse);
     let parsed: BTreeSet<usize> = parts.iter().flat_map(|part| part.packages.iter().copied()).collect();
     let sizes: Vec<u64> = parts.iter().map(Part::bytes).collect();
@@ -217,6 +220,7 @@ struct Run<'a> {
     config: &'a Config,
     presets: &'a [Preset],
     clock: Option<Clock>,
+    steps: &'a Steps,
 }
 
 /// Which entries of which sections named something.
@@ -282,6 +286,11 @@ impl Run<'_> {
     ) -> Result<(Report, Named), ConfigError> {
         let (project, config) = (self.project, self.config);
         let mut watch = Stopwatch::start(self.clock);
+        let bytes: u64 = sources.files().map(|(_, file)| file.byte_count() as u64).sum();
+        let mut lap = |stage| {
+            watch.lap(stage);
+            self.steps.add(bytes);
+        };
         let directives = Directives::read(&sources);
         // A file of several crates belongs to one that is reported, if there is such a one.
         let (reported, others): (Vec<_>, Vec<_>) = inputs.iter().partition(|input| input.is_reported);
@@ -293,14 +302,14 @@ impl Run<'_> {
         let suppressions = Suppressions::place(&directives, &sources, &crates);
         let mut index = Index::build(inputs, entries::paths_outside(config, self.presets));
         let named = add_entries(&mut index)?;
-        watch.lap(Stage::Index);
+        lap(Stage::Index);
         let bodies = Program::infer_all(&index);
-        watch.lap(Stage::Types);
+        lap(Stage::Types);
         let program = Program { index: &index, bodies: &bodies, sources: &sources, directives: &directives };
         let graphs: Vec<_> = index.function_ids().map(|id| lower_function(&program, id)).collect();
-        watch.lap(Stage::Flow);
+        lap(Stage::Flow);
         let mut analysis = analyse(&program, &graphs);
-        watch.lap(Stage::Count);
+        lap(Stage::Count);
         let is_shown = |package: usize, target: usize, span: Span| {
             let package = &project.packages[package];
             let path = &sources.file(span.file).path;
@@ -335,7 +344,7 @@ impl Run<'_> {
         let presumed = analysis.presumed.iter().map(|function| function.head).collect::<BTreeSet<_>>().len();
         let functions = index.function_places(&sources);
         let cycles = analysis.cycles;
-        watch.lap(Stage::Findings);
+        lap(Stage::Findings);
         let report = Report {
             diagnostics,
             cycles,

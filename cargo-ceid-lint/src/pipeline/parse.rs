@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::{CheckedCrate, Gate};
+use super::{CheckedCrate, Gate, Steps};
 use crate::diagnostic::Problem;
 use crate::index::CrateInput;
 use crate::project::{Project, TargetKind};
@@ -52,10 +52,14 @@ pub(super) fn parts(
     components: &[Component],
     names: &Names,
     gate: Gate,
+    steps: &Steps,
 ) -> Vec<Part> {
     let unnamed: u64 = components.iter().filter(|own| !own.can_matter).map(Component::bytes).sum();
     let is_parsed = |component: &&Component| component.can_matter || gate == Gate::Off || unnamed <= ALWAYS_PARSED;
     let components: Vec<&Component> = components.iter().filter(is_parsed).collect();
+    for component in &components {
+        steps.expect(component.bytes(), component.can_matter);
+    }
     let packages = components.iter().flat_map(|own| own.packages.iter().map(|package| (*package, own.can_matter)));
     let packages: Vec<(usize, bool)> = packages.collect();
     let sizes: Vec<u64> = components.iter().flat_map(|own| own.sizes.iter().copied()).collect();
@@ -67,6 +71,7 @@ pub(super) fn parts(
             let shown: BTreeSet<FileId> = part.problems.iter().filter_map(|problem| Some(problem.span?.file)).collect();
             part.sources.drop_texts(|file| shown.contains(&file));
         }
+        steps.add(sizes[at]);
         part
     });
     let mut parsed: BTreeMap<usize, Part> = packages.iter().map(|(package, _)| *package).zip(parsed).collect();

@@ -28,7 +28,7 @@ pub(super) fn read(directory: &Path, options: &[String], target: Option<&str>) -
 }
 
 /// All configuration that is in force, the strongest first.
-fn tables(directory: &Path, options: &[String]) -> Vec<toml::Table> {
+pub(super) fn tables(directory: &Path, options: &[String]) -> Vec<toml::Table> {
     let mut tables: Vec<toml::Table> = options.iter().rev().filter_map(|option| option.parse().ok()).collect();
     let home = env::var_os("CARGO_HOME").map(PathBuf::from).or_else(|| Some(env::home_dir()?.join(".cargo")));
     let directories = directory.ancestors().map(|ancestor| ancestor.join(".cargo")).chain(home);

@@ -15,6 +15,7 @@ mod package_spec;
 mod select;
 mod selection;
 mod strays;
+mod terminal;
 mod toolchain;
 mod workspace;
 
@@ -26,6 +27,7 @@ pub use error::LoadError;
 pub use load::{load, of_file, with_files};
 pub use selection::{Features, Names, Partition, Selection, TargetFilter};
 pub use strays::{Seen, strays};
+pub use terminal::{ProgressWhen, Terminal, terminal};
 
 use crate::diagnostic::Problem;
 

@@ -1,28 +1,38 @@
 //! The read files as codespan-reporting wants to see them.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use codespan_reporting::files::{Error, Files};
 
-use crate::source::{FileId, SourceFile, SourceMap, Span};
+use crate::source::{FileId, SourceFile, SourceMap, Span, file_url};
 
 /// A view of the source map.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct View<'a>(pub(super) &'a SourceMap);
+pub(super) struct View<'a> {
+    pub(super) sources: &'a SourceMap,
+    /// Whether names are links to their files, in the escape sequences of terminals (OSC 8).
+    pub(super) hyperlinks: bool,
+}
 
 impl<'a> View<'a> {
     fn file(self, id: FileId) -> Result<&'a SourceFile, Error> {
-        self.0.get(id).ok_or(Error::FileMissing)
+        self.sources.get(id).ok_or(Error::FileMissing)
     }
 }
 
 impl<'a> Files<'a> for View<'a> {
     type FileId = FileId;
-    type Name = &'a str;
+    type Name = Cow<'a, str>;
     type Source = &'a str;
 
-    fn name(&'a self, id: FileId) -> Result<&'a str, Error> {
-        Ok(&self.file(id)?.name)
+    fn name(&'a self, id: FileId) -> Result<Cow<'a, str>, Error> {
+        let file = self.file(id)?;
+        if !self.hyperlinks || !file.path.is_absolute() {
+            return Ok(Cow::Borrowed(&file.name));
+        }
+        let (name, url) = (&file.name, file_url(&file.path));
+        Ok(Cow::Owned(format!("\x1b]8;;{url}\x1b\\{name}\x1b]8;;\x1b\\")))
     }
 
     fn source(&'a self, id: FileId) -> Result<&'a str, Error> {

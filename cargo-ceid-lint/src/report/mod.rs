@@ -72,6 +72,8 @@ pub fn document(service: Service, project: &Project, report: &Report, outcome: &
 pub struct Style {
     /// With ANSI colours.
     pub color: bool,
+    /// With links from the names of files to the files.
+    pub hyperlinks: bool,
     /// With all steps of a witness, however many there are.
     pub full_trace: bool,
 }

@@ -119,7 +119,7 @@ pub fn suggested(suggestion: &Suggestion) -> String {
 }
 
 fn render(sources: &SourceMap, shown: &shown::Diagnostic<FileId>, style: Style, is_short: bool) -> String {
-    let view = View(sources);
+    let view = View { sources, hyperlinks: style.hyperlinks };
     let display_style = if is_short { DisplayStyle::Medium } else { DisplayStyle::Rich };
     let config = term::Config { display_style, ..term::Config::default() };
     let mut buffer = Vec::new();
@@ -173,9 +173,21 @@ mod tests {
     #[test]
     fn colours_are_ansi_and_only_on_demand() {
         let (_, report) = sample::report();
-        let text = |color| diagnostic(&report.sources, &report.diagnostics[0], Style { color, full_trace: false });
+        let text = |color| diagnostic(&report.sources, &report.diagnostics[0], Style { color, ..Style::default() });
         assert!(text(true).contains("\u{1b}["));
         assert!(!text(false).contains("\u{1b}["));
+    }
+
+    #[test]
+    fn name_of_the_file_is_a_link_on_demand() {
+        let (_, report) = sample::report();
+        let style = Style { hyperlinks: true, ..Style::default() };
+        let linked = diagnostic(&report.sources, &report.diagnostics[0], style);
+        let file = report.sources.file(report.diagnostics[0].primary.span.file);
+        let name = format!("\x1b]8;;{}\x1b\\{}\x1b]8;;\x1b\\", crate::source::file_url(&file.path), file.name);
+        assert!(linked.contains(&format!("{name}:5:")), "{linked:?}");
+        let plain = diagnostic(&report.sources, &report.diagnostics[0], Style::default());
+        assert_eq!(linked.replace(&name, &file.name), plain);
     }
 
     #[test]

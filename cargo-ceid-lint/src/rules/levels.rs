@@ -82,12 +82,13 @@ pub fn unknown_name(name: &str) -> Option<String> {
 /// # Errors
 /// The first unknown name, with its place and the nearest right spelling.
 pub fn validate(config: &Config) -> Result<(), ConfigError> {
-    for entry in config.sections.iter().flat_map(|section| &section.lints) {
+    for (section, entry) in config.sections.iter().flat_map(|section| section.lints.iter().map(move |it| (section, it)))
+    {
         if let LevelSource::File(place) = &entry.source
             && !names().contains(&entry.name.as_str())
         {
-            let text = std::fs::read_to_string(&place.path).ok().map(Into::into);
             let error = ConfigError::at(place.clone(), format!("unknown rule or group `{}`", entry.name));
+            let text = Some(section.text.clone());
             return Err(ConfigError { text, ..error.did_you_mean(&entry.name, &names()) });
         }
     }

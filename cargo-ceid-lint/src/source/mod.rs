@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 pub use line_index::{LineColumn, LineIndex};
-pub use percent::percent_encoded;
+pub use percent::{file_url, percent_encoded};
 pub use read::{DiskSource, FileSet, MAX_FILE_BYTES, MemorySource, ReadError, ReadSource};
 pub use stable_hash::stable_hash;
 pub use write::{replace, stage, write};

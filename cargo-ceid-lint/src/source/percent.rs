@@ -1,5 +1,16 @@
 //! Percent-encoding (RFC 3986), for addresses of files.
 
+use std::path::Path;
+
+/// The `file:` address of an absolute path.
+#[must_use]
+pub fn file_url(path: &Path) -> String {
+    let path = path.to_string_lossy();
+    let path = if cfg!(windows) { format!("/{}", path.replace('\\', "/")) } else { path.into_owned() };
+    let plain: &[u8] = if cfg!(windows) { b"-._~/:" } else { b"-._~/" };
+    format!("file://{}", percent_encoded(&path, plain))
+}
+
 /// The text with every byte encoded but letters, digits and those of `plain`.
 #[must_use]
 pub fn percent_encoded(text: &str, plain: &[u8]) -> String {

@@ -1,11 +1,11 @@
 //! A client of the language server: starts the program, talks to it as an editor does, and reads all that comes back with the
 //! types that other servers are written with.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
-use std::sync::mpsc::{self, Receiver};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
@@ -17,6 +17,9 @@ use crate::support::program::program;
 /// Long enough for the busiest machine.
 const PATIENCE: Duration = Duration::from_secs(120);
 
+/// Longer than any server waits before it begins with something.
+const QUIET: Duration = Duration::from_secs(3);
+
 /// A session with the server.
 pub(super) struct Client {
     child: Child,
@@ -25,6 +28,12 @@ pub(super) struct Client {
     /// Notifications and requests of the server that nobody has waited for.
     heard: VecDeque<Value>,
     last_id: u64,
+    /// Whether the server is the program under test, so that what it sends is looked at closely.
+    is_ours: bool,
+    /// What was published last of each file, by its address.
+    shown: BTreeMap<String, Value>,
+    /// What the server says that it is at.
+    running: BTreeSet<String>,
 }
 
 /// What a client of no special ability says of itself.
@@ -36,8 +45,19 @@ pub(super) fn plain() -> Value {
 impl Client {
     /// Starts the server and says nothing.
     pub(super) fn start() -> Self {
-        let mut child = Command::new(program())
-            .args(["ceid-lint", "lsp", "--stdio"])
+        Self::of(Command::new(program()).args(["ceid-lint", "lsp", "--stdio"]), true)
+    }
+
+    /// Starts a server of somebody else, and introduces itself.
+    pub(super) fn of_other(command: &mut Command, params: &Value) -> Self {
+        let mut client = Self::of(command, false);
+        client.request("initialize", params);
+        client.notify("initialized", &json!({}));
+        client
+    }
+
+    fn of(command: &mut Command, is_ours: bool) -> Self {
+        let mut child = command
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::inherit())
@@ -54,7 +74,8 @@ impl Client {
             }
         });
         let input = child.stdin.take();
-        Self { child, input, messages, heard: VecDeque::new(), last_id: 0 }
+        let (heard, shown, running) = (VecDeque::new(), BTreeMap::new(), BTreeSet::new());
+        Self { child, input, messages, heard, last_id: 0, is_ours, shown, running }
     }
 
     /// Starts the server for a folder.
@@ -171,7 +192,9 @@ impl Client {
         assert_eq!(message["jsonrpc"], "2.0", "{message}");
         let Some(method) = message["method"].as_str() else { return };
         let params = &message["params"];
+        self.remember(method, params);
         match method {
+            _ if !self.is_ours => {}
             "textDocument/publishDiagnostics" => check_type::<lsp_types::PublishDiagnosticsParams>(params),
             "window/logMessage" => check_type::<lsp_types::LogMessageParams>(params),
             "window/showMessage" => check_type::<lsp_types::ShowMessageParams>(params),
@@ -193,6 +216,47 @@ impl Client {
             };
             self.send(&json!({ "jsonrpc": "2.0", "id": id, "result": result }));
         }
+    }
+
+    fn remember(&mut self, method: &str, params: &Value) {
+        match (method, params["value"]["kind"].as_str()) {
+            ("textDocument/publishDiagnostics", _) => {
+                let uri = params["uri"].as_str().expect("it is an address").to_owned();
+                self.shown.insert(uri, params["diagnostics"].clone());
+            }
+            ("$/progress", Some("begin")) => {
+                self.running.insert(params["token"].to_string());
+            }
+            ("$/progress", Some("end")) => {
+                self.running.remove(&params["token"].to_string());
+            }
+            _ => {}
+        }
+    }
+
+    /// What is shown of a file as soon as that holds for it, and the server has come to rest.
+    #[track_caller]
+    pub(super) fn shown(&mut self, path: &Path, holds: impl Fn(&[Value]) -> bool) -> Vec<Value> {
+        let uri = uri(path);
+        let until = Instant::now() + PATIENCE;
+        loop {
+            match self.messages.recv_timeout(QUIET) {
+                Ok(message) => self.look_at(&message),
+                Err(RecvTimeoutError::Timeout) if self.running.is_empty() => {
+                    let shown = self.shown.get(&uri).and_then(Value::as_array).cloned().unwrap_or_default();
+                    if holds(&shown) {
+                        return shown;
+                    }
+                    assert!(Instant::now() < until, "not what was to be shown: {shown:#?}");
+                }
+                Err(RecvTimeoutError::Timeout) => assert!(Instant::now() < until, "no end of {:?}", self.running),
+                Err(RecvTimeoutError::Disconnected) => panic!("the server is gone"),
+            }
+        }
+    }
+
+    pub(super) fn save(&mut self, path: &Path) {
+        self.notify("textDocument/didSave", &json!({ "textDocument": { "uri": uri(path) } }));
     }
 
     pub(super) fn open(&mut self, path: &Path, text: &str) {

@@ -1,12 +1,13 @@
 //! Many changes: the server's text stays that of the editor, and its memory does not grow.
 
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
 use super::client::{Client, plain};
 use super::{codes, guilty};
-use crate::support::workspace::GUILTY;
+use crate::support::workspace::{GUILTY, copy};
 
 /// Numbers that are the same in each run.
 struct Numbers(u64);
@@ -138,4 +139,53 @@ fn memory_does_not_grow_with_edits() {
     }
     let late = resident(client.process());
     assert!(late * 2 <= early * 3, "{early} KiB after 200 edits, {late} KiB after 2,000");
+}
+
+/// A day of work: `cargo test --release -p cargo-ceid-lint --test integration -- --ignored --nocapture ten_thousand`
+#[cfg(target_os = "linux")]
+#[test]
+#[ignore = "makes 10,000 edits, and asks after each what is found; EDITS says another number"]
+fn ten_thousand_edits_cost_neither_memory_nor_patience() {
+    let edits = std::env::var("EDITS").ok().and_then(|edits| edits.parse().ok()).unwrap_or(10_000);
+    let folder = copy("legacy_robot", "lsp_day");
+    let file = folder.join("src/rover.rs");
+    let start = std::fs::read_to_string(&file).expect("it is there");
+    let mut client = Client::in_folder(&folder, &plain());
+    client.open(&file, &start);
+    let at_first = client.pull(&file);
+    let mut numbers = Numbers(11);
+    let mut text = start.clone();
+    let mut times = Vec::new();
+    let mut early = 0;
+    for edit in 0..edits {
+        let version = edit + 2;
+        // Broken text is the easy case: it is put right again from time to time.
+        if edit % 20 == 19 {
+            text.clone_from(&start);
+            client.replace(&file, version, &text);
+        } else {
+            let change = random_change(&mut text, &mut numbers);
+            client.change(&file, version, &json!([change]));
+        }
+        let asked = Instant::now();
+        client.pull(&file);
+        times.push(asked.elapsed());
+        if edit + 1 == edits / 10 {
+            early = resident(client.process());
+        }
+    }
+    client.replace(&file, edits + 2, &start);
+    assert_eq!(client.pull(&file), at_first);
+    let late = resident(client.process());
+    times.sort_unstable();
+    let share = |percent: usize| -> Duration { times[(times.len() - 1) * percent / 100] };
+    println!(
+        "{edits} edits: {early} KiB after a tenth of them, {late} KiB after all; from an edit to the answer: \
+         median {:.1?}, 99 of 100 within {:.1?}, the longest {:.1?}",
+        share(50),
+        share(99),
+        share(100)
+    );
+    assert!(late * 4 <= early * 5, "{early} KiB after a tenth of the edits, {late} KiB after all");
+    assert_eq!(client.leave(), Some(0));
 }

@@ -4,7 +4,9 @@ mod actions;
 mod client;
 mod diagnostics;
 mod edits;
+mod rust_analyzer;
 mod session;
+mod unsaved;
 mod workspace;
 
 use std::path::{Path, PathBuf};

@@ -21,7 +21,13 @@ pub(super) fn run(mut args: BaselineArgs, matches: &ArgMatches) -> Result<ExitSt
     let console = Console::new(&args.talk);
     let overrides = levels::read(matches, &args.levels, &mut args.input.build.features, &args.rest)?;
     let choice = BaselineChoice::ToWrite(args.baseline.as_deref().map(input::from_current_dir));
-    let options = Options { overrides, baseline: choice, gate: input::gate(&args.input), clock: clock(&args.talk) };
+    let options = Options {
+        overrides,
+        baseline: choice,
+        gate: input::gate(&args.input),
+        clock: clock(&args.talk),
+        ..Options::default()
+    };
     let Ok(checked) = input::check(&args.input, &options, None, console, &args.talk) else {
         return Ok(ExitStatus::Incomplete);
     };

@@ -10,6 +10,7 @@ use super::{
     Config, ConfigError, CycleEntry, FilterEntry, GuardEntry, LevelOverride, LevelSource, Presets, Section, levels,
 };
 use crate::diagnostic::Level;
+use crate::source::ReadSource;
 
 /// What a section holds for.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,13 +27,14 @@ pub const FILE_NAME: &str = "ceid-lint.toml";
 /// The keys of a section.
 pub const KEYS: &[&str] = &["presets", "exclude", "lints", "filter", "cycle", "guard"];
 
-/// Reads the configuration of the workspaces with these roots and of the packages with these manifests.
+/// Reads the configuration of the workspaces with these roots and of the packages with these manifests from `source`.
 ///
 /// # Errors
 /// The first thing that is wrong, in the order of the files.
 pub fn load<'a>(
     roots: impl IntoIterator<Item = &'a Path>,
     manifests: impl IntoIterator<Item = &'a Path>,
+    source: &dyn ReadSource,
 ) -> Result<Config, ConfigError> {
     let mut config = Config::default();
     let mut done: Vec<&Path> = Vec::new();
@@ -42,26 +44,29 @@ pub fn load<'a>(
         }
         done.push(root);
         let scope = || Scope::Workspace(root.to_owned());
-        config.sections.extend(read_metadata(&root.join("Cargo.toml"), "workspace", scope())?);
+        config.sections.extend(read_metadata(&root.join("Cargo.toml"), "workspace", scope(), source)?);
         let path = root.join(FILE_NAME);
-        // A link to nothing is there as well, and meant as a configuration.
-        if path.symlink_metadata().is_ok() {
+        // A link to nothing is there as well, and meant as a configuration; so is what an editor has not saved yet.
+        if path.symlink_metadata().is_ok() || source.exists(&path) {
             let unread = |why: String, help: Option<String>| ConfigError {
                 place: None,
                 message: format!("cannot read `{}`: {why}", path.display()),
                 help,
                 text: None,
             };
-            if !path.is_file() {
+            let text = source.read(&path).map_err(|error| {
                 let help = "make it a file with the configuration, or remove it".to_owned();
-                return Err(unread("it is not a file".to_owned(), Some(help)));
-            }
-            let text = std::fs::read_to_string(&path).map_err(|error| unread(error.to_string(), None))?;
+                if path.is_file() {
+                    unread(error.to_string(), None)
+                } else {
+                    unread("it is not a file".to_owned(), Some(help))
+                }
+            })?;
             config.sections.push(read_file(&path, &text, scope())?);
         }
     }
     for manifest in manifests {
-        config.sections.extend(read_metadata(manifest, "package", Scope::Package(manifest.to_owned()))?);
+        config.sections.extend(read_metadata(manifest, "package", Scope::Package(manifest.to_owned()), source)?);
     }
     Ok(config)
 }
@@ -75,9 +80,14 @@ fn read_file(path: &Path, text: &str, scope: Scope) -> Result<Section, ConfigErr
 }
 
 /// Reads `[workspace.metadata.ceid-lint]` or `[package.metadata.ceid-lint]`, if it is there.
-fn read_metadata(manifest: &Path, owner: &str, scope: Scope) -> Result<Option<Section>, ConfigError> {
+fn read_metadata(
+    manifest: &Path,
+    owner: &str,
+    scope: Scope,
+    source: &dyn ReadSource,
+) -> Result<Option<Section>, ConfigError> {
     // A manifest that cannot be read is cargo's business, and was reported when the project was loaded.
-    let Ok(text) = std::fs::read_to_string(manifest) else { return Ok(None) };
+    let Ok(text) = source.read(manifest) else { return Ok(None) };
     if !text.contains("ceid-lint") {
         return Ok(None);
     }

@@ -99,7 +99,7 @@ pub(super) fn of_diagnostic(
         message.children = children(sources, diagnostic);
         message.rendered = Some(match rendered {
             Rendered::Plain => text::diagnostic(sources, diagnostic, Style::default()),
-            Rendered::Ansi => text::diagnostic(sources, diagnostic, Style { color: true, full_trace: false }),
+            Rendered::Ansi => text::diagnostic(sources, diagnostic, Style { color: true, ..Style::default() }),
             Rendered::Short => short::diagnostic(sources, diagnostic),
         });
     }
@@ -111,7 +111,7 @@ fn children(sources: &SourceMap, diagnostic: &Diagnostic) -> Vec<Child> {
     children.extend(diagnostic.notes.iter().map(|note| child("note", note.clone())));
     children.extend(text::level_note(diagnostic).map(|note| child("note", note)));
     children.extend(diagnostic.helps.iter().map(|help| child("help", help.clone())));
-    children.extend(diagnostic.suggestions.iter().map(|it| suggestion(sources, it, diagnostic.primary.span)));
+    children.extend(diagnostic.suggestions.iter().map(|it| suggestion(sources, it, diagnostic)));
     children
 }
 
@@ -123,7 +123,7 @@ pub(super) fn of_problem(sources: &SourceMap, problem: &Problem, rendered: Rende
     };
     let rendered = match rendered {
         Rendered::Plain => text::problem(sources, problem, Style::default()),
-        Rendered::Ansi => text::problem(sources, problem, Style { color: true, full_trace: false }),
+        Rendered::Ansi => text::problem(sources, problem, Style { color: true, ..Style::default() }),
         Rendered::Short => short::problem(sources, problem),
     };
     Message {
@@ -142,20 +142,24 @@ fn child(level: &'static str, message: String) -> Child {
     Child { message, code: None, level, spans: Vec::new(), children: [], rendered: None }
 }
 
-/// Editors offer a suggestion where the cursor meets one of its places, so the finding's own place is added as an anchor.
-fn suggestion(sources: &SourceMap, suggestion: &Suggestion, primary: Span) -> Child {
+/// Editors offer a suggestion where the cursor meets one of its places, so the places of the finding and of its cycle are added as
+/// anchors. rust-analyzer looks for all of them in the file of the first.
+fn suggestion(sources: &SourceMap, suggestion: &Suggestion, diagnostic: &Diagnostic) -> Child {
     let applicability = match suggestion.applicability {
         Applicability::MachineApplicable => "MachineApplicable",
         Applicability::MaybeIncorrect => "MaybeIncorrect",
     };
-    let mut spans: Vec<JsonSpan> = suggestion
-        .edits
-        .iter()
+    let edits = suggestion.edits.iter();
+    let mut spans: Vec<JsonSpan> = edits
         .map(|(span, replacement)| of_span(sources, *span, true, None).suggesting(replacement, applicability))
         .collect();
-    let meets = |edit: Span| edit.file == primary.file && edit.start <= primary.end && primary.start <= edit.end;
-    if !suggestion.edits.iter().any(|(span, _)| meets(*span)) {
-        spans.push(of_span(sources, primary, true, None));
+    let mut places: Vec<Span> = suggestion.edits.iter().map(|(span, _)| *span).collect();
+    for anchor in std::iter::once(diagnostic.primary.span).chain(diagnostic.facts.cycle) {
+        let is_met = |place: &Span| place.file == anchor.file && place.start <= anchor.end && anchor.start <= place.end;
+        if places.first().is_none_or(|first| first.file == anchor.file) && !places.iter().any(is_met) {
+            spans.push(of_span(sources, anchor, true, None));
+            places.push(anchor);
+        }
     }
     Child { spans, ..child("help", suggestion.message.clone()) }
 }
