@@ -116,9 +116,10 @@ impl SourceMap {
         self.ranges.sort_by_key(|range| range.first);
     }
 
-    /// Forgets the texts, where nothing will be shown of them.
-    pub fn drop_texts(&mut self) {
-        for file in self.ranges.iter_mut().flat_map(|range| &mut range.files) {
+    /// Forgets the texts of which nothing will be shown.
+    pub fn drop_texts(&mut self, is_dropped: impl Fn(FileId) -> bool) {
+        let files = self.ranges.iter_mut().flat_map(|range| (range.first..).map(FileId).zip(&mut range.files));
+        for (_, file) in files.filter(|(id, _)| is_dropped(*id)) {
             file.dropped = Some((file.line_count(), file.byte_count()));
             file.text = Arc::from("");
             file.lines = LineIndex::default();

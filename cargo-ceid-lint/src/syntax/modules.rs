@@ -41,6 +41,8 @@ pub(super) struct Loader<'a> {
     left_out: BTreeSet<PathBuf>,
     /// The files that were read.
     read: BTreeSet<FileId>,
+    /// Whether items are kept, or dropped with the file that they are in.
+    keeps_items: bool,
 }
 
 /// Where the modules of a module are looked for.
@@ -106,7 +108,13 @@ impl<'a> Loader<'a> {
             removed: BTreeSet::new(),
             left_out: BTreeSet::new(),
             read: BTreeSet::new(),
+            keeps_items: true,
         }
+    }
+
+    /// The same for a crate of which only its files and problems are asked for.
+    pub(super) fn without_items(self) -> Self {
+        Self { keeps_items: false, ..self }
     }
 
     pub(super) fn root(mut self, path: &Path) -> RootModule {
@@ -236,8 +244,11 @@ impl<'a> Loader<'a> {
         }
         self.read.insert(file);
         self.open.push(file);
-        let loaded = self.parse(file, dir);
+        let mut loaded = self.parse(file, dir);
         self.open.pop();
+        if let Some(file) = loaded.as_mut().filter(|_| !self.keeps_items) {
+            file.items = Vec::new();
+        }
         loaded
     }
 
