@@ -139,3 +139,21 @@ pub struct About {
     /// The heads asked for, if it is a pattern or comparison with a constant.
     pub heads: Vec<Head>,
 }
+
+impl About {
+    /// Whether nothing is asked but whether an `Option` or `Result` holds something.
+    #[must_use]
+    pub fn asks_presence(&self) -> bool {
+        !self.heads.is_empty() && self.heads.iter().all(|head| is_presence(head))
+    }
+
+    /// Whether it is asked which of several things a value is.
+    #[must_use]
+    pub fn is_choice(&self) -> bool {
+        !self.heads.is_empty() && !self.heads.iter().any(|head| is_presence(head))
+    }
+}
+
+fn is_presence(head: &str) -> bool {
+    matches!(head, "+" | "-")
+}

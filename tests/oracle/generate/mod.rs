@@ -5,10 +5,12 @@ mod guarded;
 mod places;
 mod scope;
 mod statements;
+mod switches;
 
 use crate::program::{Arm, Block, Node, Program, ends};
 use crate::rng::Rng;
 use scope::{Helper, Place, Returns, Scope};
+use switches::FIELD;
 
 /// The program of a seed and an index.
 pub(crate) fn program(seed: u64, index: u64) -> Program {
@@ -106,7 +108,8 @@ impl Generator {
         Program { origin, items, names, loops, is_stateful }
     }
 
-    /// Two or three filters, sometimes in an array or an option; each with the value it is built from.
+    /// Two or three filters, sometimes in an array or an option, and a boolean beside them; each with the value it is
+    /// built from.
     fn filters(&mut self, home: Home, is_nested: bool, scope: &mut Scope) -> Vec<(String, String)> {
         let prefix = match home {
             Home::Locals => "",
@@ -115,6 +118,10 @@ impl Generator {
         };
         let prefix = &if is_nested { format!("{prefix}axes.") } else { prefix.to_owned() };
         let mut built = Vec::new();
+        if home != Home::Locals && self.rng.percent(50) {
+            scope.switches.push(format!("{prefix}{FIELD}"));
+            built.push((FIELD.to_owned(), "io.flag()".to_owned()));
+        }
         for (filter, name) in ["a", "b"].iter().enumerate() {
             let spelled = format!("{prefix}{name}");
             scope.places.push(Place::owned(&spelled, &spelled, filter));
@@ -183,6 +190,8 @@ impl Generator {
                 body.splice(at..at, fragment);
             }
         }
+        // What an iteration leaves in a field is no input of the next one.
+        body.splice(0..0, scope.switches.iter().map(|name| Node::line(format!("{name} = io.flag();"))));
         if let Some(latch) = latch {
             let value = self.rng.pick(&["true", "false"]);
             nodes.push(Node::line(format!("let mut {latch} = {value};")));
@@ -331,6 +340,7 @@ fn robot(built: &[(String, String)], is_nested: bool) -> Node {
 
 fn field_type(value: &str) -> &'static str {
     match value.as_bytes()[0] {
+        _ if value == "io.flag()" => "bool",
         b'[' => "[Kf; 2]",
         b'M' => "Mutex<Kf>",
         b'R' => "RefCell<Kf>",

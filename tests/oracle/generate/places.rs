@@ -129,6 +129,7 @@ impl Generator {
         inner.has_self = false;
         inner.targets.clear();
         inner.flags.clear();
+        inner.switches.clear();
         inner.is_in_cycle = false;
         inner.returns = Returns::Unit;
         inner.depth = inner.depth.max(2);

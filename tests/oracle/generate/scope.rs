@@ -113,6 +113,8 @@ pub(super) struct Scope {
     pub(super) conditions: Vec<String>,
     /// Booleans that are set to constants.
     pub(super) flags: Vec<String>,
+    /// Booleans that are set to inputs.
+    pub(super) switches: Vec<String>,
     /// Immutable modes.
     pub(super) modes: Vec<String>,
     /// Closures without parameters.
@@ -138,6 +140,7 @@ impl Scope {
             options: Vec::new(),
             conditions: Vec::new(),
             flags: Vec::new(),
+            switches: Vec::new(),
             modes: Vec::new(),
             closures: Vec::new(),
             has_self: false,

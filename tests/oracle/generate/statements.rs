@@ -47,6 +47,7 @@ impl Generator {
             2 * deep,
             1,
             2 * deep,
+            3,
         ];
         match self.rng.weighted(&weights) {
             0 => self.update(scope, nodes),
@@ -64,7 +65,8 @@ impl Generator {
             12 => self.labelled_block(scope, nodes),
             13 => self.let_pattern(scope, nodes),
             14 => self.reset(scope, nodes),
-            _ => self.collection(scope, nodes),
+            15 => self.collection(scope, nodes),
+            _ => self.switch(scope, nodes),
         }
     }
 
@@ -97,7 +99,7 @@ impl Generator {
         {
             return call;
         }
-        let names: Vec<&String> = scope.conditions.iter().chain(&scope.flags).collect();
+        let names: Vec<&String> = scope.conditions.iter().chain(&scope.flags).chain(&scope.switches).collect();
         if names.is_empty() || self.rng.percent(20) {
             return "io.flag()".into();
         }
@@ -221,11 +223,13 @@ impl Generator {
     pub(super) fn disciplined(&mut self, scope: &Scope, place: &Place, nodes: &mut Vec<Node>) {
         let update = Node::line(format!("{}.update();", place.spelled));
         let condition = self.name("c");
-        let bind = Node::line(format!("let {condition} = io.flag();"));
+        let is_switch = self.rng.percent(15);
+        let kind = if is_switch { "mut " } else { "" };
+        let bind = Node::line(format!("let {kind}{condition} = io.flag();"));
         self.budget += 2;
         let mut between = Vec::new();
         let mut inner = scope.inner();
-        inner.conditions.push(condition.clone());
+        if is_switch { &mut inner.switches } else { &mut inner.conditions }.push(condition.clone());
         let length = self.rng.below(2);
         self.statements(&mut inner, length, &mut between);
         between.truncate(between.len() - usize::from(ends(&between)));

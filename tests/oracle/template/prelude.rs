@@ -84,6 +84,10 @@ pub enum Mode {
 pub use std::cell::RefCell;
 pub use std::sync::Mutex;
 
+pub fn turn(switch: &mut bool, io: &dyn Io) {
+    *switch = io.flag();
+}
+
 pub fn once(_: &dyn Io, mut action: impl FnMut()) {
     action();
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Gates, Way};
+use super::{Gates, Way, contains_any};
 use crate::count::search::Region;
 use crate::flow::{Effect, NodeId, Place, Test, Var, VarInfo};
 use crate::index::{Shape, Ty};
@@ -55,7 +55,7 @@ const EVENT_WORDS: &[&str] = &[
 impl Gates<'_, '_> {
     /// A choice on a value that was received in this iteration, or on the event that a handler is called with.
     pub(super) fn is_event(&self, test: &Test) -> bool {
-        let is_choice = !test.about.heads.is_empty() && !test.about.heads.iter().any(|head| head == "+" || head == "-");
+        let is_choice = test.about.is_choice();
         if test.about.is_presence && !is_choice {
             return false;
         }
@@ -71,12 +71,8 @@ impl Gates<'_, '_> {
     /// event, unless what it gives says nothing but that it is time.
     pub(super) fn is_absent(&self, test: &Test, at: NodeId, way: &Way) -> bool {
         let graph = self.search.graph;
-        let is_presence = |asked: &Test| {
-            asked.about.is_event
-                && asked.about.names == test.about.names
-                && !asked.about.heads.is_empty()
-                && asked.about.heads.iter().all(|head| head == "+" || head == "-")
-        };
+        let is_presence =
+            |asked: &Test| asked.about.is_event && asked.about.names == test.about.names && asked.about.asks_presence();
         let is_some = |asked: &Test| asked.about.heads.iter().all(|head| head == "+");
         let carries = self.nodes().any(|id| match &graph.node(id).effect {
             Effect::Branch(asked) => is_presence(asked) && is_some(asked) && !asked.about.binds.is_empty(),
@@ -95,9 +91,8 @@ impl Gates<'_, '_> {
     /// A choice on a message that was taken out of something in this iteration, by whatever name.
     pub(super) fn is_taken(&self, test: &Test) -> bool {
         let graph = self.search.graph;
-        let is_choice = !test.about.heads.is_empty() && !test.about.heads.iter().any(|head| head == "+" || head == "-");
         let asked = test.subject.and_then(|subject| graph.subjects[subject.0 as usize].whole.as_ref());
-        is_choice
+        test.about.is_choice()
             && asked.and_then(Place::base_var).is_some_and(|var| {
                 graph.received.contains(&var) && self.search.program.index.is_message(&graph.var(var).ty)
             })
@@ -123,10 +118,7 @@ impl Gates<'_, '_> {
     fn is_event_parameter(&self, info: &VarInfo) -> bool {
         let Ty::Adt(id, _) = info.ty.peel() else { return false };
         let def = self.search.program.index.type_def(*id);
-        let says_so = |name: &str| {
-            let name = name.to_lowercase();
-            EVENT_WORDS.iter().any(|word| name.contains(word))
-        };
+        let says_so = |name: &str| contains_any(name, EVENT_WORDS);
         matches!(def.shape, Shape::Enum(_)) || says_so(&def.name) || says_so(&info.name)
     }
 

@@ -157,8 +157,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         }
         if about.is_event {
             // `match receiver.try_recv() { Ok(sample) => …, Err(_) => … }` asks only whether there is one.
-            let asks_presence = !about.heads.is_empty() && about.heads.iter().all(|head| head == "+" || head == "-");
-            if asks_presence && self.feeds_sample(test) {
+            if about.asks_presence() && self.feeds_sample(test) {
                 return Some(Gate::Sample);
             }
             if !self.is_absent(test, at, way) {
@@ -436,4 +435,10 @@ fn has_ratio(about: &About, ratio: u64) -> bool {
             known.is_empty() || known.iter().any(|number| *number == ratio || number + 1 == ratio)
         }
     }
+}
+
+/// Whether a name contains one of these parts, in whatever case.
+fn contains_any(name: &str, parts: &[&str]) -> bool {
+    let name = name.to_lowercase();
+    parts.iter().any(|part| name.contains(part))
 }

@@ -1,6 +1,6 @@
 //! Gates of rate: counters that are compared and set back, and remainders.
 
-use super::{Gates, Way};
+use super::{Gates, Way, contains_any};
 use crate::count::verdict::Gate;
 use crate::flow::{ChangeKind, Effect, NodeId, Place, Test};
 use crate::index::Ty;
@@ -151,10 +151,7 @@ impl Gates<'_, '_> {
             });
             is_counter || (self.is_number(place) && self.outlives(place))
         });
-        let is_told = |name: &String| {
-            let name = name.to_lowercase();
-            COUNTERS.iter().any(|part| name.contains(part))
-        };
+        let is_told = |name: &String| contains_any(name, COUNTERS);
         counts || sources.calls.iter().any(is_told) || sources.calls.iter().all(|name| is_arithmetic(name))
     }
 }

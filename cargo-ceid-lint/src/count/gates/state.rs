@@ -1,6 +1,6 @@
 //! Conditions that change once or never: latches and settings.
 
-use super::Gates;
+use super::{Gates, contains_any};
 use crate::count::search::Region;
 use crate::flow::{Effect, LoopId, NodeId, Place, Test, Var};
 use crate::index::Ty;
@@ -139,10 +139,7 @@ impl Gates<'_, '_> {
         let Some(info) = param.filter(|info| self.region == Region::Function && info.name != "self") else {
             return false;
         };
-        let says_so = |name: &str| {
-            let name = name.to_lowercase();
-            SETTING_WORDS.iter().any(|word| name.contains(word))
-        };
+        let says_so = |name: &str| contains_any(name, SETTING_WORDS);
         let is_setting = says_so(&info.name) || says_so(&self.search.program.index.type_name(&info.ty));
         !place.steps.is_empty() && matches!(self.ty(place), Some(Ty::Float)) && !is_setting
     }
