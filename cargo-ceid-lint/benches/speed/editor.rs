@@ -39,7 +39,9 @@ pub(crate) fn session(linter: &str, root: &Path, edits: usize) -> Option<Session
         let text = message.to_string();
         write!(input, "Content-Length: {}\r\n\r\n{text}", text.len()).and_then(|()| input.flush()).ok()
     };
-    let capabilities = json!({ "textDocument": { "publishDiagnostics": {} } });
+    // As most editors do, it tells of changes on the disk.
+    let watching = json!({ "didChangeWatchedFiles": { "dynamicRegistration": true } });
+    let capabilities = json!({ "textDocument": { "publishDiagnostics": {} }, "workspace": watching });
     let folders = json!([{ "uri": folder, "name": "corpus" }]);
     let introduction =
         json!({ "processId": null, "rootUri": null, "workspaceFolders": folders, "capabilities": capabilities });

@@ -41,8 +41,8 @@ pub(super) struct Loader<'a> {
     left_out: BTreeSet<PathBuf>,
     /// The files that were read.
     read: BTreeSet<FileId>,
-    /// Whether items are kept, or dropped with the file that they are in.
-    keeps_items: bool,
+    /// Whether items are kept, or dropped one by one.
+    pub(super) keeps_items: bool,
 }
 
 /// Where the modules of a module are looked for.
@@ -244,11 +244,8 @@ impl<'a> Loader<'a> {
         }
         self.read.insert(file);
         self.open.push(file);
-        let mut loaded = self.parse(file, dir);
+        let loaded = self.parse(file, dir);
         self.open.pop();
-        if let Some(file) = loaded.as_mut().filter(|_| !self.keeps_items) {
-            file.items = Vec::new();
-        }
         loaded
     }
 
