@@ -54,23 +54,23 @@ fn check(directory: &Path, gate: Gate) -> (String, Report) {
 }
 
 /// Numbers that are the same in every run.
-struct Choices(u64);
+pub(crate) struct Choices(pub(crate) u64);
 
 impl Choices {
-    fn below(&mut self, end: u64) -> u64 {
+    pub(crate) fn below(&mut self, end: u64) -> u64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 33) % end
     }
 
-    fn one<'a>(&mut self, of: &[&'a str]) -> &'a str {
+    pub(crate) fn one<'a>(&mut self, of: &[&'a str]) -> &'a str {
         of[usize::try_from(self.below(of.len() as u64)).expect("it is small")]
     }
 }
 
 /// A workspace in which an application reaches filters by way of others, each time in another way.
-fn generated(seed: u64) -> std::path::PathBuf {
+pub(crate) fn generated(name: &str, seed: u64) -> std::path::PathBuf {
     let mut choices = Choices(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15));
-    let directory = workspace(&format!("gate_{seed}"));
+    let directory = workspace(name);
     let filter = "pub struct Kf(pub f64);
         impl SampledFilter for Kf { fn update(&mut self) { self.0 += 1.0; } }
         pub trait SampledFilter { fn update(&mut self); }
@@ -135,7 +135,7 @@ fn generated(seed: u64) -> std::path::PathBuf {
 #[test]
 fn what_is_found_is_the_same_with_and_without_the_gate() {
     for seed in 0..8 {
-        let directory = generated(seed);
+        let directory = generated(&format!("gate_{seed}"), seed);
         let (gated, report) = check(&directory, Gate::On);
         let (full, _) = check(&directory, Gate::Off);
         let (whole, _) = check(&directory, Gate::Whole);

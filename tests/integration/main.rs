@@ -3,6 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod again;
 mod baseline;
 mod ci_formats;
 mod cli;

@@ -27,41 +27,59 @@ const GENERATED: [&str; 8] = ["windows", "web-sys", "winapi", "libc", "linux-raw
 pub(crate) struct Corpus {
     pub(crate) root: PathBuf,
     pub(crate) lines: usize,
+    pub(crate) bytes: usize,
     pub(crate) files: usize,
     pub(crate) packages: usize,
 }
 
 /// A workspace with about so many lines, or with all that there are.
 pub(crate) fn build(root: &Path, wanted: usize) -> Corpus {
-    let _ = fs::remove_dir_all(root);
-    let mut corpus = Corpus { root: root.to_owned(), lines: 0, files: 0, packages: 0 };
-    let mut members = Vec::new();
+    let mut lines = 0;
+    let mut chosen = Vec::new();
     for (name, directory) in crates() {
-        if corpus.lines >= wanted {
+        if lines >= wanted {
             break;
         }
-        let files = files_below(&directory);
-        let texts: Vec<(PathBuf, String)> =
-            files.into_iter().filter_map(|file| Some((file.clone(), fs::read_to_string(file).ok()?))).collect();
-        let lines: usize = texts.iter().map(|(_, text)| text.lines().count()).sum();
+        let own: usize = texts(&directory).iter().map(|(_, text)| text.lines().count()).sum();
         // A few large crates would be all of a small corpus.
-        if !(1_500..=wanted / 4).contains(&lines) || lines > 70_000 || !directory.join("src/lib.rs").is_file() {
-            continue;
+        if (1_500..=wanted / 4).contains(&own) && own <= 70_000 && directory.join("src/lib.rs").is_file() {
+            lines += own;
+            chosen.push((name, directory));
         }
-        for (file, text) in &texts {
-            write(&root.join(&name).join(file.strip_prefix(&directory).expect("it lies below")), text);
-        }
-        write(&root.join(&name).join("Cargo.toml"), &manifest(&name));
-        corpus.lines += lines;
-        corpus.files += texts.len();
-        members.push(name);
     }
-    members.push("ceid-fixture".to_owned());
+    write_workspace(root, &chosen, |name, _| manifest(name))
+}
+
+/// Writes these crates as members of a workspace, with the one that has something to find.
+pub(crate) fn write_workspace(
+    root: &Path,
+    crates: &[(String, PathBuf)],
+    manifest_of: impl Fn(&str, &Path) -> String,
+) -> Corpus {
+    // The lock file stays, so that what was resolved once is not asked for again.
+    for member in below(root).iter().filter(|path| path.is_dir()) {
+        let _ = fs::remove_dir_all(member);
+    }
+    let mut corpus = Corpus { root: root.to_owned(), lines: 0, bytes: 0, files: 0, packages: crates.len() + 1 };
+    for (name, directory) in crates {
+        for (file, text) in texts(directory) {
+            write(&root.join(name).join(file.strip_prefix(directory).expect("it lies below")), &text);
+            corpus.lines += text.lines().count();
+            corpus.bytes += text.len();
+            corpus.files += 1;
+        }
+        write(&root.join(name).join("Cargo.toml"), &manifest_of(name, directory));
+    }
     write(&root.join("ceid-fixture/Cargo.toml"), &manifest("ceid-fixture"));
     write(&root.join("ceid-fixture/src/lib.rs"), FIXTURE);
+    let members: Vec<&str> = crates.iter().map(|(name, _)| name.as_str()).chain(["ceid-fixture"]).collect();
     write(&root.join("Cargo.toml"), &format!("[workspace]\nresolver = \"2\"\nmembers = {members:?}\n"));
-    corpus.packages = members.len();
     corpus
+}
+
+fn texts(directory: &Path) -> Vec<(PathBuf, String)> {
+    let files = files_below(directory).into_iter();
+    files.filter_map(|file| Some((file.clone(), fs::read_to_string(file).ok()?))).collect()
 }
 
 fn manifest(name: &str) -> String {
@@ -72,7 +90,7 @@ fn manifest(name: &str) -> String {
 }
 
 /// The newest version of each crate in the registry, in an order that only their names decide.
-fn crates() -> Vec<(String, PathBuf)> {
+pub(crate) fn crates() -> Vec<(String, PathBuf)> {
     let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
     let home = home.or_else(|| Some(std::env::home_dir()?.join(".cargo"))).expect("there is a home directory");
     let mut newest: BTreeMap<String, (Vec<u64>, PathBuf)> = BTreeMap::new();

@@ -1,21 +1,29 @@
 //! How fast the linter is, as ratios: against the least that reading and parsing can cost, and against other tools.
 //!
 //! `cargo bench -p cargo-ceid-lint --bench speed` makes corpora of the sources in cargo's registry, runs everything in turn,
-//! and prints medians and ranges of the ratios, for only ratios of one run can be compared. `-- --rounds 7` runs longer,
-//! `-- --lines 20000` takes one corpus of about that size, and `-- --install-peers` installs those tools that are missing below the
-//! target directory.
+//! and prints medians and ranges of the ratios, for only ratios of one run can be compared. Ratios of processor time hold on a
+//! machine that has other work; ratios of wall time want a quiet one. `-- --rounds 7` runs longer, `-- --lines 20000` takes one
+//! corpus of about that size, `-- --edits 10000` gives the language server more to do, and `-- --install-peers` installs those
+//! tools that are missing below the target directory.
 
 #![expect(clippy::print_stdout, reason = "a benchmark shows its results")]
 
+mod compiled;
 mod corpus;
+mod editor;
 mod floor;
 mod peers;
 mod runs;
+mod table;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use runs::{Row, Run};
+use corpus::Corpus;
+use runs::Row;
+use table::Figures;
+
+const LINTER: &str = env!("CARGO_BIN_EXE_cargo-ceid-lint");
 
 fn main() -> ExitCode {
     let mut args: Vec<String> = std::env::args().skip(1).filter(|arg| arg != "--bench").collect();
@@ -32,56 +40,91 @@ fn main() -> ExitCode {
         floor::gate(&PathBuf::from(directory));
         return ExitCode::SUCCESS;
     }
-    let rounds = take(&mut args, "--rounds").and_then(|rounds| rounds.parse().ok()).unwrap_or(5);
-    let lines: Option<usize> = take(&mut args, "--lines").and_then(|lines| lines.parse().ok());
-    let sizes = lines.map_or_else(|| vec![100_000, 2_000_000], |lines| vec![lines]);
+    let number = |args: &mut Vec<String>, flag| take(args, flag).and_then(|text| text.parse::<usize>().ok());
+    let rounds = number(&mut args, "--rounds").unwrap_or(5);
+    let edits = number(&mut args, "--edits").unwrap_or(200);
+    let lines = number(&mut args, "--lines");
+    let sizes = lines.map_or_else(|| vec![100_000, 500_000, 2_000_000], |lines| vec![lines]);
     let install = args.iter().any(|arg| arg == "--install-peers");
     let home = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("speed");
-    let own = std::env::current_exe().expect("a program knows where it lies");
     println!("{} cores, {rounds} rounds; wall and processor seconds: median [least-most]", cores());
+    let mut measured: Vec<(Corpus, Figures)> = Vec::new();
     for lines in sizes {
-        let name = lines.to_string();
-        let corpus = corpus::build(&home.join(&name), lines);
-        println!("\n{name}: {} lines in {} files of {} packages", corpus.lines, corpus.files, corpus.packages);
-        let (root, linter) = (corpus.root.display(), env!("CARGO_BIN_EXE_cargo-ceid-lint"));
-        let mut rows = vec![
-            Row::new("default", format!("{linter} check --workspace --manifest-path {root}/Cargo.toml")),
-            Row::new("full", format!("{linter} check --workspace --no-gate --manifest-path {root}/Cargo.toml")),
-            Row::new("parse floor", format!("{} --floor-parse {root}", own.display())),
-            Row::new("gate floor", format!("{} --floor-gate {root}", own.display())),
-            Row::new(
-                "cargo metadata",
-                format!("cargo metadata --no-deps --format-version 1 --manifest-path {root}/Cargo.toml"),
-            ),
-        ];
+        let corpus = corpus::build(&home.join(lines.to_string()), lines);
+        let mut rows = rows(&corpus);
         rows.extend(peers::rows(&corpus.root, &home, install));
-        let runs = runs::in_turn(&rows, rounds);
-        runs::print(&rows, &runs);
-        ratios(&rows, &runs);
+        let figures = measure(&corpus, rows, rounds);
+        table::ratios(&figures, lines >= 2_000_000);
+        peaks(&corpus, &figures);
+        edited(&corpus, edits);
+        measured.push((corpus, figures));
+    }
+    if lines.is_none() {
+        match compiled::build(&home.join("compiled")) {
+            Ok(corpus) => {
+                let mut rows = rows(&corpus);
+                rows.extend(peers::rows(&corpus.root, &home, install));
+                rows.extend(compiled::rows(&corpus));
+                table::ratios(&measure(&corpus, rows, rounds), false);
+            }
+            Err(reason) => println!("\nthere is no workspace that compiles: {reason}"),
+        }
+    }
+    if let [(small, first), .., (large, last)] = &measured[..] {
+        table::growth(small, first, large, last);
     }
     ExitCode::SUCCESS
 }
 
-/// The ratios that have a target, with it.
-fn ratios(rows: &[Row], runs: &[Vec<Run>]) {
-    let of = |name: &str| rows.iter().position(|row| row.name == name).map(|at| runs[at].as_slice());
-    let cpu = |run: &Run| run.cpu;
-    let wall = |run: &Run| run.wall;
-    println!("\n| ratio | measured | target |\n| --- | --- | --- |");
-    let show = |what: &str, above: &str, below: &[&str], value: &dyn Fn(&Run) -> f64, target: &str| {
-        let Some(above) = of(above) else { return };
-        let Some(below) = below.iter().map(|name| of(name)).collect::<Option<Vec<_>>>() else { return };
-        let ratios: Vec<f64> = (0..above.len())
-            .map(|round| value(&above[round]) / below.iter().map(|runs| value(&runs[round])).sum::<f64>().max(0.001))
-            .collect();
-        println!("| {what} | {} | {target} |", runs::spread(&ratios, 3));
+/// The linter, and the least that there is to do.
+fn rows(corpus: &Corpus) -> Vec<Row> {
+    let own = std::env::current_exe().expect("a program knows where it lies");
+    let (own, manifest) = (own.display(), corpus.root.join("Cargo.toml"));
+    let (root, manifest) = (corpus.root.display(), manifest.display());
+    let mut rows = vec![
+        Row::new("default", format!("{LINTER} check --workspace --manifest-path {manifest}")),
+        Row::new("full", format!("{LINTER} check --workspace --no-gate --manifest-path {manifest}")),
+        Row::new("parse floor", format!("{own} --floor-parse {root}")),
+        Row::new("gate floor", format!("{own} --floor-gate {root}")),
+        Row::new("cargo metadata", format!("cargo metadata --no-deps --format-version 1 --manifest-path {manifest}")),
+    ];
+    if cores() > 1 && peers::answers("taskset --version") {
+        let command = format!("taskset -c 0 {LINTER} check --workspace --no-gate --manifest-path {manifest}");
+        rows.push(Row::new("full, one core", command));
+    }
+    rows
+}
+
+fn measure(corpus: &Corpus, rows: Vec<Row>, rounds: usize) -> Figures {
+    let Corpus { lines, files, packages, .. } = corpus;
+    println!("\n{lines} lines in {files} files of {packages} packages");
+    let runs = runs::in_turn(&rows, rounds);
+    let figures = Figures { rows, runs };
+    figures.print();
+    figures
+}
+
+fn peaks(corpus: &Corpus, figures: &Figures) {
+    println!("\n| peak memory, {} lines | MiB | target |\n| --- | --- | --- |", corpus.lines);
+    for (name, target) in [("default", "40 at 2 M lines"), ("full", "64 at 2 M lines"), ("parse floor", "-")] {
+        let row = figures.rows.iter().find(|row| row.name == name);
+        let peaks: Vec<f64> = row.map(|row| (0..3).filter_map(|_| runs::peak(row)).collect()).unwrap_or_default();
+        println!("| {name} | {} | {target} |", runs::spread(&peaks, 1));
+    }
+}
+
+fn edited(corpus: &Corpus, edits: usize) {
+    let Some(session) = editor::session(LINTER, Path::new(&corpus.root), edits) else {
+        println!("\nthe language server could not be measured");
+        return;
     };
-    show("full, processor / parse floor", "full", &["parse floor"], &cpu, "1.15");
-    show("default, wall / (gate floor + cargo metadata)", "default", &["gate floor", "cargo metadata"], &wall, "1.5");
-    show("default, processor / parse floor", "default", &["parse floor"], &cpu, "-");
-    show("default, wall / ast-grep", "default", &["ast-grep"], &wall, "0.06 at 2 M lines");
-    show("default, wall / semgrep", "default", &["semgrep"], &wall, "0.01 at 2 M lines");
-    show("full, processor / ast-grep", "full", &["ast-grep"], &cpu, "0.6");
+    let milliseconds = |seconds: f64| format!("{:.1}", seconds * 1_000.0);
+    let (median, late) = (runs::median(&session.latencies), runs::percentile(&session.latencies, 0.99));
+    println!("\n| language server, {} lines, {edits} edits | measured | target |\n| --- | --- | --- |", corpus.lines);
+    println!("| processor for an edit, ms, mean | {} | 2 |", milliseconds(session.cpu));
+    println!("| edit to findings but for the pause, ms, median | {} | 2 |", milliseconds(median));
+    println!("| the same, 99th percentile | {} | 15 |", milliseconds(late));
+    println!("| growth after a tenth of the edits, MiB | {:.1} | 10 over 10,000 |", session.growth);
 }
 
 fn cores() -> usize {

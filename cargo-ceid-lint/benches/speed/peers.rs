@@ -34,17 +34,17 @@ pub(crate) fn rows(corpus: &Path, home: &Path, install: bool) -> Vec<Row> {
     let (node, python) = (peers.join("node_modules/.bin/ast-grep"), peers.join("semgrep/bin/semgrep"));
     if install {
         let prefix = peers.display();
-        shell(&format!("test -x {} || npm install --silent --prefix {prefix} @ast-grep/cli", node.display()));
-        shell(&format!(
+        answers(&format!("test -x {} || npm install --silent --prefix {prefix} @ast-grep/cli", node.display()));
+        answers(&format!(
             "test -x {} || (python3 -m venv {prefix}/semgrep && {prefix}/semgrep/bin/pip install --quiet semgrep)",
             python.display()
         ));
     }
     let found = |name: &str, own: &Path| {
         let candidates = [own.display().to_string(), name.to_owned()];
-        let found = candidates.into_iter().find(|program| shell(&format!("{program} --version")));
+        let found = candidates.into_iter().find(|program| answers(&format!("{program} --version")));
         if found.is_none() {
-            println!("{name} is not there; `-- --install-peers` installs it");
+            println!("{name} is not there; `{}` installs it", install_line(name));
         }
         found
     };
@@ -63,7 +63,16 @@ pub(crate) fn rows(corpus: &Path, home: &Path, install: bool) -> Vec<Row> {
     rows
 }
 
-fn shell(command: &str) -> bool {
+fn install_line(name: &str) -> &'static str {
+    match name {
+        "rg" => "cargo install ripgrep",
+        "ast-grep" => "npm install --global @ast-grep/cli",
+        _ => "pip install semgrep",
+    }
+}
+
+/// Whether the shell can run this.
+pub(crate) fn answers(command: &str) -> bool {
     let mut shell = Command::new("bash");
     shell.args(["-c", command]).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     shell.status().is_ok_and(|status| status.success())

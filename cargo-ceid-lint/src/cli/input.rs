@@ -14,6 +14,7 @@ use super::progress::Progress;
 use super::{timings, unread};
 use crate::pipeline::{self, BaselineChoice, Configured, Gate, Options, Report, Stage, Stopwatch};
 use crate::project::{self, Changes, Features, LoadError, Names, Project, Selection, TargetFilter};
+use crate::relevance::Reader;
 use crate::report::{self, Summary, text};
 use crate::source::{DiskSource, MAX_FILE_BYTES, MemorySource, ReadError, ReadSource};
 
@@ -83,7 +84,9 @@ pub(super) fn load(input: &Input, options: &Options, console: Console) -> Result
     let mut watch = Stopwatch::start(options.clock);
     let paths = if input.paths.is_empty() { input.stdin_filename.as_slice() } else { &input.paths };
     let selection = selection(paths, &input.scope, &input.build);
+    let reader = selection.likely_root().filter(|_| options.gate == Gate::On).map(Reader::start);
     let loaded = unsaved_text(input).and_then(|text| Ok((text, project::load(&selection)?)));
+    let ahead = reader.map(Reader::stop).unwrap_or_default();
     let (unsaved, mut project) = match loaded {
         Ok(loaded) => loaded,
         Err(error) => {
@@ -103,7 +106,7 @@ pub(super) fn load(input: &Input, options: &Options, console: Console) -> Result
         console.say_if_verbose(&format!("checking `{}` {}: {}", package.name, package.version, targets.join(", ")));
     }
     let progress = Progress::start(console, &options.steps, begun);
-    let mut first = pipeline::check_configured(&project, options, source(unsaved.as_ref()));
+    let mut first = pipeline::check_read_ahead(&project, options, source(unsaved.as_ref()), &ahead);
     let alone = unread::files_of_no_target(&project, &first.report);
     if !alone.is_empty() && !first.is_config_wrong {
         project = project::with_files(project, &alone, &selection)?;

@@ -167,6 +167,19 @@ fn feeds(
     }
     // What the instance gives in a round, by its law or another method of it.
     let inside = |other: &NodeId| graph.is_within(graph.node(*other).in_loop, id);
+    let updated = match &graph.node(node).effect {
+        Effect::Update(update) => Some(&update.place),
+        Effect::Call(site) => site.args.first().and_then(|arg| arg.place.as_ref()),
+        _ => None,
+    };
+    // A name that may be another filter's says nothing of this one, unless the update goes by the same name.
+    let is_certain = |place: &Place| aliases.roots(place).iter().all(|root| root.overlaps(search.instance));
+    let is_same = |site: &CallSite| {
+        let fed = site.args.first().and_then(|arg| arg.place.as_ref());
+        fed.zip(updated).is_none_or(|(fed, updated)| {
+            fed.base_var() == updated.base_var() || (is_certain(fed) && is_certain(updated))
+        })
+    };
     let given: Vec<Var> = graph
         .node_ids()
         .filter(inside)
@@ -210,6 +223,7 @@ fn feeds(
             Effect::Call(site) => {
                 is_fed(&site.fed, &[])
                     && receives(aliases, search, site)
+                    && is_same(site)
                     && site.targets.iter().any(|target| summaries.get(*target).is_some())
             }
             Effect::Write(write) => {

@@ -166,8 +166,8 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
         let resets = completing.iter().any(|end| end.state.count == Count::Zero);
         let updates = ends.iter().filter(|end| end.state.count != Count::Zero);
         let direct = updates.clone().any(|end| end.state.direct);
-        // How many samples there are is not known, whatever the other ways do.
-        let has_samples = completing.iter().any(|end| end.state.count == Count::PerSample);
+        // How many samples there are is not known, whatever the other ways do, and wherever they lead.
+        let has_samples = ends.iter().any(|end| end.state.count == Count::PerSample);
         let verdict = match (resets, direct) {
             _ if has_samples => Verdict::PerSample,
             (true, _) => Verdict::OnceOrReset,

@@ -137,7 +137,7 @@ pub struct CrateInfo {
 }
 
 /// A crate before it is collected: what the index needs to know of it.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct CrateInput {
     /// Index into the project's packages.
     pub package: usize,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::panic::{self, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread;
 
@@ -25,14 +25,26 @@ pub(super) enum Scope {
     Elsewhere,
 }
 
+/// What may be another than at the last check; the later ones hold those before them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Extent {
+    /// Texts that were open then, and are now.
+    #[default]
+    Texts,
+    /// Files on the disk.
+    Disk,
+    /// The packages and their targets.
+    Project,
+}
+
 /// What one check is to do.
 #[derive(Clone, Debug)]
 pub(super) struct Task {
     pub(super) scope: Scope,
     /// The files of [`Scope::Elsewhere`].
     pub(super) files: Vec<PathBuf>,
-    /// Whether packages and targets may be others than last time.
-    pub(super) is_reloaded: bool,
+    /// What may be another than last time.
+    pub(super) extent: Extent,
     pub(super) settings: Settings,
 }
 
@@ -71,6 +83,12 @@ pub(super) enum Outcome {
         /// What the panic said.
         message: String,
     },
+}
+
+impl Outcome {
+    fn is_panic(&self) -> bool {
+        matches!(self, Self::Panicked { .. })
+    }
 }
 
 /// A project with what was found in it.
@@ -122,12 +140,17 @@ impl Checker {
 fn work(jobs: &Receiver<Job>, events: &Sender<Event>, wanted: &Arc<AtomicU64>, check: Check) {
     let mut loaded: BTreeMap<Scope, Option<Loaded>> = BTreeMap::new();
     for Job { state, tasks, buffers } in jobs {
-        let disk = WantedDisk { state, wanted: Arc::clone(wanted) };
+        let disk = WantedDisk { state, wanted: Arc::clone(wanted), has_refused: Arc::default() };
         let mut done = Checked { finished: Vec::new(), dropped: Vec::new() };
         for task in tasks {
             let outcome = disk.is_wanted().then(|| {
                 let cache = loaded.entry(task.scope.clone()).or_default();
-                caught(|| check(&task, cache, &|| overlay(&disk, &buffers)))
+                let outcome = caught(|| check(&task, cache, &|| overlay(&disk, &buffers)));
+                let is_half_done = disk.has_refused.swap(false, Ordering::Relaxed);
+                if let Some(loaded) = cache.as_mut().filter(|_| is_half_done || outcome.is_panic()) {
+                    loaded.forget();
+                }
+                outcome
             });
             // A check that ran into a refusal has not seen all files.
             match outcome.filter(|_| disk.is_wanted()) {
@@ -165,6 +188,8 @@ fn overlay(disk: &WantedDisk, buffers: &[(PathBuf, Arc<str>)]) -> Box<dyn ReadSo
 struct WantedDisk {
     state: u64,
     wanted: Arc<AtomicU64>,
+    /// Whether a file was refused.
+    has_refused: Arc<AtomicBool>,
 }
 
 impl WantedDisk {
@@ -175,7 +200,11 @@ impl WantedDisk {
 
 impl ReadSource for WantedDisk {
     fn read(&self, path: &Path) -> Result<Arc<str>, ReadError> {
-        if self.is_wanted() { DiskSource.read(path) } else { Err(ReadError::Io("no longer wanted".to_owned())) }
+        if self.is_wanted() {
+            return DiskSource.read(path);
+        }
+        self.has_refused.store(true, Ordering::Relaxed);
+        Err(ReadError::Io("no longer wanted".to_owned()))
     }
 
     fn exists(&self, path: &Path) -> bool {
@@ -193,7 +222,7 @@ mod tests {
 
     fn task(name: &str) -> Task {
         let scope = Scope::Folder(name.into());
-        Task { scope, files: Vec::new(), is_reloaded: false, settings: Settings::default() }
+        Task { scope, files: Vec::new(), extent: Extent::Disk, settings: Settings::default() }
     }
 
     fn check(task: &Task, _: &mut Option<Loaded>, source: &dyn Fn() -> Box<dyn ReadSource>) -> Outcome {
@@ -231,7 +260,7 @@ mod tests {
 
     #[test]
     fn files_of_an_old_state_are_refused() {
-        let disk = WantedDisk { state: 0, wanted: Arc::new(AtomicU64::new(1)) };
+        let disk = WantedDisk { state: 0, wanted: Arc::new(AtomicU64::new(1)), has_refused: Arc::default() };
         assert!(matches!(disk.read(Path::new(file!())), Err(ReadError::Io(_))));
     }
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::check::{Checked, Job, Outcome, Scope, Task};
+use super::check::{Checked, Extent, Job, Outcome, Scope, Task};
 use super::documents::identity;
 use super::findings;
 use super::server::{Phase, Progress, Server};
@@ -16,8 +16,10 @@ pub(super) const PAUSE: Duration = Duration::from_millis(50);
 impl Server {
     /// A file is another than before, on the disk or in the editor.
     pub(super) fn changed(&mut self, path: &Path, pause: Option<Duration>) {
+        // Who does not tell of changes on the disk may have made some.
+        let is_typed = pause.is_some() && self.client.watches_files;
         for scope in self.scopes_of(path) {
-            self.recheck(scope, false);
+            self.recheck(scope, if is_typed { Extent::Texts } else { Extent::Disk });
         }
         self.checker.want_newer();
         self.check_at = pause.map(|pause| Instant::now() + pause);
@@ -38,14 +40,15 @@ impl Server {
         scopes.filter(reads).collect()
     }
 
-    pub(super) fn recheck(&mut self, scope: Scope, is_reloaded: bool) {
-        *self.stale.entry(scope).or_default() |= is_reloaded;
+    pub(super) fn recheck(&mut self, scope: Scope, extent: Extent) {
+        let known = self.stale.entry(scope).or_default();
+        *known = extent.max(*known);
     }
 
-    pub(super) fn recheck_all(&mut self, is_reloaded: bool) {
+    pub(super) fn recheck_all(&mut self, extent: Extent) {
         let folders: Vec<Scope> = self.folders.iter().cloned().map(Scope::Folder).collect();
         for scope in folders.into_iter().chain((!self.elsewhere.is_empty()).then_some(Scope::Elsewhere)) {
-            self.recheck(scope, is_reloaded);
+            self.recheck(scope, extent);
         }
         self.checker.want_newer();
     }
@@ -67,10 +70,10 @@ impl Server {
         }
         self.check_at = None;
         let files = |scope: &Scope| if *scope == Scope::Elsewhere { self.elsewhere.clone() } else { Vec::new() };
-        let tasks = std::mem::take(&mut self.stale).into_iter().map(|(scope, is_reloaded)| Task {
+        let tasks = std::mem::take(&mut self.stale).into_iter().map(|(scope, extent)| Task {
             files: files(&scope),
             scope,
-            is_reloaded,
+            extent,
             settings: self.settings.clone(),
         });
         let tasks = tasks.collect();
@@ -84,7 +87,7 @@ impl Server {
         self.is_checking = false;
         for task in checked.dropped {
             if self.is_known(&task.scope) {
-                self.recheck(task.scope, task.is_reloaded);
+                self.recheck(task.scope, task.extent);
             }
         }
         for (scope, outcome) in checked.finished {
@@ -142,7 +145,7 @@ impl Server {
             self.elsewhere = elsewhere;
             self.units.0.remove(&Scope::Elsewhere);
             if !self.elsewhere.is_empty() {
-                self.recheck(Scope::Elsewhere, false);
+                self.recheck(Scope::Elsewhere, Extent::Disk);
                 return;
             }
         }

@@ -9,7 +9,7 @@ use std::time::Instant;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-use super::check::{Checker, Scope, panic_message};
+use super::check::{Checker, Extent, Scope, panic_message};
 use super::checking::{PAUSE, is_rust};
 use super::client::{self, Client};
 use super::documents::{Documents, identity};
@@ -42,8 +42,8 @@ pub(super) struct Server {
     pub(super) folders: BTreeSet<PathBuf>,
     /// The open files that no folder's check reads.
     pub(super) elsewhere: Vec<PathBuf>,
-    /// What has to be checked again, and whether its packages have to be loaded again.
-    pub(super) stale: BTreeMap<Scope, bool>,
+    /// What has to be checked again, and what of it may be another than last time.
+    pub(super) stale: BTreeMap<Scope, Extent>,
     pub(super) is_checking: bool,
     /// Whether the client has said anything after `initialize`: before that, nothing may be sent.
     pub(super) is_introduced: bool,
@@ -209,7 +209,7 @@ impl Server {
             Ok(settings) => self.settings = settings,
             Err(error) => self.show(1, &error),
         }
-        self.recheck_all(true);
+        self.recheck_all(Extent::Project);
         super::requests::capabilities(&self.client)
     }
 
@@ -308,9 +308,10 @@ impl Server {
         for change in changes {
             let Some(path) = uri::to_path(&change.uri).map(|path| identity(&path)) else { continue };
             // What comes and goes may be a target of its own; so may what a manifest names.
-            let is_reloaded = !is_rust(&path) || change.kind != FileEvent::CHANGED;
+            let is_text = is_rust(&path) && change.kind == FileEvent::CHANGED;
+            let extent = if is_text { Extent::Disk } else { Extent::Project };
             for scope in self.scopes_of(&path) {
-                self.recheck(scope, is_reloaded);
+                self.recheck(scope, extent);
             }
         }
         self.checker.want_newer();
@@ -328,7 +329,7 @@ impl Server {
         }
         for folder in paths(added) {
             if self.folders.insert(folder.clone()) {
-                self.recheck(Scope::Folder(folder), true);
+                self.recheck(Scope::Folder(folder), Extent::Project);
             }
         }
         self.checker.want_newer();
@@ -356,7 +357,7 @@ impl Server {
         let settings = Settings::read(settings).inspect_err(|error| self.show(1, error))?;
         if settings != self.settings {
             self.settings = settings;
-            self.recheck_all(false);
+            self.recheck_all(Extent::Disk);
         }
         Ok(())
     }

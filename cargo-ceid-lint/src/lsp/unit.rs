@@ -7,10 +7,10 @@ use std::time::SystemTime;
 
 use walkdir::WalkDir;
 
-use super::check::{Judged, Outcome, Scope, Task};
+use super::check::{Extent, Judged, Outcome, Scope, Task};
 use super::documents::identity;
 use super::settings::Settings;
-use crate::pipeline::{self, Configured, Options};
+use crate::pipeline::{self, Configured, Memory, Options};
 use crate::project::{self, LoadError, Project};
 use crate::source::ReadSource;
 
@@ -27,6 +27,15 @@ pub(super) struct Loaded {
     paths: Vec<PathBuf>,
     settings: Settings,
     stamps: Vec<Stamp>,
+    /// What its last check has left.
+    memory: Memory,
+}
+
+impl Loaded {
+    /// Forgets what the last check has left.
+    pub(super) fn forget(&mut self) {
+        self.memory.forget();
+    }
 }
 
 /// A file or directory that decides about packages and targets, with what tells whether it has changed.
@@ -42,7 +51,7 @@ pub(super) fn check(task: &Task, loaded: &mut Option<Loaded>, source: &dyn Fn() 
         return Outcome::Nothing;
     }
     let is_known = loaded.as_ref().is_some_and(|loaded| {
-        !task.is_reloaded
+        task.extent < Extent::Project
             && loaded.paths == paths
             && loaded.settings == task.settings
             && loaded.stamps.iter().all(|(path, stamp)| stamp_of(path) == *stamp)
@@ -57,20 +66,25 @@ pub(super) fn check(task: &Task, loaded: &mut Option<Loaded>, source: &dyn Fn() 
         match project::load(&selection) {
             Ok(project) => {
                 let stamps = stamps(&project);
-                *loaded = Some(Loaded { project: Arc::new(project), paths, settings: task.settings.clone(), stamps });
+                let (project, settings) = (Arc::new(project), task.settings.clone());
+                *loaded = Some(Loaded { project, paths, settings, stamps, memory: Memory::default() });
             }
             Err(error) => return not_loaded(error),
         }
     }
-    let Some(Loaded { project, .. }) = loaded else { return Outcome::Nothing };
-    let mut checked = pipeline::check_configured(project, &Options::default(), source());
+    let Some(Loaded { project, memory, .. }) = loaded else { return Outcome::Nothing };
+    if task.extent > Extent::Texts {
+        memory.forget();
+    }
+    let mut checked = pipeline::check_again(project, &Options::default(), source(), memory);
     let alone = files_of_no_target(task, &checked);
     if !alone.is_empty() {
         match project::with_files(Project::clone(project), &alone, &selection) {
             Ok(whole) => *project = Arc::new(whole),
             Err(error) => return not_loaded(error),
         }
-        checked = pipeline::check_configured(project, &Options::default(), source());
+        memory.forget();
+        checked = pipeline::check_again(project, &Options::default(), source(), memory);
     }
     let notices = if is_known { Vec::new() } else { project.notices.clone() };
     Outcome::Checked(Box::new(Judged { project: Arc::clone(project), report: checked.report, notices }))

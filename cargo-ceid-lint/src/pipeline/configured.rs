@@ -1,9 +1,10 @@
 //! A check with the configuration that lies beside the project's manifests.
 
-use super::{BaselineChoice, Clock, Gate, Report, Steps, check_timed, known};
+use super::{BaselineChoice, Clock, Earlier, Gate, Memory, Report, Steps, check_timed, known};
 use crate::config::{self, Config, ConfigError, LevelOverrides};
 use crate::diagnostic::Problem;
 use crate::project::{Package, Project};
+use crate::relevance::ReadAhead;
 use crate::rules;
 use crate::source::{ReadSource, SourceMap, Span};
 
@@ -36,8 +37,35 @@ pub struct Configured {
 /// Checks a project with its own configuration, and compares what is found with its baseline. What could not be loaded is among the problems.
 #[must_use]
 pub fn check_configured(project: &Project, options: &Options, source: Box<dyn ReadSource>) -> Configured {
+    check_after(project, options, source, Earlier::default())
+}
+
+/// The same, where only texts that `source` holds have changed since the check that `memory` is of.
+#[must_use]
+pub fn check_again(
+    project: &Project,
+    options: &Options,
+    source: Box<dyn ReadSource>,
+    memory: &mut Memory,
+) -> Configured {
+    check_after(project, options, source, Earlier { memory: Some(memory), ..Earlier::default() })
+}
+
+/// The same, where some files were read while the project was loaded.
+#[must_use]
+pub fn check_read_ahead(
+    project: &Project,
+    options: &Options,
+    source: Box<dyn ReadSource>,
+    ahead: &ReadAhead,
+) -> Configured {
+    check_after(project, options, source, Earlier { ahead: Some(ahead), ..Earlier::default() })
+}
+
+fn check_after(project: &Project, options: &Options, source: Box<dyn ReadSource>, earlier: Earlier<'_>) -> Configured {
+    let earlier = Earlier { clock: options.clock, steps: options.steps.clone(), ..earlier };
     let checked = configuration(project, options.overrides.clone(), &*source).and_then(|config| {
-        let mut report = check_timed(project, &config, source, options.gate, options.clock, &options.steps)?;
+        let mut report = check_timed(project, &config, source, options.gate, earlier)?;
         known::compare(project, &config, &options.baseline, &mut report)?;
         Ok((report, config))
     });

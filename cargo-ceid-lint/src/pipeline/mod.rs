@@ -3,6 +3,7 @@
 mod configured;
 mod entries;
 mod known;
+mod memory;
 mod parse;
 mod prospect;
 mod since;
@@ -13,14 +14,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
-pub use configured::{Configured, Options, check_configured};
+pub use configured::{Configured, Options, check_again, check_configured, check_read_ahead};
 pub use known::{BaselineChoice, CheckedCrate};
+pub use memory::Memory;
 pub use prospect::{Prospect, prospect};
 pub use since::Unchanged;
 pub use steps::Steps;
 pub use timings::{Clock, Stage, Stopwatch, Timings};
 
 use self::entries::Ledger;
+use self::memory::Judged;
 use self::parse::Part;
 use crate::baseline::Comparison;
 use crate::config::{self, Config, ConfigError, Preset};
@@ -30,7 +33,7 @@ use crate::flow::{Program, lower_function};
 use crate::index::{CrateInput, FunctionPlaces, Index};
 use crate::migrate::{self, Plan};
 use crate::project::Project;
-use crate::relevance::{self, Names, biggest_first};
+use crate::relevance::{self, Names, ReadAhead, biggest_first};
 use crate::rules::{self, Known, RULES};
 use crate::source::{DiskSource, ReadSource, SourceMap, Span};
 use crate::suggest;
@@ -38,7 +41,7 @@ use crate::suppress::{Crate, Suppressions};
 use crate::syntax::{Directives, with_large_stack};
 
 /// What a run found out.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Report {
     /// Every text that was read.
     pub sources: SourceMap,
@@ -151,22 +154,31 @@ pub fn check_with(
     source: Box<dyn ReadSource>,
     gate: Gate,
 ) -> Result<Report, ConfigError> {
-    check_timed(project, config, source, gate, None, &Steps::default())
+    check_timed(project, config, source, gate, Earlier::default())
 }
 
-/// The same, measured by a clock if there is one.
+/// What was found out before a run, and how it is watched.
+#[derive(Default)]
+struct Earlier<'a> {
+    ahead: Option<&'a ReadAhead>,
+    memory: Option<&'a mut Memory>,
+    clock: Option<Clock>,
+    steps: Steps,
+}
+
+/// The same, with a clock if there is one.
 fn check_timed(
     project: &Project,
     config: &Config,
     source: Box<dyn ReadSource>,
     gate: Gate,
-    clock: Option<Clock>,
-    steps: &Steps,
+    earlier: Earlier<'_>,
 ) -> Result<Report, ConfigError> {
+    let Earlier { ahead, mut memory, clock, steps } = earlier;
     let mut watch = Stopwatch::start(clock);
     let source: Arc<dyn ReadSource> = source.into();
     let presets = presets_of(project, config)?;
-    let run = Run { project, config, presets: &presets, clock, steps };
+    let run = Run { project, config, presets: &presets, clock, steps: &steps };
     if gate == Gate::Whole {
         return run.whole(&source);
     }
@@ -174,11 +186,24 @@ fn check_timed(
     // What the user looks at is parsed in any case.
     let mut named = source.held();
     named.extend(project.only.iter().filter(|path| path.is_file()).cloned());
-    let components = relevance::components(project, &names, &named);
+    if let Some(memory) = memory.as_deref_mut() {
+        memory.prepare(config, &*source);
+    }
+    let mut components = memory
+        .as_ref()
+        .and_then(|memory| memory.components())
+        .unwrap_or_else(|| relevance::components(project, &names, ahead.unwrap_or(&ReadAhead::default())));
+    if let Some(memory) = memory.as_deref_mut() {
+        memory.learn_components(&components);
+    }
+    relevance::look_at(&mut components, project, &named);
     watch.lap(Stage::Gate);
-    let parts = parse::parts(project, &source, &components, &names, gate, steps);
+    let mut parts = parse::parts(project, &source, &components, &names, gate, memory.as_deref_mut(), &steps);
+    if let Some(memory) = memory.as_deref_mut().filter(|memory| memory.have_read(&parts)) {
+        memory.forget();
+        parts = parse::parts(project, &source, &components, &names, gate, None, &steps);
+    }
     watch.lap(Stage::Parse);
-    let parsed: BTreeSet<usize> = parts.iter().flat_map(|part| part.packages.iter().copied()).collect();
     let sizes: Vec<u64> = parts.iter().map(Part::bytes).collect();
     let parts: Vec<Mutex<Option<Part>>> = parts.into_iter().map(|part| Mutex::new(Some(part))).collect();
     let judged = biggest_first(&sizes, |at| {
@@ -188,11 +213,21 @@ fn check_timed(
     let mut report = Report::default();
     let mut ledger = Ledger::of(config);
     let mut sources = SourceMap::new(project.root.clone());
-    for part in judged {
-        let Ok((mut own, named)) = part else { return run.whole(&source) };
-        ledger.add(&named);
-        sources.extend(std::mem::take(&mut own.sources));
-        report.add(own);
+    let mut parsed: BTreeSet<usize> = BTreeSet::new();
+    let Ok(mut judged) = judged.into_iter().collect::<Result<Vec<Judged>, ConfigError>>() else {
+        return run.whole(&source);
+    };
+    if let Some(memory) = memory {
+        judged.extend(memory.judged().iter().cloned());
+        memory.learn_judged(judged.clone());
+    }
+    // What cannot matter comes after the rest.
+    judged.sort_by_key(|own| (!own.can_matter, own.packages.first().copied()));
+    for mut own in judged {
+        ledger.add(&own.named);
+        parsed.extend(&own.packages);
+        sources.extend(std::mem::take(&mut own.report.sources));
+        report.add(own.report);
     }
     // An entry that named nothing may be an error, whose words depend on all that is there.
     if !ledger.is_complete() {
@@ -245,19 +280,22 @@ impl Run<'_> {
     }
 
     /// Analyses packages that are linked.
-    fn part(&self, part: Part) -> Result<(Report, Named), ConfigError> {
-        if !part.can_matter {
+    fn part(&self, mut part: Part) -> Result<Judged, ConfigError> {
+        let (packages, read, can_matter) = (part.packages.clone(), std::mem::take(&mut part.read), part.can_matter);
+        let (report, named) = if can_matter {
+            let graph = entries::graph_around(self.project, &packages);
+            self.analysed(part, |index, is_partial| {
+                let named = entries::add_some(self.project, self.config, &graph, index, is_partial)?;
+                entries::add_presets(self.presets, &graph, index)?;
+                Ok(named)
+            })?
+        } else {
             let mut report =
                 Report { sources: part.sources, left_out: part.left_out, checked: part.checked, ..Report::default() };
             report.add_problems(part.problems);
-            return Ok((report, Named::new()));
-        }
-        let graph = entries::graph_around(self.project, &part.packages);
-        self.analysed(part, |index, is_partial| {
-            let named = entries::add_some(self.project, self.config, &graph, index, is_partial)?;
-            entries::add_presets(self.presets, &graph, index)?;
-            Ok(named)
-        })
+            (report, Named::new())
+        };
+        Ok(Judged { packages, read, can_matter, report, named })
     }
 
     fn analysed(

@@ -1,23 +1,23 @@
 //! From packages to parsed crates, side by side. Never keeps what cannot matter: of such packages only the problems are told.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::{CheckedCrate, Gate, Steps};
+use super::{CheckedCrate, Gate, Memory, Steps};
 use crate::diagnostic::Problem;
 use crate::index::CrateInput;
-use crate::project::{Project, TargetKind};
+use crate::project::{CfgValues, Project, TargetKind};
 use crate::relevance::{Component, Names, Sets, biggest_first};
 use crate::source::{FileId, FileSet, ReadSource, SourceMap};
-use crate::syntax::parse_root;
+use crate::syntax::{RootModule, parse_root, survey_root};
 
 /// How much code without any filter is parsed all the same, in bytes: as long as that takes less time than to start cargo, what
 /// is broken in it is told.
 const ALWAYS_PARSED: u64 = 256 * 1024;
 
 /// Packages that were parsed, and are analysed together.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Part {
     /// Indices into the project's packages.
     pub(super) packages: Vec<usize>,
@@ -32,7 +32,7 @@ pub(super) struct Part {
     /// See [`Report::checked`](super::Report::checked).
     pub(super) checked: Vec<CheckedCrate>,
     /// The files that were read.
-    read: BTreeSet<PathBuf>,
+    pub(super) read: BTreeSet<PathBuf>,
     /// Whether it is to be analysed.
     pub(super) can_matter: bool,
 }
@@ -40,48 +40,80 @@ pub(super) struct Part {
 impl Part {
     /// How much there is to analyse.
     pub(super) fn bytes(&self) -> u64 {
-        let files = self.sources.files().filter(|_| self.can_matter);
-        files.map(|(_, file)| file.byte_count() as u64).sum()
+        if self.can_matter { self.bytes_read() } else { 0 }
+    }
+
+    pub(super) fn bytes_read(&self) -> u64 {
+        self.sources.files().map(|(_, file)| file.byte_count() as u64).sum()
+    }
+
+    /// Forgets the texts of which nothing will be shown.
+    fn drop_texts(&mut self) {
+        let shown: BTreeSet<FileId> = self.problems.iter().filter_map(|problem| Some(problem.span?.file)).collect();
+        self.sources.drop_texts(|file| !shown.contains(&file));
     }
 }
 
-/// Parses the packages of all components that are looked at.
+/// Parses the packages of all components that are looked at, and about which nothing is remembered.
 pub(super) fn parts(
     project: &Project,
     source: &Arc<dyn ReadSource>,
     components: &[Component],
     names: &Names,
     gate: Gate,
+    memory: Option<&mut Memory>,
     steps: &Steps,
 ) -> Vec<Part> {
     let unnamed: u64 = components.iter().filter(|own| !own.can_matter).map(Component::bytes).sum();
-    let is_parsed = |component: &&Component| component.can_matter || gate == Gate::Off || unnamed <= ALWAYS_PARSED;
+    let known = memory.as_deref();
+    let is_judged = |component: &Component| known.is_some_and(|known| known.has_judged(component.packages[0]));
+    let is_parsed = |component: &&Component| {
+        (component.can_matter || gate == Gate::Off || unnamed <= ALWAYS_PARSED) && !is_judged(component)
+    };
     let components: Vec<&Component> = components.iter().filter(is_parsed).collect();
     for component in &components {
         steps.expect(component.bytes(), component.can_matter);
     }
-    let packages = components.iter().flat_map(|own| own.packages.iter().map(|package| (*package, own.can_matter)));
-    let packages: Vec<(usize, bool)> = packages.collect();
+    let packages = components.iter().flat_map(|own| own.packages.iter().map(move |package| (*package, *own)));
+    let packages: Vec<(usize, &Component)> = packages.collect();
     let sizes: Vec<u64> = components.iter().flat_map(|own| own.sizes.iter().copied()).collect();
     let parsed = biggest_first(&sizes, |at| {
-        let (package, can_matter) = packages[at];
-        let mut part = parse(project, source, &[package]);
-        if !can_matter {
-            part.inputs.clear();
-            let shown: BTreeSet<FileId> = part.problems.iter().filter_map(|problem| Some(problem.span?.file)).collect();
-            part.sources.drop_texts(|file| shown.contains(&file));
+        let (package, component) = packages[at];
+        if let Some(part) = known.filter(|_| component.is_named).and_then(|known| known.tree(package)) {
+            steps.add(sizes[at]);
+            return part;
+        }
+        let mut part = parse_as(project, source, &[package], parser_of(component));
+        if !component.can_matter {
+            part.drop_texts();
         }
         steps.add(sizes[at]);
         part
     });
+    if let Some(memory) = memory {
+        let held = source.held();
+        let is_open = |component: &Component| {
+            let mut owners = held.iter().filter_map(|file| project.owner(file));
+            component.is_named && owners.any(|owner| component.packages.contains(&owner))
+        };
+        for ((package, _), part) in packages.iter().zip(&parsed).filter(|((_, component), _)| is_open(component)) {
+            memory.learn_tree(*package, part);
+        }
+    }
     let mut parsed: BTreeMap<usize, Part> = packages.iter().map(|(package, _)| *package).zip(parsed).collect();
     let mut parts: Vec<Part> = Vec::new();
     for component in components {
         let own = component.packages.iter().filter_map(|package| parsed.remove(package)).collect();
-        let mut part = together(project, source, own);
+        let mut part = together(project, source, own, parser_of(component));
         part.can_matter = component.can_matter
             && (component.packages.iter().any(|package| names.are_linked_to(&project.packages[*package]))
                 || names.are_in(part.sources.files().map(|(_, file)| file.text.as_bytes())));
+        if !part.can_matter {
+            part.inputs.clear();
+        } else if !component.is_named {
+            // A name was written where nobody had looked for it.
+            part = Part { can_matter: true, ..parse(project, source, &component.packages) };
+        }
         parts.push(part);
     }
     join(project, source, parts)
@@ -101,18 +133,19 @@ fn join(project: &Project, source: &Arc<dyn ReadSource>, parts: Vec<Part>) -> Ve
     for (number, part) in parts.into_iter().enumerate() {
         joined.entry(sets.root(number)).or_default().push(part);
     }
-    let joined = joined.into_values().map(|parts| Part { can_matter: true, ..together(project, source, parts) });
+    let joined =
+        joined.into_values().map(|parts| Part { can_matter: true, ..together(project, source, parts, parse_root) });
     joined.chain(others).collect()
 }
 
 /// Puts the parts of a component together. A file that several of its packages read is one file.
-fn together(project: &Project, source: &Arc<dyn ReadSource>, parts: Vec<Part>) -> Part {
+fn together(project: &Project, source: &Arc<dyn ReadSource>, parts: Vec<Part>, parse_root: ParseRoot) -> Part {
     let mut packages: Vec<usize> = parts.iter().flat_map(|part| part.packages.iter().copied()).collect();
     packages.sort_unstable();
     let files: usize = parts.iter().map(|part| part.read.len()).sum();
     let different: BTreeSet<&PathBuf> = parts.iter().flat_map(|part| &part.read).collect();
     if different.len() < files {
-        return parse(project, source, &packages);
+        return parse_as(project, source, &packages, parse_root);
     }
     let mut whole = Part { packages, sources: SourceMap::new(project.root.clone()), ..Part::default() };
     for part in parts {
@@ -126,8 +159,20 @@ fn together(project: &Project, source: &Arc<dyn ReadSource>, parts: Vec<Part>) -
     whole
 }
 
+/// Reads a crate with its modules.
+type ParseRoot = fn(&Path, &str, &CfgValues, &mut FileSet, &mut Vec<Problem>) -> RootModule;
+
 /// Parses the crates of some packages with their modules, one after the other.
 pub(super) fn parse(project: &Project, source: &Arc<dyn ReadSource>, packages: &[usize]) -> Part {
+    parse_as(project, source, packages, parse_root)
+}
+
+/// Only where a filter may be are the items of use.
+fn parser_of(component: &Component) -> ParseRoot {
+    if component.is_named { parse_root } else { survey_root }
+}
+
+fn parse_as(project: &Project, source: &Arc<dyn ReadSource>, packages: &[usize], parse_root: ParseRoot) -> Part {
     let mut files = FileSet::new(SourceMap::new(project.root.clone()), Arc::clone(source));
     let mut part = Part { packages: packages.to_vec(), ..Part::default() };
     // Each package has a range of numbers of its own.

@@ -72,7 +72,7 @@ pub(super) fn list(package: &Package, number: usize, others: &BTreeMap<&Path, us
 }
 
 /// Directories in which no module lies: hidden ones, and what cargo and npm write.
-fn is_left_out(path: &Path, name: &str) -> bool {
+pub(super) fn is_left_out(path: &Path, name: &str) -> bool {
     name.starts_with('.') || name == "node_modules" || (name == "target" && path.join("CACHEDIR.TAG").is_file())
 }
 

@@ -19,7 +19,7 @@ pub(super) fn links(path: &Path, text: &[u8]) -> Vec<Link> {
     let directory = path.parent().unwrap_or(Path::new(""));
     let mut found = Vec::new();
     for at in memmem::find_iter(text, "include!") {
-        if at.checked_sub(1).is_none_or(|before| !is_word(text[before])) {
+        if at.checked_sub(1).is_none_or(|before| !is_word(text[before])) && !is_comment(&text[..at]) {
             let rest = skip(&text[at + "include!".len()..], b" \t\r\n([{");
             // A path that is put together is not followed.
             if let Some(b'"' | b'r' | b'$') = rest.first() {
@@ -29,7 +29,11 @@ pub(super) fn links(path: &Path, text: &[u8]) -> Vec<Link> {
     }
     for at in memmem::find_iter(text, "path") {
         let rest = skip(&text[at + "path".len()..], b" \t\r\n");
-        if rest.first() == Some(&b'=') && rest.get(1) != Some(&b'=') && is_attribute(&text[..at]) {
+        if rest.first() == Some(&b'=')
+            && rest.get(1) != Some(&b'=')
+            && is_attribute(&text[..at])
+            && !is_comment(&text[..at])
+        {
             found.extend(link(directory, skip(&rest[1..], b" \t\r\n")));
         }
     }
@@ -43,6 +47,14 @@ fn is_word(byte: u8) -> bool {
 fn skip<'a>(text: &'a [u8], bytes: &[u8]) -> &'a [u8] {
     let length = text.iter().position(|byte| !bytes.contains(byte)).unwrap_or(text.len());
     &text[length..]
+}
+
+/// Whether the text ends in a comment for certain: its last line begins as one, and in it ends no string and no longer comment
+/// that may have begun before.
+fn is_comment(before: &[u8]) -> bool {
+    let start = memchr::memrchr(b'\n', before).map_or(0, |end| end + 1);
+    let line = before[start..].trim_ascii_start();
+    line.starts_with(b"//") && !line.contains(&b'"') && memmem::find(line, b"*/").is_none()
 }
 
 /// Whether an attribute is open at the end of the text: `#[`, or `#[cfg_attr(unix, `.
@@ -116,6 +128,9 @@ mod tests {
         }
         check("#[path = \".hidden/x.rs\"] mod x;", &[Link::Unknown]);
         check("#[path = /* here */ \"x.rs\"] mod x;", &[Link::Unknown]);
+        // What looks like a comment is the end of a longer one, or of a string.
+        check("/*\n// */ include!($p);", &[Link::Unknown]);
+        check("const A: &str = \"\n// \"; include!($p);", &[Link::Unknown]);
     }
 
     #[test]
@@ -126,6 +141,8 @@ mod tests {
             "include!(concat!(env!(\"OUT_DIR\"), \"/a.rs\"));",
             "//! a = { path = \"../a\" }",
             "if path == \"a\" {}",
+            "/// # include!(\"../../setup.rs\");",
+            "fn f() {}\n    //! #[path = \"parts/x.inc\"] mod x;",
         ] {
             check(text, &[]);
         }

@@ -6,6 +6,7 @@
 //! `ceid:` comment or of `ceid-core`, or what an entry of the configuration or of a preset names. A component in which no such
 //! name is written has no cycle and no finding.
 
+mod ahead;
 mod files;
 mod links;
 mod names;
@@ -14,10 +15,12 @@ use std::cmp::Reverse;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+pub use ahead::{ReadAhead, Reader};
 pub use names::Names;
 
+use self::ahead::FileFacts;
 use self::files::{Listing, list};
-use self::links::{Link, links};
+use self::links::Link;
 use crate::project::Project;
 
 /// Packages that dependencies or common files link.
@@ -27,6 +30,8 @@ pub struct Component {
     pub packages: Vec<usize>,
     /// Whether something in it can be a filter.
     pub can_matter: bool,
+    /// Whether that is so because of what is written in the files that were read, and not because others may be read.
+    pub is_named: bool,
     /// How many bytes of code each of them has.
     pub sizes: Vec<u64>,
 }
@@ -51,15 +56,18 @@ struct Facts {
     bytes: u64,
 }
 
-/// The components of a project, in the order of their first packages. `looked_at` are files that matter
-/// whatever is in them.
-#[must_use]
-pub fn components(project: &Project, names: &Names, looked_at: &[PathBuf]) -> Vec<Component> {
-    let mut facts = scan(project, names);
-    for (number, package) in project.packages.iter().enumerate() {
-        let is_looked_at = |file: &PathBuf| project.owner(file) == Some(number);
-        facts[number].is_open |= names.are_linked_to(package) || looked_at.iter().any(is_looked_at);
+/// Marks the components that the user looks at: they matter whatever is in them.
+pub fn look_at(components: &mut [Component], project: &Project, files: &[PathBuf]) {
+    for owner in files.iter().filter_map(|file| project.owner(file)) {
+        let around = components.iter_mut().filter(|component| component.packages.contains(&owner));
+        around.for_each(|component| component.can_matter = true);
     }
+}
+
+/// The components of a project, in the order of their first packages. What was read ahead is not read again.
+#[must_use]
+pub fn components(project: &Project, names: &Names, ahead: &ReadAhead) -> Vec<Component> {
+    let facts = scan(project, names, ahead);
     let mut sets = Sets::new(facts.len());
     for (number, package) in project.packages.iter().enumerate() {
         for other in package.dependencies.iter().filter_map(|dependency| dependency.package) {
@@ -76,7 +84,7 @@ pub fn components(project: &Project, names: &Names, looked_at: &[PathBuf]) -> Ve
         let root = sets.root(number);
         if place[root] == usize::MAX {
             place[root] = components.len();
-            components.push(Component { packages: Vec::new(), can_matter: false, sizes: Vec::new() });
+            components.push(Component { packages: Vec::new(), can_matter: false, is_named: false, sizes: Vec::new() });
             found.push(vec![false; names.needles.len()]);
         }
         let at = place[root];
@@ -88,13 +96,15 @@ pub fn components(project: &Project, names: &Names, looked_at: &[PathBuf]) -> Ve
         }
     }
     for (component, found) in components.iter_mut().zip(&found) {
-        component.can_matter |= names.are_written(found);
+        let is_linked = |number: &usize| names.are_linked_to(&project.packages[*number]);
+        component.is_named = names.are_written(found) || component.packages.iter().any(is_linked);
+        component.can_matter |= component.is_named;
     }
     components
 }
 
 /// Reads all files of all packages on all cores.
-fn scan(project: &Project, names: &Names) -> Vec<Facts> {
+fn scan(project: &Project, names: &Names, ahead: &ReadAhead) -> Vec<Facts> {
     let others = files::directories(project);
     let listings: Vec<Listing> =
         in_parallel(project.packages.len(), |number| list(&project.packages[number], number, &others));
@@ -109,14 +119,19 @@ fn scan(project: &Project, names: &Names) -> Vec<Facts> {
         let mut text = Vec::new();
         let of_file = |(number, path): &(usize, &PathBuf)| {
             let mut facts = Facts { found: vec![false; names.needles.len()], ..Facts::default() };
-            // What cannot be read is told by the parser, if it is a part of anything.
-            facts.is_open = files::read(path, &mut text).is_err();
-            facts.bytes = text.len() as u64;
-            names.find(&text, &mut facts.found);
-            for link in links(path, &text) {
+            let known = ahead.get(path).filter(|_| names.are_words());
+            let own = known.cloned().unwrap_or_else(|| {
+                // What cannot be read is told by the parser, if it is a part of anything.
+                facts.is_open = files::read(path, &mut text).is_err();
+                names.find(&text, &mut facts.found);
+                FileFacts::of(path, &text, facts.found[0])
+            });
+            facts.bytes = own.bytes;
+            facts.found[0] = own.has_word;
+            for link in &own.links {
                 match link {
                     Link::Unknown => facts.is_open = true,
-                    Link::To(file) => match project.owner(&file) {
+                    Link::To(file) => match project.owner(file) {
                         Some(other) if other == *number => {}
                         Some(other) => facts.uses.push(other),
                         None => facts.is_open = true,

@@ -23,12 +23,25 @@ fn is_word(text: &[u8], at: usize, end: usize) -> bool {
     }
 }
 
+/// The words that matter by themselves.
+#[derive(Debug)]
+pub(super) struct Words(AhoCorasick);
+
+impl Words {
+    pub(super) fn new() -> Self {
+        Self(AhoCorasick::builder().ascii_case_insensitive(true).build(WORDS).expect("three short words"))
+    }
+
+    pub(super) fn are_in(&self, text: &[u8]) -> bool {
+        self.0.find_iter(text).any(|found| is_word(text, found.start(), found.end()))
+    }
+}
+
 /// What to look for.
 #[derive(Debug)]
 pub struct Names {
-    /// The words that matter by themselves.
-    words: AhoCorasick,
-    /// The words of entries. The first needle stands for all of [`WORDS`].
+    words: Words,
+    /// The words of entries. The first needle stands for the words that matter by themselves.
     pub(super) needles: Vec<Option<Finder<'static>>>,
     /// Needles that matter when all of a list are written.
     together: Vec<Vec<usize>>,
@@ -40,9 +53,8 @@ impl Names {
     /// The names of a configuration and its presets.
     #[must_use]
     pub fn new(config: &Config, presets: &[Preset]) -> Self {
-        let words = AhoCorasick::builder().ascii_case_insensitive(true).build(WORDS).expect("three short words");
         let crates = ["ceid_core".to_owned()].into();
-        let mut names = Self { words, needles: vec![None], together: vec![vec![0]], crates };
+        let mut names = Self { words: Words::new(), needles: vec![None], together: vec![vec![0]], crates };
         let sections = || config.sections.iter();
         let filters = sections().flat_map(|section| &section.filters);
         for entry in filters.chain(presets.iter().flat_map(|preset| &preset.filters)) {
@@ -97,13 +109,18 @@ impl Names {
         self.are_written(&found)
     }
 
+    /// Whether nothing else is looked for.
+    pub(super) fn are_words(&self) -> bool {
+        self.needles.len() == 1
+    }
+
     /// Marks the needles that are in the text.
     pub(super) fn find(&self, text: &[u8], found: &mut [bool]) {
         for (needle, found) in self.needles.iter().zip(found) {
             *found = *found
                 || match needle {
                     Some(needle) => needle.find(text).is_some(),
-                    None => self.words.find_iter(text).any(|found| is_word(text, found.start(), found.end())),
+                    None => self.words.are_in(text),
                 };
         }
     }

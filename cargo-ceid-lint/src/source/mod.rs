@@ -116,15 +116,13 @@ impl SourceMap {
         self.ranges.sort_by_key(|range| range.first);
     }
 
-    /// Forgets the texts of all files but those of which something will be shown.
-    pub fn drop_texts(&mut self, is_shown: impl Fn(FileId) -> bool) {
-        for range in &mut self.ranges {
-            let files = (range.first..).zip(&mut range.files);
-            for (_, file) in files.filter(|(number, _)| !is_shown(FileId(*number))) {
-                file.dropped = Some((file.line_count(), file.byte_count()));
-                file.text = Arc::from("");
-                file.lines = LineIndex::default();
-            }
+    /// Forgets the texts of which nothing will be shown.
+    pub fn drop_texts(&mut self, is_dropped: impl Fn(FileId) -> bool) {
+        let files = self.ranges.iter_mut().flat_map(|range| (range.first..).map(FileId).zip(&mut range.files));
+        for (_, file) in files.filter(|(id, _)| is_dropped(*id)) {
+            file.dropped = Some((file.line_count(), file.byte_count()));
+            file.text = Arc::from("");
+            file.lines = LineIndex::default();
         }
     }
 

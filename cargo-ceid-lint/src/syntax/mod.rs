@@ -86,6 +86,17 @@ pub fn parse_root(
     with_large_stack(|| Loader::new(cfg, edition, files, problems).root(root_file))
 }
 
+/// As [`parse_root`], without any items: no more than the tree of one file is in memory at a time.
+pub fn survey_root(
+    root_file: &Path,
+    edition: &str,
+    cfg: &CfgValues,
+    files: &mut FileSet,
+    problems: &mut Vec<Problem>,
+) -> RootModule {
+    with_large_stack(|| Loader::new(cfg, edition, files, problems).without_items().root(root_file))
+}
+
 /// The items of a text that is shown as `name`, with modules from nowhere: for tests of this floor and of those above it.
 pub fn parse_source(name: &str, text: &str, cfg: &CfgValues, map: &mut SourceMap) -> (Vec<Item>, Vec<Problem>) {
     let mut source = MemorySource::default();

@@ -42,6 +42,8 @@ pub(super) struct Loader<'a> {
     left_out: BTreeSet<PathBuf>,
     /// The files that were read.
     read: BTreeSet<FileId>,
+    /// Whether items are kept, or dropped one by one.
+    pub(super) keeps_items: bool,
 }
 
 /// Where the modules of a module are looked for.
@@ -107,7 +109,13 @@ impl<'a> Loader<'a> {
             removed: BTreeSet::new(),
             left_out: BTreeSet::new(),
             read: BTreeSet::new(),
+            keeps_items: true,
         }
+    }
+
+    /// The same for a crate of which only its files and problems are asked for.
+    pub(super) fn without_items(self) -> Self {
+        Self { keeps_items: false, ..self }
     }
 
     pub(super) fn root(mut self, path: &Path) -> RootModule {

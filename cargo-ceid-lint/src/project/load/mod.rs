@@ -24,6 +24,15 @@ pub fn load(selection: &Selection) -> Result<Project, LoadError> {
     load_roots(&roots, selection)
 }
 
+impl Selection {
+    /// The directory in which most of the code lies, as far as that can be told before cargo was asked.
+    #[must_use]
+    pub fn likely_root(&self) -> Option<PathBuf> {
+        let manifest = if self.paths.is_empty() { manifest_of(self).ok()? } else { return None };
+        manifest.parent().map(Path::to_owned)
+    }
+}
+
 fn manifest_of(selection: &Selection) -> Result<PathBuf, LoadError> {
     if let Some(path) = &selection.manifest_path {
         return existing(path, selection);

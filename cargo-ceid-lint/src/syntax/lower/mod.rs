@@ -55,8 +55,14 @@ impl<'l, 'a> Lowerer<'l, 'a> {
         let attrs = self.attrs(&tree.attrs);
         let mut items = Vec::new();
         // A file that is not there declares no modules that could be missing.
-        if attrs.is_there() {
+        if attrs.is_there() && self.loader.keeps_items {
             self.items(&tree.items, &mut items);
+        } else if attrs.is_there() {
+            // Items that nobody wants are lowered for what they say of others.
+            for item in &tree.items {
+                self.item(item, &mut items);
+                items.clear();
+            }
         }
         LoadedFile { attrs, items }
     }

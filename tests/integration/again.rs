@@ -1,0 +1,93 @@
+//! A check that remembers the one before it finds what a fresh one finds, whatever was typed in between.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use cargo_ceid_lint::pipeline::{Memory, Options, Report, check_again, check_configured};
+use cargo_ceid_lint::project::{self, Project, Selection};
+use cargo_ceid_lint::report::text;
+use cargo_ceid_lint::source::{DiskSource, MemorySource, ReadSource};
+
+use crate::gate::{Choices, generated};
+
+/// The files that are open.
+const OPEN: [&str; 4] = ["filters/src/lib.rs", "middle/src/lib.rs", "application/src/lib.rs", "alike/src/lib.rs"];
+
+/// What is typed.
+const LINES: [&str; 14] = [
+    "",
+    "// ceid: cycle",
+    "pub struct Other(pub f64);",
+    "pub fn again(kf: &mut filters::Kf) { use filters::SampledFilter; loop { kf.update(); kf.update(); } }",
+    "pub fn never(kf: &mut filters::Kf) { loop { if kf.0 > 0.0 { continue; } filters::step(kf); } }",
+    "impl SampledFilter for u8 { fn update(&mut self) {} }",
+    "pub fn broken( {",
+    "#[path = \"../../spare/src/lib.rs\"] pub mod spare;",
+    "include!(\"../../filters/src/lib.rs\");",
+    "pub mod gone;",
+    "macro_rules! twice { ($e:expr) => { $e; $e; } }",
+    "#![cfg(test)]",
+    "/* ",
+    "pub trait SampledFilter { fn update(&mut self, x: f64); }",
+];
+
+fn source(texts: &[(PathBuf, String)]) -> Box<dyn ReadSource> {
+    let mut source = MemorySource::over(Box::new(DiskSource));
+    for (path, text) in texts {
+        source.insert(path, Arc::from(text.as_str()));
+    }
+    Box::new(source)
+}
+
+/// Everything that a report tells.
+fn told(report: &Report) -> String {
+    let files: Vec<String> = report.sources.files().map(|(id, file)| format!("{id:?} {}", file.name)).collect();
+    format!(
+        "{}\n{:#?}\n{:?}\n{:?}\n{:?}\n{:?}\n{:?}\n{} {}\n{files:?}",
+        text::report(report),
+        report.diagnostics,
+        report.cycles,
+        report.problems,
+        report.unread,
+        report.left_out,
+        report.unparsed,
+        report.filter_types,
+        report.presumed,
+    )
+}
+
+fn loaded(directory: &Path) -> Project {
+    let manifest_path = Some(directory.join("Cargo.toml"));
+    let selection =
+        Selection { current_dir: directory.to_owned(), manifest_path, workspace: true, ..Selection::default() };
+    project::load(&selection).expect("the workspace can be loaded")
+}
+
+#[test]
+fn what_is_remembered_is_what_a_fresh_check_finds() {
+    let mut kept = 0;
+    for seed in 0..6 {
+        let directory = generated(&format!("again_{seed}"), seed);
+        let project = loaded(&directory);
+        let open = OPEN.map(|name| directory.join(name).canonicalize().expect("it was written"));
+        let original = open.map(|path| (path.clone(), std::fs::read_to_string(&path).expect("it was written")));
+        let mut texts = original.to_vec();
+        let (mut choices, mut memory) = (Choices(seed), Memory::default());
+        for step in 0..40 {
+            let at = usize::try_from(choices.below(4)).expect("it is small");
+            let mut lines: Vec<&str> = texts[at].1.lines().collect();
+            let line = usize::try_from(choices.below(lines.len() as u64 + 1)).expect("it is small");
+            match choices.below(4) {
+                0 => lines.clone_from(&original[at].1.lines().collect()),
+                1 if line < lines.len() => drop(lines.remove(line)),
+                _ => lines.insert(line, choices.one(&LINES)),
+            }
+            texts[at].1 = lines.join("\n");
+            let again = check_again(&project, &Options::default(), source(&texts), &mut memory);
+            let fresh = check_configured(&project, &Options::default(), source(&texts));
+            assert_eq!(told(&again.report), told(&fresh.report), "seed {seed}, step {step}: {texts:#?}");
+            kept += usize::from(!again.is_config_wrong);
+        }
+    }
+    assert!(kept > 100, "most of what is typed can be checked");
+}
