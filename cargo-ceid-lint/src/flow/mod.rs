@@ -211,8 +211,8 @@ pub struct Update {
     pub law: usize,
     /// The method.
     pub method: String,
-    /// Whether a guard runs it.
-    pub by_guard: bool,
+    /// Who runs it.
+    pub run_by: RunBy,
     /// Whether the type of the place tells that it is a filter; a law may also have its state in an argument of any type.
     pub is_typed: bool,
     /// The variable that holds the result, if the law leaves the filter as it is when that is an `Err`.
@@ -223,6 +223,17 @@ pub struct Update {
     pub into: Vec<Var>,
     /// What its arguments read and call.
     pub from: Computed,
+}
+
+/// Who runs an update.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RunBy {
+    /// The code, where it is written.
+    Code,
+    /// A guard, at the end of the cycle.
+    Guard,
+    /// A guard, at the end of a cycle in which it was fed, once however often it was.
+    GuardIfFed,
 }
 
 /// A value given to a place.

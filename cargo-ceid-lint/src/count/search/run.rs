@@ -10,7 +10,7 @@ use crate::count::counts::Count;
 use crate::count::returned;
 use crate::count::slice::Tracked;
 use crate::flow::{
-    Cause, Effect, IndexKey, LoopId, NodeId, OTHER_HEADS, Place, Relation, Rounds, SubjectId, Test, Var,
+    Cause, Effect, IndexKey, LoopId, NodeId, OTHER_HEADS, Place, Relation, Rounds, RunBy, SubjectId, Test, Var,
 };
 
 /// The round of a loop whose counter has passed every number that is asked for.
@@ -159,7 +159,7 @@ impl<'s, 'a> Run<'s, 'a> {
                 self.everywhere(at, state);
             }
             Effect::Update(update) if update.law == self.search.law => {
-                let next = self.updated(state, &update.place, update.by_guard);
+                let next = self.updated(state, &update.place, update.run_by);
                 match update.attempt {
                     Some(result) if next.count != state.count => self.attempt(at, state, &next, result),
                     _ => self.everywhere(at, &next),
@@ -304,7 +304,7 @@ impl<'s, 'a> Run<'s, 'a> {
     }
 
     /// The state after a law ran at a place.
-    fn updated(&mut self, state: &State, place: &Place, by_guard: bool) -> State {
+    fn updated(&mut self, state: &State, place: &Place, run_by: RunBy) -> State {
         let mut next = state.clone();
         let is_named = self.names.get(state.names).iter().any(|name| name.base == place.base);
         if !is_named && !self.search.is_near(state.node) {
@@ -313,8 +313,10 @@ impl<'s, 'a> Run<'s, 'a> {
         let relations = self.relations(state, place);
         let exact = relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if rest.is_empty()));
         if exact {
-            self.add(&mut next, Count::One);
-            next.direct |= !by_guard;
+            // An input takes the place of the one before, and the law runs once at the end.
+            let is_refed = run_by == RunBy::GuardIfFed && !state.direct && state.count != Count::Zero;
+            self.add(&mut next, if is_refed { Count::Zero } else { Count::One });
+            next.direct |= run_by == RunBy::Code;
             return next;
         }
         if let Some(cause) = self.doubt(state, place, &relations) {

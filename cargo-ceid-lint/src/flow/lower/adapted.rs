@@ -1,10 +1,10 @@
 //! Filters whose laws have another form, by ceid-core's `Adapted`: what the body feeds, the guard updates at the end of the
-//! cycle. An update is counted where its input is fed, because without an input no law runs.
+//! cycle. An update is counted where its input is first fed, because without an input no law runs, and a later one takes its place.
 
 use std::collections::BTreeSet;
 
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Cause, Effect, GuardId, Place, Var};
+use crate::flow::{Cause, Effect, GuardId, Place, RunBy, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::ExprId;
@@ -92,7 +92,7 @@ impl Builder<'_> {
         for node in &mut self.graph.nodes[first..] {
             node.span = span;
             if let Effect::Update(update) = &mut node.effect {
-                update.by_guard = true;
+                update.run_by = if fed.is_empty() { RunBy::Guard } else { RunBy::GuardIfFed };
                 update.fed.extend(reads.iter().cloned());
             }
         }

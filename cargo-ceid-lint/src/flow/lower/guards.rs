@@ -1,7 +1,7 @@
 //! Guards: where they are made, what they hold, and how they end.
 
 use super::{Builder, Value};
-use crate::flow::{Argument, CallSite, Effect, GuardId, GuardInfo, IndexKey, Place, Update, Var};
+use crate::flow::{Argument, CallSite, Effect, GuardId, GuardInfo, IndexKey, Place, RunBy, Update, Var};
 use crate::index::{FunctionId, Ty, is_guard_type};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
@@ -402,7 +402,7 @@ impl Builder<'_> {
                 place,
                 law: 0,
                 method: "update".to_owned(),
-                by_guard: true,
+                run_by: RunBy::Guard,
                 is_typed: true,
                 attempt: None,
                 fed: Vec::new(),

@@ -2,7 +2,7 @@
 
 use super::{Builder, ClosureRef, Value};
 use crate::config::{InstancePlace, OnErr};
-use crate::flow::{Argument, CallSite, Computed, Effect, Place, Update, Var};
+use crate::flow::{Argument, CallSite, Computed, Effect, Place, RunBy, Update, Var};
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprKind, Receiver};
@@ -69,7 +69,7 @@ impl Builder<'_> {
                 place,
                 law: group,
                 method: name.to_owned(),
-                by_guard: false,
+                run_by: RunBy::Code,
                 is_typed: spec.instance == InstancePlace::Receiver,
                 attempt: (spec.on_err == OnErr::Untouched).then_some(result),
                 fed,

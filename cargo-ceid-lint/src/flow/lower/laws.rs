@@ -2,7 +2,7 @@
 
 use super::{Builder, Value};
 use crate::config::{InstancePlace, OnErr, Receiver};
-use crate::flow::{Cause, Computed, Effect, IndexKey, Place, Update, Var};
+use crate::flow::{Cause, Computed, Effect, IndexKey, Place, RunBy, Update, Var};
 use crate::index::{Def, FilterSpec, FunctionId, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, PatId};
 use crate::types::{Callee, Resolved};
@@ -62,7 +62,8 @@ impl<'a> Builder<'a> {
             // A function may have another name where it is called.
             let target = law.targets.first().map(|target| self.program.index.function(*target).name.clone());
             let method = target.unwrap_or_else(|| self.called_name(id).to_owned());
-            let update = Update { place, law: law.group, method, by_guard: false, is_typed, attempt, fed, into, from };
+            let update =
+                Update { place, law: law.group, method, run_by: RunBy::Code, is_typed, attempt, fed, into, from };
             self.emit(Effect::Update(update), self.span(id));
         }
         let is_owned = !matches!(self.ty(id), Ty::Ref(..));
@@ -176,7 +177,7 @@ impl<'a> Builder<'a> {
             place,
             law: law.0,
             method: law.1,
-            by_guard: false,
+            run_by: RunBy::Code,
             is_typed: false,
             attempt: None,
             fed: self.reads_of(value),
