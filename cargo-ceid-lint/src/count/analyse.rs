@@ -17,9 +17,7 @@ use super::slice::ControlDependence;
 use super::summary::Summaries;
 use super::verdict::{Cycle, Pair, Verdict};
 use crate::config::Multiplicity;
-use crate::flow::{
-    Base, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection, RunBy,
-};
+use crate::flow::{Base, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection};
 use crate::index::{FunctionId, Index, Shape, Ty, TypeId};
 use crate::source::Span;
 
@@ -448,7 +446,7 @@ impl Context<'_> {
             return decision;
         }
         let is_by_guard = |at: NodeId| match &search.graph.node(at).effect {
-            Effect::Update(update) => update.run_by != RunBy::Code,
+            Effect::Update(update) => update.run_by.is_guard(),
             Effect::GuardEnd(_) => true,
             _ => false,
         };

@@ -264,10 +264,8 @@ fn chooses(graph: &ControlFlowGraph, aliases: &Aliases, search: &Search<'_>, nod
     info.drains
         && search.branches_before(node).into_iter().any(|branch| match &graph.node(branch).effect {
             Effect::Branch(test) => {
-                let is_choice =
-                    !test.about.heads.is_empty() && !test.about.heads.iter().any(|head| head == "+" || head == "-");
                 let mut reads = test.about.reads.iter().filter_map(Place::base_var);
-                is_choice
+                test.about.is_choice()
                     && graph.is_within(graph.node(branch).in_loop, id)
                     && reads.any(|var| aliases.is_derived(var, &info.bound))
             }

@@ -1,7 +1,7 @@
 //! Guards that are not alive to the end of their cycle.
 
 use super::analyse::{Analysis, FunctionFacts, GuardDefect};
-use crate::flow::{Effect, LoopId, Program, RunBy};
+use crate::flow::{Effect, LoopId, Program};
 
 /// Finds the defects of a function's guards.
 pub(super) fn defects(program: &Program<'_>, facts: &FunctionFacts<'_>, analysis: &mut Analysis) {
@@ -83,7 +83,7 @@ fn ends_in_inner_block(
         }
         match &graph.node(next).effect {
             Effect::Nothing | Effect::GuardEnd(_) | Effect::Set(_) => at = next,
-            Effect::Update(update) if update.run_by != RunBy::Code => at = next,
+            Effect::Update(update) if update.run_by.is_guard() => at = next,
             _ => return Some(graph.node(end).span),
         }
     }

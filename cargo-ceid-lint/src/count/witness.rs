@@ -4,7 +4,7 @@ use super::counts::Count;
 use super::decide::{head_of, inner_repeat, skip_inside};
 use super::search::{End, Exploration, Region, Search};
 use crate::diagnostic::WitnessStep;
-use crate::flow::{Effect, Mark, RunBy};
+use crate::flow::{Effect, Mark};
 
 /// What the last step of a cycle function is called.
 const RETURNS: &str = "`return` ends the cycle";
@@ -25,7 +25,7 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
         match &node.effect {
             Effect::Update(update) if after != state.count || (state.count == Count::Many && next.is_some()) => {
                 updates += 1;
-                let how = if update.run_by != RunBy::Code {
+                let how = if update.run_by.is_guard() {
                     "the guard's update".to_owned()
                 } else {
                     format!("{} update", ordinal(updates))

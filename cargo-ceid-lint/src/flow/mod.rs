@@ -236,6 +236,14 @@ pub enum RunBy {
     GuardIfFed,
 }
 
+impl RunBy {
+    /// Whether a guard runs it.
+    #[must_use]
+    pub fn is_guard(self) -> bool {
+        self != Self::Code
+    }
+}
+
 /// A value given to a place.
 #[derive(Clone, Debug)]
 pub struct Assignment {

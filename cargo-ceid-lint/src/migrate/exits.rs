@@ -54,9 +54,7 @@ fn leaves(of: &LoopBody<'_>, id: ExprId, label: Option<&String>, is_break: bool)
 pub(super) fn diverges(of: &LoopBody<'_>, id: ExprId) -> bool {
     match of.kind(id) {
         ExprKind::Return(_) => true,
-        ExprKind::Break { label, .. } => leaves(of, id, label.as_ref(), true),
-        // To the head of this loop or of one around it.
-        ExprKind::Continue { label } => leaves(of, id, label.as_ref(), true),
+        ExprKind::Break { label, .. } | ExprKind::Continue { label } => leaves(of, id, label.as_ref(), true),
         ExprKind::If { then, otherwise: Some(otherwise), .. } => diverges(of, *then) && diverges(of, *otherwise),
         ExprKind::Block(block) if block.label.is_none() && block.kind == BlockKind::Plain => {
             let of_stmt = |stmt: &Stmt| matches!(stmt.kind, StmtKind::Expr { expr, .. } if diverges(of, expr));

@@ -86,11 +86,10 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
         return Ok(Input { name, before, instead: "", end, annotation: None, is_lent: false });
     }
     if let ExprKind::Reference { mutable: false, raw: false, value } = of.kind(id) {
-        let known = match of.typed.ty(*value) {
+        let held = match of.typed.ty(*value) {
             Ty::Unknown | Ty::Var(_) => ty.peel(),
             known => known,
         };
-        let held = known;
         let is_made = !is_place(of, *value);
         let is_array = matches!(held, Ty::Array(_, length) if length.value.is_none());
         let is_owned = is_owned(index, &index.scope_of(of.function), held);

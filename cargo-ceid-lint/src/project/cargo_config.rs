@@ -29,7 +29,7 @@ pub(super) fn read(directory: &Path, options: &[String], target: Option<&str>) -
 
 /// All configuration that is in force, the strongest first.
 pub(super) fn tables(directory: &Path, options: &[String]) -> Vec<toml::Table> {
-    let mut tables: Vec<toml::Table> = options.iter().rev().filter_map(|option| option.parse().ok()).collect();
+    let mut tables = tables_of_options(options);
     let home = env::var_os("CARGO_HOME").map(PathBuf::from).or_else(|| Some(env::home_dir()?.join(".cargo")));
     let directories = directory.ancestors().map(|ancestor| ancestor.join(".cargo")).chain(home);
     for directory in directories {
@@ -41,6 +41,11 @@ pub(super) fn tables(directory: &Path, options: &[String]) -> Vec<toml::Table> {
         }
     }
     tables
+}
+
+/// What `--config KEY=VALUE` says, the strongest first.
+pub(super) fn tables_of_options(options: &[String]) -> Vec<toml::Table> {
+    options.iter().rev().filter_map(|option| option.parse().ok()).collect()
 }
 
 fn build_target(table: &toml::Table) -> Option<String> {

@@ -2,9 +2,8 @@
 
 use std::env;
 use std::path::Path;
-use std::str::FromStr;
 
-use super::cargo_config::tables;
+use super::cargo_config::{tables, tables_of_options};
 
 /// What the user wants of the terminal; nothing where nothing is said.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -39,8 +38,7 @@ pub enum ProgressWhen {
 /// them is passed over, as cargo does.
 #[must_use]
 pub fn terminal(directory: &Path, options: &[String]) -> Terminal {
-    let options: Vec<toml::Table> = options.iter().rev().filter_map(|option| option.parse().ok()).collect();
-    read(&options, |name| env::var(name).ok(), &tables(directory, &[]))
+    read(&tables_of_options(options), |name| env::var(name).ok(), &tables(directory, &[]))
 }
 
 fn read(options: &[toml::Table], variable: impl Fn(&str) -> Option<String>, files: &[toml::Table]) -> Terminal {
@@ -49,7 +47,7 @@ fn read(options: &[toml::Table], variable: impl Fn(&str) -> Option<String>, file
         let of_tables = |tables: &[toml::Table]| tables.iter().find_map(|table| value(table, path));
         of_tables(options).or_else(|| variable(&name).filter(|text| !text.is_empty())).or_else(|| of_tables(files))
     };
-    let progress_width = parsed(text(&["progress", "width"]));
+    let progress_width = text(&["progress", "width"]).and_then(|text| text.parse().ok());
     let progress = match text(&["progress", "when"]).as_deref() {
         Some("never") => ProgressWhen::Never,
         // cargo wants a width beside it.
@@ -84,10 +82,6 @@ fn value(table: &toml::Table, path: &[&str]) -> Option<String> {
         toml::Value::Integer(number) => Some(number.to_string()),
         _ => None,
     }
-}
-
-fn parsed<T: FromStr>(text: Option<String>) -> Option<T> {
-    text?.parse().ok()
 }
 
 #[cfg(test)]

@@ -270,12 +270,10 @@ impl<'a> Loader<'a> {
         let parsed = code.parse::<TokenStream>().map_err(unreadable).and_then(|tokens| {
             let tokens = if self.edition == "2015" { of_2015(tokens) } else { tokens };
             collect_macro_names(&tokens, &mut self.own_macros);
-            let first = syn::parse2::<syn::File>(tokens.clone());
             // Only what cannot be read as it stands is read again, so that nothing else pays for it.
-            let may_be_bare = matches!(self.edition, "2015" | "2018");
-            first.or_else(
-                |error| if may_be_bare { syn::parse2(with_dyn(tokens)).map_err(|_| error) } else { Err(error) },
-            )
+            let again = matches!(self.edition, "2015" | "2018").then(|| tokens.clone());
+            let first = syn::parse2::<syn::File>(tokens);
+            first.or_else(|error| again.and_then(|tokens| syn::parse2(with_dyn(tokens)).ok()).ok_or(error))
         });
         match parsed {
             Ok(tree) => Some(Lowerer::new(self, file, text, base, dir).file(&tree)),

@@ -316,7 +316,7 @@ impl<'s, 'a> Run<'s, 'a> {
             // An input takes the place of the one before, and the law runs once at the end.
             let is_refed = run_by == RunBy::GuardIfFed && !state.direct && state.count != Count::Zero;
             self.add(&mut next, if is_refed { Count::Zero } else { Count::One });
-            next.direct |= run_by == RunBy::Code;
+            next.direct |= !run_by.is_guard();
             return next;
         }
         if let Some(cause) = self.doubt(state, place, &relations) {
