@@ -106,7 +106,9 @@ type FieldKey = (TypeId, String);
 
 /// Decides every pair of cycle and filter.
 #[must_use]
-pub fn analyse(program: &Program<'_>, graphs: &[Option<ControlFlowGraph>]) -> Analysis {
+pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -> Analysis {
+    super::conditions::hand_up(graphs);
+    let graphs = &*graphs;
     let summaries = Summaries::compute(program, graphs);
     let called = called_functions(program.index, graphs);
     let in_cycle = reached_from_cycles(program, graphs, &called);

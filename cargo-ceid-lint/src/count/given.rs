@@ -96,6 +96,14 @@ pub(super) fn steps_at(steps: &[Projection], site: &CallSite) -> Vec<Projection>
     steps.iter().map(at_call).collect()
 }
 
+/// The place at a call whose value a condition of the callee asks for.
+pub(super) fn asked_at(given: &Given, site: &CallSite) -> Option<Place> {
+    match given.base {
+        GivenBase::Param(param) if given.steps.is_empty() => site.args.get(param)?.value_of.clone(),
+        _ => place_of(given, site),
+    }
+}
+
 /// The place at a call that a callee knows as given.
 pub(super) fn place_of(given: &Given, site: &CallSite) -> Option<Place> {
     // A law that hands on to another one of the same filter is one update, and what lies inside a filter whose type is not known

@@ -2,7 +2,9 @@
 
 mod aliases;
 mod analyse;
+mod assumed;
 mod callgraph;
+mod conditions;
 mod counts;
 mod cycles;
 mod debug_only;

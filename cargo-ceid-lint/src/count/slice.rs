@@ -203,12 +203,13 @@ impl Tracked {
 }
 
 /// Finds what matters, beginning with the nodes at which something happens to the instance. `times` says how often a branch is
-/// asked on one way: not at all outside the region, and more than once in a loop inside it.
+/// asked on one way: not at all outside the region, and more than once in a loop inside it. `asked` says what a call asks for.
 pub(super) fn tracked(
     graph: &ControlFlowGraph,
     dependence: &ControlDependence,
     touching: &BTreeSet<NodeId>,
     times: &dyn Fn(NodeId) -> u32,
+    asked: &dyn Fn(NodeId) -> BTreeSet<SubjectId>,
 ) -> Tracked {
     let assigned = &dependence.assigned;
     let mut relevant: BTreeSet<NodeId> = touching.clone();
@@ -275,8 +276,22 @@ pub(super) fn tracked(
     wanted.sort_by_key(|subject| std::cmp::Reverse(tests.get(subject).copied().unwrap_or(0)));
     let dropped = wanted.iter().skip(MAX_TRACKED).copied().collect();
     wanted.truncate(MAX_TRACKED);
-    wanted.sort_unstable();
-    Tracked { subjects: wanted, dropped }
+    // What helpers ask for is told apart as far as there is room, where something else asks for it, too, or sets it.
+    for subject in touching.iter().flat_map(|node| asked(*node)) {
+        *tests.entry(subject).or_default() += 1;
+    }
+    let is_set = |node: &NodeId| match &graph.node(*node).effect {
+        Effect::Set(set) | Effect::Write(set) => set.head.is_some(),
+        _ => false,
+    };
+    let is_known =
+        |subject: &SubjectId, count: u32| count >= 2 || assigned.get(subject).into_iter().flatten().any(is_set);
+    let again = tests.iter().filter(|(subject, count)| !wanted.contains(subject) && is_known(subject, **count));
+    let again = Tracked { subjects: again.map(|(subject, _)| *subject).collect(), ..Tracked::default() };
+    let mut tracked = Tracked { subjects: wanted, dropped };
+    tracked.add(again);
+    tracked.subjects.sort_unstable();
+    tracked
 }
 
 /// The nodes that give a subject a head that is known: constants, copies, results of calls.

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::rc::Rc;
 
 use super::aliases::Aliases;
+use super::assumed::Assumed;
 use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
 use super::given::{Given, GivenBase, given, instance_of, place_of, steps_at};
@@ -32,6 +33,8 @@ pub(super) struct Outcome {
     pub(super) attempted: bool,
     /// What the way does not update for, if that is something of the caller's.
     pub(super) asks: Option<super::gates::Asks>,
+    /// With which conditions of the caller's it is taken.
+    pub(super) assumed: Assumed,
 }
 
 impl Outcome {
@@ -47,6 +50,7 @@ impl Outcome {
             gate: None,
             attempted: false,
             asks: None,
+            assumed: Assumed::new(),
         }
     }
 }

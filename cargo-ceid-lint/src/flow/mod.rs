@@ -316,6 +316,10 @@ pub struct Argument {
     pub place: Option<Place>,
     /// A constant index that it is.
     pub index: Option<IndexKey>,
+    /// The place whose value it is, or refers to: a condition of the function on the argument is one on that place.
+    pub value_of: Option<Place>,
+    /// Its head, if that is constant.
+    pub head: Option<Head>,
     /// Whether it is a shared reference, through which nothing is updated.
     pub is_shared: bool,
     /// Whether it is passed by value, so that it is in what the function makes of it from then on.

@@ -52,11 +52,11 @@ impl Subject {
         }
     }
 
-    /// The heads of another subject with the same value, as this one's.
+    /// The heads of another subject with the same value, of which the list is given, as this one's.
     #[must_use]
-    pub fn translate(&self, mask: u32, source: &Self) -> u32 {
+    pub fn translate(&self, mask: u32, source: &[Head]) -> u32 {
         let mut bits = if mask & OTHER_HEADS != 0 { OTHER_HEADS } else { 0 };
-        for (number, head) in source.heads.iter().enumerate() {
+        for (number, head) in source.iter().enumerate() {
             if mask & (1 << number) != 0 {
                 bits |= self.bit(head);
             }
@@ -64,7 +64,7 @@ impl Subject {
         // Heads that only this one tells apart are among the source's others.
         if mask & OTHER_HEADS != 0 {
             for (number, head) in self.heads.iter().enumerate() {
-                if !source.heads.contains(head) {
+                if !source.contains(head) {
                     bits |= 1 << number;
                 }
             }

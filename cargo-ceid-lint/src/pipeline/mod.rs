@@ -344,9 +344,9 @@ impl Run<'_> {
         let bodies = Program::infer_all(&index);
         lap(Stage::Types);
         let program = Program { index: &index, bodies: &bodies, sources: &sources, directives: &directives };
-        let graphs: Vec<_> = index.function_ids().map(|id| lower_function(&program, id)).collect();
+        let mut graphs: Vec<_> = index.function_ids().map(|id| lower_function(&program, id)).collect();
         lap(Stage::Flow);
-        let mut analysis = analyse(&program, &graphs);
+        let mut analysis = analyse(&program, &mut graphs);
         lap(Stage::Count);
         let is_shown = |package: usize, target: usize, span: Span| {
             let package = &project.packages[package];

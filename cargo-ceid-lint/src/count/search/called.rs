@@ -1,22 +1,24 @@
 //! What a call means to one instance: many targets come down to few different effects.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use super::Search;
 use crate::count::aliases::CalledPlace;
-use crate::count::given::place_of;
+use crate::count::given::{Given, place_of};
 use crate::count::returned;
 use crate::count::summary::Outcome;
-use crate::flow::{CallSite, Place, Projection};
+use crate::flow::{CallSite, Place, Projection, SubjectId};
 
 /// What a call does, whatever the way that leads to it.
 #[derive(Debug, Default)]
 pub(in crate::count) struct Called {
-    /// What it writes, for conditions that read it.
+    /// What it writes, by each of its names, for conditions that read it.
     pub(super) writes: BTreeSet<Place>,
     /// What one of its targets does, each different effect once.
     pub(super) effects: Vec<Effect>,
+    /// The caller's subjects of which its ways assume something.
+    pub(super) asked: BTreeMap<Given, SubjectId>,
     /// What its result may borrow: the place, and the steps into the result.
     pub(super) borrows: BTreeSet<(Vec<Projection>, Place)>,
 }
@@ -59,11 +61,18 @@ impl Search<'_> {
                 }
                 continue;
             };
-            called.writes.extend(summary.writes.iter().filter_map(|given| place_of(given, site)));
+            for place in summary.writes.iter().filter_map(|given| place_of(given, site)) {
+                called.writes.extend(self.aliases.shared_roots(&place).iter().cloned());
+                called.writes.insert(place);
+            }
             let outcomes = own.iter().filter(|called| called.target == *target);
             let outcomes = outcomes.map(|called| (called.place.clone(), called.outcomes(self.summaries).to_vec()));
             called.add(Effect { outcomes: outcomes.collect(), heads: summary.heads });
         }
+        let outcomes = called.effects.iter().flat_map(|effect| &effect.outcomes).flat_map(|(_, outcomes)| outcomes);
+        let assumed: BTreeSet<&Given> = outcomes.flat_map(|outcome| outcome.assumed.keys()).collect();
+        let asked = assumed.into_iter().filter_map(|given| Some((given.clone(), self.asked_subject(given, site)?)));
+        called.asked = asked.collect();
         called.borrows.extend(self.summaries.borrows(site).map(|(part, place)| (part.to_vec(), place)));
         called
     }

@@ -25,6 +25,7 @@ impl Run<'_, '_> {
             return;
         }
         let mut masks = state.masks;
+        let before = masks;
         for place in &called.writes {
             masks = self.killed(masks, place);
         }
@@ -53,9 +54,9 @@ impl Run<'_, '_> {
                     relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if !rest.is_empty()));
                 if exact {
                     applied = true;
-                    states = self.apply(&states, outcomes);
+                    states = self.apply(&states, outcomes, site, before);
                 } else if owner {
-                    states = self.apply_to_owner(&states, outcomes);
+                    states = self.apply_to_owner(&states, outcomes, site, before);
                 } else if outcomes.iter().any(|outcome| outcome.count != Count::Zero)
                     && let Some(cause) = self.doubt(&state, place, &relations)
                 {
@@ -89,16 +90,21 @@ impl Run<'_, '_> {
         }
     }
 
-    pub(super) fn apply(
+    /// What happens to the instance in a call; `before` is what was known before it.
+    fn apply(
         &mut self,
         states: &[(State, returned::Heads)],
         outcomes: &[Outcome],
+        site: &CallSite,
+        before: u32,
     ) -> Vec<(State, returned::Heads)> {
         let mut after = Vec::new();
         for (state, heads) in states {
             for outcome in outcomes {
-                let Some(masks) = self.asked(state, outcome) else { continue };
+                let Some(masks) = self.agreed(state.masks, outcome, site, before) else { continue };
                 let mut next = State { masks, ..state.clone() };
+                let Some(masks) = self.asked(&next, outcome) else { continue };
+                next.masks = masks;
                 next.attempted |= outcome.attempted && next.count == Count::Zero;
                 if outcome.reset {
                     self.rejuvenate(&mut next);
@@ -121,23 +127,28 @@ impl Run<'_, '_> {
                 if outcome.count == Count::Zero {
                     next.helper_gate = outcome.gate;
                 }
-                after.push((next, heads & outcome.returned));
+                let entry = (next, heads & outcome.returned);
+                if entry.1 != 0 && !after.contains(&entry) {
+                    after.push(entry);
+                }
             }
         }
-        after.retain(|(_, heads)| *heads != 0);
         after
     }
 
     /// What happens to the owner of the instance: a reset, or something unknown.
-    pub(super) fn apply_to_owner(
+    fn apply_to_owner(
         &mut self,
         states: &[(State, returned::Heads)],
         outcomes: &[Outcome],
+        site: &CallSite,
+        before: u32,
     ) -> Vec<(State, returned::Heads)> {
         let mut after: Vec<(State, returned::Heads)> = Vec::new();
         for (state, heads) in states {
             for outcome in outcomes {
-                let mut next = state.clone();
+                let Some(masks) = self.agreed(state.masks, outcome, site, before) else { continue };
+                let mut next = State { masks, ..state.clone() };
                 next.reset |= outcome.reset;
                 if outcome.reset {
                     self.rejuvenate(&mut next);
@@ -160,9 +171,8 @@ impl Run<'_, '_> {
         let mut all = self.masks.get(masks).clone();
         let mut changed = false;
         for (at, id) in self.tracked.subjects.iter().enumerate() {
-            let subject = &graph.subjects[id.0 as usize];
-            if subject.reads.iter().any(|read| read.overlaps(place)) {
-                all[at] = subject.anything();
+            if self.search.reads_of(*id).iter().any(|read| read.overlaps(place)) {
+                all[at] = graph.subjects[id.0 as usize].anything();
                 changed = true;
             }
         }
@@ -188,6 +198,27 @@ impl Run<'_, '_> {
         let mut all = self.masks.get(masks).clone();
         all[at] = mask & subject.anything();
         self.masks.intern(all)
+    }
+
+    /// What is known of the heads of a variable.
+    pub(super) fn heads_of(&self, state: &State, var: Var) -> returned::Heads {
+        let graph = self.search.graph;
+        let place = Place::var(var);
+        let tracked =
+            self.tracked.subjects.iter().position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&place));
+        let Some(tracked) = tracked else { return returned::ANY };
+        let subject = &graph.subjects[self.tracked.subjects[tracked].0 as usize];
+        let mask = self.masks.get(state.masks)[tracked];
+        let mut heads = 0;
+        for (number, head) in subject.heads.iter().enumerate() {
+            if mask & (1 << number) != 0 {
+                heads |= returned::bit(head);
+            }
+        }
+        if mask & OTHER_HEADS != 0 {
+            heads |= returned::OTHER;
+        }
+        heads
     }
 
     pub(super) fn assign(&mut self, at: usize, state: &State, set: &Assignment) {
@@ -238,7 +269,7 @@ impl Run<'_, '_> {
                 (Some(head), _) => Some(subject.bit(head)),
                 (None, Some((from, mask))) => {
                     let source = &graph.subjects[self.tracked.subjects[from].0 as usize];
-                    Some(subject.translate(mask, source))
+                    Some(subject.translate(mask, &source.heads))
                 }
                 (None, None) => None,
             };

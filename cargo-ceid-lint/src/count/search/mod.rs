@@ -14,6 +14,7 @@ mod names;
 mod reach;
 mod run;
 mod settled;
+mod shared;
 
 use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -25,13 +26,16 @@ use names::{covering_loops, indexes_instance};
 use run::Run;
 
 use super::aliases::Aliases;
+use super::assumed::{Assumed, merged};
 use super::counts::Count;
 use super::given::{Given, place_of};
 use super::returned;
 use super::slice::{self, ControlDependence, tracked};
 use super::summary::{Outcome, Summaries, Summary};
 use super::verdict::{Evidence, Gate};
-use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, LoopId, NodeId, Place, Program, Relation, Rounds, Var};
+use crate::flow::{
+    CallSite, Cause, ControlFlowGraph, Effect, LoopId, NodeId, Place, Program, Relation, Rounds, SubjectId, Var,
+};
 use crate::index::Ty;
 
 /// What is searched.
@@ -89,6 +93,8 @@ pub(super) struct End {
     /// The number of the state in [`Exploration::states`].
     pub(super) at: usize,
     pub(super) returned: returned::Heads,
+    /// With which conditions of a caller's it is taken, where callers are to know.
+    pub(super) assumed: Assumed,
 }
 
 /// All ways through a region.
@@ -103,7 +109,7 @@ pub(super) struct Exploration {
     /// Set if the search gave up.
     pub(super) limit: bool,
     /// Conditions that could not be told apart, because there are too many.
-    pub(super) dropped: BTreeSet<crate::flow::SubjectId>,
+    pub(super) dropped: BTreeSet<SubjectId>,
 }
 
 impl Exploration {
@@ -145,6 +151,8 @@ pub(super) struct Search<'a> {
     dependence: std::rc::Rc<ControlDependence>,
     /// What the calls do that were asked for, by their results.
     called: RefCell<HashMap<Var, std::rc::Rc<Called>>>,
+    /// What subjects read, as far as it was asked.
+    reads: RefCell<HashMap<SubjectId, std::rc::Rc<[Place]>>>,
     /// The nodes that may update it.
     updating: OnceCell<BTreeSet<NodeId>>,
     /// How many states were looked at.
@@ -173,6 +181,7 @@ impl<'a> Search<'a> {
             covering,
             dependence,
             called: RefCell::default(),
+            reads: RefCell::default(),
             updating: OnceCell::new(),
             states: Cell::new(0),
         };
@@ -361,7 +370,9 @@ impl<'a> Search<'a> {
     pub(super) fn ways(&self, region: Region) -> Ways {
         let around = self.updating().into_iter().flat_map(|node| self.graph.loops_around(node));
         let own: BTreeSet<LoopId> = around.filter(|id| self.sample_loops.contains(id)).collect();
-        let exploration = self.explore_from(region, &self.starts(region), own);
+        let mut run = self.run(region, own);
+        run.tell_assumed();
+        let exploration = self.explored(run, &self.starts(region));
         let gates = super::gates::Gates::of_helper(self);
         let mut outcomes: BTreeSet<Outcome> = BTreeSet::new();
         for end in &exploration.ends {
@@ -375,6 +386,7 @@ impl<'a> Search<'a> {
                 gate: gates.of_end(&exploration, end),
                 attempted: end.state.attempted,
                 asks: gates.asks(end),
+                assumed: end.assumed.clone(),
             });
         }
         if exploration.limit {
@@ -382,7 +394,7 @@ impl<'a> Search<'a> {
         }
         outcomes.extend(self.aliases.limit().map(Outcome::unknown));
         Ways {
-            outcomes: merge(outcomes),
+            outcomes: merged(outcomes),
             states: exploration.states.len(),
             repeat: super::decide::repeat_of(self, &exploration),
             skip: super::decide::skip_of(self, &gates, &exploration),
@@ -391,12 +403,10 @@ impl<'a> Search<'a> {
 
     /// Searches a region. Each start is a node with the names that the instance has there, or its own name.
     pub(super) fn explore(&self, region: Region, starts: &[(NodeId, Option<Entry>)]) -> Exploration {
-        self.explore_from(region, starts, BTreeSet::new())
+        self.explored(self.run(region, BTreeSet::new()), starts)
     }
 
-    /// The same, where some loops count as one run of a cycle of their own, however many rounds they have.
-    fn explore_from(&self, region: Region, starts: &[(NodeId, Option<Entry>)], own: BTreeSet<LoopId>) -> Exploration {
-        let mut run = self.run(region, own);
+    fn explored(&self, mut run: Run<'_, '_>, starts: &[(NodeId, Option<Entry>)]) -> Exploration {
         for (node, entry) in starts {
             run.start(*node, entry.as_ref());
         }
@@ -416,7 +426,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A search that has not begun.
+    /// A search that has not begun, where some loops count as one run of a cycle of their own, however many rounds they have.
     fn run(&self, region: Region, own: BTreeSet<LoopId>) -> Run<'_, '_> {
         let touching = self.touching();
         let inside = |node: NodeId| match region {
@@ -437,14 +447,15 @@ impl<'a> Search<'a> {
             false => 0,
             true => 1 + u32::from(self.graph.node(node).in_loop != own_loop),
         };
-        let mut tracked = tracked(self.graph, &self.dependence, &touching_inside, &times);
+        let asked = |node: NodeId| self.asked_by_call(node);
+        let mut tracked = tracked(self.graph, &self.dependence, &touching_inside, &times, &asked);
         // Whether a way completes depends on the branches that leave the loop, or diverge: `self.step().unwrap()`.
         touching_inside.extend(self.graph.node_ids().filter(|id| {
             let node = self.graph.node(*id);
             let leaves = node.next.iter().any(|next| region != Region::Function && !inside(*next));
             inside(*id) && (leaves || matches!(node.effect, Effect::Diverge))
         }));
-        tracked.add(slice::tracked(self.graph, &self.dependence, &touching_inside, &times));
+        tracked.add(slice::tracked(self.graph, &self.dependence, &touching_inside, &times, &|_| BTreeSet::new()));
         Run::new(self, region, tracked, self.reach(region), own)
     }
 }
@@ -466,19 +477,4 @@ pub(super) struct Entry {
     pub(super) names: Vec<Place>,
     /// Why it may have other names, too.
     pub(super) doubt: Option<Cause>,
-}
-
-/// Ways that differ only in what they give back are one.
-fn merge(outcomes: BTreeSet<Outcome>) -> Vec<Outcome> {
-    let mut merged: Vec<Outcome> = Vec::new();
-    for outcome in outcomes {
-        let same = merged
-            .iter_mut()
-            .find(|other| Outcome { returned: 0, ..(*other).clone() } == Outcome { returned: 0, ..outcome.clone() });
-        match same {
-            Some(other) => other.returned |= outcome.returned,
-            None => merged.push(outcome),
-        }
-    }
-    merged
 }

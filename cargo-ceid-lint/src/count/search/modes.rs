@@ -150,10 +150,10 @@ impl Run<'_, '_> {
         };
         let mut all = self.masks.get(masks).clone();
         let subject = |at: usize| &graph.subjects[self.tracked.subjects[at].0 as usize];
-        let of_right = subject(left).translate(all[right], subject(right));
+        let of_right = subject(left).translate(all[right], &subject(right).heads);
         if are_equal {
             all[left] &= of_right;
-            all[right] &= subject(right).translate(all[left], subject(left));
+            all[right] &= subject(right).translate(all[left], &subject(left).heads);
             (all[left] != 0 && all[right] != 0).then(|| self.masks.intern(all))
         } else {
             let is_one = all[left].count_ones() == 1 && all[right].count_ones() == 1 && all[left] != OTHER_HEADS;

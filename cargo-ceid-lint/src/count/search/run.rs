@@ -7,11 +7,10 @@ use super::hash::BuildHasher;
 use super::interner::Interner;
 use super::{End, EndKind, Exploration, MAX_ROUNDS, MAX_STATES, Region, Search, State};
 use crate::count::counts::Count;
+use crate::count::given::Given;
 use crate::count::returned;
 use crate::count::slice::Tracked;
-use crate::flow::{
-    Cause, Effect, IndexKey, LoopId, NodeId, OTHER_HEADS, Place, Relation, Rounds, RunBy, SubjectId, Test, Var,
-};
+use crate::flow::{Cause, Effect, IndexKey, LoopId, NodeId, Place, Relation, Rounds, RunBy, SubjectId, Test, Var};
 
 /// The round of a loop whose counter has passed every number that is asked for.
 pub(super) const BEYOND: u64 = u64::MAX;
@@ -39,6 +38,8 @@ pub(super) struct Run<'s, 'a> {
     pub(super) settled: HashMap<SubjectId, u32, BuildHasher>,
     /// The mode that is asked about, if one is.
     pub(super) mode: Option<super::Mode>,
+    /// Which of the tracked subjects callers know, where they are to know what is assumed of them.
+    pub(super) of_caller: Vec<(usize, Given)>,
 }
 
 impl<'s, 'a> Run<'s, 'a> {
@@ -72,6 +73,7 @@ impl<'s, 'a> Run<'s, 'a> {
             queue: VecDeque::new(),
             settled: HashMap::default(),
             mode: None,
+            of_caller: Vec::new(),
         }
     }
 
@@ -141,7 +143,8 @@ impl<'s, 'a> Run<'s, 'a> {
     }
 
     fn end(&mut self, kind: EndKind, at: usize, state: &State, returned: returned::Heads) {
-        self.exploration.ends.push(End { kind, state: state.clone(), at, returned });
+        let assumed = self.assumed(state);
+        self.exploration.ends.push(End { kind, state: state.clone(), at, returned, assumed });
     }
 
     pub(super) fn everywhere(&mut self, at: usize, state: &State) {
@@ -223,27 +226,6 @@ impl<'s, 'a> Run<'s, 'a> {
             }
             Effect::Diverge | Effect::End => {}
         }
-    }
-
-    /// What is known of the heads of a variable.
-    fn heads_of(&self, state: &State, var: Var) -> returned::Heads {
-        let graph = self.search.graph;
-        let place = Place::var(var);
-        let tracked =
-            self.tracked.subjects.iter().position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&place));
-        let Some(tracked) = tracked else { return returned::ANY };
-        let subject = &graph.subjects[self.tracked.subjects[tracked].0 as usize];
-        let mask = self.masks.get(state.masks)[tracked];
-        let mut heads = 0;
-        for (number, head) in subject.heads.iter().enumerate() {
-            if mask & (1 << number) != 0 {
-                heads |= returned::bit(head);
-            }
-        }
-        if mask & OTHER_HEADS != 0 {
-            heads |= returned::OTHER;
-        }
-        heads
     }
 
     pub(super) fn cause(&mut self, cause: &Cause) -> u16 {

@@ -1,5 +1,8 @@
 //! What the branches on the way to a loop tell of conditions that never change.
 
+use std::collections::BTreeSet;
+use std::rc::Rc;
+
 use super::run::Run;
 use super::{Region, Search};
 use crate::flow::{Effect, NodeId, Place, SubjectId};
@@ -19,7 +22,7 @@ impl Search<'_> {
         if !graph.node_ids().any(|node| is_outside(node) && asks(node).is_some()) {
             return subject.anything();
         }
-        let writers: Vec<NodeId> = graph.node_ids().filter(|node| self.writes_any(*node, &subject.reads)).collect();
+        let writers: Vec<NodeId> = graph.node_ids().filter(|node| self.writes_any(*node, &self.reads_of(id))).collect();
         let makes = |node: NodeId| match &graph.node(node).effect {
             Effect::Set(set) => set.place == *place,
             Effect::Call(site) => *place == Place::var(site.result),
@@ -56,19 +59,27 @@ impl Search<'_> {
         bits.filter(|bit| arrives_with(*bit)).sum()
     }
 
+    /// What a subject reads, by each of its names.
+    pub(super) fn reads_of(&self, id: SubjectId) -> Rc<[Place]> {
+        if let Some(known) = self.reads.borrow().get(&id) {
+            return Rc::clone(known);
+        }
+        let reads = &self.graph.subjects[id.0 as usize].reads;
+        let roots = reads.iter().flat_map(|read| self.aliases.shared_roots(read).to_vec());
+        let reads: Rc<[Place]> = reads.iter().cloned().chain(roots).collect::<BTreeSet<_>>().into_iter().collect();
+        self.reads.borrow_mut().insert(id, Rc::clone(&reads));
+        reads
+    }
+
     /// Whether a node may write one of these places.
-    fn writes_any(&self, node: NodeId, places: &[Place]) -> bool {
+    pub(super) fn writes_any(&self, node: NodeId, places: &[Place]) -> bool {
         let is_one = |other: &Place| places.iter().any(|place| other.overlaps(place));
         match &self.graph.node(node).effect {
             Effect::Set(set) | Effect::Write(set) => {
                 is_one(&set.place) || (!set.rebinds && self.aliases.shared_roots(&set.place).iter().any(is_one))
             }
             Effect::Unknown { places, .. } => places.iter().any(is_one),
-            Effect::Call(site) => {
-                let lent = site.args.iter().filter(|arg| !arg.is_shared).filter_map(|arg| arg.place.as_ref());
-                is_one(&Place::var(site.result))
-                    || lent.flat_map(|place| self.aliases.roots(place)).any(|root| is_one(&root))
-            }
+            Effect::Call(site) => is_one(&Place::var(site.result)) || self.called(site).writes.iter().any(is_one),
             _ => false,
         }
     }

@@ -197,6 +197,8 @@ impl Builder<'_> {
             .map(|(expr, value)| Argument {
                 place: value.place.clone().filter(|_| !is_plain(self.ty(*expr))),
                 index: self.argument_index(*expr, value),
+                value_of: self.value_of(*expr),
+                head: value.head.clone(),
                 is_shared: self.is_shared(*expr),
                 is_moved: self.is_passed_by_value(*expr, value, receiver, targets),
                 is_copy: law_of.is_none()
@@ -263,6 +265,16 @@ impl Builder<'_> {
             Some(key @ (IndexKey::Number(_) | IndexKey::Named(_) | IndexKey::Var(_))) => Some(key),
             _ => None,
         }
+    }
+
+    /// The place whose value an argument is. What is cast has other heads.
+    fn value_of(&mut self, expr: ExprId) -> Option<Place> {
+        let mut at = expr;
+        while let ExprKind::Reference { value, .. } | ExprKind::Deref(value) = &self.body().expr(at).kind {
+            at = *value;
+        }
+        let is_cast = matches!(self.body().expr(at).kind, ExprKind::Cast { .. });
+        if is_cast { None } else { self.pure(at)?.whole }
     }
 
     /// Whether an argument is a shared reference or a plain value, through which nothing is updated.

@@ -1,0 +1,117 @@
+//! What a way through a function takes for granted of conditions that its caller knows, because nothing in the function changes
+//! them: `if self.armed { … }` in a helper. A caller that knows better leaves the way out.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::given::{Given, GivenBase};
+use super::summary::Outcome;
+use crate::flow::{CallSite, Head, OTHER_HEADS, Subject};
+
+/// The heads with which a way is taken, by the place that has them.
+pub(super) type Assumed = BTreeMap<Given, Heads>;
+
+/// Heads of a subject of the function.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Heads {
+    /// What the bits stand for.
+    known: Vec<Head>,
+    /// The heads that the value may have.
+    mask: u32,
+    /// All heads that there are.
+    all: u32,
+}
+
+impl Heads {
+    /// What is known of a subject; `None` if that is nothing.
+    pub(super) fn of(subject: &Subject, mask: u32) -> Option<Self> {
+        let all = subject.anything();
+        (mask != all).then(|| Self { known: subject.heads.clone(), mask, all })
+    }
+
+    /// Whether an argument with a constant head takes this way.
+    pub(super) fn allows(&self, head: &Head) -> bool {
+        let bit = self.known.iter().position(|known| known == head).map_or(OTHER_HEADS, |at| 1 << at);
+        self.mask & bit != 0
+    }
+
+    /// The same, as a subject of the caller has it.
+    pub(super) fn as_of(&self, subject: &Subject) -> u32 {
+        subject.translate(self.mask, &self.known)
+    }
+}
+
+/// The constant that a call gives for what is assumed something of.
+pub(super) fn constant<'a>(given: &Given, site: &'a CallSite) -> Option<&'a Head> {
+    match given.base {
+        GivenBase::Param(param) if given.steps.is_empty() => site.args.get(param)?.head.as_ref(),
+        _ => None,
+    }
+}
+
+/// How many ways are looked at before what they assume is forgotten, and how many are told to callers.
+const MAX_WAYS: usize = 64;
+const MAX_TOLD: usize = 12;
+
+/// Takes ways together that differ only in what they give back, or only in what they assume of one place.
+pub(super) fn merged(ways: BTreeSet<Outcome>) -> Vec<Outcome> {
+    if ways.len() <= MAX_WAYS {
+        let told = united(ways);
+        if told.len() <= MAX_TOLD || told.iter().all(|way| way.assumed.is_empty()) {
+            return told;
+        }
+        return united(told.into_iter().map(forgetful).collect());
+    }
+    united(ways.into_iter().map(forgetful).collect())
+}
+
+fn forgetful(way: Outcome) -> Outcome {
+    Outcome { assumed: Assumed::new(), ..way }
+}
+
+fn united(ways: BTreeSet<Outcome>) -> Vec<Outcome> {
+    let mut told: Vec<Outcome> = Vec::new();
+    for mut way in ways {
+        // What two ways are together may go with a third one.
+        while let Some((at, both)) = told.iter().enumerate().find_map(|(at, other)| Some((at, unite(other, &way)?))) {
+            told.remove(at);
+            way = both;
+        }
+        told.push(way);
+    }
+    told.sort();
+    told
+}
+
+fn unite(one: &Outcome, two: &Outcome) -> Option<Outcome> {
+    let bare = |way: &Outcome| Outcome { returned: 0, assumed: Assumed::new(), ..way.clone() };
+    if bare(one) != bare(two) {
+        return None;
+    }
+    if one.assumed == two.assumed {
+        return Some(Outcome { returned: one.returned | two.returned, ..one.clone() });
+    }
+    let is_wider = |one: &Outcome, two: &Outcome| {
+        let allows =
+            |(given, heads): (&Given, &Heads)| two.assumed.get(given).is_some_and(|own| own.mask & !heads.mask == 0);
+        one.returned | two.returned == one.returned && one.assumed.iter().all(allows)
+    };
+    if is_wider(one, two) {
+        return Some(one.clone());
+    }
+    if is_wider(two, one) {
+        return Some(two.clone());
+    }
+    if one.returned != two.returned || !one.assumed.keys().eq(two.assumed.keys()) {
+        return None;
+    }
+    let mut different = one.assumed.iter().filter(|(given, heads)| two.assumed.get(*given) != Some(*heads));
+    let (Some((given, heads)), None) = (different.next(), different.next()) else { return None };
+    let mask = heads.mask | two.assumed[given].mask;
+    let mut both = one.clone();
+    if mask == heads.all {
+        both.assumed.remove(given);
+    } else {
+        both.assumed.insert(given.clone(), Heads { mask, ..heads.clone() });
+    }
+    Some(both)
+}

@@ -1,0 +1,44 @@
+//! Makes the conditions that a function asks of what it is given known to those that call it, so that two helpers which ask for the
+//! same thing are told to do so.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::callgraph;
+use super::given::{Given, GivenBase, asked_at, given};
+use crate::flow::{CallSite, ControlFlowGraph, Effect, Place, Subject};
+
+/// How many conditions are handed from a function to its callers.
+const MAX_HANDED: usize = 32;
+
+/// Adds to each function the subjects of those that it calls, callees first.
+pub(super) fn hand_up(graphs: &mut [Option<ControlFlowGraph>]) {
+    let mut asked: Vec<BTreeMap<Given, Subject>> = vec![BTreeMap::new(); graphs.len()];
+    for id in callgraph::components(graphs).into_iter().flatten() {
+        let Some(graph) = &mut graphs[id.0 as usize] else { continue };
+        let mut own: BTreeSet<Place> = graph.subjects.iter().filter_map(|subject| subject.whole.clone()).collect();
+        let mut handed: Vec<Subject> = Vec::new();
+        for site in calls(graph) {
+            for (given, subject) in site.targets.iter().flat_map(|target| &asked[target.0 as usize]) {
+                let Some(place) = asked_at(given, site).filter(|place| !own.contains(place)) else { continue };
+                if handed.len() < MAX_HANDED {
+                    own.insert(place.clone());
+                    let key = format!("asked by what is called: {place:?}");
+                    handed.push(Subject { key, reads: vec![place.clone()], whole: Some(place), ..subject.clone() });
+                }
+            }
+        }
+        graph.subjects.extend(handed);
+        let of_callers = graph.subjects.iter().filter_map(|subject| {
+            let given = given(graph, subject.whole.as_ref()?)?;
+            matches!(given.base, GivenBase::Param(_)).then(|| (given, subject.clone()))
+        });
+        asked[id.0 as usize] = of_callers.take(MAX_HANDED).collect();
+    }
+}
+
+fn calls(graph: &ControlFlowGraph) -> impl Iterator<Item = &CallSite> {
+    graph.nodes.iter().filter_map(|node| match &node.effect {
+        Effect::Call(site) => Some(&**site),
+        _ => None,
+    })
+}

@@ -1,0 +1,102 @@
+//! Conditions that a function and its callers share: what a way assumes of them, and which ways of a call they leave.
+
+use std::collections::BTreeSet;
+
+use super::run::Run;
+use super::{Search, State};
+use crate::count::assumed::{Assumed, Heads, constant};
+use crate::count::given::{Given, GivenBase, asked_at, given};
+use crate::count::summary::Outcome;
+use crate::flow::{CallSite, Effect, NodeId, Place, SubjectId};
+
+/// How many conditions of a caller's are told apart in a function for the caller's sake.
+const MAX_TOLD: usize = 4;
+
+impl Search<'_> {
+    /// The subjects that the ways through a call assume something of.
+    pub(super) fn asked_by_call(&self, node: NodeId) -> BTreeSet<SubjectId> {
+        match &self.graph.node(node).effect {
+            Effect::Call(site) => self.called(site).asked.values().copied().collect(),
+            _ => BTreeSet::new(),
+        }
+    }
+
+    /// The subject that a function asks for where it is called, by this name or by another one of the only place that it can be.
+    pub(super) fn asked_subject(&self, given: &Given, site: &CallSite) -> Option<SubjectId> {
+        let place = asked_at(given, site)?;
+        let roots = self.aliases.shared_roots(&place);
+        let is_it = |whole: &Place| *whole == place || (roots.len() == 1 && self.aliases.shared_roots(whole) == roots);
+        let found = self.graph.subjects.iter().position(|subject| subject.whole.as_ref().is_some_and(is_it))?;
+        u32::try_from(found).ok().map(SubjectId)
+    }
+
+    /// The place that callers know a subject by, if nothing in the function changes it.
+    fn of_caller(&self, id: SubjectId) -> Option<Given> {
+        let subject = &self.graph.subjects[id.0 as usize];
+        let given = given(self.graph, subject.whole.as_ref()?)?;
+        let is_param = matches!(given.base, GivenBase::Param(_));
+        (is_param && !self.graph.node_ids().any(|node| self.writes_any(node, &self.reads_of(id)))).then_some(given)
+    }
+}
+
+impl Run<'_, '_> {
+    /// From now on, each end tells what its way assumes of conditions that callers know.
+    pub(super) fn tell_assumed(&mut self) {
+        let search = self.search;
+        let graph = search.graph;
+        let touching = search.touching();
+        let branches: BTreeSet<NodeId> = touching.iter().flat_map(|node| search.branches_before(*node)).collect();
+        let of_branches = branches.into_iter().filter_map(|node| match &graph.node(node).effect {
+            Effect::Branch(test) => test.subject,
+            _ => None,
+        });
+        let of_calls = touching.iter().flat_map(|node| search.asked_by_call(*node));
+        let asked: Vec<SubjectId> = of_branches.chain(of_calls).collect();
+        for id in asked {
+            if self.of_caller.len() >= MAX_TOLD {
+                break;
+            }
+            let Some(given) = search.of_caller(id) else { continue };
+            let at = self.tracked.subjects.iter().position(|tracked| *tracked == id).unwrap_or_else(|| {
+                self.tracked.subjects.push(id);
+                self.tracked.subjects.len() - 1
+            });
+            if !self.of_caller.iter().any(|(other, _)| *other == at) {
+                self.of_caller.push((at, given));
+            }
+        }
+    }
+
+    /// What a way that ends with this state assumes.
+    pub(super) fn assumed(&self, state: &State) -> Assumed {
+        let masks = self.masks.get(state.masks);
+        let heads = |at: usize| Heads::of(&self.search.graph.subjects[self.tracked.subjects[at].0 as usize], masks[at]);
+        self.of_caller.iter().filter_map(|(at, given)| Some((given.clone(), heads(*at)?))).collect()
+    }
+
+    /// What is known in a way through a call, if the way can be taken with what was known before.
+    pub(super) fn agreed(&mut self, masks: u32, outcome: &Outcome, site: &CallSite, before: u32) -> Option<u32> {
+        if outcome.assumed.is_empty() {
+            return Some(masks);
+        }
+        let called = self.search.called(site);
+        let before = self.masks.get(before).clone();
+        let mut all = self.masks.get(masks).clone();
+        for (given, heads) in &outcome.assumed {
+            if let Some(head) = constant(given, site) {
+                if heads.allows(head) {
+                    continue;
+                }
+                return None;
+            }
+            let id = called.asked.get(given);
+            let Some(at) = self.tracked.subjects.iter().position(|tracked| Some(tracked) == id) else { continue };
+            let allowed = heads.as_of(&self.search.graph.subjects[self.tracked.subjects[at].0 as usize]);
+            all[at] &= allowed;
+            if before[at] & allowed == 0 || all[at] == 0 {
+                return None;
+            }
+        }
+        Some(self.masks.intern(all))
+    }
+}
