@@ -10,6 +10,7 @@ use super::holding::guarded;
 use super::law::delegation;
 use super::loops::Loops;
 use super::mentions::{Guarded, Mention, mentions};
+use super::owned::is_owned;
 use super::sites::{Site, owed, place_of, sites};
 use super::text::{has_word, removal};
 use super::{Plan, Reason, Rewrite, head, law, observed, purity};
@@ -367,12 +368,10 @@ impl Rewriter<'_> {
             _ => (Some(at) == tail).then_some(at),
         };
         let value = std::iter::once(mention.at).chain(of.ancestors_inside(mention.at)).find_map(leaves)?;
-        let is_plain = matches!(
-            of.typed.ty(value),
-            Ty::Int | Ty::Float | Ty::Bool | Ty::Char | Ty::Tuple(_) | Ty::Adt(..) | Ty::External(..) | Ty::Array(..)
-        );
+        let index = of.program.index;
         let text = format!("what leaves the loop here may borrow from `{}`", own.spelled);
-        (!is_plain).then(|| Reason { span: of.span(value), text })
+        (!is_owned(index, &index.scope_of(of.function), of.typed.ty(value)))
+            .then(|| Reason { span: of.span(value), text })
     }
 
     /// What the law allows to leave out, and a guard would not.
