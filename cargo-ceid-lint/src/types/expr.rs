@@ -618,7 +618,7 @@ fn literal_ty(literal: &Literal) -> Ty {
         Literal::Bool(_) => Ty::Bool,
         Literal::Str(_) => Ty::Ref(false, Box::new(Ty::Str)),
         Literal::Char(_) => Ty::Char,
-        Literal::Bytes => Ty::Unknown,
+        Literal::Bytes(_) => Ty::Unknown,
     }
 }
 

@@ -7,7 +7,7 @@ use super::run::Run;
 use super::{Entry, MAX_STATES, Region, Search, State};
 use crate::count::counts::Count;
 use crate::flow::{Base, Cause, Effect, LoopId, NodeId, Place};
-use std::collections::{BTreeSet, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 impl Search<'_> {
     /// The heads that a subject can have where a loop is entered: those of the constants that a variable is given outside it.
@@ -95,7 +95,7 @@ impl Search<'_> {
         if nodes.is_empty() { vec![NodeId(0)] } else { nodes }
     }
 
-    /// The names of the instance at a node, over all ways that lead there; conditions are not told apart.
+    /// The names of the instance at a node, over all ways that lead there; only conditions that never change are told apart.
     fn explore_to(&self, target: NodeId, starts: &[NodeId]) -> Vec<Reached> {
         let mut known: Interner<Reached> = Interner::default();
         let mut seen: HashSet<(NodeId, u32), BuildHasher> = HashSet::default();
@@ -109,13 +109,21 @@ impl Search<'_> {
                 return vec![known.get(begin).clone()];
             }
         }
+        // A long function has many nodes, and few names at each of them.
+        let limit = (MAX_STATES / 4).max(4 * self.graph.nodes.len());
         let mut found = Vec::new();
+        let mut settled: HashMap<NodeId, u32, BuildHasher> = HashMap::default();
         while let Some((node, reached)) = open.pop() {
             if node == target {
                 found.push(known.get(reached).clone());
                 continue;
             }
-            if seen.len() > MAX_STATES / 4 || !seen.insert((node, reached)) {
+            if seen.len() > limit {
+                let cause = Cause::Limit("too many paths lead to the cycle".to_owned());
+                found.push((vec![self.instance.clone()], Some(cause)));
+                break;
+            }
+            if !seen.insert((node, reached)) {
                 continue;
             }
             let (names, doubt) = known.get(reached);
@@ -141,8 +149,16 @@ impl Search<'_> {
                 true => vec![reached],
                 false => behind.into_iter().map(|reached| known.intern(reached)).collect(),
             };
-            for reached in all {
-                open.extend(self.graph.node(node).next.iter().map(|next| (*next, reached)));
+            let asked = match &self.graph.node(node).effect {
+                Effect::Branch(test) => test.subject.map(|id| (test, id)),
+                _ => None,
+            };
+            let possible = asked.map(|(_, id)| *settled.entry(node).or_insert_with(|| self.settled_at(node, id)));
+            for (edge, next) in self.graph.node(node).next.iter().enumerate() {
+                let heads = asked.map_or(0, |(test, _)| if edge == 0 { test.holds } else { test.fails });
+                if possible.is_none_or(|possible| possible & heads != 0) {
+                    open.extend(all.iter().map(|reached| (*next, *reached)));
+                }
             }
         }
         // To follow names takes less than to follow all that is known of a way.

@@ -12,9 +12,21 @@ impl Search<'_> {
     /// `if !latch { loop { if latch { … } } }`.
     pub(super) fn settled(&self, region: Region, id: SubjectId) -> u32 {
         let graph = self.graph;
-        let subject = &graph.subjects[id.0 as usize];
-        let (Region::Loop(own), Some(place)) = (region, &subject.whole) else { return subject.anything() };
+        let Region::Loop(own) = region else { return graph.subjects[id.0 as usize].anything() };
         let is_outside = |node: NodeId| !graph.is_within(graph.node(node).in_loop, own);
+        self.arriving(graph.loop_info(own).head, id, &is_outside)
+    }
+
+    /// The heads that a subject which never changes can have at a branch on it, for the branches on the way there.
+    pub(super) fn settled_at(&self, branch: NodeId, id: SubjectId) -> u32 {
+        self.arriving(branch, id, &|node| node != branch)
+    }
+
+    /// The same for any node, where only what `is_outside` is asked on the way there.
+    fn arriving(&self, target: NodeId, id: SubjectId, is_outside: &dyn Fn(NodeId) -> bool) -> u32 {
+        let graph = self.graph;
+        let subject = &graph.subjects[id.0 as usize];
+        let Some(place) = &subject.whole else { return subject.anything() };
         let asks = |node: NodeId| match &graph.node(node).effect {
             Effect::Branch(test) if test.subject == Some(id) => Some((test.holds, test.fails)),
             _ => None,
@@ -34,7 +46,6 @@ impl Search<'_> {
             [only] if is_outside(*only) && makes(*only) => *only,
             _ => return subject.anything(),
         };
-        let target = graph.loop_info(own).head;
         let arrives_with = |bit: u32| {
             let mut seen = vec![false; graph.nodes.len()];
             let mut open = vec![start];

@@ -57,7 +57,7 @@ impl Builder<'_> {
                 Value { head: Some(head), same_as: None, ..value }
             }
             Some(Def::Variant(ty, at)) => {
-                let variant = self.variant_head(*ty, *at);
+                let variant = super::constants::variant_head(self.program, *ty, *at);
                 let span = self.span(id);
                 let var = self.temporary(self.ty(id).clone(), span);
                 for (number, arg) in args.iter().enumerate() {

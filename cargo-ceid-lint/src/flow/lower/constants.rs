@@ -1,7 +1,8 @@
-//! Numbers and times that the source fixes. What depends on anything that may change has no value.
+//! Numbers, times and heads that the source fixes. What depends on anything that may change has no value.
 
-use crate::flow::Program;
-use crate::index::{BodyOwner, Def};
+use super::subjects::external_head;
+use crate::flow::{Head, Program};
+use crate::index::{BodyOwner, Def, Shape, Ty, TypeId};
 use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, StmtKind};
 use crate::types::{Callee, TypedBody};
 
@@ -14,6 +15,9 @@ pub(super) enum Constant {
 
 /// How deep names and operators are followed.
 const MAX_DEPTH: u32 = 32;
+
+/// How many expressions a constant may have whose head is asked for: a table has none.
+const MAX_LENGTH: usize = 64;
 
 /// A body in which constants are looked for.
 #[derive(Clone, Copy)]
@@ -61,6 +65,37 @@ impl Constants<'_> {
         }
     }
 
+    /// The head of a constant expression: a literal, a variant, a constant.
+    pub(super) fn head(self, id: ExprId) -> Option<Head> {
+        self.head_at(id, 0)
+    }
+
+    fn head_at(self, id: ExprId, depth: u32) -> Option<Head> {
+        match &self.body.expr(id).kind {
+            ExprKind::Literal(literal) => Some(literal.spelling()),
+            ExprKind::Negate(inner) => match &self.body.expr(*inner).kind {
+                ExprKind::Literal(literal) => Some(format!("-{}", literal.spelling())),
+                _ => None,
+            },
+            ExprKind::Reference { value, .. } => self.head_at(*value, depth),
+            ExprKind::Path(path) => match self.typed.expr_def.get(&id)? {
+                Def::Value(value) if self.program.index.value(*value).item.is_static => None,
+                def => head_of(self.program, def, &path.text(), depth),
+            },
+            ExprKind::Struct { .. } | ExprKind::Call { .. } => {
+                let def = match &self.body.expr(id).kind {
+                    ExprKind::Struct { .. } => self.typed.expr_def.get(&id)?,
+                    _ => match self.typed.callees.get(&id)? {
+                        Callee::Constructor(Some(def)) => def,
+                        _ => return None,
+                    },
+                };
+                matches!(def, Def::Variant(..) | Def::External(_)).then(|| head_of(self.program, def, "", depth))?
+            }
+            _ => None,
+        }
+    }
+
     /// The value of a constant, or of a variable that keeps what it is declared with.
     fn named(self, id: ExprId, depth: u32) -> Option<Constant> {
         if self.typed.expr_local.contains_key(&id) {
@@ -91,6 +126,38 @@ impl Constants<'_> {
             StmtKind::Let { pat, init, .. } if self.typed.pat_local.get(pat) == Some(local) => *init,
             _ => None,
         })
+    }
+}
+
+/// The head of what a path names, which is spelled so.
+pub(super) fn head_of(program: &Program<'_>, def: &Def, path: &str, depth: u32) -> Option<Head> {
+    match def {
+        Def::Variant(ty, at) => Some(variant_head(program, *ty, *at)),
+        Def::External(path) => Some(external_head(path)),
+        Def::Value(value) => {
+            let value = *value;
+            let is_short = |body: &&Body| depth < MAX_DEPTH && body.exprs.len() <= MAX_LENGTH;
+            // What a constant is decides whether it is the same as another one, under whatever name.
+            let written = program.index.value(value).item.value.as_ref().filter(is_short).and_then(|body| {
+                let typed = crate::types::infer(program.index, BodyOwner::Value(value))?;
+                let own = Constants { program, body, typed: &typed };
+                own.head_at(body.root, depth + 1).or_else(|| match own.value_at(body.root, depth + 1)? {
+                    Constant::Number(number) if *typed.ty(body.root) == Ty::Int => Some(format!("{number:.0}")),
+                    _ => None,
+                })
+            });
+            Some(written.unwrap_or_else(|| format!("{} {value:?}", program.index.value(value).name)))
+        }
+        Def::Type(_) => Some(path.to_owned()),
+        _ => None,
+    }
+}
+
+/// The head of a variant of a type of the analysed code.
+pub(super) fn variant_head(program: &Program<'_>, ty: TypeId, at: usize) -> Head {
+    match &program.index.type_def(ty).shape {
+        Shape::Enum(variants) => variants[at].name.clone(),
+        Shape::Struct(_) => String::new(),
     }
 }
 

@@ -191,7 +191,7 @@ impl Builder<'_> {
     fn struct_value(&mut self, id: ExprId, fields: &[(String, ExprId)], rest: Option<ExprId>) -> Value {
         let span = self.span(id);
         let variant = match self.typed().expr_def.get(&id) {
-            Some(Def::Variant(ty, at)) => Some(self.variant_head(*ty, *at)),
+            Some(Def::Variant(ty, at)) => Some(super::constants::variant_head(self.program, *ty, *at)),
             _ => None,
         };
         let var = self.temporary(self.ty(id).clone(), span);

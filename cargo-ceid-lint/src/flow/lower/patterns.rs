@@ -368,11 +368,7 @@ impl Builder<'_> {
     }
 
     fn def_head(&self, def: &Def, text: &str) -> Head {
-        match def {
-            Def::Variant(ty, at) => self.variant_head(*ty, *at),
-            Def::External(path) => super::subjects::external_head(path),
-            _ => text.to_owned(),
-        }
+        super::constants::head_of(self.program, def, text, 0).unwrap_or_else(|| text.to_owned())
     }
 
     fn is_irrefutable(&self, pat: PatId) -> bool {
@@ -463,7 +459,7 @@ impl Builder<'_> {
             }
             PatKind::TupleStruct(_, pats) => match self.typed().pat_def.get(&pat).cloned() {
                 Some(Def::Variant(ty, at)) => {
-                    let variant = self.variant_head(ty, at);
+                    let variant = super::constants::variant_head(self.program, ty, at);
                     for (number, inner) in pats.iter().enumerate() {
                         let part = part_of(value, &[&variant, &number.to_string()]);
                         self.bind_pattern(*inner, &part);
@@ -483,7 +479,7 @@ impl Builder<'_> {
             },
             PatKind::Struct(_, fields) => {
                 let variant = match self.typed().pat_def.get(&pat).cloned() {
-                    Some(Def::Variant(ty, at)) => Some(self.variant_head(ty, at)),
+                    Some(Def::Variant(ty, at)) => Some(super::constants::variant_head(self.program, ty, at)),
                     _ => None,
                 };
                 for (name, inner) in fields {

@@ -5,7 +5,7 @@ use crate::flow::test::MAX_HEADS;
 use crate::flow::{About, Effect, Head, NodeId, Place, Subject, SubjectId, Test, Var};
 use crate::index::{Def, Shape, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{CfgKey, ExprId, ExprKind, Literal, Path};
+use crate::syntax::tree::{CfgKey, ExprId, ExprKind, Path};
 use crate::types::Callee;
 
 /// A pure expression: its spelling with variables by number, and the places it reads.
@@ -139,7 +139,7 @@ impl Builder<'_> {
         let body = self.body();
         match &body.expr(id).kind {
             ExprKind::Path(path) => self.pure_path(id, path),
-            ExprKind::Literal(literal) => Some(Pure { key: literal_text(literal), ..Pure::default() }),
+            ExprKind::Literal(literal) => Some(Pure { key: literal.spelling(), ..Pure::default() }),
             ExprKind::Field { .. } | ExprKind::Index { .. } => {
                 let place = self.static_place(id)?;
                 Some(pure_place(place))
@@ -312,50 +312,7 @@ impl Builder<'_> {
 
     /// The head of a constant expression: a literal, a variant, a constant.
     pub(super) fn constant_head(&self, id: ExprId) -> Option<Head> {
-        let body = self.body();
-        match &body.expr(id).kind {
-            ExprKind::Literal(literal) => Some(literal_text(literal)),
-            ExprKind::Negate(inner) => match &body.expr(*inner).kind {
-                ExprKind::Literal(literal) => Some(format!("-{}", literal_text(literal))),
-                _ => None,
-            },
-            ExprKind::Reference { value, .. } => self.constant_head(*value),
-            ExprKind::Path(path) => match self.typed().expr_def.get(&id) {
-                Some(Def::Variant(ty, at)) => Some(self.variant_head(*ty, *at)),
-                Some(Def::External(external)) => Some(external_head(external)),
-                Some(Def::Value(value)) => {
-                    let item = &self.program.index.value(*value).item;
-                    (!item.is_static).then(|| path.text())
-                }
-                Some(Def::Type(_)) => Some(path.text()),
-                _ => None,
-            },
-            ExprKind::Struct { .. } | ExprKind::Call { .. } => self.constructor_head(id),
-            _ => None,
-        }
-    }
-
-    /// The head of `Some(x)`, `Variant { … }`.
-    fn constructor_head(&self, id: ExprId) -> Option<Head> {
-        let def = match &self.body().expr(id).kind {
-            ExprKind::Struct { .. } => self.typed().expr_def.get(&id)?.clone(),
-            _ => match self.typed().callees.get(&id)? {
-                Callee::Constructor(Some(def)) => def.clone(),
-                _ => return None,
-            },
-        };
-        match def {
-            Def::Variant(ty, at) => Some(self.variant_head(ty, at)),
-            Def::External(path) => Some(external_head(&path)),
-            _ => None,
-        }
-    }
-
-    pub(super) fn variant_head(&self, ty: crate::index::TypeId, at: usize) -> Head {
-        match &self.program.index.type_def(ty).shape {
-            Shape::Enum(variants) => variants[at].name.clone(),
-            Shape::Struct(_) => String::new(),
-        }
+        self.constants().head(id)
     }
 
     /// All heads that a value of the type can have.
@@ -373,18 +330,6 @@ impl Builder<'_> {
             }
             _ => None,
         }
-    }
-}
-
-/// The spelling of a literal as a head.
-pub(super) fn literal_text(literal: &Literal) -> Head {
-    match literal {
-        Literal::Int(Some(value), _) => value.to_string(),
-        Literal::Int(None, _) => "big".to_owned(),
-        Literal::Float(text) | Literal::Char(text) => text.clone(),
-        Literal::Bool(value) => value.to_string(),
-        Literal::Str(text) => format!("{text:?}"),
-        Literal::Bytes => "bytes".to_owned(),
     }
 }
 

@@ -12,7 +12,7 @@ use crate::types::Callee;
 const TICKERS: &[&str] = &["embassy_time::Ticker::every", "tokio::time::interval"];
 
 impl Builder<'_> {
-    fn constants(&self) -> Constants<'_> {
+    pub(super) fn constants(&self) -> Constants<'_> {
         Constants { program: self.program, body: self.body(), typed: self.typed() }
     }
 

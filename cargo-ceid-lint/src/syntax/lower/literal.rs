@@ -1,5 +1,7 @@
 //! Literals and operators as data. Never evaluates anything.
 
+use quote::ToTokens as _;
+
 use crate::syntax::tree::Literal;
 
 pub(super) fn literal(literal: &syn::Lit) -> Literal {
@@ -8,9 +10,10 @@ pub(super) fn literal(literal: &syn::Lit) -> Literal {
         syn::Lit::Float(float) => Literal::Float(float.to_string()),
         syn::Lit::Bool(bool) => Literal::Bool(bool.value),
         syn::Lit::Str(text) => Literal::Str(text.value()),
-        syn::Lit::Char(char) => Literal::Char(char.token().to_string()),
-        syn::Lit::Byte(byte) => Literal::Char(byte.token().to_string()),
-        _ => Literal::Bytes,
+        syn::Lit::Char(char) => Literal::Char(char.value()),
+        syn::Lit::Byte(byte) => Literal::Int(Some(byte.value().into()), "u8".to_owned()),
+        syn::Lit::ByteStr(bytes) => Literal::Bytes(format!("{:?}", bytes.value())),
+        other => Literal::Bytes(other.to_token_stream().to_string()),
     }
 }
 

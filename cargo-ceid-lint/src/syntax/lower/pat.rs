@@ -168,6 +168,6 @@ impl BodyLowerer<'_, '_, '_> {
 fn literal_text(literal: &syn::Lit) -> String {
     match literal {
         syn::Lit::Int(int) => int.base10_digits().to_owned(),
-        other => tokens_text(&other.to_token_stream()),
+        other => super::literal::literal(other).spelling(),
     }
 }

@@ -25,7 +25,7 @@ fn operators() {
 fn literals() {
     check(
         "(1, 0x10u8, 1f32, 1.5, true, 'a', b'b', \"c\\n\", b\"d\", c\"e\")",
-        "(1, 16u8, 1f32, 1.5, true, 'a', b'b', \"c\\n\", bytes, bytes)",
+        "(1, 16u8, 1f32, 1.5, true, 'a', 98u8, \"c\\n\", [100], c\"e\")",
     );
     check("99999999999999999999", "big");
 }

@@ -173,10 +173,7 @@ impl Show<'_> {
             ExprKind::Path(own) => path(own),
             ExprKind::Literal(literal) => match literal {
                 Literal::Int(value, suffix) => format!("{}{suffix}", value.map_or("big".to_owned(), |v| v.to_string())),
-                Literal::Float(text) | Literal::Char(text) => text.clone(),
-                Literal::Bool(value) => value.to_string(),
-                Literal::Str(text) => format!("{text:?}"),
-                Literal::Bytes => "bytes".to_owned(),
+                other => other.spelling(),
             },
             ExprKind::Block(block) => self.block(block),
             ExprKind::If { condition, then, otherwise } => {

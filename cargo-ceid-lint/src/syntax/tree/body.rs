@@ -279,10 +279,30 @@ pub enum Literal {
     Bool(bool),
     /// A string.
     Str(String),
-    /// A character or byte, as written.
-    Char(String),
-    /// Byte strings and C strings.
-    Bytes,
+    /// A character.
+    Char(char),
+    /// A byte string or C string, as written.
+    Bytes(String),
+}
+
+impl Literal {
+    /// The literal in the one way in which all that have its value are spelled.
+    #[must_use]
+    pub fn spelling(&self) -> String {
+        match self {
+            Self::Int(Some(value), _) => value.to_string(),
+            Self::Int(None, _) => "big".to_owned(),
+            Self::Float(text) => {
+                let digits = text.replace('_', "");
+                let number: Result<f64, _> = digits.trim_end_matches("f32").trim_end_matches("f64").parse();
+                number.map_or_else(|_| text.clone(), |number| format!("{number:?}"))
+            }
+            Self::Bool(value) => value.to_string(),
+            Self::Str(text) => format!("{text:?}"),
+            Self::Char(char) => format!("{char:?}"),
+            Self::Bytes(text) => text.clone(),
+        }
+    }
 }
 
 /// A block.
