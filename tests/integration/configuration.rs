@@ -216,3 +216,39 @@ fn a_configuration_that_is_no_file_is_an_error() {
     let told = run(&directory, [""; 0]);
     told.assert_code(101).assert_stderr("ceid-lint.toml`: it is not a file").assert_stderr("or remove it");
 }
+
+#[test]
+fn a_configuration_that_is_no_text_says_what_to_do() {
+    let directory = package(CODE, "");
+    for (bytes, why) in [(&b"\x00\xfe\x80"[..], "not valid UTF-8 (byte 1)"), (b"\xff\xfe[\x00", "it is UTF-16")] {
+        std::fs::write(directory.join("ceid-lint.toml"), bytes).expect("it was written before");
+        let told = run(&directory, [""; 0]);
+        told.assert_code(101)
+            .assert_stderr("error: cannot read `")
+            .assert_stderr(why)
+            .assert_stderr("save it as UTF-8");
+    }
+}
+
+#[test]
+fn two_entries_for_a_filter_say_the_same() {
+    let entry = |law: &str| format!("[[filter]]\ntype = \"pid::Pid\"\nlaw = \"{law}\"\n");
+    check_repeated(&(entry("next_control_output") + &entry("next_control_output")), 1);
+    let directory = package(LOOP, &(entry("next_control_output") + &entry("step")));
+    run(&directory, [""; 0])
+        .assert_code(101)
+        .assert_stderr("the filter `pid::Pid` has an entry in line 2 as well, which says something else")
+        .assert_stderr("ceid-lint.toml:5:8")
+        .assert_stderr("write one entry");
+}
+
+#[test]
+fn what_a_package_says_of_a_filter_stands_over_its_workspace() {
+    let entry = |law: &str| format!("[[filter]]\ntype = \"pid::Pid\"\nlaw = \"{law}\"\n");
+    let directory = package(LOOP, &entry("step"));
+    run(&directory, [""; 0]).assert_code(100).assert_stderr("never updated");
+    let manifest = std::fs::read_to_string(directory.join("Cargo.toml")).expect("it was written");
+    let own = entry("next_control_output").replace("[[filter]]", "[[package.metadata.ceid-lint.filter]]");
+    std::fs::write(directory.join("Cargo.toml"), format!("{manifest}\n{own}")).expect("it can be written");
+    run(&directory, [""; 0]).assert_code(100).assert_stderr("more than once");
+}

@@ -75,6 +75,7 @@ fn workspaces_compile() {
         "init_robot",
         "init_nothing",
         "init_clash",
+        "init_lookalikes",
         "legacy_robot",
     ] {
         let manifest = workspace::committed(name).join("Cargo.toml");

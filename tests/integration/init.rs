@@ -1,4 +1,4 @@
-//! `cargo ceid-lint init`: what is found in four workspaces, and that the file is right as it is and with every `#` removed.
+//! `cargo ceid-lint init`: what is found in five workspaces, and that the file is right as it is and with every `#` removed.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -70,6 +70,11 @@ fn check(name: &str) -> String {
 #[test]
 fn filters_written_by_hand() {
     insta::assert_snapshot!(check("init_robot"));
+}
+
+#[test]
+fn filters_and_what_has_their_look() {
+    insta::assert_snapshot!(check("init_lookalikes"));
 }
 
 #[test]

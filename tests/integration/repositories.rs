@@ -275,7 +275,7 @@ mod unix {
         let expected = [
             ("src/circle.rs", "symbolic links"),
             ("src/pipe.rs", "not a regular file"),
-            ("src/lib.rs:4", "file not found for module `folder`"),
+            ("src/lib.rs:4", "file not found for module `folder`: `src/folder.rs` is a directory"),
         ];
         check(&directory, &[], 101, &["src/good.rs"], &expected);
     }

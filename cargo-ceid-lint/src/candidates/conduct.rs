@@ -349,9 +349,9 @@ const KEEPING: &str = "\
     push push_back push_front push_overwrite push_back_overwriting write insert rotate_left rotate_right \
     copy_within enqueue replace";
 
-/// Methods of the standard library and of other containers that write their receiver.
+/// Methods of the standard library and of other containers that write their receiver. `get_or_insert` is none of them: what it has
+/// put there once it leaves alone, unless the place that it gives is written.
 const MUTATING: &str = "\
     push push_back push_front push_overwrite pop pop_front pop_back insert remove clear rotate_left \
-    rotate_right swap fill take replace get_or_insert get_or_insert_with copy_from copy_from_slice \
-    copy_within set store fetch_add fetch_sub truncate resize write enqueue dequeue extend retain update \
+    rotate_right swap fill take replace copy_from copy_from_slice copy_within set store fetch_add fetch_sub truncate resize write enqueue dequeue extend retain update \
     next";

@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 
 use super::conduct::{Conduct, FieldCall};
 use super::laws::Finder;
-use super::measured::{is_counted, is_measured};
+use super::measured::{is_counted, is_measured, is_point_in_time};
 use super::uses::takes_state;
 use super::words::{is_scratch, is_tuned, is_whole, law_strength, type_strength};
 use super::{Reason, Uses};
 use crate::flow::{is_time_name, takes_step};
-use crate::index::{FunctionDef, FunctionId, Owner, Shape, Ty, TypeId};
+use crate::index::{FunctionDef, FunctionId, Shape, Ty, TypeId};
 use crate::syntax::tree::{PatId, PatKind, Receiver, TypeRef};
 
 /// A method is proposed from this weight on.
@@ -61,10 +61,7 @@ impl Finder<'_> {
             return None;
         }
         // What a plugin or a task does in its method is the cycle, however many filters it has.
-        if let Owner::Impl(owner) = def.owner
-            && let Some(name) = &index.impl_def(owner).implements
-            && is_whole(&index.trait_text(name))
-        {
+        if self.is_run_as_a_whole(ty) {
             return None;
         }
         let conduct = self.conduct(id);
@@ -75,11 +72,19 @@ impl Finder<'_> {
         if !takes_state(def) && !is_shared {
             return None;
         }
+        // What takes the filter away is its end.
+        if def.function.receiver == Some(Receiver::Value) {
+            return None;
+        }
+        // The state is what the caller hands in, and `find_argument_traits` proposes that.
+        if is_shared && takes_other_state(def) {
+            return None;
+        }
         let bare = Ty::Adt(ty, vec![Ty::Unknown; index.type_def(ty).generics.params.len()]);
         let (mut measured, mut counted, mut changed) = (Vec::new(), Vec::new(), Vec::new());
         for field in conduct.carried() {
             let Some(field_ty) = self.field_type(&bare, field) else { continue };
-            if is_scratch(field) || (is_shared && !is_cell(&field_ty)) {
+            if is_scratch(field) || is_point_in_time(index, &field_ty) || (is_shared && !is_cell(&field_ty)) {
                 continue;
             }
             changed.push(field.clone());
@@ -147,6 +152,14 @@ impl Finder<'_> {
             is_shared,
             uses,
         })
+    }
+
+    /// Whether the type implements the trait of plugins, tasks or applications: its methods are the cycle, its helpers included.
+    fn is_run_as_a_whole(&self, ty: TypeId) -> bool {
+        let index = self.program.index;
+        let bare = Ty::Adt(ty, vec![Ty::Unknown; index.type_def(ty).generics.params.len()]);
+        let implemented = |id| index.impl_def(id).implements.as_ref();
+        index.impls_of(&bare).into_iter().filter_map(implemented).any(|name| is_whole(&index.trait_text(name)))
     }
 
     /// The fields whose laws the method runs.
@@ -218,6 +231,12 @@ fn parameter_names(def: &FunctionDef) -> Vec<&str> {
     body.params.iter().skip(usize::from(def.function.receiver.is_some())).map(name).collect()
 }
 
+/// Whether a parameter is a state that belongs to the caller; a slice is room for results.
+fn takes_other_state(def: &FunctionDef) -> bool {
+    let is_state = |ty: &TypeRef| matches!(ty, TypeRef::Reference { mutable: true, inner } if !matches!(**inner, TypeRef::Slice(_)));
+    def.function.params.iter().any(is_state)
+}
+
 fn is_step_name(name: &str) -> bool {
     is_time_name(name) || name.contains("delta")
 }
@@ -226,7 +245,10 @@ fn is_step_name(name: &str) -> bool {
 pub(super) fn is_outside_law(ty: &Ty, method: &str) -> bool {
     let Ty::External(path, _) = ty else { return false };
     let (first, last) = (path.split("::").next().unwrap_or(path), path.rsplit("::").next().unwrap_or(path));
+    // A proportional term alone remembers nothing.
+    let is_without_state = matches!(last, "P" | "Proportional");
     first != "std"
+        && !is_without_state
         && first != last
         && last.starts_with(char::is_uppercase)
         && (type_strength(last) == 2 || (type_strength(first) == 2 && type_strength(last) >= 0))
@@ -245,4 +267,20 @@ fn is_bytes(param: &TypeRef) -> bool {
 fn is_cell(ty: &Ty) -> bool {
     let name = ty.peel().external_name().unwrap_or_default();
     name.starts_with("Atomic") || matches!(name, "Cell" | "RefCell" | "Mutex" | "RwLock")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn laws_of_unread_crates_are_told_by_their_names() {
+        let is_law = |path: &str| is_outside_law(&Ty::External(path.to_owned(), Vec::new()), "control");
+        for filter in ["pid_controller::Pid", "pid_controller::PI", "drives::SpeedPid"] {
+            assert!(is_law(filter), "{filter}");
+        }
+        for other in ["pid_controller::P", "pid_controller::Proportional", "std::Pid", "drives::Motor"] {
+            assert!(!is_law(other), "{other}");
+        }
+    }
 }

@@ -121,7 +121,9 @@ impl<'a> Finder<'a> {
             }
             laws = now;
         }
-        let covered = self.find_traits(&judged);
+        let mut covered = self.find_traits(&judged);
+        covered.extend(self.parts_of(&covered));
+        covered.extend(self.parts_of(&self.items_of_iterators()));
         let mut seen: BTreeMap<Span, usize> = BTreeMap::new();
         for (ty, methods) in types {
             let own: Vec<&Judged> = methods
@@ -142,6 +144,18 @@ impl<'a> Finder<'a> {
             seen.insert(found.place, self.found.len());
             self.found.push(found);
         }
+    }
+
+    /// The bodies of `Iterator::next`: as often as somebody likes they are asked for an item, and so is what they run.
+    fn items_of_iterators(&self) -> BTreeSet<FunctionId> {
+        let index = self.program.index;
+        let iterators = index.function_ids().filter(|id| {
+            let def = index.function(*id);
+            let Owner::Impl(owner) = def.owner else { return false };
+            let implemented = index.impl_def(owner).implements.as_ref();
+            def.name == "next" && implemented.is_some_and(|name| index.trait_text(name) == "Iterator")
+        });
+        iterators.collect()
     }
 
     fn by_type(&self, ty: TypeId, methods: &[FunctionId], judged: &[&Judged]) -> Option<Found> {
@@ -224,6 +238,22 @@ impl<'a> Finder<'a> {
                     || (has_halves && is_half(&one.name) && is_half(&best.name))
             })
             .collect()
+    }
+
+    /// The private methods that only laws run, and only of their own type: each is a part of such a law, and none itself.
+    fn parts_of(&self, laws: &BTreeSet<FunctionId>) -> BTreeSet<FunctionId> {
+        let mut parts = BTreeSet::new();
+        let mut open: Vec<FunctionId> = laws.iter().copied().collect();
+        while let Some(law) = open.pop() {
+            for helper in &self.conduct(law).helpers {
+                let is_offered =
+                    self.program.index.function(*helper).is_pub_method || self.calls.from_elsewhere.contains(helper);
+                if !is_offered && !laws.contains(helper) && parts.insert(*helper) {
+                    open.push(*helper);
+                }
+            }
+        }
+        parts
     }
 
     /// Whether a method calls another one of its own type.

@@ -1,6 +1,6 @@
 //! Which types hold what is measured: floats, vectors of them, generic numbers; and which hold counts.
 
-use super::words::is_among;
+use super::words::{is_among, is_asked_for_more};
 use crate::index::{Index, Shape, Ty, TypeId};
 
 /// Whether values of the type are measured, not counted: floats, vectors of them, generic numbers.
@@ -10,7 +10,10 @@ pub(super) fn is_measured(index: &Index, ty: &Ty, depth: u32) -> bool {
     }
     match ty {
         Ty::Float => true,
-        Ty::Param(param) => param.bounds.iter().all(|bound| !index.trait_text(&bound.name).starts_with("Fn")),
+        Ty::Param(param) => param.bounds.iter().all(|bound| {
+            let name = index.trait_text(&bound.name);
+            !name.starts_with("Fn") && !is_asked_for_more(&name)
+        }),
         Ty::Ref(_, inner) | Ty::Array(inner, _) | Ty::Slice(inner) => is_measured(index, inner, depth + 1),
         Ty::Tuple(parts) => parts.iter().any(|part| is_measured(index, part, depth + 1)),
         Ty::External(path, args) => {
@@ -59,13 +62,27 @@ fn is_container(name: &str) -> bool {
     )
 }
 
+/// Whether values of the type are points in time: when something was last seen is kept by whatever has states, and no sample is
+/// computed into it.
+pub(super) fn is_point_in_time(index: &Index, ty: &Ty) -> bool {
+    let name = match ty.peel() {
+        Ty::External(path, args) => match (path.rsplit("::").next().unwrap_or(path), args.as_slice()) {
+            ("Option", [inner]) => return is_point_in_time(index, inner),
+            (name, _) => name,
+        },
+        Ty::Adt(id, _) => index.type_def(*id).name.as_str(),
+        _ => return false,
+    };
+    matches!(name, "Time" | "Instant" | "SystemTime" | "DateTime" | "Timestamp")
+}
+
 fn is_vector(name: &str) -> bool {
     const VECTORS: &str = "\
     Vector Matrix Quat Rotation Isometry Translation Point Complex Fixed Vec2 Vec3 Vec4 Mat2 Mat3 Mat4 DVec \
     DQuat Affine Transform Angle Length Velocity Acceleration Frequency Ratio Torque Orientation AtomicF32 \
     AtomicF64 Euler Quaternion";
     const EXACT: &str = "\
-    f32x4 f32x2 f64x2 f32x8 I16F16 I32F32 SVector SMatrix OVector OMatrix UnitQuaternion UnitVector3 Time \
+    f32x4 f32x2 f64x2 f32x8 I16F16 I32F32 SVector SMatrix OVector OMatrix UnitQuaternion UnitVector3 \
     Current Q31 Q15 F32x4 Frame Real";
     is_among(EXACT, name) || VECTORS.split(' ').any(|vector| name.starts_with(vector) || name.ends_with(vector))
 }

@@ -38,7 +38,7 @@ const FILTERS: &str = "\
 const NEAR_FILTERS: &str = "\
     controller control state tracker delay generator button encoder layout history window driver rig channel \
     axis attitude orientation position motion profile trajectory sensor peak wave voice noise shaper saturator \
-    vacuum gain buffer battery engine sound motor balance loop meter counter clock";
+    vacuum gain buffer battery engine motor balance loop meter counter clock";
 
 /// Words in the names of types that advance through something, and are no filters.
 const OTHERS: &str = "\
@@ -49,7 +49,7 @@ const OTHERS: &str = "\
     sprite texture mesh shader event events config settings args plugin editor mixer sink playlist source \
     network peer protocol transport spectrum visitor macro table text string char file path thread executor \
     scheduler timer animation camera player world inventory particle particles effect recorder logger log params \
-    parameters matrix plot simulator simulation mock fake widget audio";
+    parameters matrix plot simulator simulation mock fake widget audio sound vertex ringbuffer";
 
 /// Names of fields that a law is tuned by, or that only state has.
 const TUNED: &str = "\
@@ -60,6 +60,9 @@ const TUNED: &str = "\
 
 /// Words in the names of traits whose types are run as a whole: their methods are cycles, which update filters.
 const WHOLES: &str = "plugin app application game scene screen widget task program";
+
+/// Words in the names of traits whose values are asked for more, and are no samples themselves.
+const ASKED_FOR_MORE: &str = "source stream iterator read reader write writer hasher rng";
 
 /// Words in the names of fields that hold nothing from call to call.
 const SCRATCH: &str = "temp tmp temporary scratch scratchpad workspace";
@@ -138,6 +141,11 @@ pub(super) fn is_whole(name: &str) -> bool {
     words(name).last().is_some_and(|word| is_among(WHOLES, word))
 }
 
+/// Whether a value that implements a trait of that name is asked for more, so that it is no sample.
+pub(super) fn is_asked_for_more(name: &str) -> bool {
+    words(name).last().is_some_and(|word| is_among(ASKED_FOR_MORE, word))
+}
+
 /// Whether a field of that name is a place to compute in: it is written and read in one call, and what it has from the one before
 /// is of no use.
 pub(super) fn is_scratch(name: &str) -> bool {
@@ -198,6 +206,16 @@ mod tests {
     }
 
     #[test]
+    fn samples_are_told_from_where_they_come_from() {
+        for source in ["Source", "AudioStream", "Iterator", "Read", "BitWrite"] {
+            assert!(is_asked_for_more(source), "{source}");
+        }
+        for sample in ["Float", "Real", "Frame", "Sample", "Signal", "Num", "SourceSample", "Debug", "Display"] {
+            assert!(!is_asked_for_more(sample), "{sample}");
+        }
+    }
+
+    #[test]
     fn places_to_compute_in_are_told_from_state() {
         for scratch in ["temp_buffer", "complex_scratch_buffer", "tmp", "output_tmp"] {
             assert!(is_scratch(scratch), "{scratch}");
@@ -212,7 +230,7 @@ mod tests {
         for filter in ["Pid", "LowPass", "DigitalLowPassFilter", "RatePid", "ExtendedKalman", "AREnvelope"] {
             assert_eq!(type_strength(filter), 2, "{filter}");
         }
-        for other in ["Lexer", "PacketReader", "TreeIter", "RequestBuilder"] {
+        for other in ["Lexer", "PacketReader", "TreeIter", "RequestBuilder", "RingBuffer", "StaticSound", "Vertex"] {
             assert_eq!(type_strength(other), -2, "{other}");
         }
         assert_eq!(type_strength("Robot"), 0);

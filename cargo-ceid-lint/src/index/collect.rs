@@ -248,6 +248,7 @@ impl Collector {
             AssocKind::Function(function) => {
                 let owner = Owner::Impl(id);
                 let function = self.add_function(module, owner, item.name.clone(), *function, item.attributes, is_test);
+                self.index.functions[function.0 as usize].is_pub_method = item.is_pub;
                 self.index.impls[id.0 as usize].methods.entry(item.name).or_insert(function);
             }
             AssocKind::Type { ty, .. } => {
@@ -275,7 +276,8 @@ impl Collector {
         let id = FunctionId(next(&self.index.functions));
         let is_test = is_test || self.index.module(module).is_test || is_test_only(&attributes);
         let blocks = function.body.as_mut().map(take_items).unwrap_or_default();
-        self.index.functions.push(FunctionDef { name, module, owner, function, attributes, is_test });
+        let is_pub_method = false;
+        self.index.functions.push(FunctionDef { name, module, owner, function, attributes, is_test, is_pub_method });
         self.collect_blocks(module, BodyOwner::Function(id), blocks);
         id
     }

@@ -18,6 +18,16 @@ pub struct EntryScope<'a> {
     pub graph: &'a BTreeSet<String>,
     /// Whether some of their code was not read, so that what is not found may lie there.
     pub is_partial: bool,
+    /// The number of the section, of those of one configuration.
+    pub section: usize,
+}
+
+/// A filter that an entry has named.
+#[derive(Debug)]
+pub(super) struct Entered {
+    subject: Subject,
+    section: usize,
+    line: u32,
 }
 
 /// A function that is a cycle because the configuration says so.
@@ -45,6 +55,13 @@ enum GuardType {
     External(String),
 }
 
+/// One of two entries would hold, and nobody could see which.
+fn has_two_entries(word: &Word, line: u32) -> ConfigError {
+    let message = format!("the filter `{}` has an entry in line {line} as well, which says something else", word.text);
+    ConfigError::at(word.place.clone(), message)
+        .help("write one entry: in `law`, methods are alternatives in one list, and halves in two: `[[\"predict\"], [\"correct\"]]`")
+}
+
 impl Index {
     /// Makes a filter of what an entry of the configuration names.
     ///
@@ -67,12 +84,31 @@ impl Index {
                     self.check_method(scope, &def, word, method)?;
                 }
             }
-            if !self.specs.iter().any(|spec| spec.subject == subject) {
-                self.note_makers(&subject, entry);
-                self.specs.insert(0, FilterSpec::by_entry(subject, entry));
+            self.note_makers(&subject, entry);
+            let spec = FilterSpec::by_entry(subject, entry);
+            match self.entered.iter().find(|known| known.subject == spec.subject) {
+                Some(known) if known.section == scope.section => {
+                    let at = self.specs.iter().position(|own| own.subject == spec.subject);
+                    if at.is_some_and(|at| self.specs[at] != spec) {
+                        return Err(has_two_entries(word, known.line));
+                    }
+                }
+                // What a package says stands over what its workspace says.
+                Some(_) => {
+                    self.specs.retain(|own| own.subject != spec.subject);
+                    self.enter(scope, word, spec);
+                }
+                None if self.specs.iter().any(|own| own.subject == spec.subject) => {}
+                None => self.enter(scope, word, spec),
             }
         }
         Ok(())
+    }
+
+    fn enter(&mut self, scope: &EntryScope<'_>, word: &Word, spec: FilterSpec) {
+        self.entered.retain(|known| known.subject != spec.subject);
+        self.entered.push(Entered { subject: spec.subject.clone(), section: scope.section, line: word.place.line });
+        self.specs.insert(0, spec);
     }
 
     fn note_makers(&mut self, subject: &Subject, entry: &FilterEntry) {

@@ -4,7 +4,7 @@ use super::{Def, Index, MethodOwner, TraitId, TraitName, Ty, TypeId, is_sampled_
 use crate::config::{FilterEntry, FilterKind, InstancePlace, Multiplicity, OnErr, Receiver, TimeBase, Word};
 
 /// A filter type, or a trait whose types are filters, with its law.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FilterSpec {
     /// What it is known by.
     pub subject: Subject,
@@ -42,7 +42,7 @@ pub enum Subject {
 }
 
 /// A law, or a half of one: its methods are alternatives, one of which runs.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LawGroup {
     /// The methods.
     pub methods: Vec<String>,

@@ -91,6 +91,8 @@ pub struct Index {
     /// What paths mean, as far as it was asked.
     resolved: std::sync::RwLock<Resolved>,
     specs: Vec<FilterSpec>,
+    /// Those of them that entries name.
+    entered: Vec<entries::Entered>,
     cycles: Vec<CycleSpec>,
     guards: Vec<GuardSpec>,
     /// Functions of crates whose sources are not read that give a filter, with its path.
@@ -308,6 +310,8 @@ pub struct FunctionDef {
     pub attributes: Vec<Attribute>,
     /// Whether it is a test, or compiled for tests only.
     pub is_test: bool,
+    /// Whether it is a method with any `pub`; those of traits have none.
+    pub is_pub_method: bool,
 }
 
 /// A constant or static.

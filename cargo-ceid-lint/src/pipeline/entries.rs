@@ -74,7 +74,7 @@ pub(super) fn add_some(
 ) -> Result<Vec<(usize, Vec<bool>)>, ConfigError> {
     let mut named = Vec::new();
     for (number, section) in config.sections.iter().enumerate() {
-        let scope = section_scope(project, graph, index, section, is_partial);
+        let scope = EntryScope { section: number, ..section_scope(project, graph, index, section, is_partial) };
         if scope.crates.is_empty() {
             continue;
         }
@@ -100,8 +100,9 @@ pub(super) fn add_all(
     index: &mut Index,
     is_partial: bool,
 ) -> Result<(), ConfigError> {
-    for section in &config.sections {
+    for (number, section) in config.sections.iter().enumerate() {
         let scope = section_scope(project, &project.graph, index, section, is_partial);
+        let scope = EntryScope { section: number, ..scope };
         for (added, _) in outcomes(index, &scope, section) {
             added.map_err(|error| ConfigError { text: Some(section.text.clone()), ..error })?;
         }
@@ -183,5 +184,5 @@ pub(super) fn scope_of<'a>(
     in_scope: impl Fn(usize) -> bool,
 ) -> EntryScope<'a> {
     let crates = (0u32..).zip(&index.crates).filter(|(_, krate)| in_scope(krate.package));
-    EntryScope { crates: crates.map(|(number, _)| CrateId(number)).collect(), graph, is_partial }
+    EntryScope { crates: crates.map(|(number, _)| CrateId(number)).collect(), graph, is_partial, section: 0 }
 }

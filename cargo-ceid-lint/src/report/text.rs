@@ -73,7 +73,11 @@ pub fn problem(sources: &SourceMap, problem: &Problem, style: Style) -> String {
             render(sources, &shown.with_message(&problem.message).with_labels(vec![label]), style, is_long)
         }
         None => {
-            let message = format!("`{}`: {}", problem.file, problem.message);
+            // What names its file in the message has none besides.
+            let message = match problem.file.as_str() {
+                "" => problem.message.clone(),
+                file => format!("`{file}`: {}", problem.message),
+            };
             render(sources, &shown.with_message(message), style, false)
         }
     }

@@ -38,7 +38,9 @@ pub trait ReadSource: fmt::Debug + Send + Sync {
 pub enum ReadError {
     /// There is none.
     NotFound,
-    /// It is a directory, a device or a pipe.
+    /// It is a directory.
+    Directory,
+    /// It is a device or a pipe.
     NotAFile,
     /// It has more than [`MAX_FILE_BYTES`] bytes.
     TooLarge {
@@ -60,6 +62,7 @@ impl fmt::Display for ReadError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotFound => f.write_str("no such file"),
+            Self::Directory => f.write_str("it is a directory"),
             Self::NotAFile => f.write_str("not a regular file"),
             Self::TooLarge { bytes } => write!(f, "too large to be read ({bytes} bytes, limit {MAX_FILE_BYTES})"),
             Self::Utf16 => f.write_str("not valid UTF-8: it is UTF-16"),
@@ -77,6 +80,7 @@ impl ReadError {
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::NotFound => "create it, or remove what names it",
+            Self::Directory => "give the directory another name, or remove what names it as a file",
             Self::NotAFile => "name a regular file",
             Self::TooLarge { .. } => "split it, or take it out of the module tree",
             Self::Utf16 | Self::NotUtf8 { .. } => "save it as UTF-8, the only encoding of Rust",
@@ -92,6 +96,9 @@ pub struct DiskSource;
 impl ReadSource for DiskSource {
     fn read(&self, path: &Path) -> Result<Arc<str>, ReadError> {
         let metadata = std::fs::metadata(path).map_err(|error| io_error(&error))?;
+        if metadata.is_dir() {
+            return Err(ReadError::Directory);
+        }
         if !metadata.is_file() {
             return Err(ReadError::NotAFile);
         }
@@ -282,7 +289,7 @@ mod tests {
 
     #[test]
     fn directories_are_not_files() {
-        assert_eq!(DiskSource.read(&std::env::temp_dir()), Err(ReadError::NotAFile));
+        assert_eq!(DiskSource.read(&std::env::temp_dir()), Err(ReadError::Directory));
         assert!(!DiskSource.exists(&std::env::temp_dir()));
     }
 }

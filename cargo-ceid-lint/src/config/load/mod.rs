@@ -10,7 +10,7 @@ use super::{
     Config, ConfigError, CycleEntry, FilterEntry, GuardEntry, LevelOverride, LevelSource, Presets, Section, levels,
 };
 use crate::diagnostic::Level;
-use crate::source::ReadSource;
+use crate::source::{ReadError, ReadSource};
 
 /// What a section holds for.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -48,19 +48,16 @@ pub fn load<'a>(
         let path = root.join(FILE_NAME);
         // A link to nothing is there as well, and meant as a configuration; so is what an editor has not saved yet.
         if path.symlink_metadata().is_ok() || source.exists(&path) {
-            let unread = |why: String, help: Option<String>| ConfigError {
-                place: None,
-                message: format!("cannot read `{}`: {why}", path.display()),
-                help,
-                text: None,
-            };
             let text = source.read(&path).map_err(|error| {
-                let help = "make it a file with the configuration, or remove it".to_owned();
-                if path.is_file() {
-                    unread(error.to_string(), None)
-                } else {
-                    unread("it is not a file".to_owned(), Some(help))
-                }
+                let (why, help) = match &error {
+                    ReadError::Utf16 | ReadError::NotUtf8 { .. } => {
+                        (error.to_string(), "save it as UTF-8, the only encoding of TOML")
+                    }
+                    _ if path.is_file() => (error.to_string(), error.remedy()),
+                    _ => ("it is not a file".to_owned(), "make it a file with the configuration, or remove it"),
+                };
+                let message = format!("cannot read `{}`: {why}", path.display());
+                ConfigError { place: None, message, help: Some(help.to_owned()), text: None }
             })?;
             config.sections.push(read_file(&path, &text, scope())?);
         }

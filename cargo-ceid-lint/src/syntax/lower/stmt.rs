@@ -92,7 +92,9 @@ impl BodyLowerer<'_, '_, '_> {
         }
         let presence = self.low.attrs(&stmt.attrs).presence.and(given.clone());
         let items = &mut block.items;
-        if self.low.given(presence, |low| low.known_item_macro(&stmt.mac, items)) {
+        // Where a statement stands, rustc reads an expression from an included file, and no items.
+        let is_include = self.low.known_name(&stmt.mac).as_deref() == Some("include");
+        if !is_include && self.low.given(presence, |low| low.known_item_macro(&stmt.mac, items)) {
             return;
         }
         let semi = stmt.semi_token.map(|semi| self.span(semi.span));

@@ -114,7 +114,7 @@ fn shape(name: &str) -> Option<Shape> {
 
 impl Lowerer<'_, '_> {
     /// The name by which a macro is known, if it is not the crate's own.
-    fn known_name(&self, mac: &syn::Macro) -> Option<String> {
+    pub(super) fn known_name(&self, mac: &syn::Macro) -> Option<String> {
         let mut segments = mac.path.segments.iter().map(|segment| name(&segment.ident));
         let (first, last) = (segments.next()?, segments.next_back());
         match last {
@@ -137,11 +137,7 @@ impl Lowerer<'_, '_> {
     /// `include!("items.rs")` of a file that is there.
     fn include_items(&mut self, mac: &syn::Macro, out: &mut Vec<Item>) -> bool {
         let place = self.path_span(&mac.path);
-        let Ok(path) = syn::parse2::<syn::LitStr>(mac.tokens.clone()) else {
-            self.loader.not_included(&mac.tokens, place);
-            return false;
-        };
-        let Some(items) = self.loader.include(&path.value(), place) else { return false };
+        let Some(items) = self.loader.include(&mac.tokens, place) else { return false };
         out.extend(items);
         true
     }

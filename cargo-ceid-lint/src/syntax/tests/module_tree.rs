@@ -5,7 +5,7 @@ use std::path::Path;
 use super::*;
 use crate::source::{FileSet, MemorySource};
 
-/// Parses `src/lib.rs` among `texts`; gives the items and the messages.
+/// Parses the `src/lib.rs` among `texts`; gives the items and the messages.
 fn load(texts: &[(&str, &str)]) -> (String, Vec<String>, FileSet) {
     let mut source = MemorySource::default();
     for (path, text) in texts {
@@ -13,7 +13,8 @@ fn load(texts: &[(&str, &str)]) -> (String, Vec<String>, FileSet) {
     }
     let mut files = FileSet::new(SourceMap::default(), Arc::new(source));
     let mut problems = Vec::new();
-    let items = parse_crate(Path::new("src/lib.rs"), "2021", &values(), &mut files, &mut problems);
+    let root = texts.iter().map(|(path, _)| *path).find(|path| path.ends_with("src/lib.rs")).unwrap_or("src/lib.rs");
+    let items = parse_crate(Path::new(root), "2021", &values(), &mut files, &mut problems);
     let messages = problems.iter().map(|p| {
         let line = p.span.map(|span| format!(":{}", files.map().line(span))).unwrap_or_default();
         format!("{}{line}: {}; {}", p.file, p.message, p.help.as_deref().unwrap_or(""))
@@ -187,6 +188,45 @@ fn included_items_stand_where_they_are_included() {
             "src/lib.rs:2: `a` is not read: its code is included in a body, or its path is computed; use `mod` instead",
         ]
     );
+}
+
+#[test]
+fn the_path_of_an_included_file_is_put_together() {
+    let (items, messages, _) = load(&[
+        ("/p/Cargo.toml", ""),
+        (
+            "/p/src/lib.rs",
+            "include!(concat!(env!(\"CARGO_MANIFEST_DIR\"), \"/gen/a\", 1, \".rs\"));\ninclude!(concat!(\"b\", \".rs\"));",
+        ),
+        ("/p/gen/a1.rs", "struct A;"),
+        (
+            "/p/src/b.rs",
+            "struct B; include!(concat!(env!(\"OUT_DIR\"), \"/c.rs\"));\ninclude!(concat!(NAME, \".rs\"));",
+        ),
+    ]);
+    assert_eq!(items, "struct A {}, struct B {}, include!(concat env), include!(concat NAME)");
+    assert_eq!(
+        messages,
+        [
+            "/p/src/b.rs:1: `c.rs` is written by a build script, and none is run; a law or a cycle in it has to be checked where it is generated from",
+            "/p/src/b.rs:2: `.rs` is not read: its code is included in a body, or its path is computed; use `mod` instead",
+        ]
+    );
+}
+
+#[test]
+fn a_file_that_is_included_in_a_body_is_an_expression() {
+    let (_, messages, _) = load(&[
+        ("src/lib.rs", "fn f() { include!(\"body.rs\"); let t = include!(\"table.rs\"); }"),
+        ("src/body.rs", "{ let x = 1; x + 1 }"),
+        ("src/table.rs", "[1, 2]"),
+    ]);
+    let unread = |file: &str| {
+        format!(
+            "src/lib.rs:1: `{file}` is not read: its code is included in a body, or its path is computed; use `mod` instead"
+        )
+    };
+    assert_eq!(messages, [unread("body.rs"), unread("table.rs")]);
 }
 
 #[test]

@@ -187,7 +187,7 @@ fn odd_files_are_problems() -> std::io::Result<()> {
             "b.rs: not valid UTF-8 (byte 9)",
             "/dev/zero: not a regular file",
             "d.rs: Too many levels of symbolic links (os error 40)",
-            "a: not a regular file",
+            "a: it is a directory",
             "lib.rs: file not found for module `f`: `f.rs`",
             "g.rs: unbalanced bracket or invalid token",
         ]

@@ -1,5 +1,7 @@
 //! The module tree, followed as rustc follows it. Never stops at a module that is missing, broken, or its own ancestor.
 
+mod include;
+
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -182,6 +184,10 @@ impl<'a> Loader<'a> {
                 self.load(&nested, owner, Some((place, name)))
             }
             (false, false) => {
+                if let Some(directory) = [&flat, &nested].into_iter().find(|path| self.is_directory(path)) {
+                    self.is_a_directory(&format!("module `{name}`"), directory, place);
+                    return None;
+                }
                 let message = format!("file not found for module `{name}`");
                 let lower = name.to_lowercase();
                 let similar = [children.join(format!("{lower}.rs")), children.join(&lower).join("mod.rs")];
@@ -195,37 +201,16 @@ impl<'a> Loader<'a> {
         }
     }
 
-    /// The items of `include!("path")` in the file of `place`; `None` if there is no such file, which is told.
-    pub(super) fn include(&mut self, path: &str, place: Span) -> Option<Vec<Item>> {
-        let including = self.files.map().file(place.file).path.clone();
-        let path = including.parent().map(|dir| dir.join(path))?;
-        if !self.files.exists(&path) {
-            let shown = self.files.map().display_name(&path);
-            let help = format!("create `{shown}`, or remove the `include!`");
-            self.problem(Some(place), format!("file not found for `include!`: `{shown}`"), Some(help));
-            return None;
-        }
-        let owner = ModuleDir::of_file(&path, None);
-        let loaded = self.load(&path, owner, Some((place, "")));
-        Some(loaded.map(|file| file.items).unwrap_or_default())
+    /// Whether a directory has the name of a file.
+    fn is_directory(&mut self, path: &Path) -> bool {
+        !self.files.exists(path) && self.files.open(path) == Err(ReadError::Directory)
     }
 
-    /// Tells that the code which `include!` stands for at `place` is not read, though nothing is wrong with it.
-    pub(super) fn not_included(&mut self, tokens: &TokenStream, place: Span) {
-        let file = last_literal(tokens).map(|path| path.trim_start_matches('/').to_owned());
-        let file = file.map_or_else(|| "the included file".to_owned(), |file| format!("`{file}`"));
-        let (message, help) = if names_out_dir(tokens) {
-            let message = format!("{file} is written by a build script, and none is run");
-            (message, "a law or a cycle in it has to be checked where it is generated from")
-        } else {
-            (
-                format!("{file} is not read: its code is included in a body, or its path is computed"),
-                "use `mod` instead",
-            )
-        };
-        let shown = self.files.map().file(place.file).name.clone();
-        let help = Some(help.to_owned());
-        self.problems.push(Problem { file: shown, span: Some(place), message, help, is_error: false });
+    /// Tells that the file of `what` is a directory.
+    fn is_a_directory(&mut self, what: &str, path: &Path, place: Span) {
+        let message = format!("file not found for {what}: `{}` is a directory", self.files.map().display_name(path));
+        let help = "give the directory another name, or remove the declaration".to_owned();
+        self.problem(Some(place), message, Some(help));
     }
 
     fn load(&mut self, path: &Path, dir: ModuleDir, declared: Option<(Span, &str)>) -> Option<LoadedFile> {
@@ -348,28 +333,6 @@ fn skip_trivia(mut text: &str) -> &str {
             return text;
         }
     }
-}
-
-/// Whether the tokens say `env!("OUT_DIR")`, the directory that build scripts write to.
-fn names_out_dir(tokens: &TokenStream) -> bool {
-    tokens.clone().into_iter().any(|token| match token {
-        TokenTree::Group(group) => names_out_dir(&group.stream()),
-        TokenTree::Literal(literal) => literal.to_string() == "\"OUT_DIR\"",
-        TokenTree::Ident(_) | TokenTree::Punct(_) => false,
-    })
-}
-
-/// The last string among the tokens: where a path is put together, it names the file.
-fn last_literal(tokens: &TokenStream) -> Option<String> {
-    tokens
-        .clone()
-        .into_iter()
-        .filter_map(|token| match token {
-            TokenTree::Group(group) => last_literal(&group.stream()),
-            TokenTree::Literal(literal) => Some(literal.to_string().trim_matches('"').to_owned()),
-            TokenTree::Ident(_) | TokenTree::Punct(_) => None,
-        })
-        .last()
 }
 
 /// Adds the names of all `macro_rules!` among the tokens.
