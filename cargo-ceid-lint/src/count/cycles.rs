@@ -173,7 +173,7 @@ fn feeds(
         _ => None,
     };
     // A name that may be another filter's says nothing of this one, unless the update goes by the same name.
-    let is_certain = |place: &Place| aliases.roots(place).iter().all(|root| root.overlaps(search.instance));
+    let is_certain = |place: &Place| aliases.shared_roots(place).iter().all(|root| root.overlaps(search.instance));
     let is_same = |site: &CallSite| {
         let fed = site.args.first().and_then(|arg| arg.place.as_ref());
         fed.zip(updated).is_none_or(|(fed, updated)| {
@@ -274,7 +274,7 @@ fn chooses(graph: &ControlFlowGraph, aliases: &Aliases, search: &Search<'_>, nod
 }
 
 fn concerns(aliases: &Aliases, search: &Search<'_>, place: &Place) -> bool {
-    aliases.roots(place).iter().any(|root| root.overlaps(search.instance))
+    aliases.shared_roots(place).iter().any(|root| root.overlaps(search.instance))
 }
 
 /// Whether the first argument of a call is the instance, a part of it, or its owner.

@@ -143,7 +143,7 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
         return Decision { verdict: Verdict::Unproved, cause, ..base };
     }
     // A clone of the handle is somewhere else, and may be used from there at any time.
-    let is_kept = |place: &Place| search.aliases.roots(place).iter().any(|root| root.overlaps(search.instance));
+    let is_kept = |place: &Place| search.aliases.shared_roots(place).iter().any(|root| root.overlaps(search.instance));
     if let Some((_, cause)) = search.graph.kept.iter().find(|(place, _)| is_kept(place)) {
         return Decision { verdict: Verdict::Unproved, cause: Some(cause.clone()), ..base };
     }

@@ -32,7 +32,7 @@ impl Context<'_> {
             let var = Var(number);
             if info.name.is_empty()
                 || !index.holds_filter(&info.ty)
-                || !facts.aliases.roots(&Place::var(var)).contains(&Place::var(var))
+                || !facts.aliases.shared_roots(&Place::var(var)).contains(&Place::var(var))
             {
                 continue;
             }
@@ -52,7 +52,7 @@ impl Context<'_> {
             for leaf in all {
                 let place = Place::var(var).join(&leaf.steps);
                 // What was moved there and is known by its old name is judged under that.
-                if !facts.aliases.roots(&place).contains(&place) {
+                if !facts.aliases.shared_roots(&place).contains(&place) {
                     continue;
                 }
                 if facts.updated.iter().any(|instance| instance.place.overlaps(&place)) {
@@ -168,7 +168,7 @@ impl Context<'_> {
 
     /// Whether a function that is called updates an instance in a loop of its own: `calibrate(&mut gyro);`
     fn is_updated_in_loop_of_callee(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
-        let is_it = |other: &Place| facts.aliases.roots(other).iter().any(|root| root.overlaps(place));
+        let is_it = |other: &Place| facts.aliases.shared_roots(other).iter().any(|root| root.overlaps(place));
         facts.graph.nodes.iter().any(|node| {
             let Effect::Call(site) = &node.effect else { return false };
             let callees = site.targets.iter().filter_map(|target| self.summaries.get(*target));
@@ -201,7 +201,7 @@ impl Context<'_> {
         let uses = self.uses(facts, place);
         // A guard that never ends is what is wrong with what it holds.
         let is_forgotten = graph.guards.iter().filter(|guard| guard.forgotten.is_some()).any(|guard| {
-            guard.updates.iter().any(|held| facts.aliases.roots(held).iter().any(|root| root.overlaps(place)))
+            guard.updates.iter().any(|held| facts.aliases.shared_roots(held).iter().any(|root| root.overlaps(place)))
         });
         if is_forgotten {
             return;
@@ -392,7 +392,7 @@ impl Context<'_> {
     fn node_uses(&self, facts: &FunctionFacts<'_>, id: NodeId, place: &Place) -> bool {
         let touches =
             |other: &Place| {
-                facts.aliases.roots(other).iter().any(|root| {
+                facts.aliases.shared_roots(other).iter().any(|root| {
                     root.base == place.base && root.steps.len() >= place.steps.len() && root.overlaps(place)
                 })
             };

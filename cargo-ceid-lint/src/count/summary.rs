@@ -393,7 +393,7 @@ impl Summaries {
             }
             // What is only passed on, and of a type that is not known, is not worth a search: it is said to be unknown.
             let is_direct = graph.nodes.iter().any(|node| {
-                matches!(&node.effect, Effect::Update(update) if aliases.roots(&update.place).contains(&instance))
+                matches!(&node.effect, Effect::Update(update) if aliases.shared_roots(&update.place).contains(&instance))
             });
             let holds_filter = holds_filter_at(program, graph, &instance);
             if !is_direct && !holds_filter && !states.contains(&instance) {
@@ -462,7 +462,7 @@ fn bound(places: &mut BTreeSet<Given>) {
 }
 
 fn note(graph: &ControlFlowGraph, aliases: &Aliases, place: &Place, into: &mut BTreeSet<Given>) {
-    into.extend(aliases.roots(place).iter().filter_map(|root| given(graph, root)));
+    into.extend(aliases.shared_roots(place).iter().filter_map(|root| given(graph, root)));
 }
 
 fn note_unknown(
@@ -472,7 +472,7 @@ fn note_unknown(
     cause: &Cause,
     into: &mut BTreeMap<Given, Cause>,
 ) {
-    for given in aliases.roots(place).iter().filter_map(|root| given(graph, root)) {
+    for given in aliases.shared_roots(place).iter().filter_map(|root| given(graph, root)) {
         into.entry(given).or_insert_with(|| cause.clone());
     }
 }

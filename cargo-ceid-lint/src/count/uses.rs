@@ -28,7 +28,7 @@ impl Context<'_> {
     pub(super) fn uses(&self, facts: &FunctionFacts<'_>, place: &Place) -> Uses {
         let mut uses = Uses::default();
         let is_lent = instances::is_lent(self.program.index, facts.graph, place);
-        let holds = |other: &Place| facts.aliases.roots(other).iter().any(|root| root.overlaps(place));
+        let holds = |other: &Place| facts.aliases.shared_roots(other).iter().any(|root| root.overlaps(place));
         // What a filter computed may leave without it: `return kf.value();`
         let gives_filter = {
             let (index, function) = (self.program.index, facts.graph.function);
@@ -49,7 +49,7 @@ impl Context<'_> {
                     let leaves = set.transfer != Transfer::Borrow
                         && !is_lent
                         && set.from.as_ref().is_some_and(|from| {
-                            facts.aliases.roots(from).iter().any(|root| {
+                            facts.aliases.shared_roots(from).iter().any(|root| {
                                 root.base == place.base && root.steps.len() <= place.steps.len() && root.overlaps(place)
                             })
                         })
@@ -64,7 +64,7 @@ impl Context<'_> {
                 Effect::Use { place: used } => {
                     uses.read |= holds(used);
                     let is_part = |root: &Place| root.overlaps(place) && root.steps.len() > place.steps.len();
-                    uses.looked_into |= facts.aliases.roots(used).iter().any(is_part);
+                    uses.looked_into |= facts.aliases.shared_roots(used).iter().any(is_part);
                 }
                 Effect::Call(site) => {
                     for (number, arg) in site.args.iter().enumerate() {

@@ -115,7 +115,10 @@ impl ReadSource for DiskSource {
 
     fn exists(&self, path: &Path) -> bool {
         // A broken or endless symbolic link counts as there, so that the message says what is wrong with it.
-        std::fs::symlink_metadata(path).is_ok_and(|metadata| !metadata.is_dir()) && !path.is_dir()
+        std::fs::symlink_metadata(path).is_ok_and(|metadata| {
+            let is_directory = if metadata.is_symlink() { path.is_dir() } else { metadata.is_dir() };
+            !is_directory
+        })
     }
 
     fn identity(&self, path: &Path) -> PathBuf {

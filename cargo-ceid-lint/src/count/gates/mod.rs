@@ -356,7 +356,7 @@ impl<'s, 'a> Gates<'s, 'a> {
     }
 
     fn is_instance(&self, place: &Place) -> bool {
-        self.search.aliases.roots(place).iter().any(|root| root.overlaps(self.search.instance))
+        self.search.aliases.shared_roots(place).iter().any(|root| root.overlaps(self.search.instance))
     }
 
     fn is_part(&self, place: &Place) -> bool {

@@ -120,7 +120,7 @@ impl Gates<'_, '_> {
 
     /// Whether a node updates the filter at a place.
     fn updates_at(&self, id: NodeId, place: &Place) -> bool {
-        let is_there = |other: &Place| self.search.aliases.roots(other).iter().any(|root| root.overlaps(place));
+        let is_there = |other: &Place| self.search.aliases.shared_roots(other).iter().any(|root| root.overlaps(place));
         match &self.search.graph.node(id).effect {
             Effect::Update(update) => is_there(&update.place),
             Effect::Call(site) => self.search.summaries.updates(site).any(|other| is_there(&other)),
@@ -131,7 +131,8 @@ impl Gates<'_, '_> {
     /// Whether what is present or absent is the filter itself.
     pub(super) fn is_presence_of_filter(&self, test: &Test) -> bool {
         let by_name = test.about.binds.iter().any(|var| self.is_instance(&Place::var(*var)));
-        let is_it = |place: &Place| self.search.aliases.roots(place).iter().any(|root| root == self.search.instance);
+        let is_it =
+            |place: &Place| self.search.aliases.shared_roots(place).iter().any(|root| root == self.search.instance);
         // `dac.write(filter.value())?` asks the converter; the number of an element is asked for nothing.
         let is_number = |place: &Place| matches!(self.ty(place), Some(Ty::Int));
         let reads = &test.about.reads;

@@ -112,7 +112,7 @@ impl Gates<'_, '_> {
                 self.is_setting(root)
                     && !self.nodes().any(|id| match &graph.node(id).effect {
                         Effect::Write(write) | Effect::Set(write) if !write.place.steps.is_empty() => {
-                            self.search.aliases.roots(&write.place).iter().any(|written| written.overlaps(root))
+                            self.search.aliases.shared_roots(&write.place).iter().any(|written| written.overlaps(root))
                         }
                         _ => false,
                     })

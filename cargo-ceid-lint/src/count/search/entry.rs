@@ -33,10 +33,9 @@ impl Search<'_> {
                 Effect::Unknown { places, .. } => places.iter().any(|other| other.overlaps(place)),
                 Effect::Call(site) => site.args.iter().any(|arg| {
                     !arg.is_shared
-                        && arg
-                            .place
-                            .as_ref()
-                            .is_some_and(|other| self.aliases.roots(other).iter().any(|root| root.overlaps(place)))
+                        && arg.place.as_ref().is_some_and(|other| {
+                            self.aliases.shared_roots(other).iter().any(|root| root.overlaps(place))
+                        })
                 }),
                 _ => false,
             };

@@ -16,6 +16,9 @@ impl Lowerer<'_, '_> {
     }
 
     pub(in crate::syntax) fn item(&mut self, item: &syn::Item, out: &mut Vec<Item>) {
+        if self.is_silent_item(item) {
+            return;
+        }
         let before = out.len();
         self.present_item(item, out);
         if out.len() == before {

@@ -7,20 +7,23 @@ mod control;
 mod expr;
 mod function;
 mod items;
+mod lines;
 mod literal;
 mod pat;
 mod path;
+pub(super) mod silent;
 mod stmt;
 mod ty;
 mod uses;
 
-use std::cell::Cell;
+use std::cell::{Cell, OnceCell};
 use std::sync::Arc;
 
 pub(super) use expr::BodyLowerer;
 use syn::ext::IdentExt as _;
 
 use self::attrs::Attrs;
+use self::lines::Lines;
 use super::cfg_eval::Presence;
 use super::macros::Progress;
 use super::modules::{LoadedFile, Loader, ModuleDir};
@@ -36,6 +39,8 @@ pub(super) struct Lowerer<'l, 'a> {
     text: Arc<str>,
     /// Where the parsed code begins in the text.
     base: usize,
+    /// Made when a place is first asked for.
+    lines: OnceCell<Lines>,
     dir: ModuleDir,
     /// Whether the macro or block around the items is there; they are only there if it is.
     given: Presence,
@@ -48,7 +53,7 @@ pub(super) struct Lowerer<'l, 'a> {
 impl<'l, 'a> Lowerer<'l, 'a> {
     pub(super) fn new(loader: &'l mut Loader<'a>, file: FileId, text: Arc<str>, base: usize, dir: ModuleDir) -> Self {
         let (given, type_depth) = (Presence::Present, Cell::new(0));
-        Self { loader, file, text, base, dir, given, type_depth, progress: Progress::default() }
+        Self { loader, file, text, base, lines: OnceCell::new(), dir, given, type_depth, progress: Progress::default() }
     }
 
     pub(super) fn file(mut self, tree: &syn::File) -> LoadedFile {
@@ -73,7 +78,7 @@ impl<'l, 'a> Lowerer<'l, 'a> {
 
     /// Our place of a token.
     pub(in crate::syntax) fn span(&self, span: proc_macro2::Span) -> Span {
-        let range = span.byte_range();
+        let range = self.lines.get_or_init(|| Lines::of(&self.text[self.base..])).bytes(span);
         let at = |offset: usize| u32::try_from(self.base + offset).unwrap_or(u32::MAX);
         self.progress.place(Span::new(self.file, at(range.start), at(range.end)))
     }

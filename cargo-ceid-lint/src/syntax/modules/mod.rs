@@ -5,11 +5,13 @@ mod include;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use memchr::memmem;
 use proc_macro2::{TokenStream, TokenTree};
 
 use super::bare_closures::with_dyn;
 use super::depth::{Excess, MAX_LINKS, MAX_NESTING, check_depth};
 use super::edition::of_2015;
+use super::lex::{Lexer, Token, TokenKind};
 use super::lower::Lowerer;
 use super::lower::attrs::Attrs;
 use super::macros::OwnMacros;
@@ -254,7 +256,7 @@ impl<'a> Loader<'a> {
             |error: proc_macro2::LexError| syn::Error::new(error.span(), "unbalanced bracket or invalid token");
         let parsed = code.parse::<TokenStream>().map_err(unreadable).and_then(|tokens| {
             let tokens = if self.edition == "2015" { of_2015(tokens) } else { tokens };
-            collect_macro_names(&tokens, &mut self.own_macros);
+            collect_macro_names(code, &mut self.own_macros);
             // Only what cannot be read as it stands is read again, so that nothing else pays for it.
             let again = matches!(self.edition, "2015" | "2018").then(|| tokens.clone());
             let first = syn::parse2::<syn::File>(tokens);
@@ -335,24 +337,26 @@ fn skip_trivia(mut text: &str) -> &str {
     }
 }
 
-/// Adds the names of all `macro_rules!` among the tokens.
-fn collect_macro_names(tokens: &TokenStream, names: &mut BTreeSet<String>) {
-    let mut before = [String::new(), String::new()];
-    for token in tokens.clone() {
-        let word = match token {
-            TokenTree::Group(group) => {
-                collect_macro_names(&group.stream(), names);
-                String::new()
-            }
-            TokenTree::Ident(ident) => ident.to_string(),
-            TokenTree::Punct(punct) if punct.as_char() == '!' => "!".to_owned(),
-            TokenTree::Punct(_) | TokenTree::Literal(_) => String::new(),
+/// Adds the names of all macros that the text declares by `macro_rules!`.
+fn collect_macro_names(text: &str, names: &mut BTreeSet<String>) {
+    // Most texts declare none.
+    if memmem::find(text.as_bytes(), b"macro_rules").is_none() {
+        return;
+    }
+    let mut before = ["", ""];
+    for Token { kind, start, end } in Lexer::new(text) {
+        let word = match kind {
+            TokenKind::Space | TokenKind::LineComment | TokenKind::BlockComment => continue,
+            TokenKind::Word | TokenKind::Sign => &text[start..end],
+            TokenKind::Literal | TokenKind::Open | TokenKind::Close => "",
         };
-        if before[0] == "macro_rules" && before[1] == "!" && !word.is_empty() {
-            names.insert(word.trim_start_matches("r#").to_owned());
+        if before == ["macro_rules", "!"] && kind == TokenKind::Word {
+            // The name of `r#name` comes after a sign.
+            let raw = text[end..].strip_prefix('#').filter(|_| word == "r");
+            let raw = raw.and_then(|rest| rest.get(..Lexer::new(rest).next()?.end));
+            names.insert(raw.unwrap_or(word).to_owned());
         }
-        before.rotate_left(1);
-        before[1] = word;
+        before = [before[1], word];
     }
 }
 
@@ -363,4 +367,19 @@ fn first_lower(message: &str) -> String {
 
 fn to_u32(value: usize) -> u32 {
     u32::try_from(value).unwrap_or(u32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn macros_are_known_by_their_declarations() {
+        let text = "macro_rules! a { () => { macro_rules ! /* b */ r#try {} macro_rules! $c {} } }
+            // macro_rules! d
+            const E: &str = \"macro_rules! e\"; macro_rules!(f) macro_rules g macro_rules! r { }";
+        let mut names = BTreeSet::new();
+        collect_macro_names(text, &mut names);
+        assert_eq!(names.into_iter().collect::<Vec<_>>(), ["a", "r", "try"]);
+    }
 }

@@ -9,6 +9,7 @@ mod own_macros;
 mod places;
 mod robustness;
 mod show;
+mod survey;
 
 use super::*;
 

@@ -10,7 +10,7 @@ mod matcher;
 mod rules;
 mod transcribe;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use proc_macro2::{TokenStream, TokenTree};
@@ -19,6 +19,7 @@ use self::rules::{Rule, list, parse_rules};
 use super::shape;
 use crate::source::Span;
 use crate::syntax::cfg_eval::Presence;
+use crate::syntax::lower::silent::names_in;
 use crate::syntax::lower::{Lowerer, name};
 
 /// How deep the code of macros may call macros.
@@ -56,6 +57,8 @@ pub(in crate::syntax) struct OwnMacros {
     in_scope: Vec<(String, Option<Rc<Rules>>)>,
     /// All of them, for calls by path and by import.
     anywhere: BTreeMap<String, Option<Rc<Rules>>>,
+    /// The names in their rules, where no item is kept.
+    words: BTreeMap<String, BTreeSet<String>>,
 }
 
 /// Marks what is in scope, to go back to it.
@@ -69,6 +72,11 @@ impl OwnMacros {
     /// Forgets the macros of a module or block that ends.
     pub(in crate::syntax) fn leave(&mut self, mark: &ScopeMark) {
         self.in_scope.truncate(mark.0);
+    }
+
+    /// The names in the rules of all macros of that name.
+    pub(in crate::syntax) fn words(&self, name: &str) -> Option<&BTreeSet<String>> {
+        self.words.get(name)
     }
 
     fn rules(&self, path: &syn::Path) -> Option<Rc<Rules>> {
@@ -130,8 +138,15 @@ impl Lowerer<'_, '_> {
     pub(in crate::syntax) fn define_macro(&mut self, ident: &syn::Ident, tokens: &TokenStream, presence: &Presence) {
         let certain = *presence == Presence::Present;
         let rules = if certain { Rules::parse(tokens).map(Rc::new) } else { None };
+        let keeps_items = self.loader.keeps_items;
         let own = &mut self.loader.own;
         let ident = name(ident);
+        if !keeps_items {
+            let words = own.words.entry(ident.clone()).or_default();
+            names_in(tokens, &mut |word| {
+                words.insert(word);
+            });
+        }
         // Two macros of one name cannot be told apart by it.
         own.anywhere.entry(ident.clone()).and_modify(|known| *known = None).or_insert_with(|| rules.clone());
         own.in_scope.push((ident.clone(), rules));
