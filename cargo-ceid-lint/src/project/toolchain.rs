@@ -15,12 +15,12 @@ pub(super) enum Failure {
 }
 
 impl Failure {
-    /// The text in one line.
+    /// The text in one line: its error, before which cargo may have warned, or said what it waits for.
     pub(super) fn first_line(&self) -> String {
         let (Self::Tool(text) | Self::Refused(text)) = self;
-        let mut causes = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with("Caused by"));
-        let first = causes.next().unwrap_or("no reason given");
-        first.strip_prefix("error: ").unwrap_or(first).to_owned()
+        let lines = || text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with("Caused by"));
+        let error = lines().find_map(|line| line.strip_prefix("error: "));
+        error.or_else(|| lines().next()).unwrap_or("no reason given").to_owned()
     }
 }
 
@@ -132,6 +132,14 @@ mod tests {
             "feature `edition2024` is required\n… is not stabilized in this version of Cargo (1.80.0)"
         ));
         assert!(!is_toolchain_trouble("error: failed to parse manifest at `/ws/Cargo.toml`"));
+    }
+
+    #[test]
+    fn the_error_is_told_and_not_what_comes_before() {
+        let text =
+            "    Blocking waiting for file lock on package cache\nwarning: `config` is deprecated\nerror: no `x`\n";
+        assert_eq!(Failure::Refused(text.to_owned()).first_line(), "no `x`");
+        assert_eq!(Failure::Tool("cannot run `cargo`".to_owned()).first_line(), "cannot run `cargo`");
     }
 
     #[test]

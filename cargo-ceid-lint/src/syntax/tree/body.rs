@@ -1,6 +1,6 @@
 //! Code: expressions and patterns of one body, in an arena.
 
-use super::{CfgKey, Item, OpaqueMacro, Path, TypeRef};
+use super::{CfgKey, Item, Literal, OpaqueMacro, Path, TypeRef};
 use crate::source::Span;
 
 /// An expression of a [`Body`].
@@ -266,43 +266,6 @@ pub enum ExprKind {
         /// Every identifier in it.
         mentions: Vec<String>,
     },
-}
-
-/// A literal.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Literal {
-    /// An integer, `None` above 2^64, with its suffix (`u8`, or `f32` in `1f32`).
-    Int(Option<u64>, String),
-    /// A float, as written.
-    Float(String),
-    /// `true`, `false`
-    Bool(bool),
-    /// A string.
-    Str(String),
-    /// A character.
-    Char(char),
-    /// A byte string or C string, as written.
-    Bytes(String),
-}
-
-impl Literal {
-    /// The literal in the one way in which all that have its value are spelled.
-    #[must_use]
-    pub fn spelling(&self) -> String {
-        match self {
-            Self::Int(Some(value), _) => value.to_string(),
-            Self::Int(None, _) => "big".to_owned(),
-            Self::Float(text) => {
-                let digits = text.replace('_', "");
-                let number: Result<f64, _> = digits.trim_end_matches("f32").trim_end_matches("f64").parse();
-                number.map_or_else(|_| text.clone(), |number| format!("{number:?}"))
-            }
-            Self::Bool(value) => value.to_string(),
-            Self::Str(text) => format!("{text:?}"),
-            Self::Char(char) => format!("{char:?}"),
-            Self::Bytes(text) => text.clone(),
-        }
-    }
 }
 
 /// A block.

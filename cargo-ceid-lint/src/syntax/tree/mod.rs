@@ -3,10 +3,12 @@
 //! It is `Send` and small, so that syn's trees are dropped file by file; nothing above `syntax` sees syn.
 
 mod body;
+mod literal;
 mod ty;
 
 use crate::source::Span;
 pub use body::*;
+pub use literal::*;
 pub use ty::*;
 
 /// What `#[cfg]` leaves of something that is not certain: a key, and whether it is there when the key holds or not.
