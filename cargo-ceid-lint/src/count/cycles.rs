@@ -262,7 +262,7 @@ fn picks_round(graph: &ControlFlowGraph, search: &Search<'_>, node: NodeId, id: 
 fn chooses(graph: &ControlFlowGraph, aliases: &Aliases, search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
     let info = graph.loop_info(id);
     info.drains
-        && search.branches_before(node).into_iter().any(|branch| match &graph.node(branch).effect {
+        && search.branches_before([node]).into_iter().any(|branch| match &graph.node(branch).effect {
             Effect::Branch(test) => {
                 let mut reads = test.about.reads.iter().filter_map(Place::base_var);
                 test.about.is_choice()

@@ -1,6 +1,7 @@
 //! Which branches matter for an instance: those on which something that happens to it depends. The others are not told apart.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use crate::flow::{ControlFlowGraph, Effect, NodeId, Place, SubjectId};
 
@@ -13,6 +14,10 @@ pub(super) struct ControlDependence {
     before: Vec<Vec<NodeId>>,
     /// The nodes that give a subject a head that is known.
     assigned: BTreeMap<SubjectId, Vec<NodeId>>,
+    /// The branches on a subject.
+    asking: BTreeMap<SubjectId, Vec<NodeId>>,
+    /// The heads with which a subject that never changes comes to a node, as far as it was asked: it is the same for all filters.
+    arriving: RefCell<HashMap<(NodeId, SubjectId), u32>>,
 }
 
 impl ControlDependence {
@@ -46,7 +51,30 @@ impl ControlDependence {
                 before[next.0 as usize].push(id);
             }
         }
-        Self { branches, before, assigned: assignments(graph) }
+        let mut asking: BTreeMap<SubjectId, Vec<NodeId>> = BTreeMap::new();
+        for id in graph.node_ids() {
+            if let Effect::Branch(test) = &graph.node(id).effect
+                && let Some(subject) = test.subject
+            {
+                asking.entry(subject).or_default().push(id);
+            }
+        }
+        Self { branches, before, assigned: assignments(graph), asking, arriving: RefCell::default() }
+    }
+
+    /// The branches on a subject.
+    pub(super) fn asking(&self, subject: SubjectId) -> &[NodeId] {
+        self.asking.get(&subject).map_or(&[], Vec::as_slice)
+    }
+
+    /// The heads with which a subject that never changes comes to a node.
+    pub(super) fn arriving(&self, node: NodeId, subject: SubjectId, find: impl FnOnce() -> u32) -> u32 {
+        let known = self.arriving.borrow().get(&(node, subject)).copied();
+        known.unwrap_or_else(|| {
+            let found = find();
+            self.arriving.borrow_mut().insert((node, subject), found);
+            found
+        })
     }
 
     /// The nodes that a node follows.

@@ -7,7 +7,7 @@ use super::run::Run;
 use super::{Entry, MAX_STATES, Region, Search, State};
 use crate::count::counts::Count;
 use crate::flow::{Base, Cause, Effect, LoopId, NodeId, Place};
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeSet, HashSet};
 
 impl Search<'_> {
     /// The heads that a subject can have where a loop is entered: those of the constants that a variable is given outside it.
@@ -52,7 +52,12 @@ impl Search<'_> {
         let starts = self.declarations();
         let mut found = Vec::new();
         let mut seen: BTreeSet<Reached> = BTreeSet::new();
-        for reached in self.explore_to(head, &starts) {
+        let mut all = self.explore_to(head, &starts, false);
+        // What leads there decides over names only where there are several.
+        if all.iter().any(|reached| *reached != all[0]) {
+            all = self.explore_to(head, &starts, true);
+        }
+        for reached in all {
             if !self.is_own_round(&reached.0, id) {
                 continue;
             }
@@ -94,8 +99,8 @@ impl Search<'_> {
         if nodes.is_empty() { vec![NodeId(0)] } else { nodes }
     }
 
-    /// The names of the instance at a node, over all ways that lead there; only conditions that never change are told apart.
-    fn explore_to(&self, target: NodeId, starts: &[NodeId]) -> Vec<Reached> {
+    /// The names of the instance at a node, over all ways that lead there, or over those that conditions which never change leave.
+    fn explore_to(&self, target: NodeId, starts: &[NodeId], are_told_apart: bool) -> Vec<Reached> {
         let mut known: Interner<Reached> = Interner::default();
         let mut seen: HashSet<(NodeId, u32), BuildHasher> = HashSet::default();
         let mut open: Vec<(NodeId, u32)> = Vec::new();
@@ -111,7 +116,6 @@ impl Search<'_> {
         // A long function has many nodes, and few names at each of them.
         let limit = (MAX_STATES / 4).max(4 * self.graph.nodes.len());
         let mut found = Vec::new();
-        let mut settled: HashMap<NodeId, u32, BuildHasher> = HashMap::default();
         while let Some((node, reached)) = open.pop() {
             if node == target {
                 found.push(known.get(reached).clone());
@@ -149,10 +153,10 @@ impl Search<'_> {
                 false => behind.into_iter().map(|reached| known.intern(reached)).collect(),
             };
             let asked = match &self.graph.node(node).effect {
-                Effect::Branch(test) => test.subject.map(|id| (test, id)),
+                Effect::Branch(test) if are_told_apart => test.subject.map(|id| (test, id)),
                 _ => None,
             };
-            let possible = asked.map(|(_, id)| *settled.entry(node).or_insert_with(|| self.settled_at(node, id)));
+            let possible = asked.map(|(_, id)| self.settled_at(node, id));
             for (edge, next) in self.graph.node(node).next.iter().enumerate() {
                 let heads = asked.map_or(0, |(test, _)| if edge == 0 { test.holds } else { test.fails });
                 if possible.is_none_or(|possible| possible & heads != 0) {

@@ -268,10 +268,10 @@ impl<'a> Search<'a> {
         self.near().filter(|id| self.graph.node(*id).debug_only.is_none()).filter(is_unknown).collect()
     }
 
-    /// The branches that decide whether a node is reached, at any depth.
-    pub(super) fn branches_before(&self, node: NodeId) -> BTreeSet<NodeId> {
+    /// The branches that decide whether one of the nodes is reached, at any depth.
+    pub(super) fn branches_before(&self, nodes: impl IntoIterator<Item = NodeId>) -> BTreeSet<NodeId> {
         let mut found = BTreeSet::new();
-        let mut open = vec![node];
+        let mut open: Vec<NodeId> = nodes.into_iter().collect();
         while let Some(node) = open.pop() {
             let branches = self.dependence.of_node(node).iter().copied().map(NodeId);
             open.extend(branches.filter(|branch| found.insert(*branch)));

@@ -1,6 +1,6 @@
 //! One search at work: its states, what each effect does to them, and how ways end.
 
-use std::collections::{BTreeSet, HashMap, HashSet, VecDeque};
+use std::collections::{BTreeSet, HashSet, VecDeque};
 
 use super::entry::Known;
 use super::hash::BuildHasher;
@@ -10,7 +10,7 @@ use crate::count::counts::Count;
 use crate::count::given::Given;
 use crate::count::returned;
 use crate::count::slice::Tracked;
-use crate::flow::{Cause, Effect, IndexKey, LoopId, NodeId, Place, Relation, Rounds, RunBy, SubjectId, Test, Var};
+use crate::flow::{Cause, Effect, IndexKey, LoopId, NodeId, Place, Relation, Rounds, RunBy, Test, Var};
 
 /// The round of a loop whose counter has passed every number that is asked for.
 pub(super) const BEYOND: u64 = u64::MAX;
@@ -34,8 +34,6 @@ pub(super) struct Run<'s, 'a> {
     own: BTreeSet<LoopId>,
     pub(super) seen: HashSet<State, BuildHasher>,
     pub(super) queue: VecDeque<usize>,
-    /// What is known of subjects that never change, as far as it was asked.
-    pub(super) settled: HashMap<SubjectId, u32, BuildHasher>,
     /// The mode that is asked about, if one is.
     pub(super) mode: Option<super::Mode>,
     /// Which of the tracked subjects callers know, where they are to know what is assumed of them.
@@ -71,7 +69,6 @@ impl<'s, 'a> Run<'s, 'a> {
             own,
             seen: HashSet::default(),
             queue: VecDeque::new(),
-            settled: HashMap::default(),
             mode: None,
             of_caller: Vec::new(),
         }
@@ -375,7 +372,7 @@ impl<'s, 'a> Run<'s, 'a> {
                 continue;
             }
             let heads = if number == 0 { test.holds } else { test.fails };
-            if test.subject.is_some_and(|subject| heads & self.settled(subject) == 0) {
+            if test.subject.is_some_and(|subject| heads & self.search.settled(self.region, subject) == 0) {
                 continue;
             }
             let mut after = state.clone();

@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 use std::rc::Rc;
 
-use super::run::Run;
 use super::{Region, Search};
 use crate::flow::{Effect, NodeId, Place, SubjectId};
 
@@ -14,12 +13,13 @@ impl Search<'_> {
         let graph = self.graph;
         let Region::Loop(own) = region else { return graph.subjects[id.0 as usize].anything() };
         let is_outside = |node: NodeId| !graph.is_within(graph.node(node).in_loop, own);
-        self.arriving(graph.loop_info(own).head, id, &is_outside)
+        let head = graph.loop_info(own).head;
+        self.dependence.arriving(head, id, || self.arriving(head, id, &is_outside))
     }
 
     /// The heads that a subject which never changes can have at a branch on it, for the branches on the way there.
     pub(super) fn settled_at(&self, branch: NodeId, id: SubjectId) -> u32 {
-        self.arriving(branch, id, &|node| node != branch)
+        self.dependence.arriving(branch, id, || self.arriving(branch, id, &|node| node != branch))
     }
 
     /// The same for any node, where only what `is_outside` is asked on the way there.
@@ -31,10 +31,11 @@ impl Search<'_> {
             Effect::Branch(test) if test.subject == Some(id) => Some((test.holds, test.fails)),
             _ => None,
         };
-        if !graph.node_ids().any(|node| is_outside(node) && asks(node).is_some()) {
+        if !self.dependence.asking(id).iter().any(|node| is_outside(*node)) {
             return subject.anything();
         }
-        let writers: Vec<NodeId> = graph.node_ids().filter(|node| self.writes_any(*node, &self.reads_of(id))).collect();
+        let reads = self.reads_of(id);
+        let writers: Vec<NodeId> = graph.node_ids().filter(|node| self.writes_any(*node, &reads)).collect();
         let makes = |node: NodeId| match &graph.node(node).effect {
             Effect::Set(set) => set.place == *place,
             Effect::Call(site) => *place == Place::var(site.result),
@@ -93,13 +94,5 @@ impl Search<'_> {
             Effect::Call(site) => is_one(&Place::var(site.result)) || self.called(site).writes.iter().any(is_one),
             _ => false,
         }
-    }
-}
-
-impl Run<'_, '_> {
-    /// The heads that a subject which never changes can have in the region.
-    pub(super) fn settled(&mut self, subject: SubjectId) -> u32 {
-        let (search, region) = (self.search, self.region);
-        *self.settled.entry(subject).or_insert_with(|| search.settled(region, subject))
     }
 }

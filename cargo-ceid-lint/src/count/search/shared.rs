@@ -35,7 +35,8 @@ impl Search<'_> {
         let subject = &self.graph.subjects[id.0 as usize];
         let given = given(self.graph, subject.whole.as_ref()?)?;
         let is_param = matches!(given.base, GivenBase::Param(_));
-        (is_param && !self.graph.node_ids().any(|node| self.writes_any(node, &self.reads_of(id)))).then_some(given)
+        let reads = self.reads_of(id);
+        (is_param && !self.graph.node_ids().any(|node| self.writes_any(node, &reads))).then_some(given)
     }
 }
 
@@ -45,7 +46,7 @@ impl Run<'_, '_> {
         let search = self.search;
         let graph = search.graph;
         let touching = search.touching();
-        let branches: BTreeSet<NodeId> = touching.iter().flat_map(|node| search.branches_before(*node)).collect();
+        let branches = search.branches_before(touching.iter().copied());
         let of_branches = branches.into_iter().filter_map(|node| match &graph.node(node).effect {
             Effect::Branch(test) => test.subject,
             _ => None,
