@@ -353,5 +353,5 @@ const KEEPING: &str = "\
 /// put there once it leaves alone, unless the place that it gives is written.
 const MUTATING: &str = "\
     push push_back push_front push_overwrite pop pop_front pop_back insert remove clear rotate_left \
-    rotate_right swap fill take replace copy_from copy_from_slice copy_within set store fetch_add fetch_sub truncate resize write enqueue dequeue extend retain update \
-    next";
+    rotate_right swap fill take replace copy_from copy_from_slice copy_within set store fetch_add fetch_sub truncate \
+    resize write enqueue dequeue extend retain update next";

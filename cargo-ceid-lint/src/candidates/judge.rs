@@ -9,7 +9,7 @@ use super::uses::takes_state;
 use super::words::{is_scratch, is_tuned, is_whole, law_strength, type_strength};
 use super::{Reason, Uses};
 use crate::flow::{is_time_name, takes_step};
-use crate::index::{FunctionDef, FunctionId, Shape, Ty, TypeId};
+use crate::index::{FunctionDef, FunctionId, Index, Shape, Ty, TypeId};
 use crate::syntax::tree::{PatId, PatKind, Receiver, TypeRef};
 
 /// A method is proposed from this weight on.
@@ -80,7 +80,7 @@ impl Finder<'_> {
         if is_shared && takes_other_state(def) {
             return None;
         }
-        let bare = Ty::Adt(ty, vec![Ty::Unknown; index.type_def(ty).generics.params.len()]);
+        let bare = bare(index, ty);
         let (mut measured, mut counted, mut changed) = (Vec::new(), Vec::new(), Vec::new());
         for field in conduct.carried() {
             let Some(field_ty) = self.field_type(&bare, field) else { continue };
@@ -157,7 +157,7 @@ impl Finder<'_> {
     /// Whether the type implements the trait of plugins, tasks or applications: its methods are the cycle, its helpers included.
     fn is_run_as_a_whole(&self, ty: TypeId) -> bool {
         let index = self.program.index;
-        let bare = Ty::Adt(ty, vec![Ty::Unknown; index.type_def(ty).generics.params.len()]);
+        let bare = bare(index, ty);
         let implemented = |id| index.impl_def(id).implements.as_ref();
         index.impls_of(&bare).into_iter().filter_map(implemented).any(|name| is_whole(&index.trait_text(name)))
     }
@@ -267,6 +267,11 @@ fn is_bytes(param: &TypeRef) -> bool {
 fn is_cell(ty: &Ty) -> bool {
     let name = ty.peel().external_name().unwrap_or_default();
     name.starts_with("Atomic") || matches!(name, "Cell" | "RefCell" | "Mutex" | "RwLock")
+}
+
+/// A type with nothing known of its parameters.
+fn bare(index: &Index, ty: TypeId) -> Ty {
+    Ty::Adt(ty, vec![Ty::Unknown; index.type_def(ty).generics.params.len()])
 }
 
 #[cfg(test)]

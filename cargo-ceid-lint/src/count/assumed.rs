@@ -3,9 +3,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::given::{Given, GivenBase};
+use super::given::Given;
 use super::summary::Outcome;
-use crate::flow::{CallSite, Head, OTHER_HEADS, Subject};
+use crate::flow::{Head, OTHER_HEADS, Subject};
 
 /// The heads with which a way is taken, by the place that has them.
 pub(super) type Assumed = BTreeMap<Given, Heads>;
@@ -37,14 +37,6 @@ impl Heads {
     /// The same, as a subject of the caller has it.
     pub(super) fn as_of(&self, subject: &Subject) -> u32 {
         subject.translate(self.mask, &self.known)
-    }
-}
-
-/// The constant that a call gives for what is assumed something of.
-pub(super) fn constant<'a>(given: &Given, site: &'a CallSite) -> Option<&'a Head> {
-    match given.base {
-        GivenBase::Param(param) if given.steps.is_empty() => site.args.get(param)?.head.as_ref(),
-        _ => None,
     }
 }
 

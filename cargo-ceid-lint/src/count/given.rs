@@ -1,6 +1,6 @@
 //! Places across calls: what a function is given, and what that is where it is called.
 
-use crate::flow::{Base, CallSite, ControlFlowGraph, IndexKey, Place, Projection};
+use crate::flow::{Argument, Base, CallSite, ControlFlowGraph, IndexKey, Place, Projection};
 use crate::index::ValueId;
 
 /// A place that a function is given: the parameter or static, and the steps into it.
@@ -98,9 +98,17 @@ pub(super) fn steps_at(steps: &[Projection], site: &CallSite) -> Vec<Projection>
 
 /// The place at a call whose value a condition of the callee asks for.
 pub(super) fn asked_at(given: &Given, site: &CallSite) -> Option<Place> {
+    match argument(given, site) {
+        Some(argument) => argument.value_of.clone(),
+        None => place_of(given, site),
+    }
+}
+
+/// What a call gives for a whole parameter.
+pub(super) fn argument<'a>(given: &Given, site: &'a CallSite) -> Option<&'a Argument> {
     match given.base {
-        GivenBase::Param(param) if given.steps.is_empty() => site.args.get(param)?.value_of.clone(),
-        _ => place_of(given, site),
+        GivenBase::Param(param) if given.steps.is_empty() => site.args.get(param),
+        _ => None,
     }
 }
 

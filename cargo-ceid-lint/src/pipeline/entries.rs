@@ -74,7 +74,7 @@ pub(super) fn add_some(
 ) -> Result<Vec<(usize, Vec<bool>)>, ConfigError> {
     let mut named = Vec::new();
     for (number, section) in config.sections.iter().enumerate() {
-        let scope = EntryScope { section: number, ..section_scope(project, graph, index, section, is_partial) };
+        let scope = section_scope(project, graph, index, (number, section), is_partial);
         if scope.crates.is_empty() {
             continue;
         }
@@ -101,8 +101,7 @@ pub(super) fn add_all(
     is_partial: bool,
 ) -> Result<(), ConfigError> {
     for (number, section) in config.sections.iter().enumerate() {
-        let scope = section_scope(project, &project.graph, index, section, is_partial);
-        let scope = EntryScope { section: number, ..scope };
+        let scope = section_scope(project, &project.graph, index, (number, section), is_partial);
         for (added, _) in outcomes(index, &scope, section) {
             added.map_err(|error| ConfigError { text: Some(section.text.clone()), ..error })?;
         }
@@ -162,7 +161,7 @@ fn section_scope<'a>(
     project: &Project,
     graph: &'a BTreeSet<String>,
     index: &Index,
-    section: &Section,
+    (number, section): (usize, &Section),
     is_partial: bool,
 ) -> EntryScope<'a> {
     let in_scope = |package: usize| {
@@ -174,7 +173,7 @@ fn section_scope<'a>(
     };
     let is_partial =
         is_partial || (0..project.packages.len()).any(|at| in_scope(at) && project.packages[at].is_partly_read);
-    scope_of(graph, index, is_partial, in_scope)
+    EntryScope { section: number, ..scope_of(graph, index, is_partial, in_scope) }
 }
 
 pub(super) fn scope_of<'a>(

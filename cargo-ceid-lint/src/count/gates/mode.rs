@@ -1,5 +1,7 @@
 //! Modes: states in which a filter pauses, with a reset before it runs again.
 
+use std::collections::BTreeMap;
+
 use super::{Gates, Way};
 use crate::count::search::Mode;
 use crate::count::verdict::Gate;
@@ -30,13 +32,15 @@ impl Gates<'_, '_> {
     /// A way on which a mode is left without an update.
     pub(super) fn leaves_mode(&self, way: &Way) -> Option<Gate> {
         let graph = self.search.graph;
+        let mut last: BTreeMap<&Place, Option<&str>> = BTreeMap::new();
+        for id in &way.nodes {
+            if let Effect::Set(set) | Effect::Write(set) = &graph.node(*id).effect {
+                last.insert(&set.place, set.head.as_deref());
+            }
+        }
         let left = (0u32..).zip(&graph.subjects).find(|(number, subject)| {
             let Some(place) = &subject.whole else { return false };
-            let last = way.nodes.iter().rev().find_map(|id| match &graph.node(*id).effect {
-                Effect::Set(set) | Effect::Write(set) if set.place == *place => Some(&set.head),
-                _ => None,
-            });
-            let Some(Some(head)) = last else { return false };
+            let Some(Some(head)) = last.get(place) else { return false };
             self.outlives(place)
                 && self.updating(SubjectId(*number)).is_some_and(|updating| updating & subject.bit(head) == 0)
                 && self.is_mode(SubjectId(*number))

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use super::run::Run;
 use super::{Search, State};
-use crate::count::assumed::{Assumed, Heads, constant};
-use crate::count::given::{Given, GivenBase, asked_at, given};
+use crate::count::assumed::{Assumed, Heads};
+use crate::count::given::{Given, GivenBase, argument, asked_at, given};
 use crate::count::summary::Outcome;
 use crate::flow::{CallSite, Effect, NodeId, Place, SubjectId};
 
@@ -84,7 +84,8 @@ impl Run<'_, '_> {
         let before = self.masks.get(before).clone();
         let mut all = self.masks.get(masks).clone();
         for (given, heads) in &outcome.assumed {
-            if let Some(head) = constant(given, site) {
+            // What is given may be a constant.
+            if let Some(head) = argument(given, site).and_then(|argument| argument.head.as_ref()) {
                 if heads.allows(head) {
                     continue;
                 }

@@ -41,7 +41,7 @@ impl Constants<'_> {
             ExprKind::Literal(Literal::Int(Some(value), _)) => {
                 Some(Constant::Number(f64::from(u32::try_from(*value).ok()?)))
             }
-            ExprKind::Literal(Literal::Float(text)) => float(text).map(Constant::Number),
+            ExprKind::Literal(literal) => literal.float().map(Constant::Number),
             ExprKind::Cast { value, .. } => next(*value),
             ExprKind::Block(block) if block.stmts.is_empty() => next(block.tail?),
             ExprKind::Binary { op, lhs, rhs } => operate(op, next(*lhs)?, next(*rhs)?),
@@ -82,18 +82,18 @@ impl Constants<'_> {
                 Def::Value(value) if self.program.index.value(*value).item.is_static => None,
                 def => head_of(self.program, def, &path.text(), depth),
             },
-            ExprKind::Struct { .. } | ExprKind::Call { .. } => {
-                let def = match &self.body.expr(id).kind {
-                    ExprKind::Struct { .. } => self.typed.expr_def.get(&id)?,
-                    _ => match self.typed.callees.get(&id)? {
-                        Callee::Constructor(Some(def)) => def,
-                        _ => return None,
-                    },
-                };
-                matches!(def, Def::Variant(..) | Def::External(_)).then(|| head_of(self.program, def, "", depth))?
-            }
+            ExprKind::Struct { .. } => self.head_made(self.typed.expr_def.get(&id)?, depth),
+            ExprKind::Call { .. } => match self.typed.callees.get(&id)? {
+                Callee::Constructor(Some(def)) => self.head_made(def, depth),
+                _ => None,
+            },
             _ => None,
         }
+    }
+
+    /// The head of what a constructor makes, which only that of a variant tells.
+    fn head_made(self, def: &Def, depth: u32) -> Option<Head> {
+        matches!(def, Def::Variant(..) | Def::External(_)).then(|| head_of(self.program, def, "", depth))?
     }
 
     /// The value of a constant, or of a variable that keeps what it is declared with.
@@ -159,12 +159,6 @@ pub(super) fn variant_head(program: &Program<'_>, ty: TypeId, at: usize) -> Head
         Shape::Enum(variants) => variants[at].name.clone(),
         Shape::Struct(_) => String::new(),
     }
-}
-
-/// The value of a float as it is written.
-fn float(text: &str) -> Option<f64> {
-    let text = text.replace('_', "");
-    text.trim_end_matches("f32").trim_end_matches("f64").parse().ok()
 }
 
 fn operate(op: &str, left: Constant, right: Constant) -> Option<Constant> {

@@ -24,15 +24,19 @@ impl Literal {
         match self {
             Self::Int(Some(value), _) => value.to_string(),
             Self::Int(None, _) => "big".to_owned(),
-            Self::Float(text) => {
-                let digits = text.replace('_', "");
-                let number: Result<f64, _> = digits.trim_end_matches("f32").trim_end_matches("f64").parse();
-                number.map_or_else(|_| text.clone(), |number| format!("{number:?}"))
-            }
+            Self::Float(text) => self.float().map_or_else(|| text.clone(), |number| format!("{number:?}")),
             Self::Bool(value) => value.to_string(),
             Self::Str(text) => format!("{text:?}"),
             Self::Char(char) => format!("{char:?}"),
             Self::Bytes(text) => text.clone(),
         }
+    }
+
+    /// The value of a float.
+    #[must_use]
+    pub fn float(&self) -> Option<f64> {
+        let Self::Float(text) = self else { return None };
+        let digits = text.replace('_', "");
+        digits.trim_end_matches("f32").trim_end_matches("f64").parse().ok()
     }
 }
