@@ -86,6 +86,10 @@ impl Aliases {
             if !may_hold_filter(index, &info.ty) {
                 aliases.plain.insert(Var(number));
             }
+            // What a function is given has its own value until it is given another one.
+            if info.param.is_some() {
+                aliases.owning.insert(Var(number));
+            }
         }
         for node in &graph.nodes {
             match &node.effect {
