@@ -4,6 +4,7 @@
 use super::Reason;
 use super::body::LoopBody;
 use super::closure::Closure;
+use super::each::{each, has_vec};
 use super::inputs::{Input, input};
 use super::law::{ceid_core_name, delegation};
 use super::loops::Loops;
@@ -55,7 +56,8 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
         return if own.place.element.is_some() { named_in_head(of, own).map(|()| None) } else { Ok(None) };
     }
     let refuse = |text: String| Reason { span: of.span(own.sites.first().map_or(own.at, |site| site.call)), text };
-    if own.sites.is_empty() || own.sites.iter().any(|site| site.part != Part::Whole) {
+    let each = each(of, own);
+    if each.is_none() && (own.sites.is_empty() || own.sites.iter().any(|site| site.part != Part::Whole)) {
         // What a guard cannot have as it is, and cannot be lent, says so by itself.
         return match own.sites.iter().find(|site| !site.inputs.is_empty() || site.is_used) {
             Some(site) if !site.inputs.is_empty() => Err(refuse(format!(
@@ -84,13 +86,27 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
             verdict.name()
         )));
     }
-    let Some(lent) = lent(own) else {
+    if each.as_ref().is_some_and(|each| each.is_vec && (of.is_function || !has_vec(of))) {
+        return Err(refuse(format!(
+            "the filters of `{}` would be lent in a vector, which cannot be made here: let each filter keep its input, as in \
+             ceid-core's `Sample`, and its law take none",
+            own.spelled
+        )));
+    }
+    let filter = each.as_ref().map_or(&own.name, |each| &each.name);
+    let Some(lent) = each.as_ref().map(|each| each.lent.clone()).or_else(|| lent(own)) else {
         return Err(refuse(format!("`{}` holds its filter in a way that a guard cannot reach through", own.spelled)));
     };
     named_in_head(of, own)?;
     let halves = halves(of, own)?;
     // A half that some iterations leave out does not decide whether the others run.
     let is_apart = |site: &Site| halves.len() > 1 && own.rare.contains(&site.half);
+    if each.is_some() && halves.iter().any(|half| is_apart(half)) {
+        return Err(refuse(format!(
+            "some iterations leave out a half of the law of the elements of `{}`",
+            own.spelled
+        )));
+    }
     let fed = own.sites.iter().filter(|site| !site.inputs.is_empty() && !is_apart(site));
     if halves.len() > 1 && fed.count() > 1 {
         return Err(refuse(format!(
@@ -100,7 +116,7 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
     }
     let mut edits = Vec::new();
     let mut changes = Vec::new();
-    let mut taken: Vec<String> = vec![own.name.clone()];
+    let mut taken: Vec<String> = vec![filter.clone()];
     let mut inputs: Vec<Vec<Input>> = Vec::new();
     for site in &own.sites {
         let mut of_site = Vec::new();
@@ -133,7 +149,7 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
             given.push(if input.is_lent() { format!("&{name}") } else { name.clone() });
             of_half.push((name, input.annotation.clone()));
         }
-        let call = call(of, half, &own.name, &given);
+        let call = call(of, half, filter, &given);
         if given.is_empty() || !is_apart(half) {
             params.append(&mut of_half);
             body.push((0, call));
@@ -164,17 +180,18 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
     let core = ceid_core_name(index, of.function);
     let verb = if is_fed { "fed" } else { "adapted" };
     let constructor = if is_fed { "fed" } else { "new" };
-    let params = parameters(&own.name, &params);
+    let params = parameters(filter, &params);
     let laws = halves.iter().map(|half| format!("`{}`", half.method)).collect::<Vec<_>>().join(" and ");
     let note = if is_fed {
-        format!("`{}.feed` keeps what {laws} will be given until then", own.name)
+        let fed = each.as_ref().map_or(own.name.clone(), |_| format!("{}[…]", own.name));
+        format!("`{fed}.feed` keeps what {laws} will be given until then")
     } else {
         format!("the law of `{}` is {laws}, in the closure above the loop", own.name)
     };
     Ok(Some(Adaptation {
         name: variable(of, &format!("{verb}_{}", own.name))
             .ok_or_else(|| refuse(format!("`{verb}_{}` means something else in this function", own.name)))?,
-        law: Closure { call: (format!("{core}::Adapted::{constructor}"), lent), params, body, is_value },
+        law: Closure { call: (format!("{core}::Adapted::{constructor}"), lent), params, body, is_value, each },
         edits,
         is_fed,
         cells: cells.into_iter().map(|(_, _, made)| made).collect(),

@@ -7,12 +7,14 @@
 mod adapt;
 mod body;
 mod closure;
+mod each;
 mod elements;
 mod exits;
 mod head;
 mod holding;
 mod imports;
 mod inputs;
+mod iteration;
 mod law;
 mod locks;
 mod loops;

@@ -4,9 +4,10 @@ use super::Reason;
 use super::body::LoopBody;
 use super::inputs::Input;
 use super::mentions::Guarded;
-use super::sites::Site;
+use super::sites::{Part, Site};
 use crate::index::{Index, TraitName, Ty};
 use crate::source::Span;
+use crate::syntax::tree::ExprKind;
 
 /// The edits that turn a call of the law into one that feeds it, and what changes by that.
 ///
@@ -26,7 +27,12 @@ pub(super) fn instead(
         return Ok((Vec::new(), None));
     }
     let (rest, change) = if site.is_used { used(of, own, site)? } else { (String::new(), None) };
-    let name = &own.name;
+    // An element has the name that an inner loop gives it, or its number.
+    let name = match of.kind(site.receiver) {
+        _ if site.part == Part::Whole => own.name.clone(),
+        ExprKind::Index { index, .. } => format!("{}[{}]", own.name, of.written(*index)),
+        _ => of.written(site.receiver).to_owned(),
+    };
     let (Some(first), Some(last)) = (inputs.first(), inputs.last()) else {
         return Ok((vec![(call, format!("{name}.last_output(){rest}"))], change));
     };
