@@ -5,6 +5,7 @@ use super::Reason;
 use super::body::LoopBody;
 use super::closure::Closure;
 use super::each::{each, has_vec};
+use super::halves::{halves, kept};
 use super::inputs::{Input, input};
 use super::law::{ceid_core_name, delegation};
 use super::loops::Loops;
@@ -107,13 +108,8 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
             own.spelled
         )));
     }
-    let fed = own.sites.iter().filter(|site| !site.inputs.is_empty() && !is_apart(site));
-    if halves.len() > 1 && fed.count() > 1 {
-        return Err(refuse(format!(
-            "several halves of the law of `{}` take inputs in each iteration: make one method of them, which takes all",
-            own.spelled
-        )));
-    }
+    let fed: Vec<&Site> =
+        own.sites.iter().filter(|site| halves.len() > 1 && !site.inputs.is_empty() && !is_apart(site)).collect();
     let mut edits = Vec::new();
     let mut changes = Vec::new();
     let mut taken: Vec<String> = vec![filter.clone()];
@@ -167,9 +163,19 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
         }
     }
     let is_fed = !params.is_empty();
+    // The last half that takes an input gets those of the others as well.
+    let mut before = Vec::new();
     for (site, inputs) in own.sites.iter().zip(&inputs) {
+        let later = fed.iter().skip_while(|other| !std::ptr::eq(**other, site)).nth(1);
+        if let Some(later) = later {
+            let kept = kept(of, own, (site, inputs), later)?;
+            edits.extend(kept.edits);
+            before.extend(kept.values);
+            continue;
+        }
+        let before = if fed.last().is_some_and(|last| std::ptr::eq(*last, site)) { &before[..] } else { &[] };
         let cell = cells.iter().find(|(half, ..)| *half == site.half).map(|(_, cell, _)| cell.as_str());
-        let (edit, change) = instead(of, own, site, inputs, cell, halves.len() > 1)?;
+        let (edit, change) = instead(of, own, site, (inputs, before), cell, halves.len() > 1)?;
         edits.extend(edit);
         changes.extend(change);
     }
@@ -250,26 +256,6 @@ fn named_in_head(of: &LoopBody<'_>, own: &Guarded) -> Result<(), Reason> {
     }
 }
 
-/// One call for each half of the law, in the order in which they run.
-fn halves<'s>(of: &LoopBody<'_>, own: &'s Guarded) -> Result<Vec<&'s Site>, Reason> {
-    let mut halves: Vec<&Site> = Vec::new();
-    for site in &own.sites {
-        if !halves.iter().any(|half| half.half == site.half) {
-            halves.push(site);
-        }
-    }
-    if halves.len() > 1 {
-        let refuse = |text: String| Err(Reason { span: of.span(own.sites[0].call), text });
-        if own.sites.len() > halves.len() {
-            return refuse(format!("a half of the law of `{}` is called in several places", own.spelled));
-        }
-        if own.sites.iter().any(|site| site.is_used) {
-            return refuse(format!("what a half of the law of `{}` gives back is used", own.spelled));
-        }
-    }
-    Ok(halves)
-}
-
 /// The variable that keeps what a half is given until the law runs, and the statement that makes it.
 fn cell(of: &LoopBody<'_>, own: &Guarded, inputs: &[(String, Option<String>)]) -> Result<(String, String), String> {
     let is_async = |at: ExprId| match of.kind(at) {
@@ -297,7 +283,7 @@ fn cell(of: &LoopBody<'_>, own: &Guarded, inputs: &[(String, Option<String>)]) -
 }
 
 /// One name as it is, several as a tuple.
-fn tuple<'a>(parts: impl Iterator<Item = &'a str>) -> String {
+pub(super) fn tuple<'a>(parts: impl Iterator<Item = &'a str>) -> String {
     match parts.collect::<Vec<_>>().as_slice() {
         [one] => (*one).to_owned(),
         all => format!("({})", all.join(", ")),
@@ -362,7 +348,7 @@ fn free(name: &str, taken: &[String]) -> String {
 }
 
 /// The name, if it means nothing in the function.
-fn variable(of: &LoopBody<'_>, name: &str) -> Option<String> {
+pub(super) fn variable(of: &LoopBody<'_>, name: &str) -> Option<String> {
     let body = of.program.sources.snippet(of.span(of.body.root));
     let is_taken = has_word(body, name) || of.typed.locals.iter().any(|local| local.name == name);
     (!is_taken).then(|| name.to_owned())

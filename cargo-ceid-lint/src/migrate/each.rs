@@ -44,11 +44,11 @@ pub(super) fn each(of: &LoopBody<'_>, own: &Guarded) -> Option<Each> {
         return None;
     }
     let is_box = |ty: &Ty| matches!(ty, Ty::External(path, args) if path == "std::boxed::Box" && args.first() == Some(&own.filter));
-    let names = own.sites.iter().filter_map(|site| match of.kind(site.receiver) {
+    let mut names = own.sites.iter().filter_map(|site| match of.kind(site.receiver) {
         ExprKind::Path(path) => Some(path.last().to_owned()),
         _ => None,
     });
-    let name = names.last().unwrap_or_else(|| "filter".to_owned());
+    let name = names.next().unwrap_or_else(|| "filter".to_owned());
     let lent = match element {
         element if *element == own.filter => name.clone(),
         element if is_box(element) => format!("&mut **{name}"),

@@ -10,6 +10,7 @@ mod closure;
 mod each;
 mod elements;
 mod exits;
+mod halves;
 mod head;
 mod holding;
 mod imports;

@@ -9,7 +9,8 @@ use crate::index::{Index, TraitName, Ty};
 use crate::source::Span;
 use crate::syntax::tree::ExprKind;
 
-/// The edits that turn a call of the law into one that feeds it, and what changes by that.
+/// The edits that turn a call of the law into one that feeds it, with what other halves are fed with before its own inputs, and
+/// what changes by that.
 ///
 /// # Errors
 /// Why that cannot be done.
@@ -18,7 +19,7 @@ pub(super) fn instead(
     of: &LoopBody<'_>,
     own: &Guarded,
     site: &Site,
-    inputs: &[Input],
+    (inputs, before): (&[Input], &[String]),
     cell: Option<&str>,
     has_halves: bool,
 ) -> Result<(Vec<(Span, String)>, Option<Reason>), Reason> {
@@ -37,13 +38,14 @@ pub(super) fn instead(
         return Ok((vec![(call, format!("{name}.last_output(){rest}"))], change));
     };
     let end = if !site.is_used && of.is_tail(site.outer) { ";" } else { "" };
-    let (open, close) = if inputs.len() > 1 { ("(", ")") } else { ("", "") };
+    let (open, close) = if inputs.len() + before.len() > 1 { ("(", ")") } else { ("", "") };
+    let before: String = before.iter().map(|value| format!("{value}, ")).collect();
     let (open, close) = match cell {
         Some(cell) => (format!("{cell}.set(Some({open}"), format!("{close}))")),
         None => (format!("{name}.feed({open}"), format!("{close})")),
     };
     let mut edits = vec![
-        (Span { end: first.before.end, ..call }, format!("{open}{}", first.instead)),
+        (Span { end: first.before.end, ..call }, format!("{open}{before}{}", first.instead)),
         (Span { start: last.end, ..of.span(site.outer) }, format!("{close}{rest}{end}")),
     ];
     let others =

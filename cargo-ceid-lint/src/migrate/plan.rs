@@ -328,7 +328,9 @@ impl Rewriter<'_> {
             if let (Some(inner), false) = (site.inner, Some(site.gone) == site.inner)
                 && let Some(place) = place_of(of, site.receiver)
             {
-                let names = of.names(place.local).filter(|at| of.ancestors_inside(*at).any(|at| at == inner));
+                let is_gone = |at: &ExprId| own.sites.iter().any(|site| site.gone == *at);
+                let names = of.names(place.local).filter(|at| !is_gone(at));
+                let names = names.filter(|at| of.ancestors_inside(*at).any(|at| at == inner));
                 found.extend(names.filter(|at| of.may_follow(site.gone, *at)).map(|at| self.stale(own, at)));
             }
         }
