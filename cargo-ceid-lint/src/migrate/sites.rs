@@ -127,7 +127,8 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
     let filter = callee.self_ty.clone();
     let targets = callee.targets.clone();
     let law = if let [law] = targets.as_slice() { Some(*law) } else { None };
-    let (place, part, at, inner) = target(of, receiver).ok_or_else(|| refuse(unreachable_text(of, receiver)))?;
+    let (place, part, at, inner) =
+        target(of, receiver).ok_or_else(|| refuse(unreachable_text(of, receiver, !inputs.is_empty())))?;
     let gone = if stays { given } else { outer };
     let mut site = Site {
         place,
@@ -178,13 +179,20 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
 }
 
 /// Why a guard cannot hold what a receiver leads to, and what to do by hand.
-fn unreachable_text(of: &LoopBody<'_>, receiver: ExprId) -> String {
+fn unreachable_text(of: &LoopBody<'_>, receiver: ExprId, has_inputs: bool) -> String {
     let written = of.written(receiver);
-    if locked(of, receiver).is_some() {
+    let is_in_section = || of.ancestors_inside(receiver).any(|at| matches!(of.kind(at), ExprKind::Closure(_)));
+    let is_borrowed = matches!(of.kind(receiver), ExprKind::MethodCall { .. });
+    if locked(of, receiver).is_some() && !has_inputs && !is_in_section() {
         return format!(
             "the filter is locked for its update only: lock it for the whole iteration, with `let mut filter = {written};` as its \
              first statement, and migrate the loop then"
         );
+    }
+    if locked(of, receiver).is_some() || is_borrowed && is_in_section() {
+        return "the filter is locked for its update only, and a guard needs it to the end of the cycle: let the loop own the filter, \
+                and put a copy of its state behind the lock"
+            .to_owned();
     }
     let inner = of.typed.expr_local.get(&receiver).and_then(|local| binding_loop(of, receiver, *local));
     if let Some(ExprKind::For { iterable, .. }) = inner.map(|inner| of.kind(inner)) {
