@@ -17,7 +17,9 @@ pub(super) struct Closure {
     pub(super) each: Option<Each>,
 }
 
+/// The widths of rustfmt, for a line and for the arguments of a call in one line.
 const WIDTH: usize = 100;
+const ARGUMENTS_WIDTH: usize = 60;
 
 impl Closure {
     /// The statement that gives a name to the result of the call, as rustfmt has it.
@@ -25,8 +27,8 @@ impl Closure {
         if let Some(each) = &self.each {
             return self.chain(each, name, indent, step).join(end);
         }
-        let Self { call: (call, filter), params, body, is_value, .. } = self;
-        if *is_value {
+        let Self { call: (call, filter), params, body, .. } = self;
+        if self.fits() {
             let line = format!("{indent}{}", self.in_one_line(name));
             if line.chars().count() <= WIDTH {
                 return line;
@@ -39,6 +41,16 @@ impl Closure {
             return std::iter::once(head)
                 .chain(lines(1))
                 .chain([format!("{indent}}});")])
+                .collect::<Vec<_>>()
+                .join(end);
+        }
+        let head = format!("{indent}{step}{call}({filter}, |{params}| {{");
+        if head.chars().count() <= WIDTH {
+            let above = format!("{indent}let mut {name} =");
+            return [above, head]
+                .into_iter()
+                .chain(lines(2))
+                .chain([format!("{indent}{step}}});")])
                 .collect::<Vec<_>>()
                 .join(end);
         }
@@ -63,6 +75,12 @@ impl Closure {
         }
     }
 
+    /// Whether the arguments of the call may stand in one line.
+    fn fits(&self) -> bool {
+        let (call, _) = &self.call;
+        self.is_value && self.lending().chars().count() <= call.chars().count() + "()".len() + ARGUMENTS_WIDTH
+    }
+
     /// What lends one filter, in one line.
     fn lending(&self) -> String {
         let Self { call: (call, filter), params, body, is_value, .. } = self;
@@ -73,12 +91,12 @@ impl Closure {
 
     /// The lines that lend the filters of a collection.
     fn chain(&self, each: &Each, name: &str, indent: &str, step: &str) -> Vec<String> {
-        let Self { call: (call, filter), params, body, is_value, .. } = self;
+        let Self { call: (call, filter), params, body, .. } = self;
         let Each { elements: (collection, method), name: element, is_vec, .. } = each;
         let lent = self.lending();
         let short = format!("{indent}{step}.map(|{element}| {lent})");
         let mut lines: Vec<String>;
-        if *is_value && short.chars().count() < WIDTH || *is_vec {
+        if self.fits() && short.chars().count() < WIDTH || *is_vec {
             lines =
                 vec![format!("{indent}let mut {name} = {}", collection.replace('.', &format!("\n{indent}{step}.")))];
             lines = lines.iter().flat_map(|line| line.split('\n')).map(str::to_owned).collect();
@@ -87,7 +105,7 @@ impl Closure {
             lines = Vec::new();
         }
         let inner = if lines.is_empty() { indent.to_owned() } else { format!("{indent}{step}") };
-        if *is_value && short.chars().count() < WIDTH {
+        if self.fits() && short.chars().count() < WIDTH {
             lines.push(short);
         } else {
             let head = format!("map(|{element}| {{");
@@ -96,7 +114,7 @@ impl Closure {
                 false => format!("{inner}.{head}"),
             });
             let lent = format!("{inner}{step}{lent}");
-            if *is_value && lent.chars().count() <= WIDTH {
+            if self.fits() && lent.chars().count() <= WIDTH {
                 lines.push(lent);
             } else {
                 lines.push(format!("{inner}{step}{call}({filter}, |{params}| {{"));

@@ -170,7 +170,14 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
         _ => false,
     };
     if of.ancestors_inside(call).any(|at| is_repeated(&at)) {
-        return Err(refuse(format!("`{name}` is updated in an inner loop")));
+        let is_part = inner.is_none() && binding_loop(of, receiver, site.place.local).is_some();
+        let text = match is_part && !site.place.fields.is_empty() {
+            true => format!(
+                "`{name}` is a part of each element, of which a guard would borrow the whole: keep the filters in a collection of their own"
+            ),
+            false => format!("`{name}` is updated in an inner loop"),
+        };
+        return Err(refuse(text));
     }
     if of.ancestors_inside(call).any(|at| is_later(&at)) {
         return Err(refuse(format!("`{name}` is updated in a closure or macro")));
