@@ -307,6 +307,29 @@ mod unix {
     }
 }
 
+/// `%` stands for what the file begins with.
+const TWO_LOCKS: &str = "%
+pub trait SampledFilter { fn update(&mut self); }
+pub struct Rpm(f32);
+impl SampledFilter for Rpm { fn update(&mut self) { self.0 *= 0.5; } }
+pub struct Shared<M> { pub rpm: M }
+pub fn engine<M: Mutex<T = Rpm>>(mut shared: Shared<M>) {
+    loop {
+        shared.rpm.lock(|rpm| rpm.update());
+        shared.rpm.lock(|rpm| rpm.update());
+    }
+}
+";
+
+#[test]
+fn imports_tell_what_a_file_without_a_manifest_depends_on() {
+    for (name, begin, guilty) in [("imported", "use rtic::Mutex;", &["a.rs"][..]), ("unknown", "", &[])] {
+        let text = TWO_LOCKS.replace('%', begin);
+        let directory = repository(&format!("without_a_manifest_{name}"), &[("a.rs", &text)]);
+        check(&directory, &["a.rs"], if guilty.is_empty() { 0 } else { 100 }, guilty, &[]);
+    }
+}
+
 #[test]
 fn texts_of_other_encodings() {
     let utf_16: Vec<u8> = "\u{feff}fn f() {}".encode_utf16().flat_map(u16::to_le_bytes).collect();

@@ -26,6 +26,8 @@ pub enum ChangeKind {
     Toggles,
     /// Something that is not constant is added to it.
     Accumulates,
+    /// Something that is not constant is taken from it.
+    Spends,
     /// It has nothing to do with the one before.
     Other,
 }

@@ -10,6 +10,7 @@ use crate::index::CrateInput;
 use crate::project::{CfgValues, Project, TargetKind};
 use crate::relevance::{Component, Names, Sets, biggest_first};
 use crate::source::{FileId, FileSet, ReadSource, SourceMap};
+use crate::syntax::tree::{Item, ItemKind};
 use crate::syntax::{RootModule, parse_root, survey_root};
 
 /// How much code without any filter is parsed all the same, in bytes: as long as that takes less time than to start cargo, what
@@ -208,6 +209,18 @@ fn parse_as(project: &Project, source: &Arc<dyn ReadSource>, packages: &[usize],
     part
 }
 
+/// The names with which the imports of items begin, if a crate may have them.
+fn imported(items: &[Item], names: &mut BTreeSet<String>) {
+    for item in items {
+        match &item.kind {
+            ItemKind::Use(uses) => names.extend(uses.iter().filter_map(|name| name.path.first().cloned())),
+            ItemKind::Mod(items) => imported(items, names),
+            _ => {}
+        }
+    }
+    names.retain(|name| name.starts_with(char::is_lowercase) && !matches!(name.as_str(), "crate" | "self" | "super"));
+}
+
 /// Tells each crate which ones it can name.
 pub(super) fn link(project: &Project, inputs: &mut [CrateInput]) {
     let is_lib = |input: &CrateInput| project.packages[input.package].targets[input.target].kind == TargetKind::Lib;
@@ -218,6 +231,12 @@ pub(super) fn link(project: &Project, inputs: &mut [CrateInput]) {
         for dependency in &package.dependencies {
             let krate = dependency.package.and_then(|package| libs.get(&package)).copied();
             input.externs.insert(dependency.extern_name.clone(), (krate, dependency.package_name.clone()));
+        }
+        if package.manifest_path.as_os_str().is_empty() {
+            // What a file without a manifest depends on is told by what it imports.
+            let mut names = BTreeSet::new();
+            imported(&input.items, &mut names);
+            input.externs.extend(names.into_iter().map(|name| (name.clone(), (None, name))));
         }
         let target = &package.targets[input.target];
         if target.kind != TargetKind::Lib

@@ -20,6 +20,8 @@ struct CountSteps {
     down: bool,
     /// It is set to a constant.
     set_back: bool,
+    /// It goes up by so much as was dealt with: `used += block.len()`.
+    sums: bool,
     /// It goes round by itself.
     wraps: bool,
     /// It changes in another way.
@@ -29,7 +31,7 @@ struct CountSteps {
 impl CountSteps {
     /// Whether it only goes up, or only down.
     fn is_one_way(self) -> bool {
-        !self.other && self.up != self.down
+        !self.other && !self.sums && self.up != self.down
     }
 }
 
@@ -48,7 +50,7 @@ impl Gates<'_, '_> {
             if steps.wraps || (counts && test.about.is_masked) {
                 return Some(Gate::Rate);
             }
-            if !counts {
+            if !counts && !steps.sums {
                 return None;
             }
             if steps.set_back {
@@ -56,6 +58,9 @@ impl Gates<'_, '_> {
                 let is_carried = self.carries(place, at);
                 let is_given_up = way.nodes.iter().any(|id| self.is_set_back(*id, place));
                 return (is_carried && !is_given_up && self.runs_out(place)).then_some(Gate::Rate);
+            }
+            if (steps.up || steps.sums) && self.is_used_up(place, at, way) {
+                return Some(Gate::Rate);
             }
             // A warm-up goes on in each cycle that waits for it.
             let counts_on = !self.reached(|node, _| !self.counts_at(node, place))[at.0 as usize]
@@ -76,6 +81,7 @@ impl Gates<'_, '_> {
                         Some(ChangeKind::CountsUp) => steps.up = true,
                         Some(ChangeKind::CountsDown) => steps.down = true,
                         Some(ChangeKind::Wraps) => steps.wraps = true,
+                        Some(ChangeKind::Accumulates) if self.is_number(place) => steps.sums = true,
                         Some(ChangeKind::Constant) => steps.set_back = true,
                         _ if write.head.is_some() => steps.set_back = true,
                         _ => steps.other = true,
@@ -119,6 +125,18 @@ impl Gates<'_, '_> {
             !matches!(&self.search.graph.node(node).effect, Effect::Branch(test) if test.about.reads.contains(place))
         });
         self.assigning(place).any(|id| self.is_set_back(id, place) && !before[id.0 as usize])
+    }
+
+    /// Whether what a counter has run up to is taken from it behind a branch, where the way does not go, and nowhere else:
+    /// `if n >= FULL { n -= FULL; … }`.
+    fn is_used_up(&self, place: &Place, at: NodeId, way: &Way) -> bool {
+        let changes = &self.search.graph.changes;
+        let lowers = |id: &NodeId| {
+            changes.get(id).is_some_and(|change| matches!(change.kind, ChangeKind::CountsDown | ChangeKind::Spends))
+        };
+        let elsewhere = self.reached(|node, _| node != at);
+        let mut lowering = self.assigning(place).filter(lowers).peekable();
+        lowering.peek().is_some() && lowering.all(|id| !elsewhere[id.0 as usize] && !way.nodes.contains(&id))
     }
 
     fn is_number(&self, place: &Place) -> bool {

@@ -141,7 +141,7 @@ impl Gates<'_, '_> {
         };
         let says_so = |name: &str| contains_any(name, SETTING_WORDS);
         let is_setting = says_so(&info.name) || says_so(&self.search.program.index.type_name(&info.ty));
-        !place.steps.is_empty() && matches!(self.ty(place), Some(Ty::Float)) && !is_setting
+        !place.steps.is_empty() && matches!(self.ty(place), Some(Ty::Float | Ty::Int | Ty::Bool)) && !is_setting
     }
 
     /// Whether a variable is another name of an item of a loop.

@@ -101,7 +101,7 @@ impl Gates<'_, '_> {
         self.outlives(place)
             && self.assigning(place).any(|id| {
                 self.search.graph.changes.get(&id).is_some_and(|change| {
-                    change.kind == ChangeKind::Accumulates
+                    matches!(change.kind, ChangeKind::Accumulates | ChangeKind::Spends)
                         && (change.computed.places.iter().any(|step| is_time_name(&self.last_name(step)))
                             || self.tells(&self.assignments().behind(&change.computed)))
                 })

@@ -31,25 +31,18 @@ impl Search<'_> {
             Effect::Branch(test) if test.subject == Some(id) => Some((test.holds, test.fails)),
             _ => None,
         };
-        if !self.dependence.asking(id).iter().any(|node| is_outside(*node)) {
+        if place.base_var().is_none() || !self.dependence.asking(id).iter().any(|node| is_outside(*node)) {
             return subject.anything();
         }
         let reads = self.reads_of(id);
-        let writers: Vec<NodeId> = graph.node_ids().filter(|node| self.writes_any(*node, &reads)).collect();
-        let makes = |node: NodeId| match &graph.node(node).effect {
-            Effect::Set(set) => set.place == *place,
-            Effect::Call(site) => *place == Place::var(site.result),
-            _ => false,
-        };
-        let is_given = place.base_var().is_some_and(|var| graph.var(var).param.is_some());
-        let start = match writers.as_slice() {
-            [] if is_given => NodeId(0),
-            [only] if is_outside(*only) && makes(*only) => *only,
-            _ => return subject.anything(),
-        };
+        let mut starts: Vec<NodeId> = graph.node_ids().filter(|node| self.writes_any(*node, &reads)).collect();
+        if !starts.iter().all(|writer| is_outside(*writer)) {
+            return subject.anything();
+        }
+        starts.push(NodeId(0));
         let arrives_with = |bit: u32| {
             let mut seen = vec![false; graph.nodes.len()];
-            let mut open = vec![start];
+            let mut open = starts.clone();
             while let Some(node) = open.pop() {
                 if node == target {
                     return true;

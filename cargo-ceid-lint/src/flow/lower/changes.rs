@@ -62,7 +62,8 @@ impl Builder<'_> {
         match (counts, up) {
             (true, true) => ChangeKind::CountsUp,
             (true, false) => ChangeKind::CountsDown,
-            (false, _) => ChangeKind::Accumulates,
+            (false, true) => ChangeKind::Accumulates,
+            (false, false) => ChangeKind::Spends,
         }
     }
 

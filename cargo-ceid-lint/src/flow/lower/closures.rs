@@ -228,34 +228,43 @@ impl Builder<'_> {
         vars
     }
 
-    /// What of its surroundings a closure names that may hold a filter.
+    /// What of its surroundings a closure names that may hold a filter, by itself or through the closures that it names.
     pub(super) fn captured(&self, closure: ClosureRef) -> Vec<Place> {
-        if let Some(given) = self.given_to_future(closure) {
-            return given;
+        let mut places = BTreeSet::new();
+        let mut seen = BTreeSet::new();
+        let mut open = vec![closure];
+        while let Some(closure) = open.pop() {
+            if !seen.insert((closure.frame, closure.expr)) {
+                continue;
+            }
+            if let Some(given) = self.given_to_future(closure) {
+                places.extend(given);
+                continue;
+            }
+            let copies = self.captures.get(&(closure.frame, closure.expr));
+            let copy_of =
+                |local: LocalId| copies.into_iter().flatten().find(|(own, _)| *own == local).map(|(_, copy)| *copy);
+            let named = self.captured_locals(closure).into_iter();
+            places.extend(named.map(|(local, var)| Place::var(copy_of(local).unwrap_or(var))));
+            open.extend(self.named_locals(closure).filter_map(|(_, var)| self.closures.get(&var)));
         }
-        let copies = self.captures.get(&(closure.frame, closure.expr));
-        let copy_of =
-            |local: LocalId| copies.into_iter().flatten().find(|(own, _)| *own == local).map(|(_, copy)| *copy);
-        let named = self.captured_locals(closure).into_iter();
-        let mut places: Vec<Place> = named.map(|(local, var)| Place::var(copy_of(local).unwrap_or(var))).collect();
-        places.sort();
-        places.dedup();
-        places
+        places.into_iter().collect()
     }
 
     /// The locals of its surroundings that a closure names and that may hold a filter, with their variables.
     pub(super) fn captured_locals(&self, closure: ClosureRef) -> BTreeSet<(LocalId, Var)> {
+        self.named_locals(closure).filter(|(_, var)| self.may_hold_filter(&self.graph.var(*var).ty)).collect()
+    }
+
+    /// The locals of its surroundings that a closure names, with their variables.
+    fn named_locals(&self, closure: ClosureRef) -> impl Iterator<Item = (LocalId, Var)> {
         let frame = &self.frames[closure.frame];
         let span = frame.body.expr(closure.expr).span;
-        let inside = frame.body.exprs.iter().enumerate().filter(|(_, expr)| span.contains(expr.span));
-        inside
-            .filter_map(|(number, _)| {
-                let id = crate::syntax::tree::ExprId(u32::try_from(number).ok()?);
-                let local = frame.typed.expr_local.get(&id)?;
-                Some((*local, *frame.vars.get(local)?))
-            })
-            .filter(|(_, var)| self.may_hold_filter(&self.graph.var(*var).ty))
-            .collect()
+        let inside = (0u32..).zip(&frame.body.exprs).filter(move |(_, expr)| span.contains(expr.span));
+        inside.filter_map(|(number, _)| {
+            let local = frame.typed.expr_local.get(&crate::syntax::tree::ExprId(number))?;
+            Some((*local, *frame.vars.get(local)?))
+        })
     }
 
     /// Gives the locals that a closure has copies of these variables, or those of the copies; answers what they had.
