@@ -1,6 +1,7 @@
 //! `cargo ceid-lint fix`, and `--fix`: what the findings offer is done, and what is left is shown as a check shows it.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use super::args::{CheckArgs, FixArgs};
 use super::format::Format;
@@ -60,6 +61,9 @@ pub(super) fn is_asked(args: &CheckArgs, printed: Format) -> Result<bool, String
 pub(super) fn run(args: &CheckArgs, options: &Options, printed: Format, console: Console) -> Result<Fixed, LoadError> {
     let Loaded { project, first } = input::load(&args.input, options, console)?;
     let bounds = Bounds::of(&project);
+    if !args.fixes.diff {
+        remove_abandoned(&bounds, &project, &first.report);
+    }
     let refusal = bounds.roots().iter().find_map(|root| vcs::check(root, &args.fixes).err());
     if let Some(refusal) = refusal.filter(|_| !args.fixes.diff) {
         console.error(&refusal, None);
@@ -97,6 +101,15 @@ pub(super) fn run(args: &CheckArgs, options: &Options, printed: Format, console:
     say_hidden(&after.report, &args.fixes, console);
     let failed = written.is_err() || revision.refused.iter().any(|refused| refused.is_unwritable);
     Ok(Fixed::Checked(Box::new(Checked::of(project, after, console, &args.talk)), failed))
+}
+
+/// Removes what killed runs have left, which would count as changes that are not committed.
+pub(super) fn remove_abandoned(bounds: &Bounds, project: &Project, report: &Report) {
+    let manifests = project.packages.iter().map(|package| package.manifest_path.as_path());
+    let roots: Vec<_> = project.packages.iter().map(|package| package.workspace_root.join("Cargo.toml")).collect();
+    let files = report.sources.files().map(|(_, file)| file.path.as_path());
+    let files = files.chain(manifests).chain(roots.iter().map(PathBuf::as_path));
+    bounds.remove_abandoned(files, std::time::SystemTime::now());
 }
 
 /// Shows what would be changed.

@@ -1,9 +1,12 @@
 //! Which files may be written at all.
 
+use std::collections::BTreeSet;
 use std::fs::OpenOptions;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use crate::project::Project;
+use crate::source;
 
 /// The workspaces of the packages that are checked, without what cargo builds.
 #[derive(Clone, Debug, Default)]
@@ -28,6 +31,15 @@ impl Bounds {
     #[must_use]
     pub fn roots(&self) -> &[PathBuf] {
         &self.roots
+    }
+
+    /// Removes what runs that were killed have left beside the files that may be written.
+    pub fn remove_abandoned<'p>(&self, files: impl Iterator<Item = &'p Path>, now: SystemTime) {
+        let directories: BTreeSet<&Path> = files.filter_map(Path::parent).collect();
+        let real = directories.into_iter().filter_map(|directory| directory.canonicalize().ok());
+        for directory in real.filter(|real| self.roots.iter().any(|root| real.starts_with(root))) {
+            source::remove_abandoned(&directory, now);
+        }
     }
 
     /// The file itself, behind all symbolic links, if it may and can be written.

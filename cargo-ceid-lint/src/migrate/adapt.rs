@@ -4,6 +4,8 @@
 use super::Reason;
 use super::body::LoopBody;
 use super::closure::Closure;
+use super::each::{each, has_vec};
+use super::halves::{halves, kept};
 use super::inputs::{Input, input};
 use super::law::{ceid_core_name, delegation};
 use super::loops::Loops;
@@ -55,7 +57,8 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
         return if own.place.element.is_some() { named_in_head(of, own).map(|()| None) } else { Ok(None) };
     }
     let refuse = |text: String| Reason { span: of.span(own.sites.first().map_or(own.at, |site| site.call)), text };
-    if own.sites.is_empty() || own.sites.iter().any(|site| site.part != Part::Whole) {
+    let each = each(of, own);
+    if each.is_none() && (own.sites.is_empty() || own.sites.iter().any(|site| site.part != Part::Whole)) {
         // What a guard cannot have as it is, and cannot be lent, says so by itself.
         return match own.sites.iter().find(|site| !site.inputs.is_empty() || site.is_used) {
             Some(site) if !site.inputs.is_empty() => Err(refuse(format!(
@@ -84,23 +87,32 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
             verdict.name()
         )));
     }
-    let Some(lent) = lent(own) else {
+    if each.as_ref().is_some_and(|each| each.is_vec && (of.is_function || !has_vec(of))) {
+        return Err(refuse(format!(
+            "the filters of `{}` would be lent in a vector, which cannot be made here: let each filter keep its input, as in \
+             ceid-core's `Sample`, and its law take none",
+            own.spelled
+        )));
+    }
+    let filter = each.as_ref().map_or(&own.name, |each| &each.name);
+    let Some(lent) = each.as_ref().map(|each| each.lent.clone()).or_else(|| lent(own)) else {
         return Err(refuse(format!("`{}` holds its filter in a way that a guard cannot reach through", own.spelled)));
     };
     named_in_head(of, own)?;
     let halves = halves(of, own)?;
     // A half that some iterations leave out does not decide whether the others run.
     let is_apart = |site: &Site| halves.len() > 1 && own.rare.contains(&site.half);
-    let fed = own.sites.iter().filter(|site| !site.inputs.is_empty() && !is_apart(site));
-    if halves.len() > 1 && fed.count() > 1 {
+    if each.is_some() && halves.iter().any(|half| is_apart(half)) {
         return Err(refuse(format!(
-            "several halves of the law of `{}` take inputs in each iteration: make one method of them, which takes all",
+            "some iterations leave out a half of the law of the elements of `{}`",
             own.spelled
         )));
     }
+    let fed: Vec<&Site> =
+        own.sites.iter().filter(|site| halves.len() > 1 && !site.inputs.is_empty() && !is_apart(site)).collect();
     let mut edits = Vec::new();
     let mut changes = Vec::new();
-    let mut taken: Vec<String> = vec![own.name.clone()];
+    let mut taken: Vec<String> = vec![filter.clone()];
     let mut inputs: Vec<Vec<Input>> = Vec::new();
     for site in &own.sites {
         let mut of_site = Vec::new();
@@ -133,7 +145,7 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
             given.push(if input.is_lent() { format!("&{name}") } else { name.clone() });
             of_half.push((name, input.annotation.clone()));
         }
-        let call = call(of, half, &own.name, &given);
+        let call = call(of, half, filter, &given);
         if given.is_empty() || !is_apart(half) {
             params.append(&mut of_half);
             body.push((0, call));
@@ -151,9 +163,19 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
         }
     }
     let is_fed = !params.is_empty();
+    // The last half that takes an input gets those of the others as well.
+    let mut before = Vec::new();
     for (site, inputs) in own.sites.iter().zip(&inputs) {
+        let later = fed.iter().skip_while(|other| !std::ptr::eq(**other, site)).nth(1);
+        if let Some(later) = later {
+            let kept = kept(of, own, (site, inputs), later)?;
+            edits.extend(kept.edits);
+            before.extend(kept.values);
+            continue;
+        }
+        let before = if fed.last().is_some_and(|last| std::ptr::eq(*last, site)) { &before[..] } else { &[] };
         let cell = cells.iter().find(|(half, ..)| *half == site.half).map(|(_, cell, _)| cell.as_str());
-        let (edit, change) = instead(of, own, site, inputs, cell, halves.len() > 1)?;
+        let (edit, change) = instead(of, own, site, (inputs, before), cell, halves.len() > 1)?;
         edits.extend(edit);
         changes.extend(change);
     }
@@ -164,17 +186,18 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
     let core = ceid_core_name(index, of.function);
     let verb = if is_fed { "fed" } else { "adapted" };
     let constructor = if is_fed { "fed" } else { "new" };
-    let params = parameters(&own.name, &params);
+    let params = parameters(filter, &params);
     let laws = halves.iter().map(|half| format!("`{}`", half.method)).collect::<Vec<_>>().join(" and ");
     let note = if is_fed {
-        format!("`{}.feed` keeps what {laws} will be given until then", own.name)
+        let fed = each.as_ref().map_or(own.name.clone(), |_| format!("{}[…]", own.name));
+        format!("`{fed}.feed` keeps what {laws} will be given until then")
     } else {
         format!("the law of `{}` is {laws}, in the closure above the loop", own.name)
     };
     Ok(Some(Adaptation {
         name: variable(of, &format!("{verb}_{}", own.name))
             .ok_or_else(|| refuse(format!("`{verb}_{}` means something else in this function", own.name)))?,
-        law: Closure { call: (format!("{core}::Adapted::{constructor}"), lent), params, body, is_value },
+        law: Closure { call: (format!("{core}::Adapted::{constructor}"), lent), params, body, is_value, each },
         edits,
         is_fed,
         cells: cells.into_iter().map(|(_, _, made)| made).collect(),
@@ -233,26 +256,6 @@ fn named_in_head(of: &LoopBody<'_>, own: &Guarded) -> Result<(), Reason> {
     }
 }
 
-/// One call for each half of the law, in the order in which they run.
-fn halves<'s>(of: &LoopBody<'_>, own: &'s Guarded) -> Result<Vec<&'s Site>, Reason> {
-    let mut halves: Vec<&Site> = Vec::new();
-    for site in &own.sites {
-        if !halves.iter().any(|half| half.half == site.half) {
-            halves.push(site);
-        }
-    }
-    if halves.len() > 1 {
-        let refuse = |text: String| Err(Reason { span: of.span(own.sites[0].call), text });
-        if own.sites.len() > halves.len() {
-            return refuse(format!("a half of the law of `{}` is called in several places", own.spelled));
-        }
-        if own.sites.iter().any(|site| site.is_used) {
-            return refuse(format!("what a half of the law of `{}` gives back is used", own.spelled));
-        }
-    }
-    Ok(halves)
-}
-
 /// The variable that keeps what a half is given until the law runs, and the statement that makes it.
 fn cell(of: &LoopBody<'_>, own: &Guarded, inputs: &[(String, Option<String>)]) -> Result<(String, String), String> {
     let is_async = |at: ExprId| match of.kind(at) {
@@ -280,7 +283,7 @@ fn cell(of: &LoopBody<'_>, own: &Guarded, inputs: &[(String, Option<String>)]) -
 }
 
 /// One name as it is, several as a tuple.
-fn tuple<'a>(parts: impl Iterator<Item = &'a str>) -> String {
+pub(super) fn tuple<'a>(parts: impl Iterator<Item = &'a str>) -> String {
     match parts.collect::<Vec<_>>().as_slice() {
         [one] => (*one).to_owned(),
         all => format!("({})", all.join(", ")),
@@ -345,7 +348,7 @@ fn free(name: &str, taken: &[String]) -> String {
 }
 
 /// The name, if it means nothing in the function.
-fn variable(of: &LoopBody<'_>, name: &str) -> Option<String> {
+pub(super) fn variable(of: &LoopBody<'_>, name: &str) -> Option<String> {
     let body = of.program.sources.snippet(of.span(of.body.root));
     let is_taken = has_word(body, name) || of.typed.locals.iter().any(|local| local.name == name);
     (!is_taken).then(|| name.to_owned())

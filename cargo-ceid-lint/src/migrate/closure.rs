@@ -1,5 +1,7 @@
 //! The closure that is a law, as it is written above the loop.
 
+use super::each::Each;
+
 /// A closure with the call that takes it: `Adapted::fed(&mut kf, |kf, z| kf.correct(z))`.
 #[derive(Clone, Debug)]
 pub(super) struct Closure {
@@ -11,14 +13,22 @@ pub(super) struct Closure {
     pub(super) body: Vec<(usize, String)>,
     /// Whether the body is an expression, which needs no braces.
     pub(super) is_value: bool,
+    /// The collection whose filters are lent one by one.
+    pub(super) each: Option<Each>,
 }
+
+/// The widths of rustfmt, for a line and for the arguments of a call in one line.
+const WIDTH: usize = 100;
+const ARGUMENTS_WIDTH: usize = 60;
 
 impl Closure {
     /// The statement that gives a name to the result of the call, as rustfmt has it.
     pub(super) fn statement(&self, name: &str, indent: &str, step: &str, end: &str) -> String {
-        const WIDTH: usize = 100;
-        let Self { call: (call, filter), params, body, is_value } = self;
-        if *is_value {
+        if let Some(each) = &self.each {
+            return self.chain(each, name, indent, step).join(end);
+        }
+        let Self { call: (call, filter), params, body, .. } = self;
+        if self.fits() {
             let line = format!("{indent}{}", self.in_one_line(name));
             if line.chars().count() <= WIDTH {
                 return line;
@@ -34,6 +44,16 @@ impl Closure {
                 .collect::<Vec<_>>()
                 .join(end);
         }
+        let head = format!("{indent}{step}{call}({filter}, |{params}| {{");
+        if head.chars().count() <= WIDTH {
+            let above = format!("{indent}let mut {name} =");
+            return [above, head]
+                .into_iter()
+                .chain(lines(2))
+                .chain([format!("{indent}{step}}});")])
+                .collect::<Vec<_>>()
+                .join(end);
+        }
         let head = [
             format!("{indent}let mut {name} = {call}("),
             format!("{indent}{step}{filter},"),
@@ -45,9 +65,70 @@ impl Closure {
 
     /// The same where other code stands in the same line.
     pub(super) fn in_one_line(&self, name: &str) -> String {
-        let Self { call: (call, filter), params, body, is_value } = self;
+        let lent = self.lending();
+        match &self.each {
+            None => format!("let mut {name} = {lent};"),
+            Some(Each { elements: (collection, method), name: element, is_vec, .. }) => {
+                let collect = if *is_vec { ".collect::<Vec<_>>()" } else { "" };
+                format!("let mut {name} = {collection}.{method}().map(|{element}| {lent}){collect};")
+            }
+        }
+    }
+
+    /// Whether the arguments of the call may stand in one line.
+    fn fits(&self) -> bool {
+        let (call, _) = &self.call;
+        self.is_value && self.lending().chars().count() <= call.chars().count() + "()".len() + ARGUMENTS_WIDTH
+    }
+
+    /// What lends one filter, in one line.
+    fn lending(&self) -> String {
+        let Self { call: (call, filter), params, body, is_value, .. } = self;
         let body = body.iter().map(|(_, line)| line.as_str()).collect::<Vec<_>>().join(" ");
         let body = if *is_value { body } else { format!("{{ {body} }}") };
-        format!("let mut {name} = {call}({filter}, |{params}| {body});")
+        format!("{call}({filter}, |{params}| {body})")
+    }
+
+    /// The lines that lend the filters of a collection.
+    fn chain(&self, each: &Each, name: &str, indent: &str, step: &str) -> Vec<String> {
+        let Self { call: (call, filter), params, body, .. } = self;
+        let Each { elements: (collection, method), name: element, is_vec, .. } = each;
+        let lent = self.lending();
+        let short = format!("{indent}{step}.map(|{element}| {lent})");
+        let mut lines: Vec<String>;
+        if self.fits() && short.chars().count() < WIDTH || *is_vec {
+            lines =
+                vec![format!("{indent}let mut {name} = {}", collection.replace('.', &format!("\n{indent}{step}.")))];
+            lines = lines.iter().flat_map(|line| line.split('\n')).map(str::to_owned).collect();
+            lines.push(format!("{indent}{step}.{method}()"));
+        } else {
+            lines = Vec::new();
+        }
+        let inner = if lines.is_empty() { indent.to_owned() } else { format!("{indent}{step}") };
+        if self.fits() && short.chars().count() < WIDTH {
+            lines.push(short);
+        } else {
+            let head = format!("map(|{element}| {{");
+            lines.push(match lines.is_empty() {
+                true => format!("{indent}let mut {name} = {collection}.{method}().{head}"),
+                false => format!("{inner}.{head}"),
+            });
+            let lent = format!("{inner}{step}{lent}");
+            if self.fits() && lent.chars().count() <= WIDTH {
+                lines.push(lent);
+            } else {
+                lines.push(format!("{inner}{step}{call}({filter}, |{params}| {{"));
+                lines.extend(body.iter().map(|(more, line)| format!("{inner}{}{line}", step.repeat(2 + more))));
+                lines.push(format!("{inner}{step}}})"));
+            }
+            lines.push(format!("{inner}}})"));
+        }
+        if *is_vec {
+            lines.push(format!("{indent}{step}.collect::<Vec<_>>()"));
+        }
+        if let Some(last) = lines.last_mut() {
+            last.push(';');
+        }
+        lines
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::body::LoopBody;
 use super::holding::Found;
 use super::mentions::Guarded;
-use super::sites::{Part, Place, Site};
+use super::sites::{Part, Place, Site, place_of};
 use crate::index::Ty;
 use crate::syntax::tree::{ExprId, ExprKind};
 
@@ -17,7 +17,9 @@ pub(super) fn take_apart(of: &LoopBody<'_>, found: &mut [Found<'_>]) {
         let is_outside = |site: &Site| !matches!(site.filter, Ty::Adt(..));
         let needs_it = sites().any(|site| !site.inputs.is_empty() || site.is_used || site.half > 0 || is_outside(site));
         let is_literal = |site: &Site| matches!(site.part, Part::Element(number) if length(of, site.at).is_some_and(|length| number < length));
-        if !needs_it || !sites().all(is_literal) {
+        // Where the array is used as a whole, its elements are lent without taking it apart, as long as their laws are fed.
+        let is_fed = sites().all(|site| !site.inputs.is_empty());
+        if !needs_it || !sites().all(is_literal) || is_fed && is_used_as_a_whole(of, &array) {
             continue;
         }
         for (_, (place, at, _), sites) in found.iter_mut().filter(|(_, (place, ..), _)| *place == array) {
@@ -30,6 +32,17 @@ pub(super) fn take_apart(of: &LoopBody<'_>, found: &mut [Found<'_>]) {
             }
         }
     }
+}
+
+/// Whether the loop uses an array otherwise than by its numbered elements.
+fn is_used_as_a_whole(of: &LoopBody<'_>, array: &Place) -> bool {
+    of.names(array.local).any(|name| {
+        let place = std::iter::once(name).chain(of.ancestors_inside(name));
+        let place = place.take_while(|at| place_of(of, *at).is_some_and(|place| array.fields.starts_with(&place.fields)));
+        let Some(at) = place.last().filter(|at| place_of(of, *at).as_ref() == Some(array)) else { return false };
+        let number = of.parent(at).map(|parent| of.kind(parent));
+        !matches!(number, Some(ExprKind::Index { base, index }) if *base == at && matches!(of.kind(*index), ExprKind::Literal(_)))
+    })
 }
 
 /// The length of an array that can be taken apart.

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::Reason;
 use super::adapt::{adaptation, lent};
 use super::body::LoopBody;
+use super::each::each;
 use super::elements::take_apart;
 use super::locks::lock_of;
 use super::loops::Loops;
@@ -143,7 +144,7 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
         return Err(format!("`{spelled}` has several laws"));
     }
     let is_single = sites.iter().all(|site| site.part == Part::Whole) && (lent(own).is_some() || own.locked.is_some());
-    if !own.is_held() && !is_single {
+    if !own.is_held() && !is_single && each(of, own).is_none() {
         return Err(match filter {
             Ty::Param(_) | Ty::Opaque(_) => format!("only the trait of `{spelled}` is known, and not its type"),
             _ => format!("`{spelled}` holds its filter in a way that a guard cannot reach through"),
@@ -170,6 +171,7 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
         sites.iter().filter_map(|site| if let Part::Element(at) = site.part { Some(at) } else { None }).collect();
     let all = sites.iter().filter(|site| site.part == Part::All).count();
     let whole = sites.iter().filter(|site| site.part == Part::Whole).count();
+    let paired = sites.iter().any(|site| site.part == Part::Paired);
     let length = match ty {
         Ty::Array(_, length) => length.value,
         Ty::Ref(_, inner) => match &**inner {
@@ -179,13 +181,16 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
         _ => None,
     };
     let distinct: BTreeSet<u64> = elements.iter().copied().collect();
-    let is_covered = match (elements.len(), all, whole) {
-        (0, 0, 0) => true,
-        (0, 1.., 0) => is_collection,
-        (_, 0, 0) => is_collection && length == Some(distinct.len() as u64),
-        (0, 0, _) => !is_collection,
-        _ => false,
-    };
+    let is_each_fed = each(of, own).is_some() && sites.iter().all(|site| !site.inputs.is_empty());
+    let is_covered = is_each_fed
+        || match (elements.len(), all, whole) {
+            _ if paired => false,
+            (0, 0, 0) => true,
+            (0, 1.., 0) => is_collection,
+            (_, 0, 0) => is_collection && length == Some(distinct.len() as u64),
+            (0, 0, _) => !is_collection,
+            _ => false,
+        };
     if is_covered {
         Ok(())
     } else {

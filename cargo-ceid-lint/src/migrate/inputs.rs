@@ -27,6 +27,14 @@ pub(super) struct Input {
 }
 
 impl Input {
+    /// The expression whose value is kept, of the one that is given.
+    pub(super) fn value(&self, of: &LoopBody<'_>, given: ExprId) -> ExprId {
+        match of.kind(given) {
+            ExprKind::Reference { value, .. } if self.is_lent => *value,
+            _ => given,
+        }
+    }
+
     /// Whether the law gets a reference to what is kept.
     pub(super) fn is_lent(&self) -> bool {
         self.is_lent
@@ -99,10 +107,13 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
         let before = Span { end: of.span(*value).start, ..span };
         return Ok(Input { name, before, instead: "", end, annotation: annotation(held), is_lent: true });
     }
-    match ty {
-        Ty::Ref(false, inner)
-            if is_kept(index, inner) && matches!(of.kind(id), ExprKind::Path(_) | ExprKind::Field { .. }) =>
-        {
+    let lent = match (ty, param) {
+        // An iterator's items are not told apart by what may be changed in them; the law takes what may not.
+        (Ty::Ref(_, inner), Some(TypeRef::Reference { .. })) | (Ty::Ref(false, inner), _) => Some(&**inner),
+        _ => None,
+    };
+    match lent {
+        Some(inner) if is_kept(index, inner) && matches!(of.kind(id), ExprKind::Path(_) | ExprKind::Field { .. }) => {
             let before = Span { end: span.start, ..span };
             Ok(Input { name, before, instead: "*", end, annotation: annotation(inner), is_lent: true })
         }

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use super::Reason;
 use super::adapt::Adaptation;
 use super::body::LoopBody;
+use super::each;
 use super::sites::{Place, Site};
 use crate::count::Verdict;
 use crate::index::{FunctionId, Index, Ty};
@@ -183,7 +184,7 @@ fn is_in_format_string(of: &LoopBody<'_>, at: ExprId) -> bool {
     is_format_operand(of, at) && (of.text[..start].ends_with('{') || of.written(at).starts_with('"'))
 }
 
-fn is_format_operand(of: &LoopBody<'_>, at: ExprId) -> bool {
+pub(super) fn is_format_operand(of: &LoopBody<'_>, at: ExprId) -> bool {
     matches!(of.parent(at).map(|parent| of.kind(parent)), Some(ExprKind::Macro(call)) if match call.kind {
         MacroKind::All(_) => !call.path.ends_with("dbg") && !call.path.ends_with("vec"),
         MacroKind::Diverges(_) | MacroKind::Logging(_) | MacroKind::DebugOnly(_) => true,
@@ -196,6 +197,9 @@ fn is_format_operand(of: &LoopBody<'_>, at: ExprId) -> bool {
 fn prefix(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> {
     if is_moved_into_closure(of, at) {
         return None;
+    }
+    if own.adaptation.as_ref().is_some_and(|adaptation| adaptation.law.each.is_some()) {
+        return each::prefix(of, own, at);
     }
     let index = of.program.index;
     let parent = of.parent(at)?;
@@ -255,7 +259,7 @@ fn prefix(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> 
 }
 
 /// Whether a method of the filter has the name of one that feeds it behind a guard.
-fn is_hidden(of: &LoopBody<'_>, parent: ExprId, at: ExprId) -> bool {
+pub(super) fn is_hidden(of: &LoopBody<'_>, parent: ExprId, at: ExprId) -> bool {
     matches!(of.kind(parent), ExprKind::MethodCall { receiver, method, .. }
         if *receiver == at && matches!(method.as_str(), "feed" | "last_output"))
 }

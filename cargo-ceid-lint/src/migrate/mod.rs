@@ -7,12 +7,15 @@
 mod adapt;
 mod body;
 mod closure;
+mod each;
 mod elements;
 mod exits;
+mod halves;
 mod head;
 mod holding;
 mod imports;
 mod inputs;
+mod iteration;
 mod law;
 mod locks;
 mod loops;

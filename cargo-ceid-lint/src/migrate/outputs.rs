@@ -4,11 +4,13 @@ use super::Reason;
 use super::body::LoopBody;
 use super::inputs::Input;
 use super::mentions::Guarded;
-use super::sites::Site;
+use super::sites::{Part, Site};
 use crate::index::{Index, TraitName, Ty};
 use crate::source::Span;
+use crate::syntax::tree::ExprKind;
 
-/// The edits that turn a call of the law into one that feeds it, and what changes by that.
+/// The edits that turn a call of the law into one that feeds it, with what other halves are fed with before its own inputs, and
+/// what changes by that.
 ///
 /// # Errors
 /// Why that cannot be done.
@@ -17,7 +19,7 @@ pub(super) fn instead(
     of: &LoopBody<'_>,
     own: &Guarded,
     site: &Site,
-    inputs: &[Input],
+    (inputs, before): (&[Input], &[String]),
     cell: Option<&str>,
     has_halves: bool,
 ) -> Result<(Vec<(Span, String)>, Option<Reason>), Reason> {
@@ -26,18 +28,24 @@ pub(super) fn instead(
         return Ok((Vec::new(), None));
     }
     let (rest, change) = if site.is_used { used(of, own, site)? } else { (String::new(), None) };
-    let name = &own.name;
+    // An element has the name that an inner loop gives it, or its number.
+    let name = match of.kind(site.receiver) {
+        _ if site.part == Part::Whole => own.name.clone(),
+        ExprKind::Index { index, .. } => format!("{}[{}]", own.name, of.written(*index)),
+        _ => of.written(site.receiver).to_owned(),
+    };
     let (Some(first), Some(last)) = (inputs.first(), inputs.last()) else {
         return Ok((vec![(call, format!("{name}.last_output(){rest}"))], change));
     };
     let end = if !site.is_used && of.is_tail(site.outer) { ";" } else { "" };
-    let (open, close) = if inputs.len() > 1 { ("(", ")") } else { ("", "") };
+    let (open, close) = if inputs.len() + before.len() > 1 { ("(", ")") } else { ("", "") };
+    let before: String = before.iter().map(|value| format!("{value}, ")).collect();
     let (open, close) = match cell {
         Some(cell) => (format!("{cell}.set(Some({open}"), format!("{close}))")),
         None => (format!("{name}.feed({open}"), format!("{close})")),
     };
     let mut edits = vec![
-        (Span { end: first.before.end, ..call }, format!("{open}{}", first.instead)),
+        (Span { end: first.before.end, ..call }, format!("{open}{before}{}", first.instead)),
         (Span { start: last.end, ..of.span(site.outer) }, format!("{close}{rest}{end}")),
     ];
     let others =

@@ -260,7 +260,11 @@ impl Rewriter<'_> {
         for pair in cycle.filters.iter().filter(|pair| is_left(pair) && pair.verdict != Verdict::Guarded) {
             notes.push(format!("`{}` stays as it is: it is {}", pair.name, pair.verdict.name()));
         }
-        let needs_alloc = self.guarded.iter().any(|own| is_vec(&own.ty));
+        let is_lent_in_vec = |own: &Guarded| {
+            let each = own.adaptation.as_ref().and_then(|adaptation| adaptation.law.each.as_ref());
+            each.is_some_and(|each| each.is_vec)
+        };
+        let needs_alloc = self.guarded.iter().any(|own| is_vec(&own.ty) || is_lent_in_vec(own));
         let laws = self.guarded.iter().filter(|own| own.adaptation.is_none()).filter_map(|own| own.law);
         let is_dependency = laws.chain([of.function]).all(|function| law::has_ceid_core(program.index, function));
         Ok(Rewrite { edits, packages, is_dependency, needs_alloc, changes, notes })
@@ -322,10 +326,11 @@ impl Rewriter<'_> {
             }
             // The elements have names of their own in the inner loop.
             if let (Some(inner), false) = (site.inner, Some(site.gone) == site.inner)
-                && let ExprKind::MethodCall { receiver, .. } = of.kind(site.call)
-                && let Some(place) = place_of(of, *receiver)
+                && let Some(place) = place_of(of, site.receiver)
             {
-                let names = of.names(place.local).filter(|at| of.ancestors_inside(*at).any(|at| at == inner));
+                let is_gone = |at: &ExprId| own.sites.iter().any(|site| site.gone == *at);
+                let names = of.names(place.local).filter(|at| !is_gone(at));
+                let names = names.filter(|at| of.ancestors_inside(*at).any(|at| at == inner));
                 found.extend(names.filter(|at| of.may_follow(site.gone, *at)).map(|at| self.stale(own, at)));
             }
         }
@@ -351,9 +356,8 @@ impl Rewriter<'_> {
             ExprKind::Index { index, .. } => self.of.typed.expr_local.get(index).copied(),
             _ => None,
         };
-        let ExprKind::MethodCall { receiver, .. } = self.of.kind(site.call) else { return false };
         let own = self.of.parent(at).and_then(index_of);
-        own.is_some() && own == index_of(*receiver) && self.of.ancestors_inside(at).any(|around| around == inner)
+        own.is_some() && own == index_of(site.receiver) && self.of.ancestors_inside(at).any(|around| around == inner)
     }
 
     /// A value that leaves the loop and may be a part of what the guard holds.

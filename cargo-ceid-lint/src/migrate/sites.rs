@@ -4,11 +4,12 @@ use std::ops::Range;
 
 use super::Reason;
 use super::body::LoopBody;
+use super::iteration::{Elements, binding_loop, elements};
 use super::locks::locked;
 use super::mentions::held;
 use crate::count::Pair;
 use crate::index::{FunctionId, Ty};
-use crate::syntax::tree::{ExprId, ExprKind, Literal, MacroKind, PatId, PatKind};
+use crate::syntax::tree::{ExprId, ExprKind, Literal, MacroKind};
 use crate::types::{Callee, LocalId};
 
 /// A variable, and the fields that lead from it to a filter or to what holds filters.
@@ -29,6 +30,8 @@ pub(super) enum Part {
     Element(u64),
     /// Each element once, in an inner loop.
     All,
+    /// Each element for which an inner loop has something else.
+    Paired,
 }
 
 /// A statement that updates a filter.
@@ -47,8 +50,9 @@ pub(super) struct Site {
     /// The name of the law, and which half of it this is.
     pub(super) method: String,
     pub(super) half: usize,
-    /// The call.
+    /// The call, and the expression in it that is the filter.
     pub(super) call: ExprId,
+    pub(super) receiver: ExprId,
     /// What the law is given beside its filter.
     pub(super) inputs: Vec<ExprId>,
     /// The inner loop over the elements.
@@ -123,7 +127,8 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
     let filter = callee.self_ty.clone();
     let targets = callee.targets.clone();
     let law = if let [law] = targets.as_slice() { Some(*law) } else { None };
-    let (place, part, at, inner) = target(of, receiver).ok_or_else(|| refuse(unreachable_text(of, receiver)))?;
+    let (place, part, at, inner) =
+        target(of, receiver).ok_or_else(|| refuse(unreachable_text(of, receiver, !inputs.is_empty())))?;
     let gone = if stays { given } else { outer };
     let mut site = Site {
         place,
@@ -135,6 +140,7 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
         method,
         half,
         call,
+        receiver,
         inputs,
         inner,
         gone,
@@ -164,7 +170,14 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
         _ => false,
     };
     if of.ancestors_inside(call).any(|at| is_repeated(&at)) {
-        return Err(refuse(format!("`{name}` is updated in an inner loop")));
+        let is_part = inner.is_none() && binding_loop(of, receiver, site.place.local).is_some();
+        let text = match is_part && !site.place.fields.is_empty() {
+            true => format!(
+                "`{name}` is a part of each element, of which a guard would borrow the whole: keep the filters in a collection of their own"
+            ),
+            false => format!("`{name}` is updated in an inner loop"),
+        };
+        return Err(refuse(text));
     }
     if of.ancestors_inside(call).any(|at| is_later(&at)) {
         return Err(refuse(format!("`{name}` is updated in a closure or macro")));
@@ -173,13 +186,20 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
 }
 
 /// Why a guard cannot hold what a receiver leads to, and what to do by hand.
-fn unreachable_text(of: &LoopBody<'_>, receiver: ExprId) -> String {
+fn unreachable_text(of: &LoopBody<'_>, receiver: ExprId, has_inputs: bool) -> String {
     let written = of.written(receiver);
-    if locked(of, receiver).is_some() {
+    let is_in_section = || of.ancestors_inside(receiver).any(|at| matches!(of.kind(at), ExprKind::Closure(_)));
+    let is_borrowed = matches!(of.kind(receiver), ExprKind::MethodCall { .. });
+    if locked(of, receiver).is_some() && !has_inputs && !is_in_section() {
         return format!(
             "the filter is locked for its update only: lock it for the whole iteration, with `let mut filter = {written};` as its \
              first statement, and migrate the loop then"
         );
+    }
+    if locked(of, receiver).is_some() || is_borrowed && is_in_section() {
+        return "the filter is locked for its update only, and a guard needs it to the end of the cycle: let the loop own the filter, \
+                and put a copy of its state behind the lock"
+            .to_owned();
     }
     let inner = of.typed.expr_local.get(&receiver).and_then(|local| binding_loop(of, receiver, *local));
     if let Some(ExprKind::For { iterable, .. }) = inner.map(|inner| of.kind(inner)) {
@@ -268,56 +288,24 @@ pub(super) fn place_of(of: &LoopBody<'_>, id: ExprId) -> Option<Place> {
 
 /// Which place a receiver means, with the inner loop over its elements if there is one.
 fn target(of: &LoopBody<'_>, receiver: ExprId) -> Option<(Place, Part, ExprId, Option<ExprId>)> {
+    let of_inner = |elements: &Elements| if elements.is_each { Part::All } else { Part::Paired };
     if let ExprKind::Index { base, index } = of.kind(receiver) {
         let place = place_of(of, *base)?;
         return match of.kind(*index) {
             ExprKind::Literal(Literal::Int(Some(number), _)) => Some((place, Part::Element(*number), *base, None)),
             ExprKind::Path(_) => {
-                let local = of.typed.expr_local.get(index)?;
-                let inner = binding_loop(of, receiver, *local)?;
-                let ExprKind::For { iterable, .. } = of.kind(inner) else { return None };
-                matches!(of.kind(*iterable), ExprKind::Range { .. }).then_some((place, Part::All, *base, Some(inner)))
+                let elements = elements(of, receiver, *of.typed.expr_local.get(index)?)?;
+                let is_number = elements.collection.is_none();
+                is_number.then(|| (place, of_inner(&elements), *base, Some(elements.inner)))
             }
             _ => None,
         };
     }
     let place = place_of(of, receiver)?;
-    if !place.fields.is_empty() {
+    if !place.fields.is_empty() || binding_loop(of, receiver, place.local).is_none() {
         return Some((place, Part::Whole, receiver, None));
     }
-    let Some(inner) = binding_loop(of, receiver, place.local) else {
-        return Some((place, Part::Whole, receiver, None));
-    };
-    let ExprKind::For { iterable, .. } = of.kind(inner) else { return None };
-    let held = match of.kind(*iterable) {
-        ExprKind::Reference { mutable: true, raw: false, value } => *value,
-        ExprKind::MethodCall { receiver, method, args, .. } if args.is_empty() => match (method.as_str(), receiver) {
-            ("iter_mut", held) => *held,
-            ("enumerate", inner) => match of.kind(*inner) {
-                ExprKind::MethodCall { receiver, method, .. } if method == "iter_mut" => *receiver,
-                _ => return None,
-            },
-            _ => return None,
-        },
-        _ => return None,
-    };
-    Some((place_of(of, held)?, Part::All, held, Some(inner)))
-}
-
-/// The inner `for` whose pattern binds a variable.
-fn binding_loop(of: &LoopBody<'_>, id: ExprId, local: LocalId) -> Option<ExprId> {
-    let binds = |at: &ExprId| match of.kind(*at) {
-        ExprKind::For { pat, .. } => bound(of, *pat).any(|pat| of.typed.pat_local.get(&pat) == Some(&local)),
-        _ => false,
-    };
-    of.ancestors_inside(id).find(|at| binds(at))
-}
-
-/// A pattern, and the parts of a tuple.
-fn bound<'a>(of: &LoopBody<'a>, pat: PatId) -> impl Iterator<Item = PatId> + 'a {
-    let parts: &'a [PatId] = match &of.body.pat(pat).kind {
-        PatKind::Tuple(parts) => parts,
-        _ => &[],
-    };
-    std::iter::once(pat).chain(parts.iter().copied())
+    let elements = elements(of, receiver, place.local)?;
+    let held = elements.collection?;
+    Some((place_of(of, held)?, of_inner(&elements), held, Some(elements.inner)))
 }

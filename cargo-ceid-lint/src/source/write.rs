@@ -4,6 +4,45 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, SystemTime};
+
+/// What stands around the numbers of the process and of the file in the name of a new file.
+const PREFIX: &str = ".ceid-lint-";
+const SUFFIX: &str = ".tmp";
+
+/// How old a new file can be before it is certain that no process will put it in its place any more.
+const ABANDONED: Duration = Duration::from_secs(600);
+
+/// Removes from a directory the new files of runs that were killed before these took their places. To be called before the
+/// calling process writes anything itself.
+pub fn remove_abandoned(directory: &Path, now: SystemTime) {
+    let Ok(entries) = fs::read_dir(directory) else { return };
+    for entry in entries.flatten() {
+        let is_old = || {
+            let written = entry.metadata().and_then(|metadata| metadata.modified());
+            written.is_ok_and(|written| now.duration_since(written).is_ok_and(|age| age > ABANDONED))
+        };
+        if let Some(process) = writer(&entry.file_name().to_string_lossy())
+            && entry.file_type().is_ok_and(|kind| kind.is_file())
+            && (is_gone(process) || is_old())
+        {
+            remove(&entry.path());
+        }
+    }
+}
+
+/// The process that has made a new file of this name.
+fn writer(name: &str) -> Option<u32> {
+    let (process, number) = name.strip_prefix(PREFIX)?.strip_suffix(SUFFIX)?.split_once('-')?;
+    number.parse::<u32>().ok()?;
+    process.parse().ok()
+}
+
+/// Whether a process has certainly come to its end; only some systems tell without being asked for more.
+fn is_gone(process: u32) -> bool {
+    let processes = Path::new("/proc");
+    process == std::process::id() || processes.join("self").exists() && !processes.join(process.to_string()).exists()
+}
 
 /// Writes the text to a new file beside `target`, through to the device, with the owner and the permissions of `target` if that is
 /// there.
@@ -12,9 +51,16 @@ use std::sync::atomic::{AtomicU32, Ordering};
 /// The system's.
 pub fn stage(target: &Path, text: &str) -> io::Result<PathBuf> {
     static NUMBER: AtomicU32 = AtomicU32::new(0);
-    let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-    let path = target.with_file_name(format!(".ceid-lint-{}-{number}.tmp", std::process::id()));
-    let mut file = OpenOptions::new().write(true).create_new(true).open(&path)?;
+    let (mut file, path) = loop {
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let path = target.with_file_name(format!("{PREFIX}{}-{number}{SUFFIX}", std::process::id()));
+        match OpenOptions::new().write(true).create_new(true).open(&path) {
+            Ok(file) => break (file, path),
+            // A process that had the same number was killed.
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+            Err(error) => return Err(error),
+        }
+    };
     let written = fill(&mut file, target, text);
     written.inspect_err(|_| remove(&path))?;
     Ok(path)
@@ -96,6 +142,23 @@ mod tests {
         assert_eq!(fs::read_to_string(&path).unwrap(), "new");
         assert!(write(&directory.join("no/b.toml"), "x").is_err());
         assert_eq!(fs::read_dir(&directory).unwrap().count(), 1);
+        fs::remove_dir_all(&directory).unwrap();
+    }
+
+    #[test]
+    fn what_a_killed_run_left_is_removed() {
+        let directory = directory("abandoned");
+        let own = format!(".ceid-lint-{}-7.tmp", std::process::id());
+        // No process has so high a number.
+        for name in [own.as_str(), ".ceid-lint-4294967295-0.tmp", ".ceid-lint-x-0.tmp", ".ceid-lint-1.tmp", "ceid.tmp"]
+        {
+            fs::write(directory.join(name), "new").unwrap();
+        }
+        remove_abandoned(&directory, SystemTime::now() + 2 * ABANDONED);
+        let mut left: Vec<_> = fs::read_dir(&directory).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        left.sort();
+        assert_eq!(left, [".ceid-lint-1.tmp", ".ceid-lint-x-0.tmp", "ceid.tmp"]);
+        remove_abandoned(&directory.join("no"), SystemTime::now());
         fs::remove_dir_all(&directory).unwrap();
     }
 

@@ -172,6 +172,9 @@ pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&
         Ty::Array(inner, length) if matches!(method, "each_mut" | "each_ref") => {
             Some(Ty::Array(Box::new(Ty::Ref(method == "each_mut", inner.clone())), length.clone()))
         }
+        Ty::Array(_, length) if method == "map" => {
+            Some(Ty::Array(Box::new(closure.cloned().unwrap_or(Ty::Unknown)), length.clone()))
+        }
         Ty::Array(inner, _) | Ty::Slice(inner) => sequence_method(inner, method, closure),
         // Several resources are locked at once.
         Ty::Tuple(_) if method == "lock" => closure.cloned(),
@@ -406,6 +409,10 @@ fn iterator_method(item: &Ty, method: &str, args: &[Ty], closure: Option<&Ty>) -
         "fold" => args.first().cloned().unwrap_or(Ty::Unknown),
         "count" | "position" | "len" => Ty::Int,
         "all" | "any" => Ty::Bool,
+        // What lends filters to a guard is kept in a vector.
+        "collect" if matches!(item, Ty::External(path, _) if path == super::ADAPTED) => {
+            Ty::std("std::vec::Vec", vec![item.clone()])
+        }
         "sum" | "product" | "collect" | "max" | "min" | "unzip" | "partition" | "try_for_each" | "try_fold" => {
             Ty::Unknown
         }

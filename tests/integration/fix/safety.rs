@@ -258,3 +258,26 @@ fn a_kill_leaves_each_file_whole() {
     }
     println!("killed between two files: {partial}");
 }
+
+/// What killed runs left is no change that has to be committed, and the next run removes it. Only some systems tell at once that a
+/// process is gone.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_a_killed_run_left_is_removed_by_the_next() {
+    let directory = repository("fix_left", &[("src/lib.rs", SUPPRESSED.as_bytes())]);
+    for name in [".ceid-lint-4294967295-0.tmp", "src/.ceid-lint-4294967295-1.tmp"] {
+        write(&directory, name, SUPPRESSED.as_bytes());
+    }
+    fix(&directory, &["--diff"]).assert_code(100);
+    assert_eq!(
+        git(&directory, &["status", "--porcelain"]).lines().count(),
+        2,
+        "a run that writes nothing removed something"
+    );
+    fix(&directory, &[]).assert_code(0);
+    assert_eq!(git(&directory, &["status", "--porcelain"]), " M src/lib.rs\n");
+    commit(&directory);
+    write(&directory, "src/.ceid-lint-4294967295-1.tmp", b"");
+    run(&directory, ["migrate", "--all"]).assert_code(0);
+    assert!(!directory.join("src/.ceid-lint-4294967295-1.tmp").exists());
+}

@@ -4,6 +4,7 @@ mod asked;
 mod cases;
 mod compiled;
 mod guide;
+mod halves;
 
 use std::fs;
 use std::path::{Path, PathBuf};

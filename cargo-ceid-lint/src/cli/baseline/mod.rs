@@ -62,6 +62,9 @@ fn write(comparison: &Comparison, args: &BaselineArgs, checked: &Checked, consol
     let is_first = comparison.old.is_none();
     let counts = comparison.updated(args.accept_new || is_first, args.prune);
     let is_changed = comparison.old.as_ref() != Some(&counts);
+    if let Some(directory) = comparison.path.parent() {
+        source::remove_abandoned(directory, std::time::SystemTime::now());
+    }
     if is_changed && let Err(error) = source::write(&comparison.path, &baseline::text(&counts)) {
         console.error(&format!("cannot write `{path}`: {error}"), None);
         return ExitStatus::Incomplete;

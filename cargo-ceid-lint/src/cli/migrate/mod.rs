@@ -71,6 +71,10 @@ struct Run<'a> {
 impl Run<'_> {
     fn migrate(&self, first: &Report, check: impl Fn(Box<dyn ReadSource>) -> Report) -> Result<ExitStatus, String> {
         let chosen = self.chosen(first)?;
+        let bounds = Bounds::of(self.project);
+        if !self.args.diff && !matches!(self.asked, Asked::Nothing) {
+            super::fix::remove_abandoned(&bounds, self.project, first);
+        }
         if chosen.is_empty() {
             self.console.say(&self.nothing(first));
             return Ok(ExitStatus::Clean);
@@ -79,7 +83,6 @@ impl Run<'_> {
             self.list(first, &chosen);
             return Ok(ExitStatus::Clean);
         }
-        let bounds = Bounds::of(self.project);
         let fixes = FixArgs {
             fix: true,
             unsafe_fixes: self.args.unsafe_fixes,

@@ -3,11 +3,12 @@
 
 use std::collections::BTreeSet;
 
+use super::sources::{Item, Source};
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Cause, Effect, GuardId, Place, RunBy, Var};
+use crate::flow::{Cause, Effect, GuardId, Place, Rounds, RunBy, Var};
 use crate::index::Ty;
 use crate::source::Span;
-use crate::syntax::tree::ExprId;
+use crate::syntax::tree::{Body, ExprId, ExprKind};
 
 /// How the law of an adapted filter runs.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +30,41 @@ impl Builder<'_> {
             self.adapted.insert(var, Adaptation { law, is_fed: function == "fed" });
         }
         Value { place: Some(Place::var(var)), ..Value::default() }
+    }
+
+    /// `filters.each_mut().map(|filter| Adapted::fed(filter, law))`, or the same of a vector with `collect`: each filter of a
+    /// collection by another name. `None` if the call is something else.
+    pub(super) fn adapt_each(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Option<Value> {
+        let ty = self.ty(id);
+        if !element(ty).is_some_and(is_adapted) {
+            return None;
+        }
+        let body = self.body();
+        let (elements, lend) = match (method, args, &body.expr(receiver).kind) {
+            ("map", [lend], _) => (receiver, *lend),
+            ("collect", [], ExprKind::MethodCall { receiver, method, args, .. }) if method == "map" => {
+                (*receiver, *args.first()?)
+            }
+            _ => return None,
+        };
+        let ExprKind::MethodCall { receiver: collection, method, .. } = &body.expr(elements).kind else { return None };
+        let (ExprKind::Closure(lend), "each_mut" | "iter_mut") = (&body.expr(lend).kind, method.as_str()) else {
+            return None;
+        };
+        let [(param, _)] = lend.params.as_slice() else { return None };
+        let ExprKind::Call { callee, args } = &body.expr(bare_tail(body, lend.body)).kind else { return None };
+        let (ExprKind::Path(path), [filter, law]) = (&body.expr(*callee).kind, args.as_slice()) else { return None };
+        let lent = self.typed().expr_local.get(&unborrowed(body, *filter));
+        if lent.is_none() || lent != self.typed().pat_local.get(param) {
+            return None;
+        }
+        let (ty, span) = (ty.clone(), self.span(id));
+        let place = self.expr(*collection).place?;
+        let law = self.expr(*law).closure?;
+        let var = self.temporary(ty, span);
+        self.set(var, &Value { place: Some(place), ..Value::default() }, span);
+        self.adapted.insert(var, Adaptation { law, is_fed: path.last() == "fed" });
+        Some(Value { place: Some(Place::var(var)), ..Value::default() })
     }
 
     /// A method of an adapted filter that is not one of the filter itself.
@@ -64,12 +100,19 @@ impl Builder<'_> {
 
     /// A guard gets what lies at a place, which may be an adapted filter.
     pub(super) fn admit(&mut self, guard: GuardId, place: &Place, ty: &Ty, span: Span) {
-        let Some(var) = place.base_var().filter(|_| is_adapted(ty.peel())) else { return };
+        let own = element(ty.peel()).unwrap_or(ty.peel());
+        let Some(var) = place.base_var().filter(|_| is_adapted(own)) else { return };
         match self.adaptation(var) {
             Some(Adaptation { is_fed: true, .. }) => {
                 self.admitted.insert(var);
             }
-            Some(adaptation) => self.adapted_by.entry(guard).or_default().push((place.clone(), adaptation)),
+            Some(adaptation) => {
+                let rounds = element(ty.peel()).map(|_| match ty.peel() {
+                    Ty::Array(_, length) => length.value.map_or(Rounds::Bounded, Rounds::Constant),
+                    _ => Rounds::Bounded,
+                });
+                self.adapted_by.entry(guard).or_default().push((place.clone(), rounds, adaptation));
+            }
             None => {
                 let cause = Cause::Code("an adapted filter whose law is written elsewhere".to_owned());
                 self.emit(Effect::Unknown { places: vec![place.clone()], cause }, span);
@@ -79,15 +122,26 @@ impl Builder<'_> {
 
     /// The end of a guard: the laws run that take no input.
     pub(super) fn run_adapted(&mut self, guard: GuardId, span: Span) {
-        for (place, adaptation) in self.adapted_by.get(&guard).cloned().unwrap_or_default() {
-            self.run_law(adaptation.law, &[Value { place: Some(place), ..Value::default() }], &[], span);
+        for (place, rounds, Adaptation { law, .. }) in self.adapted_by.get(&guard).cloned().unwrap_or_default() {
+            match rounds {
+                None => self.run_law(law, &[Value { place: Some(place), ..Value::default() }], &[], span),
+                Some(rounds) => {
+                    let source = Source { item: Item::Element(place), rounds, ..Source::bounded() };
+                    self.run_by_guard(&[], span, |this| this.closure_loop(law, source, span));
+                }
+            }
         }
     }
 
     /// Runs a law as a guard does.
     fn run_law(&mut self, law: ClosureRef, args: &[Value], fed: &[ExprId], span: Span) {
+        self.run_by_guard(fed, span, |this| drop(this.inline_closure(law, args, span)));
+    }
+
+    /// What runs here is run by a guard.
+    fn run_by_guard(&mut self, fed: &[ExprId], span: Span, run: impl FnOnce(&mut Self)) {
         let first = self.graph.nodes.len();
-        self.inline_closure(law, args, span);
+        run(self);
         let reads: Vec<_> = fed.iter().flat_map(|arg| self.reads_of(*arg)).collect();
         for node in &mut self.graph.nodes[first..] {
             node.span = span;
@@ -122,4 +176,29 @@ impl Builder<'_> {
 /// Whether a type is ceid-core's.
 pub(super) fn is_adapted(ty: &Ty) -> bool {
     matches!(ty, Ty::External(path, _) if path == crate::types::ADAPTED)
+}
+
+/// What lies in an array, a slice or a vector.
+fn element(ty: &Ty) -> Option<&Ty> {
+    match ty {
+        Ty::Array(inner, _) | Ty::Slice(inner) => Some(inner),
+        Ty::External(path, args) if path == "std::vec::Vec" => args.first(),
+        _ => None,
+    }
+}
+
+/// An expression without the blocks that only give it back.
+fn bare_tail(body: &Body, id: ExprId) -> ExprId {
+    match &body.expr(id).kind {
+        ExprKind::Block(block) if block.stmts.is_empty() => block.tail.map_or(id, |tail| bare_tail(body, tail)),
+        _ => id,
+    }
+}
+
+/// What is lent: `filter` in `&mut **filter`.
+fn unborrowed(body: &Body, id: ExprId) -> ExprId {
+    match &body.expr(id).kind {
+        ExprKind::Reference { value, .. } | ExprKind::Deref(value) => unborrowed(body, *value),
+        _ => id,
+    }
 }

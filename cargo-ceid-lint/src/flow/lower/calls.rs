@@ -80,6 +80,9 @@ impl Builder<'_> {
         if let Some(value) = self.adapted_call(id, receiver, method, args) {
             return value;
         }
+        if let Some(value) = self.adapt_each(id, receiver, method, args) {
+            return value;
+        }
         if let Some(value) = self.iterator_call(id, receiver, method, args) {
             return value;
         }

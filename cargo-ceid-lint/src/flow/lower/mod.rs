@@ -182,7 +182,7 @@ struct Builder<'a> {
     /// How the laws of adapted filters run, by the variables that the filters were given to first.
     adapted: HashMap<Var, adapted::Adaptation>,
     /// The adapted filters that a guard holds and runs in every cycle.
-    adapted_by: HashMap<GuardId, Vec<(Place, adapted::Adaptation)>>,
+    adapted_by: HashMap<GuardId, Vec<(Place, Option<crate::flow::Rounds>, adapted::Adaptation)>>,
     /// The names of adapted filters that a guard holds and that are fed.
     admitted: HashSet<Var>,
     subjects: HashMap<String, super::SubjectId>,

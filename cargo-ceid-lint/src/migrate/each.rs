@@ -1,0 +1,199 @@
+//! Collections whose filters are lent one by one, because their laws have another form than the guard's: what the collection
+//! becomes, and which of its uses mean the same with elements that are lent.
+
+use super::body::LoopBody;
+use super::iteration::zipped;
+use super::mentions::{Guarded, is_format_operand, is_hidden};
+use super::sites::Part;
+use crate::index::Ty;
+use crate::syntax::tree::{ExprId, ExprKind, MacroKind, PatId, PatKind};
+use crate::types::LocalId;
+
+/// How the filters of a collection are lent.
+#[derive(Clone, Debug)]
+pub(super) struct Each {
+    /// The iterator over the collection: `self.axes.each_mut()`.
+    pub(super) elements: (String, &'static str),
+    /// What the closure calls a filter.
+    pub(super) name: String,
+    /// The filter as a reference.
+    pub(super) lent: String,
+    /// Whether what lends them is kept in a vector.
+    pub(super) is_vec: bool,
+}
+
+/// How the filters of a place are lent, if it is a collection whose elements are updated one by one.
+pub(super) fn each(of: &LoopBody<'_>, own: &Guarded) -> Option<Each> {
+    let is_fed = own.sites.iter().all(|site| !site.inputs.is_empty());
+    let is_element = |part: &Part| match part {
+        Part::All => true,
+        // Without an input, no law runs.
+        Part::Paired | Part::Element(_) => is_fed,
+        Part::Whole => false,
+    };
+    if own.sites.is_empty() || own.locked.is_some() || !own.sites.iter().all(|site| is_element(&site.part)) {
+        return None;
+    }
+    let (element, is_array) = match own.ty.peel() {
+        Ty::Array(element, _) => (&**element, true),
+        Ty::Slice(element) => (&**element, false),
+        Ty::External(path, args) if path == "std::vec::Vec" => (args.first()?, false),
+        _ => return None,
+    };
+    if matches!(own.ty, Ty::Ref(false, _)) {
+        return None;
+    }
+    let is_box = |ty: &Ty| matches!(ty, Ty::External(path, args) if path == "std::boxed::Box" && args.first() == Some(&own.filter));
+    let mut names = own.sites.iter().filter_map(|site| match of.kind(site.receiver) {
+        ExprKind::Path(path) => Some(path.last().to_owned()),
+        _ => None,
+    });
+    let name = names.next().unwrap_or_else(|| "filter".to_owned());
+    let lent = match element {
+        element if *element == own.filter => name.clone(),
+        element if is_box(element) => format!("&mut **{name}"),
+        _ => return None,
+    };
+    let method = if is_array { "each_mut" } else { "iter_mut" };
+    Some(Each { elements: (own.spelled.clone(), method), name, lent, is_vec: !is_array })
+}
+
+/// Whether a vector can be made where the loop stands: not in a crate that does without the standard library.
+pub(super) fn has_vec(of: &LoopBody<'_>) -> bool {
+    let sources = of.program.sources;
+    let own = &sources.file(of.file()).path;
+    let says_so = |text: &str| text.lines().any(|line| line.trim_start().starts_with("#![") && line.contains("no_std"));
+    !sources
+        .files()
+        .any(|(_, file)| file.path.parent().is_some_and(|above| own.starts_with(above)) && says_so(&file.text))
+}
+
+/// What stands before the name of the collection where `at` stood; `None` if its filters are used there in a way that is not
+/// known to be the same for what lends them.
+pub(super) fn prefix(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> {
+    let parent = of.parent(at)?;
+    match of.kind(parent) {
+        ExprKind::Index { base, .. } if *base == at => is_looked_into(of, own, parent).then_some(""),
+        ExprKind::MethodCall { receiver, method, args, .. } if *receiver == at && args.is_empty() => {
+            let is_fine = match method.as_str() {
+                "len" | "is_empty" => true,
+                "iter" | "iter_mut" => are_items_looked_into(of, own, parent),
+                _ => false,
+            };
+            is_fine.then_some("")
+        }
+        ExprKind::Reference { raw: false, .. } => are_items_looked_into(of, own, parent).then_some("*"),
+        ExprKind::Deref(_) => {
+            let around = of.parent(parent)?;
+            let is_borrowed = matches!(of.kind(around), ExprKind::Reference { raw: false, .. });
+            (is_borrowed && are_items_looked_into(of, own, around)).then_some("")
+        }
+        _ => None,
+    }
+}
+
+/// Whether only fields and methods of an element are used.
+fn is_looked_into(of: &LoopBody<'_>, own: &Guarded, element: ExprId) -> bool {
+    if own.sites.iter().any(|site| site.gone == element) {
+        return true;
+    }
+    let Some(parent) = of.parent(element) else { return false };
+    match of.kind(parent) {
+        ExprKind::Field { .. } => true,
+        ExprKind::MethodCall { receiver, method, .. } if *receiver == element => {
+            !is_hidden(of, parent, element) && !is_for_references(method)
+        }
+        ExprKind::Macro(_) => is_format_operand(of, element),
+        _ => false,
+    }
+}
+
+/// Whether only fields and methods of the elements are used that an iterator gives.
+fn are_items_looked_into(of: &LoopBody<'_>, own: &Guarded, iterator: ExprId) -> bool {
+    let mut at = iterator;
+    // Where the element lies in what the iterators around it give.
+    let mut steps: Vec<usize> = Vec::new();
+    while let Some(parent) = of.parent(at) {
+        let pat = match of.kind(parent) {
+            ExprKind::For { iterable, pat, .. } if *iterable == at => *pat,
+            ExprKind::MethodCall { receiver, method, args, .. } if *receiver == at => {
+                match (method.as_str(), &args[..]) {
+                    ("rev", []) => {
+                        at = parent;
+                        continue;
+                    }
+                    ("enumerate", []) => {
+                        steps.push(1);
+                        at = parent;
+                        continue;
+                    }
+                    ("map" | "for_each" | "all" | "any", [closure]) | ("fold", [_, closure]) => {
+                        let ExprKind::Closure(closure) = of.kind(*closure) else { return false };
+                        let Some((pat, _)) = closure.params.last() else { return false };
+                        *pat
+                    }
+                    ("zip", _) => {
+                        steps.push(0);
+                        at = parent;
+                        continue;
+                    }
+                    _ => return false,
+                }
+            }
+            _ => match zipped(of, parent) {
+                Some((one, other)) if one == at || other == at => {
+                    steps.push(usize::from(other == at));
+                    at = parent;
+                    continue;
+                }
+                _ => return false,
+            },
+        };
+        return item(of, pat, &steps).is_some_and(|local| match local {
+            Some(local) => is_only_looked_into(of, own, local),
+            None => true,
+        });
+    }
+    false
+}
+
+/// The variable that a pattern gives an item, which lies in tuples; `Some(None)` if it gives it none.
+fn item(of: &LoopBody<'_>, pat: PatId, steps: &[usize]) -> Option<Option<LocalId>> {
+    match (&of.body.pat(pat).kind, steps.split_last()) {
+        (PatKind::Wild, _) => Some(None),
+        (PatKind::Tuple(parts), Some((step, steps))) if parts.len() == 2 => item(of, parts[*step], steps),
+        (PatKind::Bind { by_ref: false, sub: None, .. }, None) => Some(Some(*of.typed.pat_local.get(&pat)?)),
+        _ => None,
+    }
+}
+
+fn is_only_looked_into(of: &LoopBody<'_>, own: &Guarded, local: LocalId) -> bool {
+    let name = &of.typed.local(local).name;
+    let is_unread = |id: &ExprId| match of.kind(*id) {
+        ExprKind::Opaque(call) => call.mentions.contains(name),
+        ExprKind::Unknown { mentions, .. } => mentions.contains(name),
+        ExprKind::Macro(call) => matches!(call.kind, MacroKind::Ceid { .. }),
+        _ => false,
+    };
+    of.names(local).all(|id| is_looked_into(of, own, id)) && !of.inside.iter().any(is_unread)
+}
+
+/// Methods of the standard library that a reference has as well, and then for itself.
+fn is_for_references(method: &str) -> bool {
+    matches!(
+        method,
+        "clone"
+            | "to_owned"
+            | "into"
+            | "try_into"
+            | "borrow"
+            | "borrow_mut"
+            | "as_ref"
+            | "as_mut"
+            | "eq"
+            | "ne"
+            | "cmp"
+            | "partial_cmp"
+            | "hash"
+    )
+}

@@ -1,0 +1,127 @@
+//! What an inner loop runs over: which elements of which collection its variables are, and whether it gives each of them.
+
+use super::body::LoopBody;
+use crate::index::Ty;
+use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
+use crate::types::{Callee, LocalId};
+
+/// A collection whose elements, or their numbers, an inner loop gives one after the other.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Elements {
+    /// The loop.
+    pub(super) inner: ExprId,
+    /// The collection; none for numbers.
+    pub(super) collection: Option<ExprId>,
+    /// Whether the loop goes on to the last element, whatever else it runs over.
+    pub(super) is_each: bool,
+}
+
+/// The inner `for` that gives a variable an element to change, or the number of one.
+pub(super) fn elements(of: &LoopBody<'_>, id: ExprId, local: LocalId) -> Option<Elements> {
+    let inner = binding_loop(of, id, local)?;
+    let ExprKind::For { iterable, pat, .. } = of.kind(inner) else { return None };
+    let (collection, is_each) = given(of, *iterable, *pat, local)?;
+    Some(Elements { inner, collection, is_each })
+}
+
+/// The inner `for` whose pattern binds a variable.
+pub(super) fn binding_loop(of: &LoopBody<'_>, id: ExprId, local: LocalId) -> Option<ExprId> {
+    of.ancestors_inside(id).find(|at| match of.kind(*at) {
+        ExprKind::For { pat, .. } => binds(of, *pat, local),
+        _ => false,
+    })
+}
+
+/// Whether a pattern of names and tuples binds a variable.
+fn binds(of: &LoopBody<'_>, pat: PatId, local: LocalId) -> bool {
+    match &of.body.pat(pat).kind {
+        PatKind::Tuple(parts) => parts.iter().any(|part| binds(of, *part, local)),
+        _ => of.typed.pat_local.get(&pat) == Some(&local),
+    }
+}
+
+/// The collection of which a variable of the pattern is an element, and whether it is each of them in turn.
+fn given(of: &LoopBody<'_>, iterable: ExprId, pat: PatId, local: LocalId) -> Option<(Option<ExprId>, bool)> {
+    let parts: &[PatId] = match &of.body.pat(pat).kind {
+        PatKind::Tuple(parts) => parts,
+        PatKind::Bind { by_ref: false, sub: None, .. } if binds(of, pat, local) => &[],
+        _ => return None,
+    };
+    match (of.kind(iterable), parts) {
+        (ExprKind::Reference { mutable: true, raw: false, value }, []) => {
+            let value = if let ExprKind::Deref(held) = of.kind(*value) { held } else { value };
+            Some((Some(*value), true))
+        }
+        (ExprKind::MethodCall { receiver, method, args, .. }, []) if method == "iter_mut" && args.is_empty() => {
+            Some((Some(*receiver), true))
+        }
+        (ExprKind::Range { .. }, []) => Some((None, true)),
+        (ExprKind::MethodCall { receiver, method, args, .. }, _) if method == "rev" && args.is_empty() => {
+            given(of, *receiver, pat, local)
+        }
+        (ExprKind::MethodCall { receiver, method, args, .. }, [number, item])
+            if method == "enumerate" && args.is_empty() =>
+        {
+            if binds(of, *number, local) {
+                // As many as the other collection has.
+                return Some((None, false));
+            }
+            given(of, *receiver, *item, local)
+        }
+        (_, [first, second]) => {
+            let (one, other) = zipped(of, iterable)?;
+            let is_first = binds(of, *first, local);
+            let (own, beside) = if is_first { (one, other) } else { (other, one) };
+            let (collection, is_each) = given(of, own, if is_first { *first } else { *second }, local)?;
+            let is_longer = length(of, own).zip(length(of, beside)).is_some_and(|(own, beside)| beside >= own);
+            Some((collection, is_each && is_longer))
+        }
+        _ => None,
+    }
+}
+
+/// The two iterators that run side by side.
+pub(super) fn zipped(of: &LoopBody<'_>, id: ExprId) -> Option<(ExprId, ExprId)> {
+    match (of.kind(id), of.typed.callees.get(&id)) {
+        (ExprKind::MethodCall { receiver, method, args, .. }, _) if method == "zip" => match args.as_slice() {
+            [other] => Some((*receiver, *other)),
+            _ => None,
+        },
+        (ExprKind::Call { args, .. }, Some(Callee::External(path))) if path == "std::iter::zip" => {
+            match args.as_slice() {
+                [one, other] => Some((*one, *other)),
+                _ => None,
+            }
+        }
+        _ => None,
+    }
+}
+
+/// How many items an iterator has, if its type or its form tells; without an end, the most there can be.
+fn length(of: &LoopBody<'_>, id: ExprId) -> Option<u64> {
+    match of.kind(id) {
+        ExprKind::MethodCall { receiver, method, args, .. } => match (method.as_str(), args.as_slice()) {
+            ("iter" | "iter_mut" | "into_iter" | "enumerate" | "rev" | "copied" | "cloned", []) => {
+                length(of, *receiver)
+            }
+            _ => None,
+        },
+        ExprKind::Range { start, end, inclusive } => {
+            let number = |id: &ExprId| match of.kind(*id) {
+                ExprKind::Literal(Literal::Int(number, _)) => *number,
+                _ => None,
+            };
+            match (start, end) {
+                (Some(_), None) => Some(u64::MAX),
+                (Some(start), Some(end)) => {
+                    number(end)?.checked_sub(number(start)?)?.checked_add(u64::from(*inclusive))
+                }
+                _ => None,
+            }
+        }
+        _ => match of.typed.ty(id).peel() {
+            Ty::Array(_, length) => length.value,
+            _ => None,
+        },
+    }
+}
