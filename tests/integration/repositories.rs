@@ -307,6 +307,26 @@ mod unix {
     }
 }
 
+#[test]
+fn code_that_is_included_in_a_body_may_use_what_is_in_scope() {
+    let lib = "trait SampledFilter { fn update(&mut self); }\npub struct Lag(f64);\n\
+               impl SampledFilter for Lag { fn update(&mut self) { self.0 *= 0.5; } }\n\
+               pub fn run(lag: &mut Lag) { loop { lag.update(); include!(\"%\"); } }\n";
+    for (name, body, verdict) in [
+        ("again", Some("{ lag.update(); }"), "unproved"),
+        ("beside", Some("{ let flag = 1 + 2; }"), "once"),
+        ("absent", None, "unproved"),
+    ] {
+        let mut files = vec![("Cargo.toml", alone("")), ("src/lib.rs", lib.replace('%', "body.rs"))];
+        files.extend(body.map(|body| ("src/body.rs", body.to_owned())));
+        let files: Vec<(&str, &str)> = files.iter().map(|(path, text)| (*path, text.as_str())).collect();
+        let directory = repository(&format!("included_in_a_body_{name}"), &files);
+        check(&directory, &[], 0, &[], &[("src/lib.rs:4", "`body.rs` is not read: its code is included in a body")]);
+        let report = run(&directory, ["report", "--message-format", "json"]).stdout;
+        assert!(report.contains(&format!("\"verdict\": \"{verdict}\"")), "{name}: {report}");
+    }
+}
+
 /// `%` stands for what the file begins with.
 const TWO_LOCKS: &str = "%
 pub trait SampledFilter { fn update(&mut self); }

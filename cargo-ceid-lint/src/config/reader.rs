@@ -26,6 +26,11 @@ impl File<'_> {
 
     /// What is no TOML.
     pub(crate) fn syntax_error(&self, error: &toml::de::Error) -> ConfigError {
+        // The place of a NUL byte is one that nobody sees.
+        if let Some(at) = self.text.find('\0') {
+            let error = self.error(at..at + 1, "the file holds a NUL byte, which TOML forbids");
+            return error.help("remove the byte, or write the file anew as plain text");
+        }
         self.error(error.span().unwrap_or(0..0), error.message().trim().to_owned())
     }
 

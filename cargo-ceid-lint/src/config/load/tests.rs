@@ -171,6 +171,15 @@ fn groups_and_multiplicities_agree() {
 }
 
 #[test]
+fn byte_that_nobody_sees_is_named() {
+    for text in ["[[filter]]\n\0", "[[filter]]\ntype = \"a\0b\"\n"] {
+        let error = read(text).unwrap_err();
+        assert!(error.message.contains("NUL byte"), "{}", error.message);
+        assert_eq!(error.place.unwrap().line, 2);
+    }
+}
+
+#[test]
 fn broken_toml_has_its_place() {
     let error = read("[lints\n").unwrap_err();
     assert_eq!(error.place.unwrap().line, 1);

@@ -14,7 +14,7 @@ use self::operands::{LogOperands, MatchesOperands, Operands, VecOperands};
 use super::cfg_eval::{Presence, evaluate};
 use super::lower::{BodyLowerer, Lowerer, name, path_text};
 use super::text::mentions;
-use super::tree::{ExprId, ExprKind, Item, Literal, MacroExpr, MacroKind};
+use super::tree::{ExprId, ExprKind, Item, Literal, MacroExpr, MacroKind, OpaqueMacro};
 use crate::source::Span;
 pub(super) use cfg_if::CfgBranch;
 pub(super) use expand::{OwnMacros, Progress};
@@ -152,17 +152,23 @@ impl BodyLowerer<'_, '_, '_> {
         match self.known_macro(mac).or_else(|| self.own_expr(mac)) {
             Some(id) => id,
             None => {
+                let mut opaque = self.low.opaque(mac);
                 if self.low.known_name(mac).as_deref() == Some("include") {
                     let place = self.low.path_span(&mac.path);
                     self.low.loader.not_included(&mac.tokens, place);
+                    opaque.mentions = self.low.loader.included_words(&mac.tokens, place);
                 }
-                self.opaque_macro(mac)
+                self.unread_macro(opaque)
             }
         }
     }
 
     pub(super) fn opaque_macro(&mut self, mac: &syn::Macro) -> ExprId {
         let opaque = self.low.opaque(mac);
+        self.unread_macro(opaque)
+    }
+
+    fn unread_macro(&mut self, opaque: OpaqueMacro) -> ExprId {
         let span = opaque.span;
         self.add(ExprKind::Opaque(Box::new(opaque)), span)
     }

@@ -1,5 +1,6 @@
 //! `include!`: which file it names, and what is said of one that is not read.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use proc_macro2::{TokenStream, TokenTree};
@@ -44,6 +45,19 @@ impl Loader<'_> {
         let has_manifest = |dir: &&Path| dir.is_absolute() && self.files.exists(&dir.join("Cargo.toml"));
         let manifest_dir = including.ancestors().skip(1).find(has_manifest);
         text_of(&syn::parse2(tokens.clone()).ok()?, manifest_dir)
+    }
+
+    /// The words of a file that is included where an expression stands, where its code may use every variable in scope. Where the
+    /// file is not known, it may be each variable that the including one has.
+    pub(in crate::syntax) fn included_words(&mut self, tokens: &TokenStream, place: Span) -> Vec<String> {
+        let including = self.files.map().file(place.file).path.clone();
+        let named = self.named_by(tokens, &including);
+        let path = named.as_ref().and_then(|named| Some(including.parent()?.join(named)));
+        let path = path.filter(|path| self.files.exists(path) && !self.is_directory(path));
+        let file = path.and_then(|path| self.files.open(&path).ok()).unwrap_or(place.file);
+        let text = &self.files.map().file(file).text;
+        let words: BTreeSet<&str> = text.split(|letter: char| letter != '_' && !letter.is_alphanumeric()).collect();
+        words.into_iter().map(str::to_owned).collect()
     }
 
     /// Tells that the code which `include!` stands for at `place` is not read, though nothing is wrong with it.
