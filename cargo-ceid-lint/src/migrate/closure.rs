@@ -33,6 +33,10 @@ impl Closure {
             if line.chars().count() <= WIDTH {
                 return line;
             }
+            let below = format!("{indent}{step}{};", self.lending());
+            if below.chars().count() <= WIDTH {
+                return [format!("{indent}let mut {name} ="), below].join(end);
+            }
         }
         let lines =
             |steps: usize| body.iter().map(move |(more, line)| format!("{indent}{}{line}", step.repeat(steps + more)));
@@ -95,17 +99,16 @@ impl Closure {
         let Each { elements: (collection, method), name: element, is_vec, .. } = each;
         let lent = self.lending();
         let short = format!("{indent}{step}.map(|{element}| {lent})");
-        let mut lines: Vec<String>;
-        if self.fits() && short.chars().count() < WIDTH || *is_vec {
-            lines =
-                vec![format!("{indent}let mut {name} = {}", collection.replace('.', &format!("\n{indent}{step}.")))];
-            lines = lines.iter().flat_map(|line| line.split('\n')).map(str::to_owned).collect();
+        let is_short = self.fits() && short.chars().count() < WIDTH;
+        let mut lines: Vec<String> = Vec::new();
+        if is_short || *is_vec {
+            // Each link of the chain stands in a line of its own.
+            let links = collection.replace('.', &format!("\n{indent}{step}."));
+            lines.extend(format!("{indent}let mut {name} = {links}").lines().map(str::to_owned));
             lines.push(format!("{indent}{step}.{method}()"));
-        } else {
-            lines = Vec::new();
         }
         let inner = if lines.is_empty() { indent.to_owned() } else { format!("{indent}{step}") };
-        if self.fits() && short.chars().count() < WIDTH {
+        if is_short {
             lines.push(short);
         } else {
             let head = format!("map(|{element}| {{");

@@ -131,6 +131,15 @@ fn files(directory: &Path, below: &Path, found: &mut Vec<(String, String)>) {
     }
 }
 
+/// A manifest without the way from it to ceid-core, which depends on where the tests write.
+fn without_place(text: &str) -> String {
+    let place = |line: &str| match line.split_once("path = \"../") {
+        Some((begin, rest)) if rest.contains("ceid-core\"") => format!("{begin}path = \"CEID_CORE\" }}\n"),
+        _ => line.to_owned(),
+    };
+    text.split_inclusive('\n').map(place).collect()
+}
+
 #[test]
 fn whole_workspaces_are_migrated() {
     let core = root().join("ceid-core").to_string_lossy().into_owned();
@@ -146,7 +155,7 @@ fn whole_workspaces_are_migrated() {
         files(&path.join("before"), &path.join("before"), &mut before);
         files(&directory, &directory, &mut after);
         for (file, text) in after {
-            let text = text.replace(&core, "CEID_CORE");
+            let text = without_place(&text.replace(&core, "CEID_CORE"));
             let is_changed = !before.contains(&(file.clone(), text.clone()));
             let expected = path.join("after").join(&file);
             assert!(is_changed || !expected.exists(), "{name}: {file} did not change");
