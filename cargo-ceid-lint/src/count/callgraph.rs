@@ -146,3 +146,9 @@ impl Tarjan<'_> {
         self.found.push(component);
     }
 }
+
+pub(super) fn calls_itself(graphs: &[Option<ControlFlowGraph>], id: FunctionId) -> bool {
+    graphs[id.0 as usize].as_ref().is_some_and(|graph| {
+        graph.nodes.iter().any(|node| matches!(&node.effect, Effect::Call(site) if site.targets.contains(&id)))
+    })
+}

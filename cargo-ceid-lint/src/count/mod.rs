@@ -2,6 +2,7 @@
 
 mod aliases;
 mod analyse;
+mod answers;
 mod assumed;
 mod callgraph;
 mod conditions;

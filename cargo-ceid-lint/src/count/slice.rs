@@ -305,7 +305,7 @@ pub(super) fn tracked(
     let dropped = wanted.iter().skip(MAX_TRACKED).copied().collect();
     wanted.truncate(MAX_TRACKED);
     // What helpers ask for is told apart as far as there is room, where something else asks for it, too, or sets it.
-    for subject in touching.iter().flat_map(|node| asked(*node)) {
+    for subject in relevant.iter().flat_map(|node| asked(*node)) {
         *tests.entry(subject).or_default() += 1;
     }
     let is_set = |node: &NodeId| match &graph.node(*node).effect {

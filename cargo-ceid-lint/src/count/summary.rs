@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::rc::Rc;
 
 use super::aliases::Aliases;
+use super::answers::{Answers, answers};
 use super::assumed::Assumed;
 use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
@@ -77,6 +78,8 @@ pub(super) struct Summary {
     pub(super) writes: BTreeSet<Given>,
     /// The heads that its result may have.
     pub(super) heads: returned::Heads,
+    /// The same, where it depends on what its callers know.
+    pub(super) answers: Answers,
     /// The parameters from which the filters at its places are fed.
     pub(super) feeds: BTreeMap<Given, BTreeSet<usize>>,
     /// What it reads or feeds without updating it.
@@ -207,7 +210,11 @@ impl Summaries {
                         changed = true;
                     }
                 }
-                let recursive = component.len() > 1 || component.iter().any(|id| calls_itself(graphs, *id));
+                let recursive =
+                    component.len() > 1 || component.iter().any(|id| super::callgraph::calls_itself(graphs, *id));
+                if !recursive {
+                    summaries.add_answers(program, graphs, &component);
+                }
                 if !changed || !recursive {
                     break;
                 }
@@ -218,6 +225,17 @@ impl Summaries {
             }
         }
         summaries
+    }
+
+    /// Only where nothing recurs: answers decide nothing that a recursion has to settle.
+    fn add_answers(&mut self, program: &Program<'_>, graphs: &[Option<ControlFlowGraph>], component: &[FunctionId]) {
+        for id in component {
+            let Some(graph) = &graphs[id.0 as usize] else { continue };
+            let answers = answers(program, graph, self);
+            if let Some(summary) = self.of.get_mut(id) {
+                summary.answers = answers;
+            }
+        }
     }
 
     /// A recursion that does not settle: nothing is known of what it touches.
@@ -479,10 +497,4 @@ fn note_unknown(
 
 fn holds_filter_at(program: &Program<'_>, graph: &ControlFlowGraph, place: &Place) -> bool {
     super::instances::place_ty(program.index, graph, place).is_some_and(|ty| program.index.holds_filter(&ty))
-}
-
-fn calls_itself(graphs: &[Option<ControlFlowGraph>], id: FunctionId) -> bool {
-    graphs[id.0 as usize].as_ref().is_some_and(|graph| {
-        graph.nodes.iter().any(|node| matches!(&node.effect, Effect::Call(site) if site.targets.contains(&id)))
-    })
 }

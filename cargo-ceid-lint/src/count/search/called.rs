@@ -5,6 +5,7 @@ use std::rc::Rc;
 
 use super::Search;
 use crate::count::aliases::CalledPlace;
+use crate::count::answers::Answers;
 use crate::count::given::{Given, place_of};
 use crate::count::returned;
 use crate::count::summary::Outcome;
@@ -30,6 +31,8 @@ pub(super) struct Effect {
     pub(super) outcomes: Vec<(Place, Vec<Outcome>)>,
     /// The heads that its result may have; none if that is not known.
     pub(super) heads: returned::Heads,
+    /// The same, where it depends on what is known here.
+    pub(super) answers: Answers,
 }
 
 impl Search<'_> {
@@ -57,7 +60,7 @@ impl Search<'_> {
             let Some(summary) = self.summaries.get(*target) else {
                 // A recursion that was not gone through yet adds nothing.
                 if !self.summaries.is_open(*target) {
-                    called.add(Effect { outcomes: Vec::new(), heads: 0 });
+                    called.add(Effect { outcomes: Vec::new(), heads: 0, answers: Answers::new() });
                 }
                 continue;
             };
@@ -67,10 +70,12 @@ impl Search<'_> {
             }
             let outcomes = own.iter().filter(|called| called.target == *target);
             let outcomes = outcomes.map(|called| (called.place.clone(), called.outcomes(self.summaries).to_vec()));
-            called.add(Effect { outcomes: outcomes.collect(), heads: summary.heads });
+            called.add(Effect { outcomes: outcomes.collect(), heads: summary.heads, answers: summary.answers.clone() });
         }
         let outcomes = called.effects.iter().flat_map(|effect| &effect.outcomes).flat_map(|(_, outcomes)| outcomes);
-        let assumed: BTreeSet<&Given> = outcomes.flat_map(|outcome| outcome.assumed.keys()).collect();
+        let answers = called.effects.iter().flat_map(|effect| &effect.answers).map(|(assumed, _)| assumed);
+        let assumed = outcomes.map(|outcome| &outcome.assumed).chain(answers);
+        let assumed: BTreeSet<&Given> = assumed.flat_map(BTreeMap::keys).collect();
         let asked = assumed.into_iter().filter_map(|given| Some((given.clone(), self.asked_subject(given, site)?)));
         called.asked = asked.collect();
         called.borrows.extend(self.summaries.borrows(site).map(|(part, place)| (part.to_vec(), place)));

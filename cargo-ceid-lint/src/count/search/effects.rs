@@ -67,9 +67,7 @@ impl Run<'_, '_> {
                 }
             }
             if !applied && effect.heads != 0 {
-                for (_, heads) in &mut states {
-                    *heads &= effect.heads;
-                }
+                states = self.answered(states, effect, site, before);
             }
             for (next, heads) in states {
                 let masks = self.with_heads(next.masks, site.result, heads);
@@ -90,6 +88,30 @@ impl Run<'_, '_> {
         }
     }
 
+    /// What is known of the result of a call that leaves the instance alone.
+    fn answered(
+        &mut self,
+        states: Vec<(State, returned::Heads)>,
+        effect: &super::called::Effect,
+        site: &CallSite,
+        before: u32,
+    ) -> Vec<(State, returned::Heads)> {
+        if effect.answers.is_empty() {
+            return states.into_iter().map(|(state, heads)| (state, heads & effect.heads)).collect();
+        }
+        let mut after = Vec::new();
+        for (state, heads) in states {
+            for (assumed, returned) in &effect.answers {
+                let Some(masks) = self.agreed(state.masks, assumed, site, before) else { continue };
+                let entry = (State { masks, ..state.clone() }, heads & effect.heads & returned);
+                if entry.1 != 0 && !after.contains(&entry) {
+                    after.push(entry);
+                }
+            }
+        }
+        after
+    }
+
     /// What happens to the instance in a call; `before` is what was known before it.
     fn apply(
         &mut self,
@@ -101,7 +123,7 @@ impl Run<'_, '_> {
         let mut after = Vec::new();
         for (state, heads) in states {
             for outcome in outcomes {
-                let Some(masks) = self.agreed(state.masks, outcome, site, before) else { continue };
+                let Some(masks) = self.agreed(state.masks, &outcome.assumed, site, before) else { continue };
                 let mut next = State { masks, ..state.clone() };
                 let Some(masks) = self.asked(&next, outcome) else { continue };
                 next.masks = masks;
@@ -147,7 +169,7 @@ impl Run<'_, '_> {
         let mut after: Vec<(State, returned::Heads)> = Vec::new();
         for (state, heads) in states {
             for outcome in outcomes {
-                let Some(masks) = self.agreed(state.masks, outcome, site, before) else { continue };
+                let Some(masks) = self.agreed(state.masks, &outcome.assumed, site, before) else { continue };
                 let mut next = State { masks, ..state.clone() };
                 next.reset |= outcome.reset;
                 if outcome.reset {

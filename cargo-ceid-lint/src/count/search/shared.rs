@@ -6,7 +6,6 @@ use super::run::Run;
 use super::{Search, State};
 use crate::count::assumed::{Assumed, Heads};
 use crate::count::given::{Given, GivenBase, argument, asked_at, given};
-use crate::count::summary::Outcome;
 use crate::flow::{CallSite, Effect, NodeId, Place, SubjectId};
 
 /// How many conditions of a caller's are told apart in a function for the caller's sake.
@@ -31,7 +30,7 @@ impl Search<'_> {
     }
 
     /// The place that callers know a subject by, if nothing in the function changes it.
-    fn of_caller(&self, id: SubjectId) -> Option<Given> {
+    pub(in crate::count) fn of_caller(&self, id: SubjectId) -> Option<Given> {
         let subject = &self.graph.subjects[id.0 as usize];
         let given = given(self.graph, subject.whole.as_ref()?)?;
         let is_param = matches!(given.base, GivenBase::Param(_));
@@ -76,14 +75,14 @@ impl Run<'_, '_> {
     }
 
     /// What is known in a way through a call, if the way can be taken with what was known before.
-    pub(super) fn agreed(&mut self, masks: u32, outcome: &Outcome, site: &CallSite, before: u32) -> Option<u32> {
-        if outcome.assumed.is_empty() {
+    pub(super) fn agreed(&mut self, masks: u32, assumed: &Assumed, site: &CallSite, before: u32) -> Option<u32> {
+        if assumed.is_empty() {
             return Some(masks);
         }
         let called = self.search.called(site);
         let before = self.masks.get(before).clone();
         let mut all = self.masks.get(masks).clone();
-        for (given, heads) in &outcome.assumed {
+        for (given, heads) in assumed {
             // What is given may be a constant.
             if let Some(head) = argument(given, site).and_then(|argument| argument.head.as_ref()) {
                 if heads.allows(head) {
