@@ -1,6 +1,7 @@
 //! Conditions that change once or never: latches and settings.
 
 use super::{Gates, contains_any};
+use crate::count::instances::is_lent;
 use crate::count::search::Region;
 use crate::flow::{Effect, LoopId, NodeId, Place, Test, Var};
 use crate::index::Ty;
@@ -133,15 +134,23 @@ impl Gates<'_, '_> {
         !declared_inside && !is_written && !is_given && !self.is_reading(place) && !self.calls_write(place)
     }
 
-    /// Whether a place is a number in a struct that a cycle function is called with, one of readings rather than of settings.
+    /// Whether a place is a number or flag in a struct that a cycle function is called with, of readings rather than of settings.
     fn is_reading(&self, place: &Place) -> bool {
-        let param = place.base_var().map(|var| self.search.graph.var(var)).filter(|info| info.param.is_some());
+        let graph = self.search.graph;
+        let param = place.base_var().map(|var| graph.var(var)).filter(|info| info.param.is_some());
         let Some(info) = param.filter(|info| self.region == Region::Function && info.name != "self") else {
             return false;
         };
         let says_so = |name: &str| contains_any(name, SETTING_WORDS);
         let is_setting = says_so(&info.name) || says_so(&self.search.program.index.type_name(&info.ty));
-        !place.steps.is_empty() && matches!(self.ty(place), Some(Ty::Float | Ty::Int | Ty::Bool)) && !is_setting
+        // What lies behind an exclusive reference is a state of the caller's, as the resources of a task are.
+        let is_state = || matches!(info.ty, Ty::Ref(true, _)) || is_lent(self.search.program.index, graph, place);
+        let is_told = match self.ty(place) {
+            Some(Ty::Float) => true,
+            Some(Ty::Bool | Ty::Int) => !is_state(),
+            _ => false,
+        };
+        !place.steps.is_empty() && is_told && !is_setting
     }
 
     /// Whether a variable is another name of an item of a loop.
