@@ -193,10 +193,7 @@ impl Run<'_, '_> {
         let mut all = self.masks.get(masks).clone();
         let mut changed = false;
         for (at, id) in self.tracked.subjects.iter().enumerate() {
-            // Which variant a value is does not change with what lies in it.
-            let is_of_value = graph.subjects[id.0 as usize].whole.is_some();
-            let is_inside = |read: &Place| is_of_value && place.steps.len() > read.steps.len();
-            if self.search.reads_of(*id).iter().any(|read| read.overlaps(place) && !is_inside(read)) {
+            if self.search.read_by(*id).is_changed_with(place) {
                 all[at] = graph.subjects[id.0 as usize].anything();
                 changed = true;
             }

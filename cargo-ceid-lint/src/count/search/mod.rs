@@ -152,7 +152,7 @@ pub(super) struct Search<'a> {
     /// What the calls do that were asked for, by their results.
     called: RefCell<HashMap<Var, std::rc::Rc<Called>>>,
     /// What subjects read, as far as it was asked.
-    reads: RefCell<HashMap<SubjectId, std::rc::Rc<[Place]>>>,
+    reads: RefCell<HashMap<SubjectId, std::rc::Rc<settled::Reads>>>,
     /// The nodes that may update it.
     updating: OnceCell<BTreeSet<NodeId>>,
     /// How many states were looked at.

@@ -34,8 +34,7 @@ impl Search<'_> {
         if place.base_var().is_none() || !self.dependence.asking(id).iter().any(|node| is_outside(*node)) {
             return subject.anything();
         }
-        let reads = self.reads_of(id);
-        let mut starts: Vec<NodeId> = graph.node_ids().filter(|node| self.writes_any(*node, &reads)).collect();
+        let mut starts = self.writers_of(id);
         if !starts.iter().all(|writer| is_outside(*writer)) {
             return subject.anything();
         }
@@ -64,21 +63,27 @@ impl Search<'_> {
         bits.filter(|bit| arrives_with(*bit)).sum()
     }
 
-    /// What a subject reads, by each of its names.
-    pub(super) fn reads_of(&self, id: SubjectId) -> Rc<[Place]> {
+    /// What a subject reads.
+    pub(super) fn read_by(&self, id: SubjectId) -> Rc<Reads> {
         if let Some(known) = self.reads.borrow().get(&id) {
             return Rc::clone(known);
         }
-        let reads = &self.graph.subjects[id.0 as usize].reads;
-        let roots = reads.iter().flat_map(|read| self.aliases.shared_roots(read).to_vec());
-        let reads: Rc<[Place]> = reads.iter().cloned().chain(roots).collect::<BTreeSet<_>>().into_iter().collect();
+        let subject = &self.graph.subjects[id.0 as usize];
+        let roots = subject.reads.iter().flat_map(|read| self.aliases.shared_roots(read).to_vec());
+        let places = subject.reads.iter().cloned().chain(roots).collect();
+        let reads = Rc::new(Reads { places, is_whole: subject.whole.is_some() });
         self.reads.borrow_mut().insert(id, Rc::clone(&reads));
         reads
     }
 
-    /// Whether a node may write one of these places.
-    pub(super) fn writes_any(&self, node: NodeId, places: &[Place]) -> bool {
-        let is_one = |other: &Place| places.iter().any(|place| other.overlaps(place));
+    /// The nodes that may change what a subject reads.
+    pub(super) fn writers_of(&self, id: SubjectId) -> Vec<NodeId> {
+        let reads = self.read_by(id);
+        self.graph.node_ids().filter(|node| self.writes(*node, &reads)).collect()
+    }
+
+    fn writes(&self, node: NodeId, reads: &Reads) -> bool {
+        let is_one = |place: &Place| reads.is_changed_with(place);
         match &self.graph.node(node).effect {
             Effect::Set(set) | Effect::Write(set) => {
                 is_one(&set.place) || (!set.rebinds && self.aliases.shared_roots(&set.place).iter().any(is_one))
@@ -87,5 +92,22 @@ impl Search<'_> {
             Effect::Call(site) => is_one(&Place::var(site.result)) || self.called(site).writes.iter().any(is_one),
             _ => false,
         }
+    }
+}
+
+/// What the value of a subject depends on.
+#[derive(Debug)]
+pub(super) struct Reads {
+    /// The places, by each of their names.
+    places: BTreeSet<Place>,
+    /// Whether it is the value of a place, not something that is computed from it.
+    is_whole: bool,
+}
+
+impl Reads {
+    /// Whether the value may be another one when a place is written: which variant a value is does not change with what lies in it.
+    pub(super) fn is_changed_with(&self, place: &Place) -> bool {
+        let is_inside = |read: &Place| self.is_whole && place.steps.len() > read.steps.len();
+        self.places.iter().any(|read| read.overlaps(place) && !is_inside(read))
     }
 }

@@ -34,8 +34,7 @@ impl Search<'_> {
         let subject = &self.graph.subjects[id.0 as usize];
         let given = given(self.graph, subject.whole.as_ref()?)?;
         let is_param = matches!(given.base, GivenBase::Param(_));
-        let reads = self.reads_of(id);
-        (is_param && !self.graph.node_ids().any(|node| self.writes_any(node, &reads))).then_some(given)
+        (is_param && self.writers_of(id).is_empty()).then_some(given)
     }
 }
 
