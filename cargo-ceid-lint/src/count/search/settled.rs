@@ -71,7 +71,8 @@ impl Search<'_> {
         let subject = &self.graph.subjects[id.0 as usize];
         let roots = subject.reads.iter().flat_map(|read| self.aliases.shared_roots(read).to_vec());
         let places = subject.reads.iter().cloned().chain(roots).collect();
-        let reads = Rc::new(Reads { places, is_whole: subject.whole.is_some() });
+        let is_presence = subject.whole.is_some() && subject.heads.iter().all(|head| head == "+" || head == "-");
+        let reads = Rc::new(Reads { places, is_presence });
         self.reads.borrow_mut().insert(id, Rc::clone(&reads));
         reads
     }
@@ -100,14 +101,15 @@ impl Search<'_> {
 pub(super) struct Reads {
     /// The places, by each of their names.
     places: BTreeSet<Place>,
-    /// Whether it is the value of a place, not something that is computed from it.
-    is_whole: bool,
+    /// Whether it is asked only whether something is there.
+    is_presence: bool,
 }
 
 impl Reads {
-    /// Whether the value may be another one when a place is written: which variant a value is does not change with what lies in it.
+    /// Whether the value may be another one when a place is written: whether an option holds something does not change with what it
+    /// holds. What a constant stands for does.
     pub(super) fn is_changed_with(&self, place: &Place) -> bool {
-        let is_inside = |read: &Place| self.is_whole && place.steps.len() > read.steps.len();
+        let is_inside = |read: &Place| self.is_presence && place.steps.len() > read.steps.len();
         self.places.iter().any(|read| read.overlaps(place) && !is_inside(read))
     }
 }
