@@ -151,7 +151,8 @@ impl Builder<'_> {
         let negated = matches!(op, "!=" | ">=" | ">");
         if matches!(op, "==" | "!=") {
             for (subject, constant) in [(lhs, rhs), (rhs, lhs)] {
-                if let Some(head) = self.constant_head(constant)
+                if self.constants().is_exact(constant)
+                    && let Some(head) = self.constant_head(constant)
                     && !matches!(self.body().expr(subject).kind, ExprKind::Literal(_))
                     && let Some(pure) = self.pure(subject)
                 {

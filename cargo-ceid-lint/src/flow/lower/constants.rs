@@ -91,6 +91,20 @@ impl Constants<'_> {
         }
     }
 
+    /// Whether all values that have the head of a constant expression are equal: what a variant carries is no part of its head.
+    pub(super) fn is_exact(self, id: ExprId) -> bool {
+        self.is_exact_at(id, 0)
+    }
+
+    fn is_exact_at(self, id: ExprId, depth: u32) -> bool {
+        match &self.body.expr(id).kind {
+            ExprKind::Reference { value, .. } => self.is_exact_at(*value, depth),
+            ExprKind::Path(_) => self.typed.expr_def.get(&id).is_none_or(|def| is_exact(self.program, def, depth)),
+            ExprKind::Struct { .. } | ExprKind::Call { .. } => false,
+            _ => true,
+        }
+    }
+
     /// The head of what a constructor makes, which only that of a variant tells.
     fn head_made(self, def: &Def, depth: u32) -> Option<Head> {
         matches!(def, Def::Variant(..) | Def::External(_)).then(|| head_of(self.program, def, "", depth))?
@@ -127,6 +141,19 @@ impl Constants<'_> {
             _ => None,
         })
     }
+}
+
+/// Whether all values that have the head of what a path names are equal.
+pub(super) fn is_exact(program: &Program<'_>, def: &Def, depth: u32) -> bool {
+    let Def::Value(value) = def else { return true };
+    let Some(body) = &program.index.value(*value).item.value else { return true };
+    let typed = crate::types::infer(program.index, BodyOwner::Value(*value));
+    let own = typed.as_ref().map(|typed| Constants { program, body, typed });
+    // A struct has no head but the name of its constant.
+    let is_named = |own: Constants<'_>| {
+        matches!(own.body.expr(body.root).kind, ExprKind::Struct { .. }) && own.head(body.root).is_none()
+    };
+    own.is_none_or(|own| depth < MAX_DEPTH && (is_named(own) || own.is_exact_at(body.root, depth + 1)))
 }
 
 /// The head of what a path names, which is spelled so.

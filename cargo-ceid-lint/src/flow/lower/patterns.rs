@@ -168,7 +168,7 @@ impl Builder<'_> {
             PatKind::Bind { sub, .. } => {
                 if let Some(def) = self.typed().pat_def.get(&pat).cloned() {
                     let head = self.def_head(&def, &self.pattern_text(pat));
-                    self.ask_heads(&[head], true, matched, span, no);
+                    self.ask_heads(&[head], self.is_exact(pat), matched, span, no);
                 } else if let Some(sub) = sub {
                     self.ask(*sub, matched, no);
                 }
@@ -179,7 +179,7 @@ impl Builder<'_> {
                     Some(def) => self.def_head(&def, &path.text()),
                     None => path.text(),
                 };
-                self.ask_heads(&[head], true, matched, span, no);
+                self.ask_heads(&[head], self.is_exact(pat), matched, span, no);
             }
             PatKind::TupleStruct(_, pats) => {
                 let inner: Vec<(String, PatId)> =
@@ -327,7 +327,8 @@ impl Builder<'_> {
     fn ask_any(&mut self, pats: &[PatId], matched: &Matched, span: Span, no: NodeId) {
         let heads: Vec<Option<Head>> = pats.iter().map(|pat| self.plain_head(*pat)).collect();
         if let Some(heads) = heads.into_iter().collect::<Option<Vec<Head>>>() {
-            return self.ask_heads(&heads, true, matched, span, no);
+            let exact = pats.iter().all(|pat| self.is_exact(*pat));
+            return self.ask_heads(&heads, exact, matched, span, no);
         }
         let matches = self.add_node(Effect::Nothing, span);
         for (number, pat) in pats.iter().enumerate() {
@@ -364,6 +365,14 @@ impl Builder<'_> {
             }
             PatKind::Reference(inner) => self.plain_head(*inner),
             _ => None,
+        }
+    }
+
+    /// Whether all values that have the head which a pattern asks for match it.
+    fn is_exact(&self, pat: PatId) -> bool {
+        match &self.body().pat(pat).kind {
+            PatKind::Reference(inner) => self.is_exact(*inner),
+            _ => self.typed().pat_def.get(&pat).is_none_or(|def| super::constants::is_exact(self.program, def, 0)),
         }
     }
 

@@ -175,6 +175,21 @@ impl Builder<'_> {
                 key.push(')');
                 Some(Pure { key, reads, whole: None })
             }
+            // What is made of pure parts is another value only where they are.
+            ExprKind::Call { callee, args }
+                if matches!(self.typed().callees.get(&id), Some(Callee::Constructor(_))) =>
+            {
+                let ExprKind::Path(path) = &body.expr(*callee).kind else { return None };
+                let mut made = Pure { key: format!("{}(", path.last()), ..Pure::default() };
+                for arg in args {
+                    let arg = self.pure(*arg)?;
+                    made.key.push_str(&arg.key);
+                    made.key.push(',');
+                    made.reads.extend(arg.reads);
+                }
+                made.key.push(')');
+                Some(made)
+            }
             _ => None,
         }
     }
