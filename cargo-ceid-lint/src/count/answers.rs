@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use super::aliases::Aliases;
 use super::assumed::Assumed;
-use super::given::{GivenBase, given};
+use super::given::given_subject;
 use super::returned::Heads;
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
@@ -17,27 +17,28 @@ use crate::flow::{ControlFlowGraph, Effect, Program, SubjectId};
 pub(super) type Answers = Vec<(Assumed, Heads)>;
 
 /// The answers of a function; none where they do not depend on what its callers know, or where that cannot be told.
-pub(super) fn answers(program: &Program<'_>, graph: &ControlFlowGraph, summaries: &Summaries) -> Answers {
+pub(super) fn answers(
+    program: &Program<'_>,
+    graph: &ControlFlowGraph,
+    aliases: &Aliases,
+    summaries: &Summaries,
+) -> Answers {
     let tells =
         |effect: &Effect| matches!(effect, Effect::Return(value) if value.head.is_some() || value.same_as.is_some());
     if !graph.nodes.iter().any(|node| tells(&node.effect)) {
         return Answers::new();
     }
-    let is_callers = |id: &SubjectId| {
-        let place = graph.subjects[id.0 as usize].whole.as_ref();
-        place.and_then(|place| given(graph, place)).is_some_and(|given| matches!(given.base, GivenBase::Param(_)))
-    };
+    let is_callers = |id: &SubjectId| given_subject(graph, &graph.subjects[id.0 as usize]).is_some();
     let mut asked = graph.nodes.iter().filter_map(|node| match &node.effect {
         Effect::Branch(test) => test.subject.filter(is_callers),
         _ => None,
     });
     let Some(first) = asked.next() else { return Answers::new() };
-    let aliases = Aliases::of(program.index, graph, summaries);
     let dependence = Rc::new(ControlDependence::of(graph));
     for id in std::iter::once(first).chain(asked) {
         let Some(place) = &graph.subjects[id.0 as usize].whole else { continue };
         // What is asked for is followed as an instance that nothing happens to: its ways are all there are.
-        let search = Search::with_dependence(program, graph, &aliases, summaries, place, 0, Rc::clone(&dependence));
+        let search = Search::with_dependence(program, graph, aliases, summaries, place, 0, Rc::clone(&dependence));
         if search.of_caller(id).is_some() {
             return by_assumption(&search);
         }

@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::callgraph;
-use super::given::{Given, GivenBase, asked_at, given};
+use super::given::{Given, asked_at, given_subject};
 use crate::flow::{CallSite, ControlFlowGraph, Effect, Place, Subject};
 
 /// How many conditions are handed from a function to its callers.
@@ -28,10 +28,8 @@ pub(super) fn hand_up(graphs: &mut [Option<ControlFlowGraph>]) {
             }
         }
         graph.subjects.extend(handed);
-        let of_callers = graph.subjects.iter().filter_map(|subject| {
-            let given = given(graph, subject.whole.as_ref()?)?;
-            matches!(given.base, GivenBase::Param(_)).then(|| (given, subject.clone()))
-        });
+        let of_callers =
+            graph.subjects.iter().filter_map(|subject| Some((given_subject(graph, subject)?, subject.clone())));
         asked[id.0 as usize] = of_callers.take(MAX_HANDED).collect();
     }
 }

@@ -1,6 +1,6 @@
 //! Places across calls: what a function is given, and what that is where it is called.
 
-use crate::flow::{Argument, Base, CallSite, ControlFlowGraph, IndexKey, Place, Projection};
+use crate::flow::{Argument, Base, CallSite, ControlFlowGraph, IndexKey, Place, Projection, Subject};
 use crate::index::ValueId;
 
 /// A place that a function is given: the parameter or static, and the steps into it.
@@ -63,6 +63,11 @@ pub(super) fn given(graph: &ControlFlowGraph, place: &Place) -> Option<Given> {
         })
         .collect();
     Some(Given { base, steps })
+}
+
+/// The place that callers know a subject of a function by; `None` if it is the function's own or a static.
+pub(super) fn given_subject(graph: &ControlFlowGraph, subject: &Subject) -> Option<Given> {
+    given(graph, subject.whole.as_ref()?).filter(|given| matches!(given.base, GivenBase::Param(_)))
 }
 
 /// The place inside the function that callers know as given.

@@ -245,6 +245,7 @@ pub(super) fn tracked(
     let mut tests: BTreeMap<SubjectId, u32> = BTreeMap::new();
     let mut branches = BTreeSet::new();
     while let Some(node) = open.pop() {
+        let mut asked_for: Vec<(SubjectId, u32)> = Vec::new();
         for branch in &dependence.branches[node.0 as usize] {
             let branch = NodeId(*branch);
             if !branches.insert(branch) {
@@ -253,47 +254,22 @@ pub(super) fn tracked(
             if let Effect::Branch(test) = &graph.node(branch).effect
                 && let Some(subject) = test.subject
             {
-                let count = tests.entry(subject).or_default();
-                if *count == 0 {
-                    for writer in assigned.get(&subject).into_iter().flatten() {
-                        if relevant.insert(*writer) {
-                            open.push(*writer);
-                        }
-                    }
-                }
-                *count += times(branch);
+                asked_for.push((subject, times(branch)));
             }
             if relevant.insert(branch) {
                 open.push(branch);
             }
         }
-        // A value that is copied from another subject matters as that subject does.
-        if let Some(from) = graph.copied(node)
-            && let Some(subject) = subject_of(graph, &from)
-        {
-            let count = tests.entry(subject).or_default();
-            *count += 1;
-            if *count == 1 {
-                for writer in assigned.get(&subject).into_iter().flatten() {
-                    if relevant.insert(*writer) {
-                        open.push(*writer);
-                    }
-                }
-            }
-        }
-        if let Effect::Return(value) = &graph.node(node).effect
-            && let Some(var) = value.same_as
-            && let Some(subject) = subject_of(graph, &Place::var(var))
-        {
-            let count = tests.entry(subject).or_default();
-            *count += 1;
-            if *count == 1 {
-                for writer in assigned.get(&subject).into_iter().flatten() {
-                    if relevant.insert(*writer) {
-                        open.push(*writer);
-                    }
-                }
-            }
+        // A value that is copied from another subject, or given back, matters as that subject does.
+        let returned = match &graph.node(node).effect {
+            Effect::Return(value) => value.same_as.map(Place::var),
+            _ => None,
+        };
+        let copied = graph.copied(node).into_iter().chain(returned);
+        asked_for.extend(copied.filter_map(|from| Some((subject_of(graph, &from)?, 1))));
+        for (subject, times) in asked_for {
+            *tests.entry(subject).or_default() += times;
+            open.extend(assigned.get(&subject).into_iter().flatten().filter(|writer| relevant.insert(**writer)));
         }
     }
     let mut wanted: Vec<SubjectId> = tests

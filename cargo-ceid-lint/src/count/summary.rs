@@ -150,6 +150,8 @@ pub(super) struct Summaries {
     of: HashMap<FunctionId, Summary>,
     /// The functions that call each other and are summarised at the moment.
     open: BTreeSet<FunctionId>,
+    /// Whether they call each other at all, or themselves.
+    is_recursion: bool,
     /// How many states the searches of the functions at hand have had.
     states: std::cell::Cell<usize>,
 }
@@ -199,6 +201,8 @@ impl Summaries {
         for component in super::callgraph::components(graphs) {
             let component = super::callgraph::by_return(graphs, component);
             summaries.open = component.iter().copied().collect();
+            summaries.is_recursion =
+                component.len() > 1 || component.iter().any(|id| super::callgraph::calls_itself(graphs, *id));
             summaries.states.set(0);
             for round in 0..MAX_ROUNDS {
                 let mut changed = false;
@@ -210,12 +214,7 @@ impl Summaries {
                         changed = true;
                     }
                 }
-                let recursive =
-                    component.len() > 1 || component.iter().any(|id| super::callgraph::calls_itself(graphs, *id));
-                if !recursive {
-                    summaries.add_answers(program, graphs, &component);
-                }
-                if !changed || !recursive {
+                if !changed || !summaries.is_recursion {
                     break;
                 }
                 if round + 1 == MAX_ROUNDS || summaries.states.get() > MAX_STATES {
@@ -225,17 +224,6 @@ impl Summaries {
             }
         }
         summaries
-    }
-
-    /// Only where nothing recurs: answers decide nothing that a recursion has to settle.
-    fn add_answers(&mut self, program: &Program<'_>, graphs: &[Option<ControlFlowGraph>], component: &[FunctionId]) {
-        for id in component {
-            let Some(graph) = &graphs[id.0 as usize] else { continue };
-            let answers = answers(program, graph, self);
-            if let Some(summary) = self.of.get_mut(id) {
-                summary.answers = answers;
-            }
-        }
     }
 
     /// A recursion that does not settle: nothing is known of what it touches.
@@ -307,6 +295,10 @@ impl Summaries {
             }
         }
         self.judge(program, graph, &aliases, touched, unknown, &mut summary);
+        // Answers decide nothing that a recursion has to settle.
+        if !self.is_recursion {
+            summary.answers = answers(program, graph, &aliases, self);
+        }
         summary
     }
 

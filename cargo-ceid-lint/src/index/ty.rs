@@ -112,6 +112,16 @@ impl Ty {
         ty
     }
 
+    /// What lies in an array, a slice or a vector.
+    #[must_use]
+    pub fn element(&self) -> Option<&Self> {
+        match self {
+            Self::Array(inner, _) | Self::Slice(inner) => Some(inner),
+            Self::External(path, args) if path == "std::vec::Vec" => args.first(),
+            _ => None,
+        }
+    }
+
     /// The last name of a type outside the analysed code.
     #[must_use]
     pub fn external_name(&self) -> Option<&str> {

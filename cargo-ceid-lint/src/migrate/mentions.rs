@@ -298,10 +298,5 @@ pub(super) fn held(ty: &Ty) -> Option<&Ty> {
         Ty::Ref(true, inner) => inner,
         other => other,
     };
-    match inner {
-        Ty::Adt(..) => Some(inner),
-        Ty::Array(element, _) | Ty::Slice(element) => Some(element),
-        Ty::External(path, args) if path == "std::vec::Vec" => args.first(),
-        _ => None,
-    }
+    if matches!(inner, Ty::Adt(..)) { Some(inner) } else { inner.element() }
 }

@@ -211,14 +211,17 @@ fn parse_as(project: &Project, source: &Arc<dyn ReadSource>, packages: &[usize],
 
 /// The names with which the imports of items begin, if a crate may have them.
 fn imported(items: &[Item], names: &mut BTreeSet<String>) {
+    let is_other =
+        |name: &String| name.starts_with(char::is_lowercase) && !matches!(name.as_str(), "crate" | "self" | "super");
     for item in items {
         match &item.kind {
-            ItemKind::Use(uses) => names.extend(uses.iter().filter_map(|name| name.path.first().cloned())),
+            ItemKind::Use(uses) => {
+                names.extend(uses.iter().filter_map(|name| name.path.first()).filter(|name| is_other(name)).cloned());
+            }
             ItemKind::Mod(items) => imported(items, names),
             _ => {}
         }
     }
-    names.retain(|name| name.starts_with(char::is_lowercase) && !matches!(name.as_str(), "crate" | "self" | "super"));
 }
 
 /// Tells each crate which ones it can name.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::run::Run;
 use super::{Search, State};
 use crate::count::assumed::{Assumed, Heads};
-use crate::count::given::{Given, GivenBase, argument, asked_at, given};
+use crate::count::given::{Given, argument, asked_at, given_subject};
 use crate::flow::{CallSite, Effect, NodeId, Place, SubjectId};
 
 /// How many conditions of a caller's are told apart in a function for the caller's sake.
@@ -31,10 +31,8 @@ impl Search<'_> {
 
     /// The place that callers know a subject by, if nothing in the function changes it.
     pub(in crate::count) fn of_caller(&self, id: SubjectId) -> Option<Given> {
-        let subject = &self.graph.subjects[id.0 as usize];
-        let given = given(self.graph, subject.whole.as_ref()?)?;
-        let is_param = matches!(given.base, GivenBase::Param(_));
-        (is_param && self.writers_of(id).is_empty()).then_some(given)
+        let given = given_subject(self.graph, &self.graph.subjects[id.0 as usize])?;
+        self.writers_of(id).is_empty().then_some(given)
     }
 }
 

@@ -36,7 +36,7 @@ impl Builder<'_> {
     /// collection by another name. `None` if the call is something else.
     pub(super) fn adapt_each(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Option<Value> {
         let ty = self.ty(id);
-        if !element(ty).is_some_and(is_adapted) {
+        if !ty.element().is_some_and(is_adapted) {
             return None;
         }
         let body = self.body();
@@ -100,14 +100,14 @@ impl Builder<'_> {
 
     /// A guard gets what lies at a place, which may be an adapted filter.
     pub(super) fn admit(&mut self, guard: GuardId, place: &Place, ty: &Ty, span: Span) {
-        let own = element(ty.peel()).unwrap_or(ty.peel());
+        let own = ty.peel().element().unwrap_or(ty.peel());
         let Some(var) = place.base_var().filter(|_| is_adapted(own)) else { return };
         match self.adaptation(var) {
             Some(Adaptation { is_fed: true, .. }) => {
                 self.admitted.insert(var);
             }
             Some(adaptation) => {
-                let rounds = element(ty.peel()).map(|_| match ty.peel() {
+                let rounds = ty.peel().element().map(|_| match ty.peel() {
                     Ty::Array(_, length) => length.value.map_or(Rounds::Bounded, Rounds::Constant),
                     _ => Rounds::Bounded,
                 });
@@ -176,15 +176,6 @@ impl Builder<'_> {
 /// Whether a type is ceid-core's.
 pub(super) fn is_adapted(ty: &Ty) -> bool {
     matches!(ty, Ty::External(path, _) if path == crate::types::ADAPTED)
-}
-
-/// What lies in an array, a slice or a vector.
-fn element(ty: &Ty) -> Option<&Ty> {
-    match ty {
-        Ty::Array(inner, _) | Ty::Slice(inner) => Some(inner),
-        Ty::External(path, args) if path == "std::vec::Vec" => args.first(),
-        _ => None,
-    }
 }
 
 /// An expression without the blocks that only give it back.

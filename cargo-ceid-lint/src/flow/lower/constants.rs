@@ -2,7 +2,7 @@
 
 use super::subjects::external_head;
 use crate::flow::{Head, Program};
-use crate::index::{BodyOwner, Def, Shape, Ty, TypeId};
+use crate::index::{BodyOwner, Def, Shape, Ty, TypeId, ValueId};
 use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, StmtKind};
 use crate::types::{Callee, TypedBody};
 
@@ -16,7 +16,7 @@ pub(super) enum Constant {
 /// How deep names and operators are followed.
 const MAX_DEPTH: u32 = 32;
 
-/// How many expressions a constant may have whose head is asked for: a table has none.
+/// How many expressions a constant may have that is looked into: a table has neither value nor head.
 const MAX_LENGTH: usize = 64;
 
 /// A body in which constants are looked for.
@@ -116,10 +116,9 @@ impl Constants<'_> {
             return self.value_at(self.initial(id)?, depth + 1);
         }
         let Some(Def::Value(value)) = self.typed.expr_def.get(&id) else { return None };
-        let item = &self.program.index.value(*value).item;
-        let body = item.value.as_ref().filter(|_| !item.is_static)?;
-        let typed = crate::types::infer(self.program.index, BodyOwner::Value(*value))?;
-        Constants { program: self.program, body, typed: &typed }.value_at(body.root, depth + 1)
+        let is_static = self.program.index.value(*value).item.is_static;
+        let value_of = |own: Constants<'_>| own.value_at(own.body.root, depth + 1);
+        (!is_static).then(|| in_constant(self.program, *value, value_of))??
     }
 
     /// What the variable that an expression names was declared with, if nothing else is assigned to it.
@@ -143,17 +142,23 @@ impl Constants<'_> {
     }
 }
 
+/// Looks into what a constant is declared with, if it is known and no table.
+fn in_constant<T>(program: &Program<'_>, id: ValueId, look: impl FnOnce(Constants<'_>) -> T) -> Option<T> {
+    let body = program.index.value(id).item.value.as_ref().filter(|body| body.exprs.len() <= MAX_LENGTH)?;
+    let typed = crate::types::infer(program.index, BodyOwner::Value(id))?;
+    Some(look(Constants { program, body, typed: &typed }))
+}
+
 /// Whether all values that have the head of what a path names are equal.
 pub(super) fn is_exact(program: &Program<'_>, def: &Def, depth: u32) -> bool {
     let Def::Value(value) = def else { return true };
-    let Some(body) = &program.index.value(*value).item.value else { return true };
-    let typed = crate::types::infer(program.index, BodyOwner::Value(*value));
-    let own = typed.as_ref().map(|typed| Constants { program, body, typed });
-    // A struct has no head but the name of its constant.
-    let is_named = |own: Constants<'_>| {
-        matches!(own.body.expr(body.root).kind, ExprKind::Struct { .. }) && own.head(body.root).is_none()
+    let is_exact = |own: Constants<'_>| {
+        let root = own.body.root;
+        // A struct has no head but the name of its constant.
+        let is_named = || matches!(own.body.expr(root).kind, ExprKind::Struct { .. }) && own.head(root).is_none();
+        depth < MAX_DEPTH && (is_named() || own.is_exact_at(root, depth + 1))
     };
-    own.is_none_or(|own| depth < MAX_DEPTH && (is_named(own) || own.is_exact_at(body.root, depth + 1)))
+    in_constant(program, *value, is_exact).unwrap_or(true)
 }
 
 /// The head of what a path names, which is spelled so.
@@ -162,18 +167,19 @@ pub(super) fn head_of(program: &Program<'_>, def: &Def, path: &str, depth: u32) 
         Def::Variant(ty, at) => Some(variant_head(program, *ty, *at)),
         Def::External(path) => Some(external_head(path)),
         Def::Value(value) => {
-            let value = *value;
-            let is_short = |body: &&Body| depth < MAX_DEPTH && body.exprs.len() <= MAX_LENGTH;
             // What a constant is decides whether it is the same as another one, under whatever name.
-            let written = program.index.value(value).item.value.as_ref().filter(is_short).and_then(|body| {
-                let typed = crate::types::infer(program.index, BodyOwner::Value(value))?;
-                let own = Constants { program, body, typed: &typed };
-                own.head_at(body.root, depth + 1).or_else(|| match own.value_at(body.root, depth + 1)? {
-                    Constant::Number(number) if *typed.ty(body.root) == Ty::Int => Some(format!("{number:.0}")),
+            let written = |own: Constants<'_>| {
+                let root = own.body.root;
+                if depth >= MAX_DEPTH {
+                    return None;
+                }
+                own.head_at(root, depth + 1).or_else(|| match own.value_at(root, depth + 1)? {
+                    Constant::Number(number) if *own.typed.ty(root) == Ty::Int => Some(format!("{number:.0}")),
                     _ => None,
                 })
-            });
-            Some(written.unwrap_or_else(|| format!("{} {value:?}", program.index.value(value).name)))
+            };
+            let written = in_constant(program, *value, written).flatten();
+            Some(written.unwrap_or_else(|| format!("{} {value:?}", program.index.value(*value).name)))
         }
         Def::Type(_) => Some(path.to_owned()),
         _ => None,

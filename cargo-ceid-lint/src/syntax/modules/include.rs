@@ -1,7 +1,7 @@
 //! `include!`: which file it names, and what is said of one that is not read.
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use proc_macro2::{TokenStream, TokenTree};
 use syn::punctuated::Punctuated;
@@ -14,9 +14,7 @@ use crate::syntax::tree::Item;
 impl Loader<'_> {
     /// The items of the file that `include!(tokens)` names; `None` if they are not read, which is told.
     pub(in crate::syntax) fn include(&mut self, tokens: &TokenStream, place: Span) -> Option<Vec<Item>> {
-        let including = self.files.map().file(place.file).path.clone();
-        let named = self.named_by(tokens, &including);
-        let Some(path) = named.as_ref().and_then(|named| Some(including.parent()?.join(named))) else {
+        let Some(path) = self.named_by(tokens, place) else {
             self.not_included(tokens, place);
             return None;
         };
@@ -40,20 +38,20 @@ impl Loader<'_> {
         Some(loaded.map(|file| file.items).unwrap_or_default())
     }
 
-    /// The path that an `include!` puts together of strings and of the directory of the manifest; `None` if of more.
-    fn named_by(&self, tokens: &TokenStream, including: &Path) -> Option<String> {
+    /// The file that an `include!` at `place` names by strings and the directory of the manifest; `None` if by more.
+    fn named_by(&self, tokens: &TokenStream, place: Span) -> Option<PathBuf> {
+        let including = &self.files.map().file(place.file).path;
         let has_manifest = |dir: &&Path| dir.is_absolute() && self.files.exists(&dir.join("Cargo.toml"));
         let manifest_dir = including.ancestors().skip(1).find(has_manifest);
-        text_of(&syn::parse2(tokens.clone()).ok()?, manifest_dir)
+        let named = text_of(&syn::parse2(tokens.clone()).ok()?, manifest_dir)?;
+        Some(including.parent()?.join(named))
     }
 
     /// The words of a file that is included where an expression stands, where its code may use every variable in scope. Where the
     /// file is not known, it may be each variable that the including one has.
     pub(in crate::syntax) fn included_words(&mut self, tokens: &TokenStream, place: Span) -> Vec<String> {
-        let including = self.files.map().file(place.file).path.clone();
-        let named = self.named_by(tokens, &including);
-        let path = named.as_ref().and_then(|named| Some(including.parent()?.join(named)));
-        let path = path.filter(|path| self.files.exists(path) && !self.is_directory(path));
+        let named = self.named_by(tokens, place);
+        let path = named.filter(|path| self.files.exists(path) && !self.is_directory(path));
         let file = path.and_then(|path| self.files.open(&path).ok()).unwrap_or(place.file);
         let text = &self.files.map().file(file).text;
         let words: BTreeSet<&str> = text.split(|letter: char| letter != '_' && !letter.is_alphanumeric()).collect();
