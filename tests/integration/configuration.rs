@@ -252,3 +252,63 @@ fn what_a_package_says_of_a_filter_stands_over_its_workspace() {
     std::fs::write(directory.join("Cargo.toml"), format!("{manifest}\n{own}")).expect("it can be written");
     run(&directory, [""; 0]).assert_code(100).assert_stderr("more than once");
 }
+
+const AUDIO_CRATE: &str = "\
+pub mod audionode {
+    pub trait AudioNode {
+        fn tick(&mut self, input: f32) -> f32;
+        fn process(&mut self, size: usize);
+        fn get_mono(&mut self) -> f32;
+        fn get_stereo(&mut self) -> (f32, f32);
+        fn filter_mono(&mut self, input: f32) -> f32;
+        fn filter_stereo(&mut self, left: f32, right: f32) -> (f32, f32);
+        fn reset(&mut self);
+    }
+}
+use audionode::AudioNode;
+pub struct Oversampler<X> { pub x: X }
+impl<X: AudioNode> AudioNode for Oversampler<X> {
+    fn tick(&mut self, input: f32) -> f32 {
+        self.x.tick(input) + self.x.tick(input)
+    }
+    fn process(&mut self, size: usize) { self.x.process(size); }
+    fn get_mono(&mut self) -> f32 { self.x.get_mono() }
+    fn get_stereo(&mut self) -> (f32, f32) { self.x.get_stereo() }
+    fn filter_mono(&mut self, input: f32) -> f32 { self.x.filter_mono(input) }
+    fn filter_stereo(&mut self, left: f32, right: f32) -> (f32, f32) { self.x.filter_stereo(left, right) }
+    fn reset(&mut self) { self.x.reset(); }
+}
+pub fn render(node: &mut impl AudioNode, block: &mut [f32]) {
+    loop {
+        for sample in block.iter_mut() {
+            *sample = node.tick(*sample);
+        }
+        node.tick(0.0);
+        node.tick(0.0);
+    }
+}
+";
+
+#[test]
+fn a_preset_does_not_judge_the_laws_of_its_own_crate() {
+    let found = |configuration: &str| -> Vec<String> {
+        let directory = package(AUDIO_CRATE, configuration);
+        workspace::write(&directory, "Cargo.toml", MANIFEST.replace("rover-control", "fundsp").as_bytes());
+        let report = run(&directory, ["report", "--message-format", "json"]);
+        let report: serde_json::Value = serde_json::from_str(&report.stdout).expect("the report is JSON");
+        let cycles = report["cycles"].as_array().into_iter().flatten();
+        let pairs = cycles.flat_map(|cycle| {
+            let function = cycle["function"].as_str().unwrap_or_default();
+            let filters = cycle["filters"].as_array().into_iter().flatten();
+            filters.map(move |filter| format!("{function}: {}", filter["verdict"].as_str().unwrap_or_default()))
+        });
+        pairs.collect()
+    };
+    let told = found("");
+    assert!(told.contains(&"Oversampler::tick: unproved".to_owned()), "{told:?}");
+    assert!(told.contains(&"Oversampler::filter_mono: once".to_owned()), "{told:?}");
+    assert!(told.contains(&"render: repeated".to_owned()), "a loop is judged in each crate: {told:?}");
+    let methods = "[\"tick\", \"process\", \"get_mono\", \"get_stereo\", \"filter_mono\", \"filter_stereo\"]";
+    let own = found(&format!("[[filter]]\ntrait = \"fundsp::audionode::AudioNode\"\nlaw = [{methods}]\n"));
+    assert!(own.contains(&"Oversampler::tick: repeated".to_owned()), "what the user says is no preset: {own:?}");
+}

@@ -163,7 +163,11 @@ pub(crate) fn compare(program: &Program, outcome: &Outcome, figures: &mut Figure
     all
 }
 
-fn judge(pair: &Pair, seen: Seen, is_complete: bool, figures: &mut Figures) -> Option<Kind> {
+fn judge(pair: &Pair, mut seen: Seen, is_complete: bool, figures: &mut Figures) -> Option<Kind> {
+    if pair.is_at_hand && !pair.counts.contains(&0) {
+        // The elements that are not at hand stand still.
+        seen.completing &= !1;
+    }
     let both = seen.completing | seen.exiting;
     match pair.verdict.as_str() {
         "once" | "guarded" => {
@@ -216,7 +220,7 @@ fn judge(pair: &Pair, seen: Seen, is_complete: bool, figures: &mut Figures) -> O
 }
 
 fn described(pair: &Pair) -> String {
-    let Pair { line, kind, name, verdict, gate, counts, cause } = pair;
+    let Pair { line, kind, name, verdict, gate, counts, cause, .. } = pair;
     let gate = gate.as_ref().map_or_else(String::new, |gate| format!(" by {gate}"));
     let cause = cause.as_ref().map_or_else(String::new, |cause| format!(" because {cause}"));
     format!("line {line}, {kind} {name}: {verdict} {counts:?}{gate}{cause}")

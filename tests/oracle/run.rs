@@ -44,6 +44,9 @@ pub(crate) struct Pair {
     pub(crate) counts: Vec<u64>,
     /// What could not be seen.
     pub(crate) cause: Option<String>,
+    /// Whether the name is that of a collection whose elements a loop around the cycle takes one by one: the pair is about the one
+    /// at hand.
+    pub(crate) is_at_hand: bool,
 }
 
 /// Both sides of one program.
@@ -111,6 +114,7 @@ struct Batch {
     starts: Vec<usize>,
     /// Line, position of the program, and number of each counted loop.
     loops: Vec<(usize, usize, usize)>,
+    text: String,
 }
 
 impl Batch {
@@ -133,7 +137,7 @@ impl Batch {
         for (name, content) in [("programs.rs", text.as_str()), ("table.rs", &table), ("main.rs", RUNTIME)] {
             std::fs::write(directory.join(name), content).expect("the batch can be written");
         }
-        Self { directory: directory.to_owned(), indices: accepted.to_vec(), starts, loops }
+        Self { directory: directory.to_owned(), indices: accepted.to_vec(), starts, loops, text }
     }
 
     /// The positions of programs that the compiler refuses.
@@ -210,9 +214,24 @@ impl Batch {
             let Some(at) = self.program_at(line) else { continue };
             let number = self.loops.iter().find(|&&(own, ..)| own == line).map(|&(_, _, number)| number);
             for filter in cycle["filters"].as_array().into_iter().flatten() {
-                outcomes[at].pairs.push((number, pair(line - self.starts[at] + 1, cycle, filter)));
+                let mut pair = pair(line - self.starts[at] + 1, cycle, filter);
+                pair.is_at_hand = self.is_at_hand(line, &pair.name);
+                outcomes[at].pairs.push((number, pair));
             }
         }
+    }
+
+    /// Whether a `for` over a collection stands around a line: `for f in &mut self.fs {` for `self.fs[*]`.
+    fn is_at_hand(&self, line: usize, name: &str) -> bool {
+        let Some(collection) = name.strip_suffix("[*]") else { return false };
+        let indent = |line: &str| line.len() - line.trim_start().len();
+        let mut lines = self.text.lines().take(line).collect::<Vec<_>>().into_iter().rev();
+        let mut inner = lines.next().map_or(0, indent);
+        lines.any(|line| {
+            let is_around = indent(line) < inner;
+            inner = inner.min(indent(line));
+            is_around && line.contains("for ") && line.contains(collection)
+        })
     }
 }
 
@@ -226,5 +245,6 @@ fn pair(line: usize, cycle: &Value, filter: &Value) -> Pair {
         gate: text(&filter["gate"]),
         counts: filter["counts"].as_array().into_iter().flatten().filter_map(Value::as_u64).collect(),
         cause: text(&filter["cause"]),
+        is_at_hand: false,
     }
 }

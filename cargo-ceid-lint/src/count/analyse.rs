@@ -468,6 +468,7 @@ impl Context<'_> {
 
     pub(super) fn pair(&self, facts: &FunctionFacts<'_>, place: &Place, law: usize, decision: Decision) -> Pair {
         let index = self.program.index;
+        let decision = decision.unless_own_affair(index, facts.graph.function);
         let ty = place_ty(index, facts.graph, place).unwrap_or(Ty::Unknown);
         let first = || {
             let group = index.filter_spec(&ty).unwrap_or(index.trait_spec()).law.get(law);

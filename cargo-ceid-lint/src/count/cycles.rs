@@ -66,6 +66,13 @@ pub(super) fn choose_cycles(
             choose(graph, aliases, summaries, search, node, &around, counts_as, is_helper, &mut sample_loops),
         ));
     }
+    // What else updates the instance for a sample belongs to the sample's cycle, by whatever name.
+    for (node, cycle) in &mut chosen {
+        let mut sampled = graph.loops_around(*node).filter(|id| sample_loops.contains(id));
+        if let Some(inner) = sampled.find(|id| cycle.is_none_or(|cycle| graph.is_within(Some(*id), cycle))) {
+            *cycle = Some(inner);
+        }
+    }
     let loops: BTreeSet<LoopId> = chosen.iter().filter_map(|(_, id)| *id).collect();
     // Where updates sit at two depths, the cycle is the innermost loop that holds them all.
     let outer: BTreeSet<LoopId> = loops

@@ -1,6 +1,7 @@
 //! From all ways through a cycle to a verdict, with the shortest way that shows it.
 
 use super::counts::Count;
+use super::functions::brings_law;
 use super::gates::Gates;
 use super::instances;
 use super::returned;
@@ -9,6 +10,7 @@ use super::verdict::{Evidence, Gate, Verdict};
 use super::witness::{steps, steps_inside};
 use crate::diagnostic::WitnessStep;
 use crate::flow::{Cause, Effect, IndexKey, LoopId, Mark, NodeId, Place};
+use crate::index::{CrateInfo, FunctionId, Index};
 use crate::source::Span;
 
 /// How many places are kept at which a filter is skipped, for the case that some of them are known to the user.
@@ -43,6 +45,16 @@ impl Decision {
             others: Vec::new(),
             law: None,
         }
+    }
+
+    /// How the crate that brings the filters of a preset runs the parts of its own laws is not for the preset to judge.
+    pub(super) fn unless_own_affair(self, index: &Index, function: FunctionId) -> Self {
+        if !matches!(self.verdict, Verdict::Missed | Verdict::Repeated | Verdict::Skipped) {
+            return self;
+        }
+        let Some(CrateInfo { name, .. }) = brings_law(index, function) else { return self };
+        let cause = format!("`{name}` itself has this law, and its preset only tells how other crates run its filters");
+        Self { primary: self.primary, counts: self.counts, ..Self::unproved(Cause::Limit(cause)) }
     }
 }
 

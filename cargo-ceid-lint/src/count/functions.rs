@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::callgraph::callees;
 use crate::flow::{ControlFlowGraph, Effect, LoopInfo, Program};
-use crate::index::{FunctionId, Index, Owner};
+use crate::index::{CrateInfo, FilterSpec, FunctionId, Index, Owner, Subject, TraitName};
 use crate::syntax::CycleDirective;
 
 /// What one call of a function is.
@@ -129,13 +129,30 @@ pub fn is_cycle_function(index: &Index, id: FunctionId) -> bool {
 
 /// Whether a function is the law of a filter.
 pub(super) fn is_law(index: &Index, id: FunctionId) -> bool {
+    law_of(index, id).is_some()
+}
+
+/// What is known of the filter whose law a function is.
+fn law_of(index: &Index, id: FunctionId) -> Option<&FilterSpec> {
     let def = index.function(id);
-    let Owner::Impl(impl_id) = def.owner else { return false };
+    let Owner::Impl(impl_id) = def.owner else { return None };
     let of_impl = index.impl_def(impl_id);
-    index.filter_spec(&of_impl.self_ty).is_some_and(|spec| {
-        let by_trait = of_impl.implements.as_ref().is_none_or(|name| index.is_filter_trait(name));
-        by_trait && spec.law.iter().any(|group| group.methods.contains(&def.name))
-    })
+    let by_trait = of_impl.implements.as_ref().is_none_or(|name| index.is_filter_trait(name));
+    let spec = index.filter_spec(&of_impl.self_ty).filter(|_| by_trait)?;
+    spec.law.iter().any(|group| group.methods.contains(&def.name)).then_some(spec)
+}
+
+/// The crate that brings the filters of a preset, where a function is the law of one of them there: a preset tells how others use
+/// them, and a law of the crate's own may run what it is made of at another rate.
+pub(super) fn brings_law(index: &Index, id: FunctionId) -> Option<&CrateInfo> {
+    let spec = law_of(index, id).filter(|spec| spec.is_preset)?;
+    let module = match spec.subject {
+        Subject::Trait(TraitName::Local(of)) => index.trait_def(of).module,
+        Subject::Type(of) => index.type_def(of).module,
+        _ => return None,
+    };
+    let own = index.function(id).module;
+    (index.module(own).krate == index.module(module).krate).then(|| index.crate_of(own))
 }
 
 fn is_constructor(index: &Index, id: FunctionId) -> bool {

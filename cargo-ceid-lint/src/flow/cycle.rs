@@ -78,7 +78,7 @@ pub struct LoopInfo {
     pub indexes: Vec<Place>,
     /// The collection that it runs over, if it has a name.
     pub over: Option<Place>,
-    /// What is asked for something by the counter: `input.at(i)`.
+    /// What is asked for something by the counter: `input.at(i)`, `input[first + i]`.
     pub sampled: Vec<Place>,
     /// Whether an item may be passed over (`filter`), so that its round does not take place.
     pub passes_over: bool,

@@ -152,7 +152,7 @@ impl Index {
                 && !self.specs.iter().any(|spec| spec.subject == subject)
             {
                 self.note_makers(&subject, entry);
-                self.specs.push(FilterSpec::by_entry(subject, entry));
+                self.specs.push(FilterSpec { is_preset: true, ..FilterSpec::by_entry(subject, entry) });
             }
         }
     }

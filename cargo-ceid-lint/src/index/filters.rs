@@ -26,6 +26,8 @@ pub struct FilterSpec {
     pub time_base: Option<TimeBase>,
     /// Whether it is checked at all: what is driven by events is known, and not checked.
     pub is_sampled: bool,
+    /// Whether only a preset says so.
+    pub is_preset: bool,
 }
 
 /// What a filter type is known by.
@@ -64,6 +66,7 @@ impl FilterSpec {
             on_err: OnErr::Updated,
             time_base: None,
             is_sampled: true,
+            is_preset: false,
         }
     }
 
@@ -83,6 +86,7 @@ impl FilterSpec {
             on_err: entry.on_err,
             time_base: Some(entry.time_base),
             is_sampled: entry.kind == FilterKind::Sampled,
+            is_preset: false,
         }
     }
 

@@ -19,7 +19,7 @@ use crate::syntax::tree::{
 };
 
 pub use entries::{CycleSpec, EntryScope, GuardSpec};
-pub use filters::{FilterSpec, LawGroup};
+pub use filters::{FilterSpec, LawGroup, Subject};
 pub use function_places::{FunctionPlace, FunctionPlaces};
 pub use known::{is_guard_type, is_sampled_filter_path};
 pub use lookup::MethodOwner;

@@ -368,9 +368,8 @@ impl<'a> Search<'a> {
 
     /// The ways through the whole function, as its callers see them.
     pub(super) fn ways(&self, region: Region) -> Ways {
-        let around = self.updating().into_iter().flat_map(|node| self.graph.loops_around(node));
-        let own: BTreeSet<LoopId> = around.filter(|id| self.sample_loops.contains(id)).collect();
-        let mut run = self.run(region, own);
+        let mut run = self.run(region);
+        run.count_own_loops();
         run.tell_assumed();
         let exploration = self.explored(run, &self.starts(region));
         let gates = super::gates::Gates::of_helper(self);
@@ -403,7 +402,7 @@ impl<'a> Search<'a> {
 
     /// Searches a region. Each start is a node with the names that the instance has there, or its own name.
     pub(super) fn explore(&self, region: Region, starts: &[(NodeId, Option<Entry>)]) -> Exploration {
-        self.explored(self.run(region, BTreeSet::new()), starts)
+        self.explored(self.run(region), starts)
     }
 
     fn explored(&self, mut run: Run<'_, '_>, starts: &[(NodeId, Option<Entry>)]) -> Exploration {
@@ -426,8 +425,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A search that has not begun, where some loops count as one run of a cycle of their own, however many rounds they have.
-    fn run(&self, region: Region, own: BTreeSet<LoopId>) -> Run<'_, '_> {
+    /// A search that has not begun.
+    fn run(&self, region: Region) -> Run<'_, '_> {
         let touching = self.touching();
         let inside = |node: NodeId| match region {
             Region::Function => true,
@@ -456,7 +455,7 @@ impl<'a> Search<'a> {
             inside(*id) && (leaves || matches!(node.effect, Effect::Diverge))
         }));
         tracked.add(slice::tracked(self.graph, &self.dependence, &touching_inside, &times, &|_| BTreeSet::new()));
-        Run::new(self, region, tracked, self.reach(region), own)
+        Run::new(self, region, tracked, self.reach(region))
     }
 }
 

@@ -37,7 +37,7 @@ pub(in crate::count) struct Mode {
 impl Search<'_> {
     /// Whether the filter is reset in each pause that a mode makes, before it runs again.
     pub(in crate::count) fn resets_in_pauses(&self, region: Region, mode: Mode) -> bool {
-        let mut run = self.run(region, std::collections::BTreeSet::new());
+        let mut run = self.run(region);
         let compared = self.graph.subjects.iter().filter_map(crate::flow::Subject::equals);
         let wanted: Vec<SubjectId> = compared
             .flat_map(|(left, right)| [left, right])

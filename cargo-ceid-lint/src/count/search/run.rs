@@ -32,6 +32,8 @@ pub(super) struct Run<'s, 'a> {
     pub(super) doubt: Option<u16>,
     /// Loops that count as one run of a cycle of their own, however many rounds they have.
     own: BTreeSet<LoopId>,
+    /// Whether nothing updates the instance outside such loops.
+    is_all_own: bool,
     pub(super) seen: HashSet<State, BuildHasher>,
     pub(super) queue: VecDeque<usize>,
     /// The mode that is asked about, if one is.
@@ -41,13 +43,7 @@ pub(super) struct Run<'s, 'a> {
 }
 
 impl<'s, 'a> Run<'s, 'a> {
-    pub(super) fn new(
-        search: &'s Search<'a>,
-        region: Region,
-        tracked: Tracked,
-        reach: Vec<bool>,
-        own: BTreeSet<LoopId>,
-    ) -> Self {
+    pub(super) fn new(search: &'s Search<'a>, region: Region, tracked: Tracked, reach: Vec<bool>) -> Self {
         Self {
             search,
             region,
@@ -66,7 +62,8 @@ impl<'s, 'a> Run<'s, 'a> {
             },
             reach,
             doubt: None,
-            own,
+            own: BTreeSet::new(),
+            is_all_own: false,
             seen: HashSet::default(),
             queue: VecDeque::new(),
             mode: None,
@@ -197,8 +194,7 @@ impl<'s, 'a> Run<'s, 'a> {
                 let rounds = self.rounds.intern(rounds);
                 let mut next = State { rounds, ..state.clone() };
                 if self.own.contains(id) && !next.in_sample {
-                    next.in_sample = true;
-                    next.count = next.count.then(Count::PerSample);
+                    self.begin_samples(&mut next);
                     self.wake(&mut next);
                 }
                 self.everywhere(at, &next);
@@ -353,14 +349,30 @@ impl<'s, 'a> Run<'s, 'a> {
             .take_while(|id| self.region != Region::Loop(*id))
             .any(|id| self.search.sample_loops.contains(&id));
         if in_sample && count != Count::Zero {
-            if state.in_sample && state.count == Count::PerSample {
-                return;
+            if !state.in_sample || state.count != Count::PerSample {
+                self.begin_samples(state);
             }
-            state.in_sample = true;
-            state.count = state.count.then(Count::PerSample);
             return;
         }
         state.count = state.count.then(count);
+    }
+
+    /// From now on, a loop that is a cycle of its own counts as one run of it, however many rounds it has.
+    pub(super) fn count_own_loops(&mut self) {
+        let Search { graph, sample_loops, .. } = self.search;
+        let updating = self.search.updating();
+        let own = |node: &NodeId| graph.loops_around(*node).filter(|id| sample_loops.contains(id));
+        self.own = updating.iter().flat_map(own).collect();
+        self.is_all_own = updating.iter().all(|node| own(node).next().is_some());
+    }
+
+    /// Counts a loop that is a cycle of its own. Where nothing but such loops updates the instance, one behind another takes what the
+    /// one before it has left.
+    fn begin_samples(&self, state: &mut State) {
+        state.in_sample = true;
+        if !self.is_all_own || state.count != Count::PerSample {
+            state.count = state.count.then(Count::PerSample);
+        }
     }
 
     fn branch(&mut self, at: usize, state: &State, test: &Test) {

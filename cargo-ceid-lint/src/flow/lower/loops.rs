@@ -196,7 +196,7 @@ impl Builder<'_> {
         Value::default()
     }
 
-    /// Notes what is asked for something by the counter of a loop: `input.at(i)`.
+    /// Notes what is asked for something by the counter of a loop: `input.at(i)`, `input[first + i]`.
     fn note_sampled(&mut self, this_loop: LoopId, inside: ExprId) {
         let Some((counter, _)) = self.graph.loop_info(this_loop).counter else { return };
         let tree = self.body();
@@ -214,12 +214,16 @@ impl Builder<'_> {
             })
             .collect();
         for expr in tree.exprs.iter().filter(|expr| span.contains(expr.span)) {
-            let ExprKind::MethodCall { receiver, args, .. } = &expr.kind else { continue };
-            let is_plain = matches!(self.ty(*receiver).peel(), Ty::Int | Ty::Float | Ty::Bool);
-            if is_plain || told.contains(&expr.span) || !args.iter().any(|arg| self.counts_with(*arg, counter)) {
+            let (asked, numbers) = match &expr.kind {
+                ExprKind::MethodCall { receiver, args, .. } if !told.contains(&expr.span) => (*receiver, &args[..]),
+                ExprKind::Index { base, index } => (*base, std::slice::from_ref(index)),
+                _ => continue,
+            };
+            let is_plain = matches!(self.ty(asked).peel(), Ty::Int | Ty::Float | Ty::Bool);
+            if is_plain || !numbers.iter().any(|number| self.counts_with(*number, counter)) {
                 continue;
             }
-            if let Some(place) = self.static_place(*receiver) {
+            if let Some(place) = self.static_place(asked) {
                 self.graph.loops[this_loop.0 as usize].sampled.push(place);
             }
         }
