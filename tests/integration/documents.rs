@@ -48,6 +48,26 @@ fn continuous_integration_runs_the_test_command_of_the_readme() {
 }
 
 #[test]
+fn archives_of_a_release_have_the_names_that_binstall_looks_for() {
+    let metadata = cargo_metadata::MetadataCommand::new().current_dir(root()).no_deps().exec().expect("cargo answers");
+    let package = metadata.packages.iter().find(|package| *package.name == "cargo-ceid-lint").expect("it is a member");
+    let binstall = &package.metadata["binstall"];
+    let template = |key: &str| binstall[key].as_str().expect("it is a text").replace("{ ", "{").replace(" }", "}");
+    let as_in_the_script = |text: &str| {
+        ["name", "target", "version"]
+            .iter()
+            .fold(text.to_owned(), |text, variable| text.replace(&format!("{{{variable}}}"), &format!("${variable}")))
+    };
+    let script = read(".ci/package");
+    let folder = script.lines().find_map(|line| line.strip_prefix("folder=")).expect("the script names its folder");
+    let url = as_in_the_script(&template("pkg-url"));
+    assert_eq!(url, format!("{{repo}}/releases/download/v$version/{folder}{{archive-suffix}}"));
+    assert_eq!(as_in_the_script(&template("bin-dir")), format!("{folder}/{{bin}}{{binary-ext}}"));
+    assert!(script.contains(&format!("$folder.{}\"", template("pkg-fmt"))), "the archive is of another format");
+    assert_holds(".github/workflows/release.yml", ".ci/package");
+}
+
+#[test]
 fn example_of_the_readme_is_there() {
     assert_holds("README.md", "cargo run -- --manifest-path fixtures/workspaces/figure3_legacy/Cargo.toml\n");
 }

@@ -165,3 +165,21 @@ fn short_run_shows_no_bar() {
     let Some(shown) = on_terminal(&folder, "", &[]) else { return };
     assert!(!shown.contains("    Checking"), "{shown:?}");
 }
+
+#[test]
+fn while_cargo_is_asked_that_is_shown() {
+    use std::os::unix::fs::PermissionsExt as _;
+
+    let folder = temporary_package("terminal_cargo", &[("src/lib.rs", b"")]);
+    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());
+    let slow = folder.join("slow-cargo");
+    std::fs::write(&slow, format!("#!/bin/sh\nsleep 1\nexec '{cargo}' \"$@\"\n")).expect("it can be written");
+    std::fs::set_permissions(&slow, std::fs::Permissions::from_mode(0o755)).expect("it was written");
+    let slow = slow.to_str().expect("the folder has a plain name");
+    let Some(shown) = on_terminal(&folder, "", &[("CARGO", slow)]) else { return };
+    let (asking, rest) = shown.split_once(ERASURE).unwrap_or_else(|| panic!("nothing is shown: {shown:?}"));
+    assert_eq!(asking, "\x1b[1;36m   Resolving\x1b[0m the dependencies with cargo\r");
+    assert!(rest.contains("nothing to check") && !rest.contains("Resolving"), "{shown:?}");
+    let quiet = on_terminal(&folder, "-q", &[("CARGO", slow)]).expect("as before");
+    assert!(!quiet.contains("Resolving"), "{quiet:?}");
+}

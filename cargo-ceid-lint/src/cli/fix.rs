@@ -8,7 +8,7 @@ use super::format::Format;
 use super::input::{self, Checked, Loaded};
 use super::{Console, ExitStatus, vcs};
 use crate::fix::{self, Bounds, RealDisk, Revision};
-use crate::pipeline::{self, BaselineChoice, Options, Report};
+use crate::pipeline::{BaselineChoice, Options, Report};
 use crate::project::{LoadError, Project};
 use crate::report::json;
 use crate::source::{DiskSource, ReadSource, SourceMap};
@@ -79,8 +79,7 @@ pub(super) fn run(args: &CheckArgs, options: &Options, printed: Format, console:
     let whole = Project { only: Vec::new(), ..project.clone() };
     // What is known may be fixed as well.
     let everything = Options { baseline: BaselineChoice::Ignored, ..options.clone() };
-    let check =
-        |project: &Project, source: Box<dyn ReadSource>| pipeline::check_configured(project, &everything, source);
+    let check = |project: &Project, source: Box<dyn ReadSource>| input::checked(project, &everything, source, console);
     let is_whole = project.only.is_empty() && first.report.baselines.is_empty();
     let before = if is_whole { first } else { check(&whole, Box::new(DiskSource)) };
     let offer = |report: &Report| {
@@ -97,7 +96,7 @@ pub(super) fn run(args: &CheckArgs, options: &Options, printed: Format, console:
         console.error(error, None);
     }
     tell(&revision, written.is_ok(), printed, console);
-    let after = pipeline::check_configured(&project, options, Box::new(DiskSource));
+    let after = input::checked(&project, options, Box::new(DiskSource), console);
     say_hidden(&after.report, &args.fixes, console);
     let failed = written.is_err() || revision.refused.iter().any(|refused| refused.is_unwritable);
     Ok(Fixed::Checked(Box::new(Checked::of(project, after, console, &args.talk)), failed))

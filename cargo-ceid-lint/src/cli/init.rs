@@ -1,13 +1,13 @@
 //! `cargo ceid-lint init`: a first `ceid-lint.toml`.
 
 use std::path::Path;
+use std::time::Instant;
 
 use super::args::InitArgs;
 use super::{Console, ExitStatus, input};
 use crate::config::FILE_NAME;
 use crate::draft::{self, Accept, Draft};
 use crate::pipeline::{self, Prospect};
-use crate::project;
 use crate::report::count;
 
 /// Looks, and writes the file beside the manifest of each workspace.
@@ -19,18 +19,7 @@ pub(super) fn run(args: &InitArgs) -> Result<ExitStatus, String> {
     let mut selection = input::selection(&args.paths, &args.scope, &args.build);
     // The file is for the whole workspace, whatever its default members are.
     selection.workspace |= selection.packages.is_empty();
-    let project = match project::load(&selection) {
-        Ok(project) => project,
-        Err(error) => {
-            console.error(&error.message, error.help.as_deref());
-            return Ok(ExitStatus::Incomplete);
-        }
-    };
-    for notice in &project.notices {
-        if !console.is_quiet() {
-            console.warn(notice);
-        }
-    }
+    let Ok(project) = input::project(&selection, console, Instant::now()) else { return Ok(ExitStatus::Incomplete) };
     let has_manifest = |root: &Path| root.join("Cargo.toml").is_file();
     let roots = project.packages.iter().filter(|package| package.is_reported).map(|package| &package.workspace_root);
     if let Some(root) = roots.clone().find(|root| !args.force && !args.stdout && root.join(FILE_NAME).exists()) {

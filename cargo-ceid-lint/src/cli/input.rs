@@ -12,7 +12,7 @@ use super::console::Stream;
 use super::exit::ExitStatus;
 use super::progress::Progress;
 use super::{timings, unread};
-use crate::pipeline::{self, BaselineChoice, Configured, Gate, Options, Report, Stage, Stopwatch};
+use crate::pipeline::{self, BaselineChoice, Configured, Gate, Options, Report, Stage, Steps, Stopwatch};
 use crate::project::{self, Changes, Features, LoadError, Names, Project, Selection, TargetFilter};
 use crate::relevance::Reader;
 use crate::report::{self, Summary, text};
@@ -85,21 +85,12 @@ pub(super) fn load(input: &Input, options: &Options, console: Console) -> Result
     let paths = if input.paths.is_empty() { input.stdin_filename.as_slice() } else { &input.paths };
     let selection = selection(paths, &input.scope, &input.build);
     let reader = selection.likely_root().filter(|_| options.gate == Gate::On).map(Reader::start);
-    let loaded = unsaved_text(input).and_then(|text| Ok((text, project::load(&selection)?)));
+    let loaded = unsaved_text(input)
+        .inspect_err(|error| console.error(&error.message, error.help.as_deref()))
+        .and_then(|text| Ok((text, project(&selection, console, begun)?)));
     let ahead = reader.map(Reader::stop).unwrap_or_default();
-    let (unsaved, mut project) = match loaded {
-        Ok(loaded) => loaded,
-        Err(error) => {
-            console.error(&error.message, error.help.as_deref());
-            return Err(error);
-        }
-    };
+    let (unsaved, mut project) = loaded?;
     watch.lap(Stage::Project);
-    for notice in &project.notices {
-        if !console.is_quiet() {
-            console.warn(notice);
-        }
-    }
     for package in project.packages.iter().filter(|package| package.is_reported) {
         let targets = package.targets.iter().filter(|target| target.is_reported);
         let targets: Vec<String> = targets.map(|target| format!("{} `{}`", target.kind.name(), target.name)).collect();
@@ -115,6 +106,33 @@ pub(super) fn load(input: &Input, options: &Options, console: Console) -> Result
     drop(progress);
     first.report.timings.add(&watch.stop());
     Ok(Loaded { project, first })
+}
+
+/// Loads the project that is selected, and tells what there is to say of that.
+///
+/// # Errors
+/// Why nothing could be loaded, which was told.
+pub(super) fn project(selection: &Selection, console: Console, begun: Instant) -> Result<Project, LoadError> {
+    let progress = Progress::of_cargo(console, begun);
+    let loaded = project::load(selection);
+    drop(progress);
+    let project = loaded.inspect_err(|error| console.error(&error.message, error.help.as_deref()))?;
+    for notice in project.notices.iter().filter(|_| !console.is_quiet()) {
+        console.warn(notice);
+    }
+    Ok(project)
+}
+
+/// Checks a project that was loaded, with a bar of its own.
+pub(super) fn checked(
+    project: &Project,
+    options: &Options,
+    source: Box<dyn ReadSource>,
+    console: Console,
+) -> Configured {
+    let options = Options { steps: Steps::default(), ..options.clone() };
+    let _progress = Progress::start(console, &options.steps, Instant::now());
+    pipeline::check_configured(project, &options, source)
 }
 
 /// Leaves out what was not changed since the revision.

@@ -1,4 +1,4 @@
-//! The progress bar of a long run. Nothing else is printed while it is there, and it is gone before anything is.
+//! What a long run shows of its progress. Nothing else is printed while it is there, and it is gone before anything is.
 
 use std::io::{self, Write};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
@@ -16,7 +16,7 @@ const NEXT: Duration = Duration::from_millis(100);
 /// The widest bar.
 const MOST_COLUMNS: usize = 80;
 
-/// A bar, until it is dropped.
+/// What is shown, until it is dropped.
 pub(super) struct Progress(Option<(Sender<()>, JoinHandle<()>)>);
 
 /// How a bar looks.
@@ -30,14 +30,23 @@ pub(super) struct Look {
 impl Progress {
     /// Shows the steps of a run that has begun then, where a bar is wanted and when the run turns out to be long.
     pub(super) fn start(console: Console, steps: &Steps, begun: Instant) -> Self {
-        let bar = console.progress().and_then(|look| {
+        let steps = steps.clone();
+        Self::show(console, begun, move |look| look.bar(steps.share()))
+    }
+
+    /// Shows that cargo is asked, of which nobody can tell how far it is.
+    pub(super) fn of_cargo(console: Console, begun: Instant) -> Self {
+        Self::show(console, begun, Look::asking)
+    }
+
+    fn show(console: Console, begun: Instant, line: impl Fn(Look) -> String + Send + 'static) -> Self {
+        let shown = console.progress().and_then(|look| {
             let (end, ended) = mpsc::channel();
-            let steps = steps.clone();
-            // Without a further thread there is no bar, and nothing else is lost.
-            let thread = thread::Builder::new().spawn(move || draw(look, &steps, begun, &ended)).ok()?;
+            // Without a further thread nothing is shown, and nothing else is lost.
+            let thread = thread::Builder::new().spawn(move || draw(look, line, begun, &ended)).ok()?;
             Some((end, thread))
         });
-        Self(bar)
+        Self(shown)
     }
 }
 
@@ -50,31 +59,31 @@ impl Drop for Progress {
     }
 }
 
-fn draw(look: Look, steps: &Steps, begun: Instant, ended: &Receiver<()>) {
+fn draw(look: Look, line: impl Fn(Look) -> String, begun: Instant, ended: &Receiver<()>) {
     let mut pause = FIRST.saturating_sub(begun.elapsed());
     let mut shown = String::new();
     while ended.recv_timeout(pause) == Err(RecvTimeoutError::Timeout) {
-        let line = look.line(steps.share());
+        let line = line(look);
         if line != shown {
-            show(&line);
+            print(&line);
             shown = line;
         }
         pause = NEXT;
     }
     if !shown.is_empty() {
-        show(&look.erasure());
+        print(&look.erasure());
     }
 }
 
 /// A closed pipe is no fault of the run.
-fn show(text: &str) {
+fn print(text: &str) {
     let mut stream = io::stderr().lock();
     let _ = stream.write_all(text.as_bytes()).and_then(|()| stream.flush());
 }
 
 impl Look {
     /// The bar, after which the next text begins at the start of its line; nothing where there is no room.
-    fn line(self, share: f64) -> String {
+    fn bar(self, share: f64) -> String {
         const HEAD: &str = "    Checking";
         let percentage = format!("{:3.0}%", (share * 100.0).floor());
         let around = HEAD.len() + " [] ".len() + percentage.len();
@@ -84,6 +93,16 @@ impl Look {
         let done = (room as f64 * share) as usize;
         let bar = if done == 0 { String::new() } else { "=".repeat(done - 1) + ">" };
         format!("{} [{bar:room$}] {percentage}\r", self.style.paint(Paint::Cyan, HEAD))
+    }
+
+    /// What is shown in its place while cargo is asked.
+    fn asking(self) -> String {
+        const HEAD: &str = "   Resolving";
+        const REST: &str = " the dependencies with cargo";
+        if self.width <= HEAD.len() + REST.len() {
+            return String::new();
+        }
+        format!("{}{REST}\r", self.style.paint(Paint::Cyan, HEAD))
     }
 
     fn erasure(self) -> String {
@@ -101,7 +120,7 @@ mod tests {
 
     #[track_caller]
     fn check(width: usize, share: f64, expected: &str) {
-        assert_eq!(Look { width, style: Style::default() }.line(share), expected);
+        assert_eq!(Look { width, style: Style::default() }.bar(share), expected);
     }
 
     #[test]
@@ -111,12 +130,19 @@ mod tests {
         check(31, 1.0, "    Checking [=========>] 100%\r");
         check(21, 0.5, "");
         check(0, 0.5, "");
-        assert_eq!(Look { width: 500, style: Style::default() }.line(0.3).len(), MOST_COLUMNS);
+        assert_eq!(Look { width: 500, style: Style::default() }.bar(0.3).len(), MOST_COLUMNS);
+    }
+
+    #[test]
+    fn what_is_asked_fits_the_terminal() {
+        let asking = |width| Look { width, style: Style::default() }.asking();
+        assert_eq!(asking(41), "   Resolving the dependencies with cargo\r");
+        assert_eq!(asking(40), "");
     }
 
     #[test]
     fn what_is_erased_is_all_of_it() {
         let look = Look { width: 40, style: Style::default() };
-        assert_eq!(look.erasure().len(), look.line(0.5).len());
+        assert_eq!(look.erasure().len(), look.bar(0.5).len());
     }
 }

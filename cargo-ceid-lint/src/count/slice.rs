@@ -14,6 +14,8 @@ pub(super) struct ControlDependence {
     before: Vec<Vec<NodeId>>,
     /// The nodes that give a subject a head that is known.
     assigned: BTreeMap<SubjectId, Vec<NodeId>>,
+    /// The nodes that give a subject any head.
+    overwritten: BTreeMap<SubjectId, Vec<NodeId>>,
     /// The branches on a subject.
     asking: BTreeMap<SubjectId, Vec<NodeId>>,
     /// The heads with which a subject that never changes comes to a node, as far as it was asked: it is the same for all filters.
@@ -59,7 +61,8 @@ impl ControlDependence {
                 asking.entry(subject).or_default().push(id);
             }
         }
-        Self { branches, before, assigned: assignments(graph), asking, arriving: RefCell::default() }
+        let (assigned, overwritten) = assignments(graph);
+        Self { branches, before, assigned, overwritten, asking, arriving: RefCell::default() }
     }
 
     /// The branches on a subject.
@@ -268,8 +271,13 @@ pub(super) fn tracked(
         let copied = graph.copied(node).into_iter().chain(returned);
         asked_for.extend(copied.filter_map(|from| Some((subject_of(graph, &from)?, 1))));
         for (subject, times) in asked_for {
-            *tests.entry(subject).or_default() += times;
-            open.extend(assigned.get(&subject).into_iter().flatten().filter(|writer| relevant.insert(**writer)));
+            let count = tests.entry(subject).or_default();
+            *count += times;
+            let assigned = assigned.get(&subject).into_iter().flatten();
+            // Whether what is known of it is lost matters once it is told apart.
+            let is_told = *count >= 2 || assigned.clone().next().is_some();
+            let overwritten = dependence.overwritten.get(&subject).filter(|_| is_told).into_iter().flatten();
+            open.extend(assigned.chain(overwritten).filter(|writer| relevant.insert(**writer)));
         }
     }
     let mut wanted: Vec<SubjectId> = tests
@@ -298,28 +306,30 @@ pub(super) fn tracked(
     tracked
 }
 
-/// The nodes that give a subject a head that is known: constants, copies, results of calls.
-fn assignments(graph: &ControlFlowGraph) -> BTreeMap<SubjectId, Vec<NodeId>> {
+/// The nodes that give a subject a head that is known (constants, copies, results of calls), and those that give it any.
+fn assignments(graph: &ControlFlowGraph) -> (BTreeMap<SubjectId, Vec<NodeId>>, BTreeMap<SubjectId, Vec<NodeId>>) {
     let mut whole: BTreeMap<&Place, SubjectId> = BTreeMap::new();
     for (number, subject) in (0u32..).zip(&graph.subjects) {
         if let Some(place) = &subject.whole {
             whole.insert(place, SubjectId(number));
         }
     }
-    let mut found: BTreeMap<SubjectId, Vec<NodeId>> = BTreeMap::new();
+    let mut known: BTreeMap<SubjectId, Vec<NodeId>> = BTreeMap::new();
+    let mut unknown: BTreeMap<SubjectId, Vec<NodeId>> = BTreeMap::new();
     for id in graph.node_ids() {
-        let subject = match &graph.node(id).effect {
+        let (subject, found) = match &graph.node(id).effect {
             Effect::Set(set) | Effect::Write(set) if set.head.is_some() || graph.copied(id).is_some() => {
-                whole.get(&set.place)
+                (whole.get(&set.place), &mut known)
             }
-            Effect::Call(site) => whole.get(&Place::var(site.result)),
-            _ => None,
+            Effect::Set(set) | Effect::Write(set) => (whole.get(&set.place), &mut unknown),
+            Effect::Call(site) => (whole.get(&Place::var(site.result)), &mut known),
+            _ => continue,
         };
         if let Some(subject) = subject {
             found.entry(*subject).or_default().push(id);
         }
     }
-    found
+    (known, unknown)
 }
 
 /// The subject that is the value of a place.

@@ -5,14 +5,15 @@ mod args;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use super::args::FixArgs;
 use super::{Console, ExitStatus, input, vcs};
 use crate::count::{Cycle, CycleKind};
 use crate::fix::{self, Bounds, Edit, Fix, RealDisk, Revision};
 use crate::migrate::{self, Plan, Reason, Rewrite, Wanted};
-use crate::pipeline::{self, Options, Report};
-use crate::project::{self, Package, Project};
+use crate::pipeline::{Options, Report};
+use crate::project::{Package, Project};
 use crate::report::count;
 use crate::source::{DiskSource, ReadSource, SourceMap, Span};
 pub(super) use args::{AFTER_HELP, MigrateArgs};
@@ -35,17 +36,8 @@ pub(super) fn run(args: &MigrateArgs) -> Result<ExitStatus, String> {
     let asked = asked(args)?;
     let mut selection = input::selection(&[], &args.scope, &args.build);
     selection.workspace = selection.packages.is_empty();
-    let project = match project::load(&selection) {
-        Ok(project) => project,
-        Err(error) => {
-            console.error(&error.message, error.help.as_deref());
-            return Ok(ExitStatus::Incomplete);
-        }
-    };
-    for notice in project.notices.iter().filter(|_| !console.is_quiet()) {
-        console.warn(notice);
-    }
-    let check = |source: Box<dyn ReadSource>| pipeline::check_configured(&project, &Options::default(), source);
+    let Ok(project) = input::project(&selection, console, Instant::now()) else { return Ok(ExitStatus::Incomplete) };
+    let check = |source: Box<dyn ReadSource>| input::checked(&project, &Options::default(), source, console);
     let first = check(Box::new(DiskSource));
     if first.is_config_wrong || !first.report.problems.is_empty() {
         let problems = first.report.problems.iter().map(|problem| format!("{}: {}", problem.file, problem.message));
