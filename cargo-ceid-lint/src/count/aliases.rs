@@ -40,6 +40,25 @@ pub(super) struct Aliases {
     is_cut_off: Cell<bool>,
 }
 
+/// The places that a place may be a name of.
+#[derive(Debug)]
+pub(super) enum Roots<'a> {
+    /// It is a name of nothing else.
+    Itself(&'a Place),
+    Others(Rc<[Place]>),
+}
+
+impl std::ops::Deref for Roots<'_> {
+    type Target = [Place];
+
+    fn deref(&self) -> &[Place] {
+        match self {
+            Self::Itself(place) => std::slice::from_ref(place),
+            Self::Others(places) => places,
+        }
+    }
+}
+
 /// A place that a target of a call has ways for.
 #[derive(Debug)]
 pub(super) struct CalledPlace {
@@ -49,11 +68,16 @@ pub(super) struct CalledPlace {
     number: usize,
     /// The place here.
     pub(super) place: Place,
-    /// The places that it may be a name of.
-    pub(super) roots: Rc<[Place]>,
+    /// The places that it may be a name of, unless that is only itself.
+    others: Option<Rc<[Place]>>,
 }
 
 impl CalledPlace {
+    /// The places that it may be a name of.
+    pub(super) fn roots(&self) -> &[Place] {
+        self.others.as_deref().unwrap_or(std::slice::from_ref(&self.place))
+    }
+
     /// The ways through the target.
     pub(super) fn outcomes<'a>(&self, summaries: &'a Summaries) -> &'a [Outcome] {
         let summary = summaries.get(self.target);
@@ -211,9 +235,12 @@ impl Aliases {
     }
 
     /// The same for those who only look.
-    pub(super) fn shared_roots(&self, place: &Place) -> Rc<[Place]> {
+    pub(super) fn shared_roots<'a>(&self, place: &'a Place) -> Roots<'a> {
+        if place.base_var().is_none_or(|var| !self.sources.contains_key(&var)) {
+            return Roots::Itself(place);
+        }
         if let Some(known) = self.known.borrow().get(place) {
-            return Rc::clone(known);
+            return Roots::Others(Rc::clone(known));
         }
         let mut found = BTreeSet::new();
         let mut seen = BTreeSet::new();
@@ -225,7 +252,7 @@ impl Aliases {
         }
         let roots: Rc<[Place]> = found.into_iter().collect();
         self.known.borrow_mut().insert(place.clone(), Rc::clone(&roots));
-        roots
+        Roots::Others(roots)
     }
 
     /// The places that the targets of a call have ways for, by target: each search asks for them anew.
@@ -238,8 +265,11 @@ impl Aliases {
             for law in 0..summary.laws() {
                 for (number, (given, _)) in summary.outcomes(law).enumerate() {
                     if let Some(place) = place_of(given, site) {
-                        let roots = self.shared_roots(&place);
-                        places.push(CalledPlace { target, law, number, place, roots });
+                        let others = match self.shared_roots(&place) {
+                            Roots::Itself(_) => None,
+                            Roots::Others(others) => Some(others),
+                        };
+                        places.push(CalledPlace { target, law, number, place, others });
                     }
                 }
             }
@@ -267,7 +297,7 @@ impl Aliases {
                     }
                     Effect::Call(site) => {
                         let called = self.called_places(site, summaries);
-                        bases.extend(called.iter().flat_map(|called| called.roots.iter()).map(|root| root.base));
+                        bases.extend(called.iter().flat_map(|called| called.roots()).map(|root| root.base));
                     }
                     _ => {}
                 }

@@ -430,6 +430,10 @@ impl Summaries {
                     self.states.set(self.states.get() + ways.states);
                     summary.shown.repeats.extend(ways.repeat.map(|repeat| ((given.clone(), law), repeat)));
                     summary.shown.skips.extend(ways.skip.map(|skip| ((given.clone(), law), skip)));
+                    if !self.is_recursion && !ways.outcomes.is_empty() {
+                        // A head that no way has is not given back, whatever a caller asks about.
+                        summary.heads &= ways.outcomes.iter().fold(0, |heads, way| heads | way.returned);
+                    }
                     ways.outcomes
                 };
                 summary.halves[law].insert(given.clone(), outcomes);

@@ -189,7 +189,9 @@ impl Place {
     /// This place with more steps behind it. An element of a slice is an element of the whole.
     #[must_use]
     pub fn join(&self, more: &[Projection]) -> Self {
-        let mut steps = self.steps.clone();
+        // There are very many places, most of them with a step or two.
+        let mut steps = Vec::with_capacity(self.steps.len() + more.len());
+        steps.extend_from_slice(&self.steps);
         for step in more {
             match (steps.last(), step) {
                 (Some(Projection::Index(IndexKey::Slice(section))), Projection::Index(key)) => {

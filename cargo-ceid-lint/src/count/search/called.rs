@@ -42,7 +42,7 @@ impl Search<'_> {
             return Rc::clone(known);
         }
         let places = self.aliases.called_places(site, self.summaries);
-        let is_own = |called: &CalledPlace| called.law == self.law && self.is_among(&called.roots, false);
+        let is_own = |called: &CalledPlace| called.law == self.law && self.is_among(called.roots(), false);
         // Most calls have nothing to do with most instances, and mean the same to all of those.
         if !places.iter().any(is_own) {
             return self.aliases.call_beside(site, || self.called_with(site, &[]));

@@ -260,7 +260,7 @@ impl<'a> Search<'a> {
             Effect::Unknown { places, .. } => places.iter().any(|place| self.may_be(place, false)),
             Effect::Call(site) => self.aliases.called_places(site, self.summaries).iter().any(|called| {
                 called.law == self.law
-                    && self.is_among(&called.roots, false)
+                    && self.is_among(called.roots(), false)
                     && called.outcomes(self.summaries).iter().any(|outcome| outcome.unknown.is_some())
             }),
             _ => false,
@@ -321,7 +321,7 @@ impl<'a> Search<'a> {
     fn call_touches(&self, site: &CallSite, any: bool) -> bool {
         self.aliases.called_places(site, self.summaries).iter().any(|called| {
             called.law == self.law
-                && self.is_among(&called.roots, true)
+                && self.is_among(called.roots(), true)
                 && (any || called.outcomes(self.summaries).iter().any(|outcome| outcome.count != Count::Zero))
         })
     }

@@ -24,7 +24,8 @@ impl Search<'_> {
     pub(super) fn asked_subject(&self, given: &Given, site: &CallSite) -> Option<SubjectId> {
         let place = asked_at(given, site)?;
         let roots = self.aliases.shared_roots(&place);
-        let is_it = |whole: &Place| *whole == place || (roots.len() == 1 && self.aliases.shared_roots(whole) == roots);
+        let is_it =
+            |whole: &Place| *whole == place || (roots.len() == 1 && *self.aliases.shared_roots(whole) == *roots);
         let found = self.graph.subjects.iter().position(|subject| subject.whole.as_ref().is_some_and(is_it))?;
         u32::try_from(found).ok().map(SubjectId)
     }
