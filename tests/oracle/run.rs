@@ -44,8 +44,8 @@ pub(crate) struct Pair {
     pub(crate) counts: Vec<u64>,
     /// What could not be seen.
     pub(crate) cause: Option<String>,
-    /// Whether the name is that of a collection whose elements a loop around the cycle takes one by one: the pair is about the one
-    /// at hand.
+    /// Whether the name is that of an element of a collection that a loop around the cycle takes one by one: the pair is about the
+    /// round in which it is at hand.
     pub(crate) is_at_hand: bool,
 }
 
@@ -221,9 +221,9 @@ impl Batch {
         }
     }
 
-    /// Whether a `for` over a collection stands around a line: `for f in &mut self.fs {` for `self.fs[*]`.
+    /// Whether a `for` over a collection stands around a line: `for f in &mut self.fs {` for `self.fs[*]` and `self.fs[0]`.
     fn is_at_hand(&self, line: usize, name: &str) -> bool {
-        let Some(collection) = name.strip_suffix("[*]") else { return false };
+        let Some((collection, _)) = name.rsplit_once('[') else { return false };
         let indent = |line: &str| line.len() - line.trim_start().len();
         let mut lines = self.text.lines().take(line).collect::<Vec<_>>().into_iter().rev();
         let mut inner = lines.next().map_or(0, indent);

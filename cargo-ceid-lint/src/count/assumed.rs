@@ -1,4 +1,4 @@
-//! What a way through a function takes for granted of conditions that its caller knows, because nothing in the function changes
+//! What a way through a function takes for granted of conditions that its caller knows, as long as nothing in the function has changed
 //! them: `if self.armed { … }` in a helper. A caller that knows better leaves the way out.
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -194,6 +194,7 @@ impl Run<'_, '_> {
         let mut changed = false;
         for (at, id) in self.tracked.subjects.iter().enumerate() {
             if self.search.read_by(*id).is_changed_with(place) {
+                self.keep_assumed(&mut all, at);
                 all[at] = graph.subjects[id.0 as usize].anything();
                 changed = true;
             }

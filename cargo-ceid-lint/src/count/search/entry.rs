@@ -184,7 +184,8 @@ pub(super) struct Known {
 
 impl Run<'_, '_> {
     pub(super) fn start(&mut self, node: NodeId, entry: Option<&Entry>) {
-        let all: Vec<u32> = self.tracked.subjects.iter().map(|id| self.search.known_before(self.region, *id)).collect();
+        let known = self.tracked.subjects.iter().map(|id| self.search.known_before(self.region, *id));
+        let all: Vec<u32> = known.chain(self.of_caller.iter().map(|_| super::shared::UNWRITTEN)).collect();
         let masks = self.masks.intern(all);
         self.start_with(node, entry, masks, super::Age::default());
     }

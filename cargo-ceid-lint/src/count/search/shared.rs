@@ -11,6 +11,9 @@ use crate::flow::{CallSite, Effect, NodeId, Place, SubjectId};
 /// How many conditions of a caller's are told apart in a function for the caller's sake.
 const MAX_TOLD: usize = 4;
 
+/// What stands behind what is known of conditions, for one of a caller's that was not written yet: no condition has no heads.
+pub(super) const UNWRITTEN: u32 = 0;
+
 impl Search<'_> {
     /// The subjects that the ways through a call assume something of.
     pub(super) fn asked_by_call(&self, node: NodeId) -> BTreeSet<SubjectId> {
@@ -30,10 +33,9 @@ impl Search<'_> {
         u32::try_from(found).ok().map(SubjectId)
     }
 
-    /// The place that callers know a subject by, if nothing in the function changes it.
+    /// The place that callers know a subject by.
     pub(in crate::count) fn of_caller(&self, id: SubjectId) -> Option<Given> {
-        let given = given_subject(self.graph, &self.graph.subjects[id.0 as usize])?;
-        self.writers_of(id).is_empty().then_some(given)
+        given_subject(self.graph, &self.graph.subjects[id.0 as usize])
     }
 }
 
@@ -50,7 +52,10 @@ impl Run<'_, '_> {
         });
         let of_calls = touching.iter().flat_map(|node| search.asked_by_call(*node));
         let asked: Vec<SubjectId> = of_branches.chain(of_calls).collect();
-        for id in asked {
+        // What nothing here changes tells callers most.
+        let (kept, written): (Vec<SubjectId>, Vec<SubjectId>) =
+            asked.into_iter().partition(|id| search.writers_of(*id).is_empty());
+        for id in kept.into_iter().chain(written) {
             if self.of_caller.len() >= MAX_TOLD {
                 break;
             }
@@ -65,11 +70,25 @@ impl Run<'_, '_> {
         }
     }
 
-    /// What a way that ends with this state assumes.
+    /// What a way that ends with this state assumes: what was known of a condition when it was written for the first time, if it was.
     pub(super) fn assumed(&self, state: &State) -> Assumed {
         let masks = self.masks.get(state.masks);
-        let heads = |at: usize| Heads::of(&self.search.graph.subjects[self.tracked.subjects[at].0 as usize], masks[at]);
-        self.of_caller.iter().filter_map(|(at, given)| Some((given.clone(), heads(*at)?))).collect()
+        let (now, at_first_write) = masks.split_at(self.tracked.subjects.len());
+        let told = self.of_caller.iter().zip(at_first_write);
+        let heads = |at: usize, first: u32| {
+            let mask = if first == UNWRITTEN { now[at] } else { first };
+            Heads::of(&self.search.graph.subjects[self.tracked.subjects[at].0 as usize], mask)
+        };
+        told.filter_map(|((at, given), first)| Some((given.clone(), heads(*at, *first)?))).collect()
+    }
+
+    /// Notes what is known of a condition of callers before it is written.
+    pub(super) fn keep_assumed(&self, masks: &mut [u32], at: usize) {
+        let Some(told) = self.of_caller.iter().position(|(own, _)| *own == at) else { return };
+        let first = self.tracked.subjects.len() + told;
+        if masks[first] == UNWRITTEN {
+            masks[first] = masks[at];
+        }
     }
 
     /// What is known in a way through a call, if the way can be taken with what was known before.
@@ -91,9 +110,16 @@ impl Run<'_, '_> {
             let id = called.asked.get(given);
             let Some(at) = self.tracked.subjects.iter().position(|tracked| Some(tracked) == id) else { continue };
             let allowed = heads.as_of(&self.search.graph.subjects[self.tracked.subjects[at].0 as usize]);
-            all[at] &= allowed;
-            if before[at] & allowed == 0 || all[at] == 0 {
+            if before[at] & allowed == 0 {
                 return None;
+            }
+            // What the call writes may have another head behind it.
+            let reads = self.search.read_by(self.tracked.subjects[at]);
+            if !called.writes.iter().any(|place| reads.is_changed_with(place)) {
+                all[at] &= allowed;
+                if all[at] == 0 {
+                    return None;
+                }
             }
         }
         Some(self.masks.intern(all))
