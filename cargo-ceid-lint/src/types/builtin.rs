@@ -413,9 +413,8 @@ fn iterator_method(item: &Ty, method: &str, args: &[Ty], closure: Option<&Ty>) -
         "collect" if matches!(item, Ty::External(path, _) if path == super::ADAPTED) => {
             Ty::std("std::vec::Vec", vec![item.clone()])
         }
-        "sum" | "product" | "collect" | "max" | "min" | "unzip" | "partition" | "try_for_each" | "try_fold" => {
-            Ty::Unknown
-        }
+        "try_for_each" | "try_fold" => closure.cloned().unwrap_or(Ty::Unknown),
+        "sum" | "product" | "collect" | "max" | "min" | "unzip" | "partition" => Ty::Unknown,
         _ => return None,
     })
 }

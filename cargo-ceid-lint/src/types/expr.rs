@@ -101,7 +101,14 @@ impl Infer<'_> {
             }
             ExprKind::Call { callee, args } => self.call(id, *callee, args, expected),
             ExprKind::MethodCall { receiver, method, turbofish, args, .. } => {
-                self.method_call(id, *receiver, method, turbofish, args)
+                let found = self.method_call(id, *receiver, method, turbofish, args);
+                // What an iterator is put together to, only its surroundings tell.
+                let is_told = found == Ty::Unknown && matches!(method.as_str(), "collect" | "sum" | "product");
+                match turbofish.first() {
+                    Some(ty) if is_told => self.annotation(ty),
+                    None if is_told => expected.cloned().unwrap_or(found),
+                    _ => found,
+                }
             }
             ExprKind::Field { base, name } => {
                 let base = self.expr(*base, None);

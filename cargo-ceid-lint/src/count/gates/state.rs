@@ -126,7 +126,11 @@ impl Gates<'_, '_> {
             (_, None) => true,
         };
         let is_written = self.nodes().any(|id| match &graph.node(id).effect {
-            Effect::Write(write) | Effect::Set(write) => write.place.overlaps(place),
+            Effect::Write(write) | Effect::Set(write) => {
+                let is_it = |written: &Place| written.overlaps(place);
+                is_it(&write.place)
+                    || (!write.rebinds && self.search.aliases.shared_roots(&write.place).iter().any(is_it))
+            }
             _ => false,
         });
         // What a field of a caller's is between two calls is not known here.

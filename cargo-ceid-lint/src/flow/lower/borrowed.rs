@@ -48,3 +48,59 @@ impl Builder<'_> {
         }
     }
 }
+
+/// Whether a method of the standard library changes what it is called on, whatever the type.
+pub(super) fn changes_receiver(method: &str) -> bool {
+    method.ends_with("_assign")
+        || matches!(
+            method,
+            "append"
+                | "clear"
+                | "clone_from"
+                | "clone_from_slice"
+                | "copy_from_slice"
+                | "dedup"
+                | "dedup_by"
+                | "dedup_by_key"
+                | "dequeue"
+                | "drain"
+                | "enqueue"
+                | "entry"
+                | "extend"
+                | "extend_from_slice"
+                | "fill"
+                | "fill_with"
+                | "get_or_insert"
+                | "get_or_insert_with"
+                | "insert"
+                | "pop"
+                | "pop_back"
+                | "pop_first"
+                | "pop_front"
+                | "pop_last"
+                | "push"
+                | "push_back"
+                | "push_front"
+                | "push_str"
+                | "remove"
+                | "remove_entry"
+                | "replace"
+                | "resize"
+                | "resize_with"
+                | "retain"
+                | "reverse"
+                | "rotate_left"
+                | "rotate_right"
+                | "sort"
+                | "sort_by"
+                | "sort_by_key"
+                | "sort_unstable"
+                | "sort_unstable_by"
+                | "split_off"
+                | "swap"
+                | "swap_remove"
+                | "take"
+                | "take_if"
+                | "truncate"
+        )
+}

@@ -71,6 +71,20 @@ impl Builder<'_> {
     }
 
     pub(super) fn method_expr(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
+        let value = self.method_value(id, receiver, method, args);
+        if super::borrowed::changes_receiver(method)
+            && !matches!(self.typed().callees.get(&id), Some(Callee::Resolved(_)))
+            && !self.may_hold_filter(self.ty(receiver))
+            && !super::flags::is_flag(self.ty(receiver))
+        {
+            self.note_lent(receiver);
+            // What was taken out is no longer what is asked for by the receiver's name.
+            return Value { place: None, same_as: None, head: None, ..value };
+        }
+        value
+    }
+
+    fn method_value(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
         self.note_method_wait(id, receiver, method, args);
         self.note_lent_by(receiver, method);
         self.note_clone(id, receiver, method, args);
@@ -194,11 +208,19 @@ impl Builder<'_> {
             ExprKind::MethodCall { receiver, .. } => Some(*receiver),
             _ => None,
         };
+        // `flag.flip()` of a trait of the analysed code.
+        let is_lent = |expr: ExprId| {
+            use crate::syntax::tree::Receiver::Exclusive;
+            let of = |target: &FunctionId| self.program.index.function(*target).function.receiver == Some(Exclusive);
+            receiver == Some(expr) && targets.iter().any(of)
+        };
+        let lent: Vec<bool> = exprs.iter().map(|expr| is_lent(*expr)).collect();
         let args: Vec<Argument> = exprs
             .iter()
             .zip(values)
-            .map(|(expr, value)| Argument {
-                place: value.place.clone().filter(|_| !is_plain(self.ty(*expr))),
+            .zip(lent)
+            .map(|((expr, value), is_lent)| Argument {
+                place: value.place.clone().filter(|_| !is_plain(self.ty(*expr)) || is_lent),
                 index: self.argument_index(*expr, value),
                 value_of: self.value_of(*expr),
                 head: value.head.clone(),
@@ -352,7 +374,7 @@ impl Builder<'_> {
             place,
             from: None,
             transfer: Transfer::Move,
-            rebinds: true,
+            rebinds: false,
             head: None,
             same_as: None,
         };

@@ -107,8 +107,12 @@ impl Builder<'_> {
         // What is written through a pointer may be another state.
         let is_raw = path.starts_with("std::ptr::") || path.starts_with("core::ptr::");
         if path.starts_with("std::") && !is_raw && values.iter().all(|value| value.closure.is_none()) {
-            for value in &values {
+            for (arg, value) in args.iter().zip(&values) {
                 self.keep_iterator(value, &Cause::Call(path_tail(path)), span);
+                // `Vec::push(&mut queue, sample)`
+                if matches!(self.ty(*arg), Ty::Ref(true, _)) {
+                    self.note_lent(*arg);
+                }
             }
             return Value::default();
         }
@@ -119,6 +123,9 @@ impl Builder<'_> {
     fn swap(&mut self, id: ExprId, args: &[ExprId]) -> Value {
         let values = self.values(args);
         let span = self.span(id);
+        for arg in args {
+            self.note_lent(*arg);
+        }
         if let [left, right] = values.as_slice()
             && let (Some(a), Some(b)) = (&left.place, &right.place)
         {

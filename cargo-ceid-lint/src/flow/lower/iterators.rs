@@ -13,10 +13,18 @@ use crate::types::Callee;
 struct Consumer {
     /// Its closure gets a state first.
     takes_state: bool,
-    /// It may stop before the last item.
-    stops: bool,
+    stops: Stops,
     /// It gives them back, or some of them.
     gathers: bool,
+}
+
+/// Whether a consumer may stop before the last item.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stops {
+    Never,
+    Anywhere,
+    /// This result of it is missing if it did.
+    AndTells(Var),
 }
 
 impl Builder<'_> {
@@ -370,8 +378,9 @@ impl Builder<'_> {
                 | "max_by_key"
                 | "nth"
         );
-        if !consumes
-            || !self.is_iterator(receiver, method)
+        // `[&mut roll, &mut pitch].map(|axis| …)` takes each element at once.
+        let maps_array = method == "map" && matches!(self.ty(receiver).peel(), Ty::Array(..));
+        if !(maps_array || consumes && self.is_iterator(receiver, method))
             || matches!(self.typed().callees.get(&id), Some(Callee::Resolved(resolved)) if !resolved.targets.is_empty())
         {
             return None;
@@ -388,14 +397,29 @@ impl Builder<'_> {
         let picked = Value { place: picked, ..Value::default() };
         let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
         let closure = values.iter().rev().find_map(|value| value.closure);
-        let stops = matches!(method, "all" | "any" | "find" | "position" | "try_for_each" | "try_fold");
+        // What is put together of results or options ends with the first one that is missing, and says so.
+        let tells = matches!(method, "try_for_each" | "try_fold" | "collect" | "sum" | "product")
+            && matches!(self.ty(id).external_name(), Some("Option" | "Result"));
+        let stops = if tells {
+            let told = self.temporary(self.ty(id).clone(), self.span(id));
+            Stops::AndTells(told)
+        } else if matches!(method, "all" | "any" | "find" | "position" | "try_for_each" | "try_fold") {
+            Stops::Anywhere
+        } else {
+            Stops::Never
+        };
         if closure.is_none() && source.stages.is_empty() {
             return Some(picked);
         }
         let takes_state = matches!(method, "fold" | "try_fold" | "reduce");
         let gathers = matches!(method, "collect" | "partition" | "unzip") || picks_one(method);
         self.consume(id, source, closure, Consumer { takes_state, stops, gathers });
-        Some(picked)
+        Some(match stops {
+            Stops::AndTells(told) => {
+                Value { place: Some(Place::var(told)), is_owned: true, same_as: Some(told), ..Value::default() }
+            }
+            _ => picked,
+        })
     }
 
     /// Whether an expression is an iterator, as far as its type or its shape tells.
@@ -447,26 +471,36 @@ impl Builder<'_> {
         let kind = if source.stages.is_empty() { source.item.clone() } else { Item::Opaque };
         let Consumer { takes_state, stops, gathers } = consumer;
         let expr = id;
+        self.tell(stops, "+", span);
         self.run_loop(CycleKind::Closure, bar, None, source, |this, item, id| {
             if gathers && this.at.is_some() {
                 this.keep(&item, expr);
             }
-            let Some(closure) = closure else { return };
-            let mut args = vec![item];
-            if takes_state {
-                args.insert(0, Value::default());
+            if let Some(closure) = closure {
+                let mut args = vec![item];
+                if takes_state {
+                    args.insert(0, Value::default());
+                }
+                this.note_counter(id, closure, usize::from(takes_state), &kind);
+                let value = this.inline_closure(closure, &args, span);
+                this.awaited(value, span);
             }
-            this.note_counter(id, closure, usize::from(takes_state), &kind);
-            let value = this.inline_closure(closure, &args, span);
-            this.awaited(value, span);
-            if stops && this.at.is_some() {
+            if stops != Stops::Never && this.at.is_some() {
                 let about = crate::flow::About::default();
                 let (again, stop) = this.opaque_branch(span, "the iteration goes on".to_owned(), about);
                 this.resume(stop);
+                this.tell(stops, "-", span);
                 this.break_out(span);
                 this.resume(again);
             }
         });
+    }
+
+    /// Notes whether what a consumer gives back is there.
+    fn tell(&mut self, stops: Stops, head: &str, span: Span) {
+        if let Stops::AndTells(told) = stops {
+            self.set(told, &Value { head: Some(head.to_owned()), ..Value::default() }, span);
+        }
     }
 
     /// A closure that runs once for each of a number of rounds.
@@ -508,7 +542,7 @@ impl Builder<'_> {
 
     /// Runs an iterator whose items go into a collection.
     pub(super) fn gather(&mut self, id: ExprId, source: &Source) {
-        let consumer = Consumer { takes_state: false, stops: false, gathers: true };
+        let consumer = Consumer { takes_state: false, stops: Stops::Never, gathers: true };
         if !source.stages.is_empty() && !source.is_choice {
             self.consume(id, source.clone(), None, consumer);
         }

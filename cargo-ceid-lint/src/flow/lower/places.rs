@@ -237,7 +237,6 @@ impl Builder<'_> {
 
     /// `place = value` and destructuring assignments.
     pub(super) fn assign(&mut self, id: ExprId, target: ExprId, value: ExprId) -> Value {
-        let body = self.body();
         let bases = self.assigned_vars(target);
         self.derive(&bases, value);
         let given = self.expr_into(bases, value);
@@ -248,14 +247,6 @@ impl Builder<'_> {
             return Value::default();
         }
         let span = self.span(id);
-        if let (ExprKind::Tuple(places), ExprKind::Tuple(_)) = (&body.expr(target).kind, &body.expr(value).kind) {
-            for (number, place) in places.iter().enumerate() {
-                let part = given.place.as_ref().map(|place| place.field(&number.to_string()));
-                let part = Value { place: part, is_owned: true, ..Value::default() };
-                self.assign_to(*place, &part, span);
-            }
-            return Value::default();
-        }
         self.assign_to(target, &given, span);
         self.note_change(target, value, None);
         Value::default()
@@ -267,6 +258,22 @@ impl Builder<'_> {
             && path.ident() == Some("_")
         {
             return;
+        }
+        match &body.expr(target).kind {
+            ExprKind::Tuple(places) => {
+                for (number, place) in places.iter().enumerate() {
+                    let part = value.place.as_ref().map(|place| place.field(&number.to_string()));
+                    self.assign_to(*place, &Value { place: part, is_owned: true, ..Value::default() }, span);
+                }
+                return;
+            }
+            ExprKind::Array { elements: places, .. } | ExprKind::Call { args: places, .. } => {
+                for place in places {
+                    self.assign_to(*place, &Value::default(), span);
+                }
+                return;
+            }
+            _ => {}
         }
         let is_path = matches!(body.expr(target).kind, ExprKind::Path(_));
         let is_reference = matches!(self.ty(target), Ty::Ref(..));

@@ -141,8 +141,16 @@ impl Builder<'_> {
             ExprKind::Path(path) => self.pure_path(id, path),
             ExprKind::Literal(literal) => Some(Pure { key: literal.spelling(), ..Pure::default() }),
             ExprKind::Field { .. } | ExprKind::Index { .. } => {
-                let place = self.static_place(id)?;
-                Some(pure_place(place))
+                let mut found = pure_place(self.static_place(id)?);
+                // Another number is another element.
+                let mut at = id;
+                while let ExprKind::Field { base, .. } | ExprKind::Index { base, .. } = &body.expr(at).kind {
+                    if let ExprKind::Index { index, .. } = &body.expr(at).kind {
+                        found.reads.extend(self.pure(*index)?.reads);
+                    }
+                    at = *base;
+                }
+                Some(found)
             }
             ExprKind::Deref(inner) | ExprKind::Reference { value: inner, raw: false, .. } => self.pure(*inner),
             ExprKind::Cast { value, .. } => self.pure(*value),
