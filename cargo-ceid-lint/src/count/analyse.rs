@@ -8,6 +8,7 @@ use super::cycles::{Instance, choose_cycles};
 use super::debug_only;
 use super::decide::{self, Decision};
 use super::effort::Effort;
+use super::fields::Fields;
 use super::functions::{FunctionKind, called_functions, function_kind, is_law, reached_from_cycles};
 use super::given::place_of;
 use super::instances::{leaves, place_ty, settle_elements};
@@ -18,7 +19,7 @@ use super::summary::Summaries;
 use super::verdict::{Cycle, Pair, Verdict};
 use crate::config::Multiplicity;
 use crate::flow::{Base, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection};
-use crate::index::{FunctionId, Index, Shape, Ty, TypeId};
+use crate::index::{FunctionId, Index, Shape, Ty};
 use crate::source::Span;
 
 /// What the analysis found out about a workspace.
@@ -100,9 +101,6 @@ pub(super) struct FunctionFacts<'a> {
     /// The text of its body.
     pub(super) body: Span,
 }
-
-/// A field of a type, wherever a value of the type lives.
-type FieldKey = (TypeId, String);
 
 /// Decides every pair of cycle and filter.
 #[must_use]
@@ -262,19 +260,13 @@ pub(super) fn is_debug_only(graph: &ControlFlowGraph, place: &Place) -> bool {
 }
 
 /// The fields of types that some cycle updates, with the halves of the law.
-fn updated_fields(
-    index: &Index,
-    facts: &[FunctionFacts<'_>],
-    in_cycle: &BTreeSet<FunctionId>,
-) -> BTreeMap<FieldKey, BTreeSet<usize>> {
-    let mut found: BTreeMap<FieldKey, BTreeSet<usize>> = BTreeMap::new();
+fn updated_fields(index: &Index, facts: &[FunctionFacts<'_>], in_cycle: &BTreeSet<FunctionId>) -> Fields {
+    let mut found = Fields::default();
     for function in facts {
         let whole = in_cycle.contains(&function.graph.function);
         for instance in &function.updated {
-            if ((whole && instance.is_updated) || instance.function || !instance.loops.is_empty())
-                && let Some(key) = field_key(index, function.graph, &instance.place)
-            {
-                found.entry(key).or_default().insert(instance.law);
+            if (whole && instance.is_updated) || instance.function || !instance.loops.is_empty() {
+                found.add(index, function.graph, &instance.place, instance.law);
             }
         }
     }
@@ -282,8 +274,8 @@ fn updated_fields(
 }
 
 /// The fields of types that some code updates or hands to something unseen.
-fn touched_fields(index: &Index, facts: &[FunctionFacts<'_>]) -> BTreeSet<FieldKey> {
-    let mut found = BTreeSet::new();
+fn touched_fields(index: &Index, facts: &[FunctionFacts<'_>]) -> Fields {
+    let mut found = Fields::default();
     for function in facts.iter().filter(|function| function.kind != FunctionKind::Outside) {
         let unknown = function.graph.nodes.iter().flat_map(|node| match &node.effect {
             Effect::Unknown { places, .. } => places.as_slice(),
@@ -294,7 +286,7 @@ fn touched_fields(index: &Index, facts: &[FunctionFacts<'_>]) -> BTreeSet<FieldK
                 for root in function.aliases.roots(place) {
                     for leaf in place_ty(index, function.graph, &root).map(|ty| leaves(index, &ty)).unwrap_or_default()
                     {
-                        found.extend(field_key(index, function.graph, &root.join(&leaf.steps)));
+                        found.add(index, function.graph, &root.join(&leaf.steps), 0);
                     }
                 }
             }
@@ -303,24 +295,13 @@ fn touched_fields(index: &Index, facts: &[FunctionFacts<'_>]) -> BTreeSet<FieldK
     found
 }
 
-/// The field that holds an instance, and the type it is a field of.
-pub(super) fn field_key(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Option<FieldKey> {
-    let at = place.steps.iter().rposition(|step| matches!(step, Projection::Field(_)))?;
-    let Projection::Field(name) = &place.steps[at] else { return None };
-    let owner = Place { base: place.base, steps: place.steps[..at].to_vec() };
-    match place_ty(index, graph, &owner)? {
-        Ty::Adt(id, _) => Some((index.declares_fields(id), name.to_string())),
-        _ => None,
-    }
-}
-
 pub(super) struct Context<'a> {
     pub(super) program: &'a Program<'a>,
     pub(super) summaries: &'a Summaries,
     /// Fields that some cycle updates, with the halves of the law.
-    pub(super) fields: &'a BTreeMap<FieldKey, BTreeSet<usize>>,
+    pub(super) fields: &'a Fields,
     /// Fields that are handed to something unseen.
-    pub(super) anywhere: &'a BTreeSet<FieldKey>,
+    pub(super) anywhere: &'a Fields,
     /// Functions that make their callers wait.
     pub(super) waiting: &'a Waiting,
     /// The constant steps with which filters are made.

@@ -11,6 +11,7 @@ mod cycles;
 mod debug_only;
 mod decide;
 mod effort;
+mod fields;
 mod functions;
 mod gates;
 mod given;

@@ -3,9 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-use super::analyse::{Analysis, Context, CycleId, FunctionFacts, Unregistered, field_key};
+use super::analyse::{Analysis, Context, CycleId, FunctionFacts, Unregistered};
 use super::counts::Count;
 use super::decide::{self, Decision};
+use super::fields::Fields;
 use super::functions::FunctionKind;
 use super::given::place_of;
 use super::instances::{self, leaves, place_ty};
@@ -116,9 +117,8 @@ impl Context<'_> {
     /// Halves of a law that no cycle runs while this one runs another half.
     pub(super) fn owed_halves(&self, facts: &FunctionFacts<'_>, pairs: &mut BTreeMap<CycleId, Vec<Pair>>) {
         for instance in facts.updated.iter().filter(|instance| !instance.is_updated) {
-            let elsewhere = field_key(self.program.index, facts.graph, &instance.place)
-                .and_then(|key| self.fields.get(&key))
-                .is_some_and(|laws| laws.contains(&instance.law));
+            let laws = self.fields.laws(self.program.index, facts.graph, &instance.place);
+            let elsewhere = laws.contains(&instance.law);
             let is_here = !instance.loops.is_empty() || instance.function;
             // Whoever calls a helper may run the other half.
             let is_lent = facts.kind == FunctionKind::Helper
@@ -152,7 +152,7 @@ impl Context<'_> {
             .updated
             .iter()
             .any(|instance| instance.place.overlaps(place) && (!instance.loops.is_empty() || instance.function));
-        let elsewhere = field_key(self.program.index, graph, place).is_some_and(|key| self.fields.contains_key(&key));
+        let elsewhere = !self.fields.laws(self.program.index, graph, place).is_empty();
         if is_in_cycle || elsewhere || self.is_updated_in_loop_of_callee(facts, place) {
             return;
         }
@@ -194,8 +194,8 @@ impl Context<'_> {
         let is_param = info.is_none_or(|info| info.param.is_some());
         // What lies in a parameter or static may be updated elsewhere; what lies in a local is updated here or handed on.
         let is_local = !is_param;
-        let key = field_key(index, graph, place);
-        if !is_local && key.as_ref().is_some_and(|key| self.fields.contains_key(key) || self.anywhere.contains(key)) {
+        let is_touched = |fields: &Fields| !fields.laws(index, graph, place).is_empty();
+        if !is_local && (is_touched(self.fields) || is_touched(self.anywhere)) {
             return;
         }
         let uses = self.uses(facts, place);

@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 
 use super::{Fact, Remark, head, note};
-use crate::count::analyse::{Analysis, Context, CycleId, FunctionFacts, field_key};
+use crate::count::analyse::{Analysis, Context, CycleId, FunctionFacts};
+use crate::count::fields::{FieldKey, field_key};
 use crate::count::verdict::{Pair, Verdict};
 use crate::diagnostic::WitnessStep;
 use crate::flow::{ControlFlowGraph, Effect, LoopId, Place, Program, Step, Var, Wait, WaitKind};
-use crate::index::{FunctionId, TypeId};
+use crate::index::FunctionId;
 
 /// By how much two times may differ and still be one.
 const TOLERANCE: f64 = 0.01;
@@ -16,7 +17,7 @@ const TOLERANCE: f64 = 0.01;
 #[derive(Debug, Default)]
 pub(in crate::count) struct Steps {
     /// Of the filters in a field, if all are made with the same.
-    fields: BTreeMap<(TypeId, String), Option<Step>>,
+    fields: BTreeMap<FieldKey, Option<Step>>,
     /// Of what a function gives back.
     made: BTreeMap<FunctionId, Option<Step>>,
 }

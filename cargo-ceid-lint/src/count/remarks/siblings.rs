@@ -1,7 +1,8 @@
 //! Filters that nothing updates beside one that a function updates twice: perhaps its line was pasted. A function that is only
 //! presumed to be a cycle owes them nothing, so that they have no pair of their own.
 
-use crate::count::analyse::{Context, FunctionFacts, field_key};
+use crate::count::analyse::{Context, FunctionFacts};
+use crate::count::fields::{Fields, field_key};
 use crate::count::instances::leaves;
 use crate::count::verdict::{Pair, Verdict};
 use crate::flow::Place;
@@ -16,9 +17,9 @@ pub(super) fn add(context: &Context<'_>, facts: &FunctionFacts<'_>, pairs: &mut 
         for leaf in leaves(index, &graph.var(var).ty).iter().filter(|leaf| !leaf.is_uncertain) {
             let place = Place::var(var).join(&leaf.steps);
             let is_updated = facts.updated.iter().any(|instance| instance.place.overlaps(&place));
-            let key = field_key(index, graph, &place);
+            let is_touched = |fields: &Fields| !fields.laws(index, graph, &place).is_empty();
             let is_elsewhere =
-                key.is_none_or(|key| context.fields.contains_key(&key) || context.anywhere.contains(&key));
+                field_key(index, graph, &place).is_none() || is_touched(context.fields) || is_touched(context.anywhere);
             if index.type_name(&leaf.ty) == pair.filter_type && !is_updated && !is_elsewhere {
                 pair.left_out.push(graph.place_name(index, &place));
             }

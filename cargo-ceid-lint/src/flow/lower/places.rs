@@ -247,6 +247,12 @@ impl Builder<'_> {
             return Value::default();
         }
         let span = self.span(id);
+        if self.keeps_state(target, value)
+            && let Some(place) = self.static_place(target)
+        {
+            self.emit(Effect::Reset { place, full: false }, span);
+            return Value::default();
+        }
         self.assign_to(target, &given, span);
         self.note_change(target, value, None);
         Value::default()

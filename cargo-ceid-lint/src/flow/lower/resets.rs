@@ -37,6 +37,62 @@ impl Builder<'_> {
         state
     }
 
+    /// Whether what a filter is assigned is made of its own state, so that the assignment is no full reset:
+    /// `filter = Filter { gain: 0.5, ..filter }`.
+    pub(super) fn keeps_state(&mut self, target: ExprId, value: ExprId) -> bool {
+        let ty = self.ty(target).peel().clone();
+        if self.program.index.filter_spec(&ty).is_none() {
+            return false;
+        }
+        let Some(old) = self.static_place(target) else { return false };
+        let body = self.body();
+        match &body.expr(value).kind {
+            ExprKind::Path(_) | ExprKind::Field { .. } => self.static_place(value) == Some(old),
+            ExprKind::MethodCall { receiver, method, .. } if method == "clone" => {
+                self.static_place(*receiver) == Some(old)
+            }
+            ExprKind::MethodCall { receiver, .. } if self.static_place(*receiver).as_ref() == Some(&old) => {
+                self.gives_itself_back(value, &ty)
+            }
+            ExprKind::Struct { fields, rest, .. } => {
+                let is_rest = rest.is_some_and(|rest| self.static_place(rest).as_ref() == Some(&old));
+                let kept = |this: &mut Self, name: &String| match fields.iter().find(|(field, _)| field == name) {
+                    Some((_, value)) => this.computed_from(*value).places.contains(&old.field(name)),
+                    None => is_rest,
+                };
+                let state = self.state_fields(&ty);
+                if state.is_empty() { is_rest } else { state.iter().any(|name| kept(self, name)) }
+            }
+            _ => false,
+        }
+    }
+
+    /// Whether a method that takes `self` gives it back with some of its state: `fn with_gain(self, gain: f32) -> Self`.
+    fn gives_itself_back(&self, call: ExprId, ty: &Ty) -> bool {
+        let Some(Callee::Resolved(resolved)) = self.typed().callees.get(&call) else { return false };
+        let state = self.state_fields(ty);
+        resolved.targets.iter().any(|target| {
+            let function = &self.program.index.function(*target).function;
+            let (Some(body), Some(typed)) = (&function.body, self.program.typed(*target)) else { return false };
+            let is_self = |expr: ExprId| {
+                typed.expr_local.get(&expr).is_some_and(|local| typed.locals[local.0 as usize].name == "self")
+            };
+            let tail = match &body.expr(body.root).kind {
+                ExprKind::Block(block) => block.tail,
+                _ => Some(body.root),
+            };
+            let gives = |tail: ExprId| match &body.expr(tail).kind {
+                ExprKind::Struct { fields, rest: Some(rest), .. } => {
+                    is_self(*rest)
+                        && (state.is_empty() || !state.iter().all(|name| fields.iter().any(|(own, _)| own == name)))
+                }
+                // What it writes first may be all of it.
+                _ => is_self(tail) && !self.written_fields(*target, 0).is_none_or(|written| state.is_subset(&written)),
+            };
+            function.receiver == Some(crate::syntax::tree::Receiver::Value) && tail.is_some_and(gives)
+        })
+    }
+
     /// The fields of `self` that a function writes; `None` if it writes all of it, or hands it to something else.
     fn written_fields(&self, id: FunctionId, depth: u32) -> Option<std::collections::BTreeSet<String>> {
         let def = self.program.index.function(id);

@@ -1,0 +1,66 @@
+//! Fields that lead to filters, wherever a value of their types lives: whether some other code updates the filter at a place, as far
+//! as the fields on the way there tell.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::instances::place_ty;
+use crate::flow::{ControlFlowGraph, Place, Projection};
+use crate::index::{Index, Ty, TypeId};
+
+/// A field of a type, or a field of a field.
+pub(super) type FieldKey = (TypeId, Vec<String>);
+
+/// Places by their fields, each with halves of laws.
+#[derive(Debug, Default)]
+pub(super) struct Fields {
+    /// By all fields that are known of them.
+    whole: BTreeMap<FieldKey, BTreeSet<usize>>,
+    /// By the last ones, of each type on the way.
+    inner: BTreeMap<FieldKey, BTreeSet<usize>>,
+}
+
+impl Fields {
+    /// Adds a place, with a half of its law.
+    pub(super) fn add(&mut self, index: &Index, graph: &ControlFlowGraph, place: &Place, law: usize) {
+        let mut keys = keys(index, graph, place).into_iter();
+        if let Some(whole) = keys.next() {
+            self.whole.entry(whole).or_default().insert(law);
+        }
+        for inner in keys {
+            self.inner.entry(inner).or_default().insert(law);
+        }
+    }
+
+    /// The halves that were added for what may be the same place: one knows of no other field on the way than the other one does.
+    pub(super) fn laws(&self, index: &Index, graph: &ControlFlowGraph, place: &Place) -> BTreeSet<usize> {
+        let keys = keys(index, graph, place);
+        let whole = keys.iter().filter_map(|key| self.whole.get(key));
+        let inner = keys.first().and_then(|key| self.inner.get(key));
+        whole.chain(inner).flatten().copied().collect()
+    }
+}
+
+/// The field that holds a place, and the type it is a field of.
+pub(super) fn field_key(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Option<FieldKey> {
+    keys(index, graph, place).pop()
+}
+
+/// The fields that lead to a place: from each type on the way, the outermost first.
+fn keys(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Vec<FieldKey> {
+    let mut keys = Vec::new();
+    let mut fields = Vec::new();
+    for (at, step) in place.steps.iter().enumerate().rev() {
+        let Projection::Field(name) = step else {
+            // An element is the collection's, and what lies in an element is a value of the element's type.
+            if fields.is_empty() {
+                continue;
+            }
+            break;
+        };
+        let owner = Place { base: place.base, steps: place.steps[..at].to_vec() };
+        let Some(Ty::Adt(id, _)) = place_ty(index, graph, &owner) else { break };
+        fields.insert(0, name.to_string());
+        keys.insert(0, (index.declares_fields(id), fields.clone()));
+    }
+    keys
+}
