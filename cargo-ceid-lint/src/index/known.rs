@@ -42,6 +42,20 @@ pub(super) fn canonical(path: &str) -> String {
     parts.join("::")
 }
 
+/// Types of the standard library that code gets by a glob.
+const STD: &[(&str, &[&str])] = &[
+    ("std::collections", &["BTreeMap", "BTreeSet", "BinaryHeap", "HashMap", "HashSet", "LinkedList", "VecDeque"]),
+    ("std::cell", &["Cell", "LazyCell", "OnceCell", "RefCell", "UnsafeCell"]),
+    ("std::rc", &["Rc", "Weak"]),
+    ("std::sync", &["Arc", "Barrier", "Condvar", "LazyLock", "Mutex", "MutexGuard", "OnceLock", "RwLock", "Weak"]),
+    ("std::sync::mpsc", &["Receiver", "Sender", "SyncSender"]),
+    (
+        "std::sync::atomic",
+        &["AtomicBool", "AtomicI32", "AtomicU8", "AtomicU16", "AtomicU32", "AtomicU64", "AtomicUsize"],
+    ),
+    ("std::time", &["Duration", "Instant", "SystemTime"]),
+];
+
 /// The names that ceid-core exports.
 const CEID_CORE: &[&str] = &[
     "Take",
@@ -77,7 +91,8 @@ impl super::Index {
             return Some(format!("ceid_core::{name}"));
         }
         let exact = format!("{module}::{name}");
-        if self.named_outside.contains(&exact) {
+        if self.named_outside.contains(&exact) || STD.iter().any(|(own, names)| *own == module && names.contains(&name))
+        {
             return Some(exact);
         }
         let of_crate = |path: &&String| {
