@@ -248,11 +248,17 @@ impl Builder<'_> {
             return Value::default();
         }
         let span = self.span(id);
-        if let (ExprKind::Tuple(places), ExprKind::Tuple(_)) = (&body.expr(target).kind, &body.expr(value).kind) {
-            for (number, place) in places.iter().enumerate() {
+        if let (ExprKind::Tuple(places), ExprKind::Tuple(parts)) = (&body.expr(target).kind, &body.expr(value).kind) {
+            for (number, (place, own)) in places.iter().zip(parts).enumerate() {
                 let part = given.place.as_ref().map(|place| place.field(&number.to_string()));
                 let part = Value { place: part, is_owned: true, ..Value::default() };
+                let bases = self.assigned_vars(*place);
+                self.derive(&bases, *own);
+                let before = self.at;
                 self.assign_to(*place, &part, span);
+                if self.at != before {
+                    self.note_change(*place, *own, None);
+                }
             }
             return Value::default();
         }
