@@ -297,7 +297,7 @@ impl Aliases {
                     }
                     Effect::Call(site) => {
                         let called = self.called_places(site, summaries);
-                        bases.extend(called.iter().flat_map(|called| called.roots()).map(|root| root.base));
+                        bases.extend(called.iter().flat_map(CalledPlace::roots).map(|root| root.base));
                     }
                     _ => {}
                 }
