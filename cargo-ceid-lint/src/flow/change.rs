@@ -28,6 +28,8 @@ pub enum ChangeKind {
     Accumulates,
     /// Something that is not constant is taken from it.
     Spends,
+    /// It is put into an option by `replace` or `insert`, so that something is there from then on.
+    Fills,
     /// It has nothing to do with the one before.
     Other,
 }

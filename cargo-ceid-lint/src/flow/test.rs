@@ -116,6 +116,8 @@ pub struct About {
     pub names: Vec<String>,
     /// Whether it compares with `<`, `<=`, `>`, `>=`.
     pub is_comparison: bool,
+    /// The places that it compares so, on the left and on the right.
+    pub compared: [Option<Place>; 2],
     /// Whether it contains `%` or `is_multiple_of`.
     pub is_remainder: bool,
     /// The number that it divides by, or the mask plus one.

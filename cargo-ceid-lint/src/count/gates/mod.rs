@@ -39,6 +39,8 @@ pub(super) struct Gates<'s, 'a> {
     step: OnceCell<Sources>,
     time_base: OnceCell<TimeBase>,
     modes: RefCell<BTreeMap<SubjectId, bool>>,
+    /// Whether the cycle keeps a time in a place.
+    kept_times: RefCell<BTreeMap<Place, bool>>,
     /// See [`Self::updating`].
     updating: RefCell<BTreeMap<SubjectId, Option<u32>>>,
     inside: OnceCell<Vec<NodeId>>,
@@ -76,6 +78,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             step: OnceCell::new(),
             time_base: OnceCell::new(),
             modes: RefCell::default(),
+            kept_times: RefCell::default(),
             updating: RefCell::default(),
             inside: OnceCell::new(),
             reach: OnceCell::new(),
@@ -176,7 +179,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         if is_there || self.asks_only_filter(test) || self.asks_sibling_too(test, at, way) {
             return Some(Gate::Config);
         }
-        if self.is_latch(test, at) || self.is_first(test) {
+        if self.is_latch(test, at) || self.is_first(test) || self.is_warm_up(test, at, way) {
             return Some(Gate::Startup);
         }
         if self.is_event(test) {

@@ -1,8 +1,9 @@
 //! Gates of rate: counters that are compared and set back, and remainders.
 
 use super::{Gates, Way, contains_any};
+use crate::count::search::Region;
 use crate::count::verdict::Gate;
-use crate::flow::{ChangeKind, Effect, NodeId, Place, Test};
+use crate::flow::{ChangeKind, Effect, NodeId, Place, Rounds, Test};
 use crate::index::Ty;
 
 /// Parts of the names of functions that give the number of a cycle.
@@ -65,8 +66,60 @@ impl Gates<'_, '_> {
             // A warm-up goes on in each cycle that waits for it.
             let counts_on = !self.reached(|node, _| !self.counts_at(node, place))[at.0 as usize]
                 || way.after(at).is_none_or(|next| !self.completes(next, |node, _| !self.counts_at(node, place)));
-            (steps.is_one_way() && test.about.is_comparison && counts_on).then_some(Gate::Startup)
+            // What counts up opens where it is large, what counts down where it is small.
+            let opens = self.waits_below(test, at, place).is_none_or(|below| below == steps.up);
+            (steps.is_one_way() && test.about.is_comparison && counts_on && opens).then_some(Gate::Startup)
         })
+    }
+
+    /// Whether a comparison leads to no update where a number is below what it is compared with; `None` if the number is on
+    /// neither side by itself.
+    fn waits_below(&self, test: &Test, at: NodeId, place: &Place) -> Option<bool> {
+        let side = test.about.compared.iter().position(|side| side.as_ref() == Some(place))?;
+        // A comparison of whole numbers is turned so that it asks for less, if anything is known of both sides.
+        test.subject.filter(|_| self.is_number(place))?;
+        let below = self.search.graph.node(at).next.get(side)?;
+        Some(!self.reach()[below.0 as usize])
+    }
+
+    /// A count that runs once, of rounds or of what is left.
+    pub(super) fn is_warm_up(&self, test: &Test, at: NodeId, way: &Way) -> bool {
+        self.is_first_rounds(test, at) || self.is_used_up_once(test, way)
+    }
+
+    /// `for i in 0.. { if i < 100 { continue; } … }`: the number of the round itself is asked.
+    fn is_first_rounds(&self, test: &Test, at: NodeId) -> bool {
+        let graph = self.search.graph;
+        let Region::Loop(own) = self.region else { return false };
+        let info = graph.loop_info(own);
+        let Some((counter, first)) = info.counter.filter(|_| info.rounds == Rounds::Unbounded) else { return false };
+        let counter = Place::var(counter);
+        let reads = &test.about.reads;
+        if !reads.contains(&counter) || !reads.iter().all(|place| *place == counter || self.is_setting(place)) {
+            return false;
+        }
+        if test.about.is_comparison {
+            return self.waits_below(test, at, &counter) == Some(true);
+        }
+        let asks_first =
+            matches!((test.about.heads.as_slice(), first), ([head], Some(first)) if *head == first.to_string());
+        asks_first && graph.node(at).next.first().is_some_and(|next| !self.reach()[next.0 as usize])
+    }
+
+    /// `if let Some(left) = skip.checked_sub(1) { skip = left; continue; }`: it is counted down until nothing is left.
+    fn is_used_up_once(&self, test: &Test, way: &Way) -> bool {
+        let about = &test.about;
+        let ([place], [name], [left]) = (about.reads.as_slice(), about.names.as_slice(), about.binds.as_slice()) else {
+            return false;
+        };
+        let left = Some(Place::var(*left));
+        let counts = |id: NodeId| self.assigns(id, place) && self.search.graph.copied(id) == left;
+        about.is_presence
+            && name == "checked_sub"
+            && self.outlives(place)
+            && self.assigning(place).all(counts)
+            && way.nodes.iter().any(|id| counts(*id))
+            && !self.calls_write(place)
     }
 
     /// How a place changes in the region, if it is a counter; `None` if nothing changes it.

@@ -164,7 +164,8 @@ impl Gates<'_, '_> {
         let direct = self.nodes().any(|id| match &graph.node(id).effect {
             // `f.update(imu.read()?)`
             Effect::Update(update) if self.is_instance(&update.place) => {
-                !about.names.is_empty() && holds_names(&update.from)
+                let reads = |place: &Place| update.from.places.iter().any(|other| other.overlaps(place));
+                asks_name && holds_names(&update.from) && about.reads.iter().all(reads)
             }
             // `f.feed(imu.read()?)`
             Effect::Call(site) if self.concerns(site) => site.args.iter().any(|arg| holds_all(&arg.from)),
@@ -181,6 +182,11 @@ impl Gates<'_, '_> {
         let fed = &self.fed().places;
         if !about.lent.is_empty() && about.lent.iter().all(|place| fed.iter().any(|other| other.overlaps(place))) {
             return true;
+        }
+        let zips = about.names.iter().filter(|name| *name == "zip").count();
+        if zips > 0 && !about.names.iter().any(|name| is_of_iterator(name)) {
+            // `read().zip(radio())` is absent where either is.
+            return about.binds.len() > zips && about.binds.iter().all(|var| self.feeds_any(&[*var]));
         }
         if !about.binds.is_empty() {
             return self.feeds_any(&about.binds);
@@ -265,6 +271,10 @@ impl Gates<'_, '_> {
 pub(super) fn extend(all: &mut Computed, more: &Computed) {
     all.places.extend(more.places.iter().cloned());
     all.calls.extend(more.calls.iter().cloned());
+}
+
+fn is_of_iterator(name: &str) -> bool {
+    matches!(name, "next" | "iter" | "into_iter" | "iter_mut" | "last" | "nth" | "find" | "next_back")
 }
 
 fn is_question(name: &str) -> bool {

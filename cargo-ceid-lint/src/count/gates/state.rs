@@ -3,18 +3,22 @@
 use super::{Gates, contains_any};
 use crate::count::instances::is_lent;
 use crate::count::search::Region;
-use crate::flow::{Effect, LoopId, NodeId, Place, Test, Var};
+use crate::flow::{ChangeKind, Effect, LoopId, NodeId, Place, Test, Var};
 use crate::index::Ty;
 
 /// Parts of the names of parameters and types that hold settings.
 const SETTING_WORDS: &[&str] =
     &["conf", "cfg", "setting", "param", "option", "opts", "tuning", "calib", "limit", "gain", "const", "setup"];
 
+/// How many copies are followed to the latch that they are of.
+const MAX_COPIES: u32 = 4;
+
 impl Gates<'_, '_> {
     /// A truth value or option that is set once and never taken back.
     pub(super) fn is_latch(&self, test: &Test, at: NodeId) -> bool {
         let graph = self.search.graph;
-        let [place] = test.about.reads.as_slice() else { return false };
+        let [asked] = test.about.reads.as_slice() else { return false };
+        let place = &self.copied_from(asked);
         if !self.outlives(place) {
             return false;
         }
@@ -42,6 +46,18 @@ impl Gates<'_, '_> {
             && !self.calls_write(place)
     }
 
+    /// The place whose value a variable of the iteration was given: `let was_first = self.first;`
+    fn copied_from(&self, place: &Place) -> Place {
+        let mut at = place.clone();
+        for _ in 0..MAX_COPIES {
+            let mut given = self.assignments().of(&at).iter().filter(|id| self.assigns(**id, &at));
+            let (Some(only), None, false) = (given.next(), given.next(), self.outlives(&at)) else { break };
+            let Some(from) = self.search.graph.copied(*only) else { break };
+            at = from;
+        }
+        at
+    }
+
     /// Whether an iteration comes to one of the nodes where the state that a test asks for has a head from the beginning.
     fn reaches_with(&self, test: &Test, head: &str, nodes: &[NodeId]) -> bool {
         let graph = self.search.graph;
@@ -62,7 +78,8 @@ impl Gates<'_, '_> {
         let ([place, ..], [name]) = (test.about.reads.as_slice(), test.about.names.as_slice()) else { return false };
         let only_replaces = self.nodes().all(|id| match &graph.node(id).effect {
             Effect::Write(write) | Effect::Set(write) if write.place == *place => {
-                write.head.is_none() && !graph.changes.contains_key(&id) || write.head.as_deref() == Some("+")
+                let fills = graph.changes.get(&id).is_some_and(|change| change.kind == ChangeKind::Fills);
+                fills || write.head.as_deref() == Some("+")
             }
             _ => true,
         });

@@ -2,6 +2,7 @@
 
 use super::sources::Sources;
 use super::{Gates, Way};
+use crate::config::TimeBase;
 use crate::count::verdict::Gate;
 use crate::flow::{ChangeKind, Effect, NodeId, Place, Test, is_time_name};
 use crate::index::Ty;
@@ -93,7 +94,12 @@ impl Gates<'_, '_> {
     }
 
     fn is_time(&self, place: &Place) -> bool {
-        self.ty(place).as_ref().and_then(Ty::external_name).is_some_and(|name| TIMES.contains(&name))
+        let is_time = |ty: &Ty| ty.external_name().is_some_and(|name| TIMES.contains(&name));
+        match self.ty(place) {
+            // The time of the last step, of which there is none in the first one.
+            Some(Ty::External(path, args)) if path.ends_with("::Option") => args.first().is_some_and(is_time),
+            ty => ty.as_ref().is_some_and(is_time),
+        }
     }
 
     /// `since += dt`, `left -= dt`: a place to which a span of time is added.
@@ -122,23 +128,48 @@ impl Gates<'_, '_> {
 
     /// Whether the cycle keeps a time in a place.
     fn is_kept_time(&self, place: &Place) -> bool {
-        let is_named = is_clock_name(&self.last_name(place)) || self.is_time(place);
-        self.assigning(place).any(|id| {
-            let change = self.search.graph.changes.get(&id);
-            change.is_some_and(|change| {
-                change.kind != ChangeKind::Constant
-                    && (is_named || self.tells(&self.assignments().behind(&change.computed)))
-            })
-        })
+        if let Some(known) = self.kept_times.borrow().get(place) {
+            return *known;
+        }
+        let is_time = self.is_time(place);
+        let is_named = is_time || is_clock_name(&self.last_name(place));
+        let is_kept = self.nodes().any(|id| {
+            self.renews(id, place)
+                && match self.search.graph.changes.get(&id) {
+                    Some(change) => {
+                        change.kind != ChangeKind::Constant
+                            && (is_named || self.tells(&self.assignments().behind(&change.computed)))
+                    }
+                    // Without a step of its own, what is kept by a method may as well be the last sample.
+                    None => is_time || (is_named && self.time_base() == TimeBase::Passed),
+                }
+        });
+        self.kept_times.borrow_mut().insert(place.clone(), is_kept);
+        is_kept
+    }
+
+    /// Whether a node gives a place another value: by its name, by that of a reference to it, or in a method.
+    fn renews(&self, id: NodeId, place: &Place) -> bool {
+        let graph = self.search.graph;
+        match &graph.node(id).effect {
+            Effect::Call(site) => {
+                self.written_by(site).any(|own| own.overlaps(place) && own.steps.len() >= place.steps.len())
+            }
+            Effect::Write(write) if write.place != *place => {
+                let by_reference = write.place.base_var().is_some_and(|var| matches!(graph.var(var).ty, Ty::Ref(..)));
+                by_reference
+                    && !write.rebinds
+                    && graph.changes.contains_key(&id)
+                    && self.search.aliases.shared_roots(&write.place).contains(place)
+            }
+            _ => self.assigns(id, place) && graph.changes.contains_key(&id),
+        }
     }
 
     /// Whether a way sets one of these clocks.
     pub(super) fn sets_clock(&self, sources: &Sources, way: &Way) -> bool {
         let clocks: Vec<&Place> = self.clocks(sources).collect();
-        way.nodes.iter().any(|id| {
-            clocks.iter().any(|place| self.assigns(*id, place) && self.search.graph.changes.contains_key(id))
-                || self.laps(*id, sources)
-        })
+        way.nodes.iter().any(|id| clocks.iter().any(|place| self.renews(*id, place)) || self.laps(*id, sources))
     }
 
     /// A helper that keeps the time, and whose result the value is computed from: `let dt = self.lap();`
@@ -166,7 +197,7 @@ impl Gates<'_, '_> {
                 }
                 _ => false,
             },
-            _ => self.time_base() != crate::config::TimeBase::Inside && self.sets_clock(self.step(), way),
+            _ => self.time_base() != TimeBase::Inside && self.sets_clock(self.step(), way),
         }
     }
 
@@ -176,7 +207,12 @@ impl Gates<'_, '_> {
         self.clocks(&sources).any(|place| {
             way.nodes.iter().any(|id| {
                 self.assigns(*id, place)
-                    && self.search.graph.changes.get(id).is_some_and(|change| change.kind == ChangeKind::Other)
+                    && self
+                        .search
+                        .graph
+                        .changes
+                        .get(id)
+                        .is_some_and(|change| matches!(change.kind, ChangeKind::Fills | ChangeKind::Other))
             })
         })
     }

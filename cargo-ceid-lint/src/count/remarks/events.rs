@@ -12,7 +12,7 @@ use crate::count::instances::place_ty;
 use crate::count::search::{Region, Search};
 use crate::count::verdict::Pair;
 use crate::diagnostic::WitnessStep;
-use crate::flow::{ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Rounds, Test, takes_step};
+use crate::flow::{ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Rounds, SubjectId, Test, takes_step};
 use crate::index::{Index, Ty};
 
 /// How many events of a loop are told apart.
@@ -95,9 +95,10 @@ fn two_events(
         .collect();
     let behind: Vec<[BTreeSet<NodeId>; 2]> = arms
         .iter()
-        .map(|(arm, _)| {
+        .map(|(arm, test)| {
+            let presence = presence_before(graph, test);
             [0, 1].map(|side| {
-                let reached = reached_without(graph, id, *arm, side);
+                let reached = reached_without(graph, id, *arm, side, presence);
                 updates.iter().copied().filter(|update| !reached[update.0 as usize]).collect()
             })
         })
@@ -168,19 +169,43 @@ fn some_message_does_not(search: &Search<'_>, region: Region, arms: &[(NodeId, &
     })
 }
 
-/// The nodes that an iteration reaches without one side of a branch.
-fn reached_without(graph: &ControlFlowGraph, id: LoopId, branch: NodeId, side: usize) -> Vec<bool> {
+/// Whether something came at all, where the arms ask that together with what it is: `Ok(Event::Gyro(rate)) => …`.
+fn presence_before(graph: &ControlFlowGraph, arm: &Test) -> Option<SubjectId> {
+    graph.nodes.iter().find_map(|node| match &node.effect {
+        Effect::Branch(test) if test.about.is_event && test.about.asks_presence() => {
+            test.subject.filter(|_| test.about.names == arm.about.names)
+        }
+        _ => None,
+    })
+}
+
+/// The nodes that an iteration reaches without one side of a branch. Each question whether something came has the same answer.
+fn reached_without(
+    graph: &ControlFlowGraph,
+    id: LoopId,
+    branch: NodeId,
+    side: usize,
+    presence: Option<SubjectId>,
+) -> Vec<bool> {
     let head = graph.loop_info(id).head;
     let mut reached = vec![false; graph.nodes.len()];
-    let mut open = vec![head];
-    while let Some(at) = open.pop() {
-        if std::mem::replace(&mut reached[at.0 as usize], true) {
+    let mut seen = BTreeSet::new();
+    let mut open = vec![(head, u32::MAX)];
+    while let Some((at, known)) = open.pop() {
+        if !seen.insert((at, known)) {
             continue;
         }
+        reached[at.0 as usize] = true;
         for (number, next) in graph.node(at).next.iter().enumerate() {
-            let is_cut = at == branch && number == side;
+            let known = match &graph.node(at).effect {
+                Effect::Branch(test) if presence.is_some() && test.subject == presence => {
+                    known & if number == 0 { test.holds } else { test.fails }
+                }
+                _ => known,
+            };
+            let is_cut = known == 0 || (at == branch && number == side);
             if !is_cut && *next != head && graph.is_within(graph.node(*next).in_loop, id) {
-                open.push(*next);
+                open.push((*next, known));
             }
         }
     }

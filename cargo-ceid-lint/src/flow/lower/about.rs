@@ -64,7 +64,10 @@ impl Builder<'_> {
                 }
             }
             ExprKind::Binary { op, lhs, rhs } => {
-                about.is_comparison |= matches!(*op, "<" | "<=" | ">" | ">=");
+                if matches!(*op, "<" | "<=" | ">" | ">=") {
+                    about.is_comparison = true;
+                    about.compared = [self.static_place(*lhs), self.static_place(*rhs)];
+                }
                 match *op {
                     "%" => {
                         about.is_remainder = true;

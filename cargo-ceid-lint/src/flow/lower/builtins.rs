@@ -120,7 +120,20 @@ impl Builder<'_> {
             "replace" | "insert" if args.len() == 1 && value.place.is_some() => {
                 let given = self.expr(args[0]);
                 self.write_whole(value, &given, span);
+                match &value.place {
+                    Some(_) if self.is_optional(receiver) => self.note_filled(args[0]),
+                    Some(place) => self.note_given(place, args[0]),
+                    None => {}
+                }
                 Value { is_owned: false, ..value.clone() }
+            }
+            "clone_from" if args.len() == 1 && !self.may_hold_filter(self.ty(receiver)) => {
+                let given = self.expr(args[0]);
+                self.write_whole(value, &Value { place: None, ..given }, span);
+                if let Some(place) = &value.place {
+                    self.note_given(place, args[0]);
+                }
+                Value::default()
             }
             "get_or_insert_with" | "or_insert_with" | "get_or_insert" | "or_insert" | "get_or_init" => {
                 let given = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();

@@ -23,7 +23,7 @@ impl Builder<'_> {
         let kind = match op {
             None => {
                 let place = self.static_place(target);
-                self.change_kind(place.as_ref(), value, 0)
+                self.change_kind(place.as_ref(), value)
             }
             Some("%") => ChangeKind::Wraps,
             Some(op @ ("+" | "-")) => self.added(target, value, op == "+"),
@@ -31,6 +31,20 @@ impl Builder<'_> {
             Some(_) => ChangeKind::Other,
         };
         self.graph.changes.insert(at, Change { computed, kind });
+    }
+
+    /// Notes that the last node gives a place the value of an expression: `mem::replace(&mut last, now)`.
+    pub(super) fn note_given(&mut self, place: &Place, value: ExprId) {
+        let Some(at) = self.at else { return };
+        let change = Change { computed: self.computed_from(value), kind: self.change_kind(Some(place), value) };
+        self.graph.changes.insert(at, change);
+    }
+
+    /// Notes that the last node puts the value of an expression into an option.
+    pub(super) fn note_filled(&mut self, value: ExprId) {
+        let Some(at) = self.at else { return };
+        let change = Change { computed: self.computed_from(value), kind: ChangeKind::Fills };
+        self.graph.changes.insert(at, change);
     }
 
     /// Notes that the last node gives a copy of what a place holds: `let state = self.state`.
@@ -67,37 +81,44 @@ impl Builder<'_> {
         }
     }
 
-    fn change_kind(&mut self, place: Option<&Place>, value: ExprId, depth: u32) -> ChangeKind {
-        if self.constant_head(value).is_some() {
+    fn change_kind(&mut self, place: Option<&Place>, value: ExprId) -> ChangeKind {
+        self.change_kind_at(place, value, 0)
+    }
+
+    fn change_kind_at(&mut self, place: Option<&Place>, value: ExprId, depth: u32) -> ChangeKind {
+        let body = self.body();
+        // The head of `Some(now)` is constant, and `now` is not.
+        let is_made = matches!(&body.expr(value).kind, ExprKind::Call { args, .. }
+            if args.iter().any(|arg| self.constant_head(*arg).is_none()));
+        if !is_made && self.constant_head(value).is_some() {
             return ChangeKind::Constant;
         }
         if depth > 8 {
             return ChangeKind::Other;
         }
-        let body = self.body();
         let is_same = |this: &mut Self, expr: ExprId| place.is_some() && this.static_place(expr).as_ref() == place;
         match &body.expr(value).kind {
             ExprKind::Not(inner) if is_same(self, *inner) => ChangeKind::Toggles,
-            ExprKind::Cast { value, .. } => self.change_kind(place, *value, depth + 1),
+            ExprKind::Cast { value, .. } => self.change_kind_at(place, *value, depth + 1),
             ExprKind::Block(block) => match block.tail {
-                Some(tail) => self.change_kind(place, tail, depth + 1),
+                Some(tail) => self.change_kind_at(place, tail, depth + 1),
                 None => ChangeKind::Other,
             },
             ExprKind::If { then, otherwise: Some(otherwise), .. } => {
-                self.change_kind(place, *then, depth + 1).or(self.change_kind(place, *otherwise, depth + 1))
+                self.change_kind_at(place, *then, depth + 1).or(self.change_kind_at(place, *otherwise, depth + 1))
             }
             ExprKind::Binary { op: "%", lhs, .. } => {
-                let inner = self.change_kind(place, *lhs, depth + 1);
+                let inner = self.change_kind_at(place, *lhs, depth + 1);
                 if inner.counts() { ChangeKind::Wraps } else { ChangeKind::Other }
             }
-            ExprKind::Binary { op: "&", lhs, .. } => self.change_kind(place, *lhs, depth + 1),
+            ExprKind::Binary { op: "&", lhs, .. } => self.change_kind_at(place, *lhs, depth + 1),
             ExprKind::Binary { op: "+", lhs, rhs } if is_same(self, *rhs) => self.added(*rhs, *lhs, true),
             ExprKind::Binary { op: op @ ("+" | "-"), lhs, rhs } if is_same(self, *lhs) => {
                 self.added(*lhs, *rhs, *op == "+")
             }
             ExprKind::MethodCall { receiver, method, args, .. } => match (method.as_str(), args.as_slice()) {
                 ("rem_euclid", [_]) => {
-                    let inner = self.change_kind(place, *receiver, depth + 1);
+                    let inner = self.change_kind_at(place, *receiver, depth + 1);
                     if inner.counts() { ChangeKind::Wraps } else { ChangeKind::Other }
                 }
                 (
@@ -106,7 +127,7 @@ impl Builder<'_> {
                     [step],
                 ) if is_same(self, *receiver) => self.added(*receiver, *step, method.ends_with("_add")),
                 ("unwrap" | "expect" | "unwrap_or" | "unwrap_or_default", _) => {
-                    self.change_kind(place, *receiver, depth + 1)
+                    self.change_kind_at(place, *receiver, depth + 1)
                 }
                 _ => ChangeKind::Other,
             },

@@ -130,9 +130,13 @@ impl Builder<'_> {
             && let (Some(a), Some(b)) = (&left.place, &right.place)
         {
             let between = self.temporary(Ty::Unknown, span);
-            for (place, from) in
-                [(Place::var(between), a.clone()), (a.clone(), b.clone()), (b.clone(), Place::var(between))]
-            {
+            let moves = [
+                (Place::var(between), a.clone(), None),
+                (a.clone(), b.clone(), args.get(1)),
+                (b.clone(), Place::var(between), args.first()),
+            ];
+            for (place, from, given) in moves {
+                let changed = place.clone();
                 let assignment = crate::flow::Assignment {
                     place,
                     from: Some(from),
@@ -142,6 +146,9 @@ impl Builder<'_> {
                     same_as: None,
                 };
                 self.emit(Effect::Set(Box::new(assignment)), span);
+                if let Some(given) = given {
+                    self.note_given(&changed, *given);
+                }
             }
         }
         Value::default()
@@ -154,10 +161,15 @@ impl Builder<'_> {
         let Some(place) = values.first().and_then(|value| value.place.clone()) else { return Value::default() };
         // What was there has another name now, and may come back; the place holds a new instance.
         let taken = self.temporary(self.ty(id).clone(), span);
-        self.set(taken, &Value { place: Some(place.clone()), ..Value::default() }, span);
-        let new = values.get(1).cloned().unwrap_or_default();
+        let is_truth = *self.ty(id) == Ty::Bool;
+        let same_as = values.first().and_then(|value| value.same_as).filter(|_| is_truth);
+        let old = Value { place: Some(place.clone()), same_as, ..Value::default() };
+        self.set(taken, &old, span);
+        self.note_copied_part(taken, &old);
+        let taken_out = Value { head: is_truth.then(|| "false".to_owned()), ..Value::default() };
+        let new = values.get(1).cloned().unwrap_or(taken_out);
         let writes = crate::flow::Assignment {
-            place,
+            place: place.clone(),
             from: new.place,
             transfer: Transfer::Move,
             rebinds: false,
@@ -165,7 +177,11 @@ impl Builder<'_> {
             same_as: None,
         };
         self.emit(Effect::Write(Box::new(writes)), span);
-        Value { place: Some(Place::var(taken)), is_owned: true, ..Value::default() }
+        if let Some(given) = args.get(1) {
+            self.note_given(&place, *given);
+        }
+        let same_as = is_truth.then_some(taken);
+        Value { place: Some(Place::var(taken)), is_owned: true, same_as, ..Value::default() }
     }
 
     /// A thread or task of its own.

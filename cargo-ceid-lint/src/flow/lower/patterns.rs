@@ -44,8 +44,7 @@ impl Builder<'_> {
             }
             let mut own = matched.clone();
             own.about.is_event |= is_select;
-            let bound = self.vars_of(arm.pat);
-            self.derive(&bound, scrutinee);
+            self.derive_pattern(arm.pat, scrutinee);
             self.note_handed(arm.pat);
             own.span = Some(self.body().pat(arm.pat).span);
             own.text = format!("{} is {}", matched.text, self.pattern_text(arm.pat));
@@ -118,8 +117,7 @@ impl Builder<'_> {
         if self.at.is_none() {
             return;
         }
-        let bound = self.vars_of(pat);
-        self.derive(&bound, expr);
+        self.derive_pattern(pat, expr);
         let pure = self.pure(expr).or_else(|| value.same_as.map(|var| self.pure_var(var)));
         let mut about = self.about(expr);
         about.is_presence = true;
@@ -263,13 +261,13 @@ impl Builder<'_> {
             matches!(&def, Some(Def::Type(id)) if matches!(self.program.index.type_def(*id).shape, Shape::Struct(_)));
         let is_single = matches!(&def, Some(Def::Variant(id, _))
             if matches!(&self.program.index.type_def(*id).shape, Shape::Enum(variants) if variants.len() == 1));
-        let exact = inner.iter().all(|(_, pat)| self.is_irrefutable(*pat));
         if !is_struct && !is_single {
             let head = match &def {
                 Some(def) => self.def_head(def, ""),
                 None => self.path_text(pat),
             };
-            self.ask_heads(&[head], exact, matched, span, no);
+            // What it holds is asked by itself.
+            self.ask_heads(&[head], true, matched, span, no);
         }
         let is_transparent = matches!(&def, Some(Def::External(_)));
         for (name, pat) in inner {

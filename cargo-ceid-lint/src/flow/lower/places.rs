@@ -253,6 +253,21 @@ impl Builder<'_> {
             self.emit(Effect::Reset { place, full: false }, span);
             return Value::default();
         }
+        let body = self.body();
+        if let (ExprKind::Tuple(places), ExprKind::Tuple(parts)) = (&body.expr(target).kind, &body.expr(value).kind) {
+            for (number, (place, own)) in places.iter().zip(parts).enumerate() {
+                let part = given.place.as_ref().map(|place| place.field(&number.to_string()));
+                let part = Value { place: part, is_owned: true, ..Value::default() };
+                let bases = self.assigned_vars(*place);
+                self.derive(&bases, *own);
+                let before = self.at;
+                self.assign_to(*place, &part, span);
+                if self.at != before {
+                    self.note_change(*place, *own, None);
+                }
+            }
+            return Value::default();
+        }
         self.assign_to(target, &given, span);
         self.note_change(target, value, None);
         Value::default()

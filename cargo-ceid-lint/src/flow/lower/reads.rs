@@ -3,7 +3,7 @@
 use super::Builder;
 use crate::flow::{Computed, Var};
 use crate::index::MethodOwner;
-use crate::syntax::tree::{ExprId, ExprKind, Receiver, TypeRef};
+use crate::syntax::tree::{ExprId, ExprKind, PatId, PatKind, Receiver, TypeRef};
 use crate::types::Callee;
 
 impl Builder<'_> {
@@ -39,6 +39,27 @@ impl Builder<'_> {
             let all = self.graph.computed.entry(*var).or_default();
             all.places.extend(computed.places.iter().cloned());
             all.calls.extend(computed.calls.iter().cloned());
+        }
+    }
+
+    /// Notes what the names of a pattern are computed from: where a tuple is written out, each part from its own.
+    pub(super) fn derive_pattern(&mut self, pat: PatId, from: ExprId) {
+        let body = self.body();
+        match (&body.pat(pat).kind, &body.expr(from).kind) {
+            (PatKind::Or(pats), _) => {
+                for pat in pats {
+                    self.derive_pattern(*pat, from);
+                }
+            }
+            (PatKind::Tuple(pats), ExprKind::Tuple(parts)) if !pats.iter().any(|pat| body.is_rest(*pat)) => {
+                for (pat, part) in pats.iter().zip(parts) {
+                    self.derive_pattern(*pat, *part);
+                }
+            }
+            _ => {
+                let bound = self.vars_of(pat);
+                self.derive(&bound, from);
+            }
         }
     }
 

@@ -148,7 +148,7 @@ impl Builder<'_> {
 
     fn let_stmt(&mut self, pat: crate::syntax::tree::PatId, init: ExprId, span: Span) {
         let bound = self.vars_of(pat);
-        self.derive(&bound, init);
+        self.derive_pattern(pat, init);
         let value = self.expr_into(bound, init);
         if self.at.is_none() {
             // The names are still bound, so that what follows can be read.
@@ -169,8 +169,7 @@ impl Builder<'_> {
     }
 
     fn let_else(&mut self, pat: crate::syntax::tree::PatId, init: ExprId, otherwise: ExprId) {
-        let bound = self.vars_of(pat);
-        self.derive(&bound, init);
+        self.derive_pattern(pat, init);
         let value = self.expr(init);
         let span = self.body().pat(pat).span.to(self.span(init));
         let failed = self.add_node(Effect::Nothing, self.span(otherwise));
