@@ -43,7 +43,7 @@ impl Builder<'_> {
         })
     }
 
-    fn mark_dropped(&mut self, expr: ExprId, value: &Value, span: Span, how: &str) {
+    pub(super) fn mark_dropped(&mut self, expr: ExprId, value: &Value, span: Span, how: &str) {
         if let Some(guard) = self.guard_of(expr, value) {
             self.drop_early(guard, span, how);
         }
