@@ -132,7 +132,8 @@ fn every_workspace_that_expects_something_is_tested() {
         let directory = entry.expect("the directory is readable").path();
         let name = directory.file_name().expect("it has a name").to_string_lossy().into_owned();
         if directory.join("expected.txt").exists() {
-            assert!(tests.contains(&format!("check(\"{name}\")")), "`{name}` has no test");
+            let is_tested = ["check", "check_with"].iter().any(|call| tests.contains(&format!("{call}(\"{name}\"")));
+            assert!(is_tested, "`{name}` has no test");
         }
     }
 }

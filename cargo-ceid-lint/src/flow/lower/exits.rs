@@ -1,4 +1,4 @@
-//! Ways out: `break`, `continue`, `return`, `?`, and the bodies they leave.
+//! Ways out: the ends of blocks, `break`, `continue`, `return`, `?`, and the bodies they leave.
 
 use super::{Builder, Scope, ScopeKind, Value};
 use crate::flow::{Effect, GuardId, Mark, NodeId, Returned};
@@ -7,6 +7,34 @@ use crate::source::Span;
 use crate::syntax::tree::{Block, ExprId};
 
 impl Builder<'_> {
+    pub(super) fn open_block(&mut self) {
+        self.scopes.push(Scope { kind: ScopeKind::Block, guards: Vec::new() });
+    }
+
+    /// The number of the innermost scope.
+    pub(super) fn innermost(&self) -> usize {
+        self.scopes.len().saturating_sub(1)
+    }
+
+    /// Ends the innermost block: its guards are dropped.
+    pub(super) fn close_block(&mut self, span: Span) {
+        self.close_block_without(None, span);
+    }
+
+    /// The same, but one of its guards is what the block gives: it lives on outside.
+    pub(super) fn close_block_without(&mut self, moved: Option<GuardId>, span: Span) {
+        if let Some(mut scope) = self.scopes.pop() {
+            let before = scope.guards.len();
+            scope.guards.retain(|guard| Some(*guard) != moved);
+            if let (Some(outer), Some(moved)) = (self.scopes.last_mut(), moved.filter(|_| scope.guards.len() < before))
+            {
+                outer.guards.push(moved);
+                self.ended.insert(moved);
+            }
+            self.end_guards(&scope.guards, span);
+        }
+    }
+
     /// Code that `?` leaves (and `return`, if it is a function's or an async block's): its value is the value of the whole.
     pub(super) fn inline_body(
         &mut self,

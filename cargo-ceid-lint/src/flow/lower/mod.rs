@@ -474,34 +474,6 @@ impl<'a> Builder<'a> {
         self.emit(Effect::Set(Box::new(assignment)), span);
     }
 
-    fn open_block(&mut self) {
-        self.scopes.push(Scope { kind: ScopeKind::Block, guards: Vec::new() });
-    }
-
-    /// The number of the innermost scope.
-    fn innermost(&self) -> usize {
-        self.scopes.len().saturating_sub(1)
-    }
-
-    /// Ends the innermost block: its guards are dropped.
-    fn close_block(&mut self, span: Span) {
-        self.close_block_without(None, span);
-    }
-
-    /// The same, but one of its guards is what the block gives: it lives on outside.
-    fn close_block_without(&mut self, moved: Option<GuardId>, span: Span) {
-        if let Some(mut scope) = self.scopes.pop() {
-            let before = scope.guards.len();
-            scope.guards.retain(|guard| Some(*guard) != moved);
-            if let (Some(outer), Some(moved)) = (self.scopes.last_mut(), moved.filter(|_| scope.guards.len() < before))
-            {
-                outer.guards.push(moved);
-                self.ended.insert(moved);
-            }
-            self.end_guards(&scope.guards, span);
-        }
-    }
-
     fn add_loop(&mut self, info: LoopInfo) -> LoopId {
         let id = LoopId(u32::try_from(self.graph.loops.len()).expect("fewer than 2^32 loops"));
         self.graph.loops.push(info);
