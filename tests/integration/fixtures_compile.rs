@@ -71,6 +71,7 @@ fn workspaces_compile() {
         "configured_names",
         "configured_cycles",
         "configured_guards",
+        "configured_guard_forms",
         "configured_members",
         "init_robot",
         "init_nothing",

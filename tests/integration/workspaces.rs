@@ -85,6 +85,37 @@ fn guards_that_the_configuration_names() {
 }
 
 #[test]
+fn guards_that_no_plain_let_binds() {
+    check_with("configured_guard_forms", "expected.txt", &["-W", "unproved_update", "-W", "gated_update"]);
+}
+
+#[test]
+fn rules_of_guards_stand_at_the_pairs_they_hold() {
+    let directory = workspace::committed("configured_guard_forms");
+    let report = run(&directory, ["report", "--message-format", "json"]);
+    let report: serde_json::Value = serde_json::from_str(&report.stdout).expect("the report is JSON");
+    let cycles = report["cycles"].as_array().into_iter().flatten();
+    let pairs = cycles.flat_map(|cycle| {
+        let filters = cycle["filters"].as_array().into_iter().flatten();
+        filters.map(move |filter| {
+            let text = |value: &serde_json::Value| value.as_str().unwrap_or_default().to_owned();
+            let rules: Vec<String> = filter["rules"].as_array().into_iter().flatten().map(text).collect();
+            format!("{}: {} {}", text(&cycle["function"]), text(&filter["verdict"]), rules.join(" "))
+        })
+    });
+    let told: Vec<String> = pairs.collect();
+    for expected in [
+        "made_in_either_branch: guarded ",
+        "never_bound_but_used: guarded ceid::guard_dropped_early",
+        "dropped_in_the_middle: guarded ceid::guard_dropped_early",
+        "forgotten: missed ceid::forgotten_guard",
+        "before_the_loop: missed ceid::guard_outside_cycle",
+    ] {
+        assert!(told.iter().any(|line| line == expected), "{expected} in {told:#?}");
+    }
+}
+
+#[test]
 fn entries_for_members_of_a_workspace() {
     check("configured_members");
 }
@@ -101,7 +132,8 @@ fn every_workspace_that_expects_something_is_tested() {
         let directory = entry.expect("the directory is readable").path();
         let name = directory.file_name().expect("it has a name").to_string_lossy().into_owned();
         if directory.join("expected.txt").exists() {
-            assert!(tests.contains(&format!("check(\"{name}\")")), "`{name}` has no test");
+            let is_tested = ["check", "check_with"].iter().any(|call| tests.contains(&format!("{call}(\"{name}\"")));
+            assert!(is_tested, "`{name}` has no test");
         }
     }
 }

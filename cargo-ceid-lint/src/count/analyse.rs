@@ -82,7 +82,7 @@ pub struct GuardDefect {
     pub span: Span,
     /// What goes wrong there.
     pub what: String,
-    /// What it guards, as far as it is known.
+    /// What it guards as the source spells it, as far as it is known.
     pub names: Vec<String>,
     /// The function.
     pub function: String,
@@ -204,7 +204,7 @@ fn function_facts<'a>(
 }
 
 /// The filters that are or lie at a place.
-fn filters_at(index: &Index, graph: &ControlFlowGraph, aliases: &Aliases, place: &Place) -> Vec<Place> {
+pub(super) fn filters_at(index: &Index, graph: &ControlFlowGraph, aliases: &Aliases, place: &Place) -> Vec<Place> {
     let roots = aliases.roots(place).into_iter();
     let of_root = |root: Place| {
         let ty = place_ty(index, graph, &root);
@@ -341,7 +341,7 @@ impl Context<'_> {
         self.owed_elements(facts, &mut pairs);
         self.owed_halves(facts, &mut pairs);
         self.owed(facts, &mut pairs, analysis);
-        super::guards::defects(self.program, facts, analysis);
+        super::guards::add(self.program, facts, &mut pairs, analysis);
         super::remarks::add(self, facts, &mut pairs, analysis);
         let def = index.function(graph.function);
         let info = index.crate_of(def.module);

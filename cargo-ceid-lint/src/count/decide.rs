@@ -106,6 +106,15 @@ pub(super) fn inner_repeat<'s>(search: &'s Search<'_>, exploration: &Exploration
     }
 }
 
+/// Whether only guards would update the filter, and each of them that was to do it never ends.
+fn is_let_go(search: &Search<'_>) -> bool {
+    search.updating().into_iter().all(|at| match &search.graph.node(at).effect {
+        Effect::Update(update) => update.run_by.is_guard(),
+        Effect::GuardEnd(_) => true,
+        _ => false,
+    })
+}
+
 /// Decides a pair of a cycle and an instance that some path of it updates.
 pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) -> Decision {
     let exploration = explore(search, region);
@@ -162,7 +171,7 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
     // The updates that are there are another element's, or dead.
     let is_untouched = ends.iter().all(|end| end.state.count == Count::Zero && !end.state.reset);
     let is_element = search.instance.steps.iter().any(|step| matches!(step.key(), Some(IndexKey::Number(_))));
-    if is_untouched && is_element && !completing.is_empty() {
+    if is_untouched && (is_element || is_let_go(search)) && !completing.is_empty() {
         return missed(head_of(search, region), base);
     }
     // Which element of a map is passed over depends on its key.

@@ -1,10 +1,47 @@
 //! Guards that are not alive to the end of their cycle.
 
-use super::analyse::{Analysis, FunctionFacts, GuardDefect};
-use crate::flow::{Effect, LoopId, Program};
+use std::collections::{BTreeMap, BTreeSet};
 
-/// Finds the defects of a function's guards.
-pub(super) fn defects(program: &Program<'_>, facts: &FunctionFacts<'_>, analysis: &mut Analysis) {
+use super::analyse::{Analysis, CycleId, FunctionFacts, GuardDefect, filters_at};
+use super::remarks::note;
+use super::verdict::{Pair, Verdict};
+use crate::flow::{ControlFlowGraph, Effect, GuardInfo, LoopId, NodeId, Program};
+use crate::source::Span;
+
+/// Finds the defects of a function's guards, and adds their rules to the pairs of what they hold.
+pub(super) fn add(
+    program: &Program<'_>,
+    facts: &FunctionFacts<'_>,
+    pairs: &mut BTreeMap<CycleId, Vec<Pair>>,
+    analysis: &mut Analysis,
+) {
+    for (guard, defect) in defects(program, facts) {
+        let of_places = |place| filters_at(program.index, facts.graph, &facts.aliases, place);
+        let held: Vec<String> = guard
+            .updates
+            .iter()
+            .flat_map(of_places)
+            .map(|place| facts.graph.place_name(program.index, &place))
+            .chain(defect.names.iter().cloned())
+            .collect();
+        let of_cycle = |id: CycleId| match id {
+            CycleId::Loop(id) => Some(facts.graph.loop_info(id).keyword) == defect.cycle,
+            CycleId::Function => defect.cycle.is_none(),
+        };
+        let own = pairs.iter_mut().filter(|(id, _)| of_cycle(**id)).flat_map(|(_, pairs)| pairs);
+        for pair in own.filter(|pair| held.is_empty() || held.contains(&pair.name)) {
+            // That it is not updated is what the guard's own finding tells.
+            if matches!(pair.verdict, Verdict::Missed | Verdict::Skipped) {
+                pair.rules.retain(|rule| Some(*rule) != pair.verdict.rule());
+            }
+            note(pair, defect.rule);
+        }
+        analysis.guards.push(defect);
+    }
+}
+
+fn defects<'f>(program: &Program<'_>, facts: &'f FunctionFacts<'_>) -> Vec<(&'f GuardInfo, GuardDefect)> {
+    let mut found = Vec::new();
     let graph = facts.graph;
     let index = program.index;
     let def = index.function(graph.function);
@@ -26,14 +63,14 @@ pub(super) fn defects(program: &Program<'_>, facts: &FunctionFacts<'_>, analysis
             defect.rule = "forgotten_guard";
             defect.span = *span;
             defect.what.clone_from(how);
-            analysis.guards.push(defect);
+            found.push((guard, defect));
             continue;
         }
         if let Some((span, how)) = &guard.dropped {
             defect.rule = "guard_dropped_early";
             defect.span = *span;
             defect.what.clone_from(how);
-            analysis.guards.push(defect);
+            found.push((guard, defect));
             continue;
         }
         // The loop that runs while the guard is alive, and never ends before it.
@@ -50,41 +87,44 @@ pub(super) fn defects(program: &Program<'_>, facts: &FunctionFacts<'_>, analysis
         if let Some((_, own)) = inside {
             defect.rule = "guard_outside_cycle";
             defect.cycle = Some(own.keyword);
-            analysis.guards.push(defect);
+            found.push((guard, defect));
             continue;
         }
         if let Some(early) = ends_in_inner_block(graph, guard, end) {
             defect.rule = "guard_dropped_early";
             defect.span = early;
             defect.what = "the block it is bound in ends here".to_owned();
-            analysis.guards.push(defect);
+            found.push((guard, defect));
         }
     }
+    found
 }
 
 /// Where the block of a guard ends, if the cycle goes on behind it.
-fn ends_in_inner_block(
-    graph: &crate::flow::ControlFlowGraph,
-    guard: &crate::flow::GuardInfo,
-    end: Option<crate::flow::NodeId>,
-) -> Option<crate::source::Span> {
+fn ends_in_inner_block(graph: &ControlFlowGraph, guard: &GuardInfo, end: Option<NodeId>) -> Option<Span> {
     let end = end?;
     let own = guard.in_loop?;
+    let place = graph.node(end).span;
+    let mut seen = BTreeSet::new();
+    let mut open = vec![end];
     // The guard's end leads to the loop's head through nothing that does something.
-    let mut at = end;
-    for _ in 0..64 {
-        let node = graph.node(at);
-        let next = node.next.first().copied()?;
-        if next == graph.loop_info(own).head {
-            return None;
-        }
-        if !graph.is_within(graph.node(next).in_loop, own) {
-            return None;
-        }
-        match &graph.node(next).effect {
-            Effect::Nothing | Effect::GuardEnd(_) | Effect::Set(_) => at = next,
-            Effect::Update(update) if update.run_by.is_guard() => at = next,
-            _ => return Some(graph.node(end).span),
+    while let Some(at) = open.pop() {
+        for next in graph.node(at).next.iter().copied() {
+            let is_out = next == graph.loop_info(own).head || !graph.is_within(graph.node(next).in_loop, own);
+            if is_out || !seen.insert(next) {
+                continue;
+            }
+            let node = graph.node(next);
+            let is_quiet = match &node.effect {
+                Effect::Nothing | Effect::GuardEnd(_) | Effect::Set(_) => true,
+                Effect::Update(update) => update.run_by.is_guard(),
+                // What else ends with the block.
+                _ => node.span == place,
+            };
+            if !is_quiet {
+                return Some(place);
+            }
+            open.push(next);
         }
     }
     None

@@ -31,4 +31,4 @@ pub use analyse::{Analysis, GuardDefect, Unregistered, analyse};
 pub use counts::Count;
 pub use functions::is_cycle_function;
 pub use remarks::{Fact, Remark};
-pub use verdict::{Cycle, CycleKind, Evidence, Gate, Pair, Verdict};
+pub use verdict::{Cycle, CycleKind, Evidence, Gate, Pair, Verdict, is_guard_rule};

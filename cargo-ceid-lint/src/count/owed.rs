@@ -199,13 +199,6 @@ impl Context<'_> {
             return;
         }
         let uses = self.uses(facts, place);
-        // A guard that never ends is what is wrong with what it holds.
-        let is_forgotten = graph.guards.iter().filter(|guard| guard.forgotten.is_some()).any(|guard| {
-            guard.updates.iter().any(|held| facts.aliases.shared_roots(held).iter().any(|root| root.overlaps(place)))
-        });
-        if is_forgotten {
-            return;
-        }
         if uses.leaves || (leaf.is_uncertain && !uses.copied && !self.is_beside_updated(facts, place)) {
             return;
         }

@@ -158,6 +158,20 @@ pub struct Pair {
     pub known: bool,
 }
 
+/// Whether a rule says that a guard is not there for its cycle.
+#[must_use]
+pub fn is_guard_rule(rule: &str) -> bool {
+    matches!(rule, "forgotten_guard" | "guard_dropped_early" | "guard_outside_cycle")
+}
+
+impl Pair {
+    /// Whether it is proved to be right: its counts are, and its guard is alive to the end of the cycle.
+    #[must_use]
+    pub fn is_proved(&self) -> bool {
+        self.verdict.is_proved() && !self.rules.iter().any(|rule| is_guard_rule(rule))
+    }
+}
+
 /// A path that shows a verdict.
 #[derive(Clone, Debug)]
 pub struct Evidence {

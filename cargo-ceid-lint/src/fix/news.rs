@@ -60,7 +60,7 @@ fn told(report: &Report) -> Vec<Told> {
         add(name(finding.primary.span.file), vec![finding.rule, &facts.function], &facts.filters, words);
     }
     for cycle in &report.cycles {
-        for pair in cycle.filters.iter().filter(|pair| !pair.verdict.is_proved()) {
+        for pair in cycle.filters.iter().filter(|pair| !pair.is_proved()) {
             let verdict = pair.verdict.name();
             let words = format!("`{}` in `{}` would be {verdict}", pair.name, cycle.function);
             add(

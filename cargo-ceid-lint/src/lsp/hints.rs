@@ -22,7 +22,7 @@ pub(super) fn hints(view: &View<'_>, range: Range) -> Vec<Value> {
 /// `proved: kf, pf once per cycle; gyro once per sample`
 fn proved(cycle: &Cycle) -> Option<String> {
     let mut groups: Vec<(&str, Vec<&str>)> = Vec::new();
-    for pair in cycle.filters.iter().filter(|pair| pair.verdict.is_proved()) {
+    for pair in cycle.filters.iter().filter(|pair| pair.is_proved()) {
         let how = match pair.verdict {
             Verdict::OnceOrReset => "once per cycle or reset",
             Verdict::PerSample => "once per sample",

@@ -59,7 +59,7 @@ fn of_pair(report: &Report, cycle: &Cycle, pair: &Pair) -> TestCase {
         (_, Some(cause), Verdict::Unproved) => Some(format!("unproved: {cause}")),
         (Some(reason), ..) => Some(format!("suppressed: {reason}")),
         (None, None, Verdict::Unproved) => Some("unproved".to_owned()),
-        (None, _, verdict) if verdict.is_proved() => None,
+        (None, ..) if pair.is_proved() => None,
         (None, _, verdict) => Some(format!("{}, which is allowed", verdict.name())),
     };
     let why = match (unchanged, pair.known) {

@@ -246,7 +246,7 @@ struct Widths {
 fn line(pair: &Pair, widths: &Widths, style: Style) -> String {
     let paint = match pair.verdict {
         Verdict::Unproved => Paint::Yellow,
-        verdict if verdict.is_proved() => Paint::Green,
+        _ if pair.is_proved() => Paint::Green,
         _ => Paint::Red,
     };
     let verdict = style.paint(paint, &format!("{:width$}", pair.verdict.name(), width = widths.verdict));

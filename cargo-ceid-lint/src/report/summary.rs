@@ -47,7 +47,7 @@ impl Summary {
             summary.filters += 1;
             match pair.verdict {
                 Verdict::Unproved => summary.unproved += 1,
-                verdict if verdict.is_proved() => summary.proved += 1,
+                _ if pair.is_proved() => summary.proved += 1,
                 _ => summary.violated += 1,
             }
         }

@@ -11,7 +11,7 @@ use crate::source::Span;
 pub fn findings(analysis: &Analysis, known: &Known<'_>) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     for cycle in &analysis.cycles {
-        of_cycle(cycle, analysis, known, &mut found);
+        of_cycle(cycle, known, &mut found);
     }
     let mut others: Vec<Diagnostic> = analysis.unregistered.iter().filter_map(unregistered).collect();
     others.extend(analysis.guards.iter().filter_map(guard));
@@ -41,16 +41,8 @@ fn with_hidden<'p>(
 }
 
 /// One finding for each pair that a rule fires on; siblings that go wrong together share one.
-fn of_cycle(cycle: &Cycle, analysis: &Analysis, known: &Known<'_>, found: &mut Vec<Diagnostic>) {
-    let mut missed: Vec<&Pair> = of_verdict(cycle, Verdict::Missed);
-    // A guard that is not there for the cycle is the cause of what the cycle misses.
-    let broken = analysis.guards.iter().find(|guard| {
-        guard.cycle == Some(cycle.head)
-            && matches!(guard.rule, "guard_outside_cycle" | "forgotten_guard" | "guard_dropped_early")
-    });
-    if let Some(guard) = broken {
-        missed.retain(|pair| !guard.names.is_empty() && !guard.names.contains(&pair.name));
-    }
+fn of_cycle(cycle: &Cycle, known: &Known<'_>, found: &mut Vec<Diagnostic>) {
+    let missed: Vec<&Pair> = of_verdict(cycle, Verdict::Missed);
     let mut add = |finding: Option<Diagnostic>, hidden: Option<Hidden>| {
         let suppressed = hidden.map(|hidden| hidden.reason);
         found.extend(finding.map(|finding| Diagnostic { suppressed, ..finding }));
@@ -94,10 +86,13 @@ fn pasted_from<'p>(missed: &Pair, repeats: &[&'p Pair]) -> Option<&'p Pair> {
     of_type.copied().min_by_key(|pair| strsim::osa_distance(&pair.name, &missed.name))
 }
 
-/// The pairs of a verdict that no other finding tells: what only a debug build updates has one of its own.
+/// The pairs of a verdict that no other finding tells: what only a debug build updates has one of its own, and so has a guard
+/// that is not there for the cycle.
 fn of_verdict(cycle: &Cycle, verdict: Verdict) -> Vec<&Pair> {
     let is_told = |pair: &&Pair| {
-        matches!(verdict, Verdict::Missed | Verdict::Skipped) && pair.rules.contains(&"debug_only_update")
+        let has_own =
+            pair.rules.contains(&"debug_only_update") || verdict.rule().is_some_and(|rule| !pair.rules.contains(&rule));
+        matches!(verdict, Verdict::Missed | Verdict::Skipped) && has_own
     };
     cycle.filters.iter().filter(|pair| pair.verdict == verdict).filter(|pair| !is_told(pair)).collect()
 }

@@ -114,7 +114,7 @@ fn is_migratable(context: &Context<'_>, facts: &FunctionFacts<'_>, id: CycleId) 
 }
 
 /// Adds a rule to those that fire on a pair.
-fn note(pair: &mut Pair, rule: &'static str) {
+pub(super) fn note(pair: &mut Pair, rule: &'static str) {
     if !pair.rules.contains(&rule) {
         pair.rules.push(rule);
         pair.rules.sort_unstable();

@@ -14,7 +14,7 @@ impl Builder<'_> {
         if let Some(found) = self.method_by_name(id, receiver, method, args, &value) {
             return found;
         }
-        let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
+        let values = self.values(args);
         let span = self.span(id);
         if self.is_future(&value) {
             self.keep_closure(&value, span);
@@ -164,6 +164,9 @@ impl Builder<'_> {
             }
             "then" if *self.ty(receiver) == Ty::Bool => {
                 let given = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
+                if let Some(closure) = given.closure.filter(|_| self.is_guard(id)) {
+                    return Some(self.guard_if_true(id, value, receiver, closure));
+                }
                 if let Some(closure) = given.closure {
                     self.on_true(value, receiver, span, |this| {
                         this.inline_closure(closure, &[], span);
@@ -403,6 +406,7 @@ impl Builder<'_> {
     /// The whole content of a wrapper is replaced.
     fn write_whole(&mut self, value: &Value, given: &Value, span: crate::source::Span) {
         self.keep_closure(given, span);
+        self.lose_made(given);
         let Some(place) = &value.place else { return };
         if self.at.is_none() {
             return;

@@ -46,7 +46,13 @@ impl Builder<'_> {
     }
 
     pub(super) fn values(&mut self, args: &[ExprId]) -> Vec<Value> {
-        args.iter().map(|arg| self.expr(*arg)).collect()
+        let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
+        for (value, arg) in values.iter().zip(args) {
+            if !matches!(self.ty(*arg), Ty::Ref(..)) {
+                self.lose_made(value);
+            }
+        }
+        values
     }
 
     fn constructor(&mut self, id: ExprId, def: Option<&Def>, args: &[ExprId]) -> Value {
@@ -66,7 +72,11 @@ impl Builder<'_> {
                 }
                 Value { place: Some(Place::var(var)), is_owned: true, head: Some(variant), ..Value::default() }
             }
-            _ => self.aggregate(id, args),
+            _ => {
+                let value = self.aggregate(id, args);
+                self.note_literal(id, &value);
+                value
+            }
         }
     }
 
@@ -183,6 +193,9 @@ impl Builder<'_> {
         }
         if let Some(value) = self.switch_call(resolved, exprs, values, id) {
             return value;
+        }
+        if self.is_guard(id) {
+            return self.guard_from_call(id, resolved, exprs, values);
         }
         let result = self.emit_call(id, &resolved.targets, exprs, values, None);
         if self.never_returns(id) {

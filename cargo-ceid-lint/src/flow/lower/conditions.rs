@@ -18,7 +18,8 @@ impl Builder<'_> {
         self.open_block();
         self.condition(condition, no);
         let value = self.expr(then);
-        self.close_block(self.span(then));
+        let moved = self.moved_guard(&value);
+        self.close_block_without(moved, self.span(then));
         self.end_branch(&join, &value, self.span(then));
         self.resume_if_reached(no);
         let value = otherwise.map(|otherwise| self.expr(otherwise)).unwrap_or_default();

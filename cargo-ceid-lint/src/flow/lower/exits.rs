@@ -1,12 +1,40 @@
-//! Ways out: `break`, `continue`, `return`, `?`, and the bodies they leave.
+//! Ways out: the ends of blocks, `break`, `continue`, `return`, `?`, and the bodies they leave.
 
 use super::{Builder, Scope, ScopeKind, Value};
-use crate::flow::{Effect, Mark, NodeId, Returned};
+use crate::flow::{Effect, GuardId, Mark, NodeId, Returned};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{Block, ExprId};
 
 impl Builder<'_> {
+    pub(super) fn open_block(&mut self) {
+        self.scopes.push(Scope { kind: ScopeKind::Block, guards: Vec::new() });
+    }
+
+    /// The number of the innermost scope.
+    pub(super) fn innermost(&self) -> usize {
+        self.scopes.len().saturating_sub(1)
+    }
+
+    /// Ends the innermost block: its guards are dropped.
+    pub(super) fn close_block(&mut self, span: Span) {
+        self.close_block_without(None, span);
+    }
+
+    /// The same, but one of its guards is what the block gives: it lives on outside.
+    pub(super) fn close_block_without(&mut self, moved: Option<GuardId>, span: Span) {
+        if let Some(mut scope) = self.scopes.pop() {
+            let before = scope.guards.len();
+            scope.guards.retain(|guard| Some(*guard) != moved);
+            if let (Some(outer), Some(moved)) = (self.scopes.last_mut(), moved.filter(|_| scope.guards.len() < before))
+            {
+                outer.guards.push(moved);
+                self.ended.insert(moved);
+            }
+            self.end_guards(&scope.guards, span);
+        }
+    }
+
     /// Code that `?` leaves (and `return`, if it is a function's or an async block's): its value is the value of the whole.
     pub(super) fn inline_body(
         &mut self,
@@ -19,7 +47,8 @@ impl Builder<'_> {
         let kind = ScopeKind::Body { catches_return, after: join.after, value: join.value };
         self.scopes.push(Scope { kind, guards: Vec::new() });
         let value = inside(self);
-        self.scopes.pop();
+        let moved = self.moved_guard(&value);
+        self.close_block_without(moved, span);
         self.end_branch(&join, &value, span);
         self.close_join(&join)
     }
@@ -46,8 +75,9 @@ impl Builder<'_> {
         let value = value.map(|value| self.expr(value)).unwrap_or_default();
         let span = self.span(id);
         if let Some((at, after, var)) = self.target(label, false) {
-            self.leave_scopes(at, span);
+            self.end_scopes(at + 1, None, span);
             self.emit(Effect::Mark(Mark::Break), span);
+            self.join_made(&value, var, span);
             self.set(var, &value, span);
             self.jump(after);
         }
@@ -60,7 +90,7 @@ impl Builder<'_> {
         if let Some((at, again, _)) = self.target(label, true) {
             // The `continue` itself is a step of the path.
             self.emit(Effect::Mark(Mark::Continue), span);
-            self.leave_scopes(at, span);
+            self.end_scopes(at + 1, None, span);
             self.jump(again);
         }
         self.at = None;
@@ -85,9 +115,10 @@ impl Builder<'_> {
         })
     }
 
-    /// Ends the guards of all scopes inside the one at that depth.
-    fn leave_scopes(&mut self, depth: usize, span: Span) {
-        let guards: Vec<Vec<_>> = self.scopes[depth + 1..].iter().map(|scope| scope.guards.clone()).collect();
+    /// Ends the guards of all scopes from the one at that depth on, but for the one that lives on elsewhere.
+    fn end_scopes(&mut self, first: usize, moved: Option<GuardId>, span: Span) {
+        let of_scope = |scope: &Scope| scope.guards.iter().copied().filter(|id| Some(*id) != moved).collect();
+        let guards: Vec<Vec<_>> = self.scopes[first..].iter().map(of_scope).collect();
         for guards in guards.iter().rev() {
             self.end_guards(guards, span);
         }
@@ -111,16 +142,21 @@ impl Builder<'_> {
         });
         match body {
             Some((at, after, var)) => {
+                self.join_made(&value, var, span);
                 self.set(var, &value, span);
                 self.arrived.entry(var).or_default().push(value.closure);
-                self.leave_scopes(at, span);
+                // A guard that is given back lives on where the value goes.
+                let moved = self.moved_guard(&value);
+                for scope in &mut self.scopes[at - 1..at] {
+                    scope.guards.extend(moved);
+                }
+                self.ended.extend(moved);
+                self.end_scopes(at + 1, moved, span);
                 self.jump(after);
             }
             None => {
-                let guards: Vec<Vec<_>> = self.scopes.iter().map(|scope| scope.guards.clone()).collect();
-                for guards in guards.iter().rev() {
-                    self.end_guards(guards, span);
-                }
+                let moved = self.moved_guard(&value);
+                self.end_scopes(0, moved, span);
                 self.leave_function(value, span);
             }
         }

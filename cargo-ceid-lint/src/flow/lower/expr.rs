@@ -209,7 +209,9 @@ impl Builder<'_> {
             let value = self.expr(rest);
             self.place_part(Place::var(var), &value, rest);
         }
-        Value { place: Some(Place::var(var)), is_owned: true, head: variant, ..Value::default() }
+        let value = Value { place: Some(Place::var(var)), is_owned: true, head: variant, ..Value::default() };
+        self.note_literal(id, &value);
+        value
     }
 
     pub(super) fn aggregate(&mut self, id: ExprId, parts: &[ExprId]) -> Value {
@@ -218,6 +220,21 @@ impl Builder<'_> {
         for (number, part) in parts.iter().enumerate() {
             let value = self.expr(*part);
             self.place_part(Place::var(var).field(&number.to_string()), &value, *part);
+        }
+        Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }
+    }
+
+    /// A tuple or array whose parts are known already.
+    pub(super) fn gathered(&mut self, id: ExprId, parts: &[ExprId], values: &[Value]) -> Value {
+        let is_array = matches!(self.body().expr(id).kind, ExprKind::Array { .. });
+        let var = self.temporary(self.ty(id).clone(), self.span(id));
+        for (number, (part, value)) in parts.iter().zip(values).enumerate() {
+            let whole = Place::var(var);
+            let place = match is_array {
+                true => whole.element(IndexKey::Number(number as u64)),
+                false => whole.field(&number.to_string()),
+            };
+            self.place_part(place, value, *part);
         }
         Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }
     }
@@ -246,6 +263,10 @@ impl Builder<'_> {
     /// A part of a new value.
     pub(super) fn place_part(&mut self, part: Place, value: &Value, expr: ExprId) {
         self.keep_closure(value, self.span(expr));
+        self.move_made(value.place.as_ref(), &part);
+        if let (Some(guard), Some(var)) = (self.moved_guard(value), part.base_var()) {
+            self.guards_of.insert(var, guard);
+        }
         if self.at.is_some() && value.same_as.is_some() && self.is_state(self.ty(expr)) {
             // What is bound to the part is the same state.
             let assignment = crate::flow::Assignment {

@@ -26,7 +26,7 @@ impl Builder<'_> {
             "std::mem::drop" => {
                 if let Some(arg) = args.first() {
                     let value = self.expr(*arg);
-                    self.drop_value(*arg, &value, span);
+                    self.drop_value(id, *arg, &value);
                 }
                 return Value::default();
             }

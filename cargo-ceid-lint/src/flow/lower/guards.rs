@@ -1,10 +1,12 @@
 //! Guards: where they are made, what they hold, and how they end.
 
+use super::made::Made;
 use super::{Builder, Value};
 use crate::flow::{Argument, CallSite, Effect, GuardId, GuardInfo, IndexKey, Place, RunBy, Update, Var};
 use crate::index::{FunctionId, Ty, is_guard_type};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
+use crate::types::Callee;
 
 /// Sets lie in sets; deeper ones are guarded as a whole.
 const MAX_DEPTH: u32 = 6;
@@ -34,7 +36,7 @@ impl Builder<'_> {
         }
     }
 
-    fn is_guard_ty(&self, ty: &Ty) -> bool {
+    pub(super) fn is_guard_ty(&self, ty: &Ty) -> bool {
         if self.program.index.guard_spec(ty).is_some() {
             return true;
         }
@@ -48,7 +50,13 @@ impl Builder<'_> {
         }
     }
 
-    fn add_guard(&mut self, span: Span, holds: Vec<Var>, updates: Vec<Place>, names: Vec<String>) -> GuardId {
+    pub(super) fn add_guard(
+        &mut self,
+        span: Span,
+        holds: Vec<Var>,
+        updates: Vec<Place>,
+        names: Vec<String>,
+    ) -> GuardId {
         let id = GuardId(u32::try_from(self.graph.guards.len()).expect("fewer than 2^32 guards"));
         let in_loop = self.loops.last().copied();
         self.graph.guards.push(GuardInfo {
@@ -65,26 +73,19 @@ impl Builder<'_> {
         id
     }
 
-    /// The variable that a guard knows a place by.
-    fn held(&mut self, place: Place, span: Span) -> Var {
-        let held = self.temporary(Ty::Unknown, span);
-        self.set(held, &Value { place: Some(place), ..Value::default() }, span);
-        held
-    }
-
-    /// A guard takes effect; whether it is still alive is known on each way.
-    fn start_guard(&mut self, id: GuardId, span: Span) {
+    /// A guard takes effect in a scope; whether it is still alive is known on each way.
+    pub(super) fn start_guard(&mut self, id: GuardId, scope: usize, span: Span) {
         let alive = self.temporary(Ty::Bool, span);
         self.set(alive, &Value { head: Some("true".to_owned()), ..Value::default() }, span);
         self.alive.insert(id, alive);
         self.emit(Effect::GuardStart(id), span);
-        if let Some(scope) = self.scopes.last_mut() {
+        if let Some(scope) = self.scopes.get_mut(scope) {
             scope.guards.push(id);
         }
     }
 
     /// The destructor of a type of the analysed code that may hold filters or references to them.
-    fn destructor(&self, ty: &Ty) -> Option<FunctionId> {
+    pub(super) fn destructor(&self, ty: &Ty) -> Option<FunctionId> {
         let index = self.program.index;
         if !matches!(ty, Ty::Adt(..)) || !self.may_hold_filter(ty) || index.guard_spec(ty).is_some() {
             return None;
@@ -95,7 +96,7 @@ impl Builder<'_> {
     }
 
     /// A value whose own destructor runs where its scope ends.
-    fn bind_destructor(&mut self, var: Var, value: &Value, span: Span) {
+    pub(super) fn bind_destructor(&mut self, var: Var, value: &Value, span: Span) {
         let Some(destructor) = self.destructor(&self.graph.var(var).ty.clone()) else { return };
         if !value.is_owned {
             return;
@@ -103,11 +104,11 @@ impl Builder<'_> {
         let id = self.add_guard(span, vec![var], Vec::new(), Vec::new());
         self.graph.guards[id.0 as usize].destructor = Some(destructor);
         self.guards_of.insert(var, id);
-        self.start_guard(id, span);
+        self.start_guard(id, self.innermost(), span);
     }
 
     /// Runs a destructor.
-    fn destroy(&mut self, destructor: FunctionId, place: Place, span: Span) {
+    pub(super) fn destroy(&mut self, destructor: FunctionId, place: Place, span: Span) {
         let result = self.temporary(Ty::Tuple(Vec::new()), span);
         let site = CallSite {
             targets: vec![destructor],
@@ -126,12 +127,12 @@ impl Builder<'_> {
     /// The end of a scope: guards that are still alive end.
     pub(super) fn end_guards(&mut self, guards: &[GuardId], span: Span) {
         for guard in guards.iter().rev() {
-            let info = &self.graph.guards[guard.0 as usize];
-            if self.at.is_none() || info.forgotten.is_some() {
-                continue;
+            if self.at.is_none() {
+                return;
             }
-            match self.alive.get(guard).copied().filter(|_| info.dropped.is_some()) {
-                None if info.dropped.is_some() => {}
+            let may_have_ended = self.ended.contains(guard);
+            match self.alive.get(guard).copied().filter(|_| may_have_ended) {
+                None if may_have_ended => {}
                 None => self.end_guard(*guard, span),
                 Some(alive) => {
                     let subject = self.subject(self.pure_var(alive), Some(vec!["true".to_owned(), "false".to_owned()]));
@@ -167,7 +168,7 @@ impl Builder<'_> {
         for (_, place, ty) in places {
             self.admit(id, place, ty, span);
         }
-        self.start_guard(id, span);
+        self.start_guard(id, self.innermost(), span);
     }
 
     /// What the guard of a place updates: the filter there, or each filter that the set, array or tuple there has.
@@ -207,7 +208,7 @@ impl Builder<'_> {
     }
 
     /// The guard that a value is; one that was not seen before is made here.
-    fn guard_of(&mut self, expr: ExprId, value: &Value) -> Option<GuardId> {
+    pub(super) fn guard_of(&mut self, expr: ExprId, value: &Value) -> Option<GuardId> {
         let var = value.place.as_ref().and_then(Place::base_var);
         if let Some(id) = var.and_then(|var| self.guards_of.get(&var)) {
             return Some(*id);
@@ -215,53 +216,30 @@ impl Builder<'_> {
         if !self.is_guard(expr) {
             return None;
         }
-        let id = self.make_guard(var, self.span(expr));
+        let made = value.place.as_ref().map(|place| self.take_made(place)).unwrap_or_default();
+        let id = match made.into_iter().next() {
+            Some(made) => self.guard_from(made),
+            None => self.add_guard(self.span(expr), Vec::new(), Vec::new(), Vec::new()),
+        };
+        if let Some(var) = var {
+            self.guards_of.insert(var, id);
+        }
         Some(id)
     }
 
     /// A guard over what the call that made it was given.
-    fn make_guard(&mut self, var: Option<Var>, span: Span) -> GuardId {
-        let mut holds = Vec::new();
+    pub(super) fn guard_from(&mut self, made: Made) -> GuardId {
         let mut updates = Vec::new();
-        let mut names = Vec::new();
-        let mut adapted = Vec::new();
-        for (name, place, ty) in var.and_then(|var| self.guarded.get(&var).cloned()).unwrap_or_default() {
-            adapted.push((place.clone(), ty.clone()));
-            let held = self.held(place, span);
-            holds.push(held);
-            names.push(name);
-            self.filters_in(Place::var(held), &ty, 0, &mut updates);
+        for lent in &made.lent {
+            self.filters_in(Place::var(lent.held), &lent.ty, 0, &mut updates);
         }
-        let id = self.add_guard(span, holds, updates, names);
-        for (place, ty) in adapted {
-            self.admit(id, &place, &ty, span);
-        }
-        if let Some(var) = var {
-            self.guards_of.insert(var, id);
+        let holds = made.lent.iter().map(|lent| lent.held).collect();
+        let names = made.lent.iter().map(|lent| lent.name.clone()).collect();
+        let id = self.add_guard(made.span, holds, updates, names);
+        for lent in made.lent {
+            self.admit(id, &lent.place, &lent.ty, made.span);
         }
         id
-    }
-
-    /// A variable that a guard is bound to: the guard lives to the end of the block.
-    pub(super) fn bind_guard(&mut self, var: Var, value: &Value, span: Span) {
-        if self.at.is_none() {
-            return;
-        }
-        if !self.is_guard_ty(&self.graph.var(var).ty.clone()) {
-            return self.bind_destructor(var, value, span);
-        }
-        let made = value.place.as_ref().and_then(Place::base_var);
-        let known = made.and_then(|made| self.guards_of.get(&made)).copied();
-        let id = known.unwrap_or_else(|| self.make_guard(made, span));
-        self.guards_of.insert(var, id);
-        let info = &mut self.graph.guards[id.0 as usize];
-        if info.name.is_some() {
-            return;
-        }
-        info.name = Some(self.graph.vars[var.0 as usize].name.clone());
-        if info.forgotten.is_none() {
-            self.start_guard(id, span);
-        }
     }
 
     /// `Guard::new(&mut filter)`, where an entry names the type and the function: a guard that is not bound yet.
@@ -271,64 +249,84 @@ impl Builder<'_> {
         if self.called_name(id) != spec.register {
             return None;
         }
-        let places = self.registered(args);
-        let var = self.temporary(self.ty(id).clone(), self.span(id));
-        self.guarded.insert(var, places);
+        let span = self.span(id);
+        let (places, values) = self.registered(args);
+        let var = match self.typed().callees.get(&id) {
+            // What the guard hands out again is what it was given.
+            Some(Callee::Resolved(resolved)) if self.at.is_some() && !resolved.targets.is_empty() => {
+                let targets = resolved.targets.clone();
+                self.emit_call(id, &targets, args, &values, None)
+            }
+            _ => self.temporary(self.ty(id).clone(), span),
+        };
+        self.note_made(Place::var(var), places, span);
         Some(Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() })
     }
 
     /// `guard.register(&mut filter)`, on a guard that is bound or is being built.
     fn register(&mut self, id: ExprId, receiver: ExprId, args: &[ExprId]) -> Value {
         let value = self.expr(receiver);
-        let places = self.registered(args);
+        let (places, _) = self.registered(args);
         let span = self.span(id);
+        let made = self.temporary(self.ty(id).clone(), span);
+        self.note_made(Place::var(made), places, span);
         let var = value.place.as_ref().and_then(Place::base_var);
         if let Some(guard) = var.and_then(|var| self.guards_of.get(&var)).copied() {
-            for (name, place, ty) in places {
-                let held = self.held(place, span);
+            for lent in self.take_made(&Place::var(made)).into_iter().flat_map(|made| made.lent) {
                 let mut updates = Vec::new();
-                self.filters_in(Place::var(held), &ty, 0, &mut updates);
+                self.filters_in(Place::var(lent.held), &lent.ty, 0, &mut updates);
                 let info = &mut self.graph.guards[guard.0 as usize];
-                info.holds.push(held);
+                info.holds.push(lent.held);
                 info.updates.extend(updates);
-                info.names.push(name);
+                info.names.push(lent.name);
             }
             return value;
         }
-        let mut all = var.and_then(|var| self.guarded.get(&var).cloned()).unwrap_or_default();
-        all.extend(places);
-        let made = self.temporary(self.ty(id).clone(), span);
-        self.guarded.insert(made, all);
+        let before = value.place.as_ref().map(|place| self.take_made(place)).unwrap_or_default();
+        let all = before.into_iter().chain(self.take_made(&Place::var(made))).flat_map(|made| made.lent).collect();
+        self.add_made(Place::var(made), all, span);
         Value { place: Some(Place::var(made)), is_owned: true, ..Value::default() }
     }
 
-    /// The filters among the arguments of a registration, tuples and arrays of them taken apart.
-    fn registered(&mut self, args: &[ExprId]) -> Vec<(String, Place, Ty)> {
+    /// The filters among the arguments of a registration, tuples and arrays of them taken apart; and the arguments.
+    fn registered(&mut self, args: &[ExprId]) -> (Vec<(String, Place, Ty)>, Vec<Value>) {
         let body = self.body();
         let mut places = Vec::new();
+        let mut values = Vec::new();
         for arg in args {
-            match &body.expr(*arg).kind {
-                ExprKind::Tuple(parts) | ExprKind::Array { elements: parts, .. } => {
-                    places.extend(self.registered(parts));
-                }
-                ExprKind::Cast { value, .. } => places.extend(self.registered(&[*value])),
+            let inner = match &body.expr(*arg).kind {
+                ExprKind::Cast { value, .. } => *value,
                 ExprKind::Reference { value, .. }
                     if matches!(body.expr(*value).kind, ExprKind::Tuple(_) | ExprKind::Array { .. }) =>
                 {
-                    places.extend(self.registered(&[*value]));
+                    *value
+                }
+                _ => *arg,
+            };
+            match &body.expr(inner).kind {
+                ExprKind::Tuple(parts) | ExprKind::Array { elements: parts, .. } => {
+                    let (own, given) = self.registered(parts);
+                    places.extend(own);
+                    values.push(self.gathered(inner, parts, &given));
+                }
+                _ if inner != *arg => {
+                    let (own, inner) = self.registered(&[inner]);
+                    places.extend(own);
+                    values.extend(inner);
                 }
                 _ => {
                     let name = self.text(*arg).trim_start_matches("&mut ").to_owned();
                     let value = self.expr(*arg);
-                    if let Some(place) = value.place
+                    if let Some(place) = value.place.clone()
                         && self.may_hold_filter(self.ty(*arg))
                     {
                         places.push((name, place, self.ty(*arg).clone()));
                     }
+                    values.push(value);
                 }
             }
         }
-        places
+        (places, values)
     }
 
     /// `cycle.guard(&mut filters)`: a guard that is not bound yet.
@@ -344,16 +342,15 @@ impl Builder<'_> {
                 let value = self.expr(*arg);
                 let var = self.temporary(self.ty(id).clone(), self.span(id));
                 if let Some(place) = value.place {
-                    self.guarded.insert(var, vec![(name, place, self.ty(*arg).clone())]);
+                    self.note_made(Place::var(var), vec![(name, place, self.ty(*arg).clone())], self.span(id));
                 }
                 Some(Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() })
             }
             ("filters", []) if self.is_ceid(&ty, "CycleGuard") => {
                 let value = self.expr(receiver);
                 // `control.cycle()?.filters().input = x;`
-                let made_here =
-                    value.place.as_ref().and_then(Place::base_var).filter(|var| self.guarded.contains_key(var));
-                if self.at.is_some() && made_here.is_some() && !self.is_bound(&value) {
+                let is_made_here = value.place.as_ref().is_some_and(|place| self.is_made(place));
+                if self.at.is_some() && is_made_here && !self.is_bound(&value) {
                     let how = "no name holds it, so that its statement drops it";
                     self.mark_dropped(receiver, &value, self.span(receiver), how);
                 }
@@ -368,7 +365,7 @@ impl Builder<'_> {
                 let var = self.temporary(self.ty(id).clone(), self.span(id));
                 if let Some(driver) = value.place {
                     let set = driver.field("filters");
-                    self.guarded.insert(var, vec![(name, set, driven_set(&ty))]);
+                    self.note_made(Place::var(var), vec![(name, set, driven_set(&ty))], self.span(id));
                 }
                 Some(Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() })
             }
@@ -413,67 +410,7 @@ impl Builder<'_> {
         }
         self.run_adapted(guard, span);
         self.emit(Effect::GuardEnd(guard), span);
-    }
-
-    /// A value that a statement drops at once.
-    pub(super) fn discard(&mut self, expr: ExprId, value: &Value, span: Span) {
-        if self.at.is_some()
-            && !self.is_bound(value)
-            && let (Some(destructor), Some(place)) = (self.destructor(self.ty(expr)), value.place.clone())
-            && value.is_owned
-        {
-            return self.destroy(destructor, place, span);
-        }
-        if self.at.is_some() && self.is_guard(expr) && !self.is_bound(value) {
-            self.mark_dropped(expr, value, span, "it is never bound to a name");
-        }
-    }
-
-    /// `let _ = value;`
-    pub(super) fn discard_wild(&mut self, expr: ExprId, value: &Value, span: Span) {
-        if self.at.is_some() && self.is_guard(expr) && !self.is_bound(value) {
-            self.mark_dropped(expr, value, span, "`let _` drops it at once");
-        }
-    }
-
-    /// A value that is only asked whether it is there: `control.cycle().is_some()` drops the guard at once.
-    pub(super) fn discard_asked(&mut self, expr: ExprId, value: &Value) {
-        if matches!(self.body().expr(expr).kind, ExprKind::MethodCall { .. }) && self.is_guard(expr) {
-            self.discard(expr, value, self.span(expr));
-        }
-    }
-
-    fn is_bound(&self, value: &Value) -> bool {
-        let var = value.place.as_ref().and_then(Place::base_var);
-        var.and_then(|var| self.guards_of.get(&var)).is_some_and(|id| {
-            let info = &self.graph.guards[id.0 as usize];
-            info.name.is_some() || info.forgotten.is_some() || info.dropped.is_some()
-        })
-    }
-
-    fn mark_dropped(&mut self, expr: ExprId, value: &Value, span: Span, how: &str) {
-        let Some(guard) = self.guard_of(expr, value) else { return };
-        self.graph.guards[guard.0 as usize].dropped.get_or_insert_with(|| (span, how.to_owned()));
-        self.end_guard(guard, span);
-        if let Some(alive) = self.alive.get(&guard).copied() {
-            self.set(alive, &Value { head: Some("false".to_owned()), ..Value::default() }, span);
-        }
-    }
-
-    /// `drop(value)`: at the end of the cycle it changes nothing.
-    pub(super) fn drop_value(&mut self, expr: ExprId, value: &Value, span: Span) {
-        if self.at.is_some() {
-            self.mark_dropped(expr, value, span, "`drop` ends it here");
-        }
-    }
-
-    /// A value whose destructor will never run.
-    pub(super) fn forget_value(&mut self, expr: ExprId, value: &Value, span: Span, how: &str) {
-        if self.at.is_none() {
-            return;
-        }
-        let Some(guard) = self.guard_of(expr, value) else { return };
-        self.graph.guards[guard.0 as usize].forgotten = Some((span, how.to_owned()));
+        self.let_go(guard, span);
     }
 }
 

@@ -3,6 +3,7 @@
 mod about;
 mod adapted;
 mod borrowed;
+mod bound;
 mod builtins;
 mod callbacks;
 mod calls;
@@ -12,6 +13,7 @@ mod conditions;
 mod constants;
 mod copies;
 mod debug_only;
+mod ends;
 mod exits;
 mod expr;
 mod external;
@@ -21,10 +23,12 @@ mod guards;
 mod halves;
 mod items;
 mod iterators;
+mod last;
 mod laws;
 mod lazy;
 mod loops;
 mod macros;
+mod made;
 mod patterns;
 mod places;
 mod presence;
@@ -81,6 +85,8 @@ struct Frame<'a> {
     passed: HashSet<ExprId>,
     /// The locals that are given a value in several places.
     given_anew: HashSet<LocalId>,
+    /// What is followed by nothing but the end of an iteration.
+    last: HashSet<ExprId>,
 }
 
 impl<'a> Frame<'a> {
@@ -94,6 +100,7 @@ impl<'a> Frame<'a> {
             mutated: borrowed::mutated_locals(body, typed),
             passed: borrowed::passed(body),
             given_anew: closures::given_anew(body, typed),
+            last: last::last_of_iterations(body),
         }
     }
 }
@@ -177,8 +184,12 @@ struct Builder<'a> {
     guards_of: HashMap<Var, GuardId>,
     /// The variables that say whether a guard is alive.
     alive: HashMap<GuardId, Var>,
-    /// What a guard that is not bound yet was given: the name and the place.
-    guarded: HashMap<Var, Vec<(String, Place, Ty)>>,
+    /// The guards that are made and not bound yet.
+    made: Vec<made::Made>,
+    /// The scopes in which the variables that hold guards were declared.
+    guard_scopes: HashMap<Var, usize>,
+    /// The guards that something else than the end of their scope may have ended.
+    ended: HashSet<GuardId>,
     /// How the laws of adapted filters run, by the variables that the filters were given to first.
     adapted: HashMap<Var, adapted::Adaptation>,
     /// The adapted filters that a guard holds and runs in every cycle.
@@ -242,7 +253,9 @@ impl<'a> Builder<'a> {
             bound_by_asking: HashSet::new(),
             guards_of: HashMap::new(),
             alive: HashMap::new(),
-            guarded: HashMap::new(),
+            made: Vec::new(),
+            guard_scopes: HashMap::new(),
+            ended: HashSet::new(),
             adapted: HashMap::new(),
             adapted_by: HashMap::new(),
             admitted: HashSet::new(),
@@ -275,7 +288,8 @@ impl<'a> Builder<'a> {
         }
         self.open_block();
         let value = self.expr(body.root);
-        self.close_block(span);
+        let returned = self.moved_guard(&value);
+        self.close_block_without(returned, span);
         self.leave_function(value, self.span_end(span, body.root));
     }
 
@@ -458,17 +472,6 @@ impl<'a> Builder<'a> {
             same_as: value.same_as,
         };
         self.emit(Effect::Set(Box::new(assignment)), span);
-    }
-
-    fn open_block(&mut self) {
-        self.scopes.push(Scope { kind: ScopeKind::Block, guards: Vec::new() });
-    }
-
-    /// Ends the innermost block: its guards are dropped.
-    fn close_block(&mut self, span: Span) {
-        if let Some(scope) = self.scopes.pop() {
-            self.end_guards(&scope.guards, span);
-        }
     }
 
     fn add_loop(&mut self, info: LoopInfo) -> LoopId {

@@ -60,7 +60,8 @@ impl Builder<'_> {
                 self.emit(Effect::Mark(Mark::Arm), self.body().pat(arm.pat).span);
             }
             let value = self.expr(arm.body);
-            self.close_block(self.span(arm.body));
+            let moved = self.moved_guard(&value);
+            self.close_block_without(moved, self.span(arm.body));
             self.end_branch(&join, &value, self.span(arm.body));
             self.resume_if_reached(next);
             if number + 1 == arms.len() && self.at.is_some() {

@@ -300,6 +300,9 @@ impl Builder<'_> {
         let is_reference = matches!(self.ty(target), Ty::Ref(..));
         if is_path && let Some(local) = self.typed().expr_local.get(&target).copied() {
             let var = self.var_of(local);
+            if self.assign_guard(var, value, span) {
+                return;
+            }
             let head = value.head.clone();
             if is_reference || !self.may_hold_filter(self.ty(target)) {
                 self.set(var, &Value { head, ..value.clone() }, span);
@@ -308,6 +311,7 @@ impl Builder<'_> {
         }
         let place = self.expr(target).place;
         self.keep_closure(value, span);
+        self.lose_made(value);
         let Some(place) = place else { return };
         if let Some(var) = place.base_var()
             && place.steps.is_empty()

@@ -28,6 +28,7 @@ impl Builder<'_> {
             return;
         }
         let before = self.iterators.get(&join.value).cloned();
+        self.join_made(value, join.value, span);
         self.set(join.value, value, span);
         self.note_choice(join.value, before);
         self.arrived.entry(join.value).or_default().push(value.closure);
@@ -38,6 +39,7 @@ impl Builder<'_> {
     pub(super) fn close_join(&mut self, join: &Join) -> Value {
         self.resume_if_reached(join.after);
         self.numbers.remove(&join.value);
+        self.joined_made(join.value);
         let closure = self.one_of_arrived(join);
         let iterator = self.iterators.get(&join.value).cloned();
         Value { place: Some(Place::var(join.value)), same_as: Some(join.value), closure, iterator, ..Value::default() }
@@ -93,7 +95,8 @@ impl Builder<'_> {
         }
         let value = block.tail.map(|tail| self.expr(tail)).unwrap_or_default();
         let end = Span::new(span.file, span.end.saturating_sub(1), span.end);
-        self.close_block(end);
+        let moved = self.moved_guard(&value);
+        self.close_block_without(moved, end);
         value
     }
 
@@ -120,13 +123,15 @@ impl Builder<'_> {
     }
 
     fn stmt_inner(&mut self, stmt: &Stmt) {
+        let first = self.graph.nodes.len();
         match &stmt.kind {
             StmtKind::Let { pat, init, otherwise, .. } => match (init, otherwise) {
                 (Some(init), Some(otherwise)) => self.let_else(*pat, *init, *otherwise),
                 (Some(init), None) => self.let_stmt(*pat, *init, stmt.span),
                 (None, _) => {
                     for local in self.locals_of(*pat) {
-                        self.var_of(local);
+                        let var = self.var_of(local);
+                        self.guard_scopes.insert(var, self.innermost());
                     }
                 }
             },
@@ -135,6 +140,7 @@ impl Builder<'_> {
                 self.discard(*expr, &value, stmt.span);
             }
         }
+        self.settle_made(first, stmt.span);
     }
 
     /// An expression whose value goes into variables.

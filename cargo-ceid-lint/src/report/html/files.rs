@@ -107,7 +107,7 @@ impl Page<'_> {
              <td data-label=\"Updates\">{}</td>",
             Escaped(&pair.name),
             Escaped(&pair.filter_type),
-            Badge(Standing::of_verdict(pair.verdict)),
+            Badge(Standing::of_pair(pair)),
             Escaped(counts(pair)),
         ));
         let remarks = remarks(pair);

@@ -30,7 +30,7 @@ pub struct Blocker {
 pub fn blockers(report: &Report) -> Vec<Blocker> {
     let mut found: BTreeMap<(bool, String), Blocker> = BTreeMap::new();
     for cycle in &report.cycles {
-        for pair in cycle.filters.iter().filter(|pair| Standing::of_verdict(pair.verdict) < Standing::Proved) {
+        for pair in cycle.filters.iter().filter(|pair| Standing::of_pair(pair) < Standing::Proved) {
             for (what, is_rule, names) in reasons(pair) {
                 let blocker = found.entry((is_rule, what.clone())).or_insert_with(|| Blocker {
                     what,

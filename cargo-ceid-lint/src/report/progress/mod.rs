@@ -10,7 +10,7 @@ use serde::Serialize;
 pub use blockers::{Blocker, blockers};
 pub use trend::{Previous, Trend};
 
-use crate::count::{Cycle, Verdict};
+use crate::count::{Cycle, Pair, Verdict, is_guard_rule};
 use crate::pipeline::Report;
 use crate::project::Project;
 
@@ -44,7 +44,21 @@ impl Standing {
 
     /// How a filter stands.
     #[must_use]
-    pub fn of_verdict(verdict: Verdict) -> Self {
+    pub fn of_pair(pair: &Pair) -> Self {
+        Self::of(pair.verdict, pair.rules.iter().copied())
+    }
+
+    /// How a filter stands of which a verdict and rules are told.
+    pub(super) fn of<'r>(verdict: Verdict, mut rules: impl Iterator<Item = &'r str>) -> Self {
+        match Self::of_verdict(verdict) {
+            Self::Proved | Self::Guarded if rules.any(is_guard_rule) => Self::Violated,
+            standing => standing,
+        }
+    }
+
+    /// How a filter stands by its counts alone.
+    #[must_use]
+    fn of_verdict(verdict: Verdict) -> Self {
         match verdict {
             Verdict::Guarded => Self::Guarded,
             Verdict::Unproved => Self::Unproved,
@@ -56,7 +70,7 @@ impl Standing {
     /// How a cycle stands: as the worst of its filters; `None` if it has none.
     #[must_use]
     pub fn of_cycle(cycle: &Cycle) -> Option<Self> {
-        cycle.filters.iter().map(|pair| Self::of_verdict(pair.verdict)).min()
+        cycle.filters.iter().map(Self::of_pair).min()
     }
 }
 
@@ -119,7 +133,7 @@ impl Shares {
         if let Some(standing) = Standing::of_cycle(cycle) {
             self.cycles.add(standing);
         }
-        cycle.filters.iter().for_each(|pair| self.filters.add(Standing::of_verdict(pair.verdict)));
+        cycle.filters.iter().for_each(|pair| self.filters.add(Standing::of_pair(pair)));
     }
 }
 

@@ -38,6 +38,8 @@ struct CycleRow {
 struct PairRow {
     name: String,
     verdict: String,
+    #[serde(default)]
+    rules: Vec<String>,
 }
 
 /// What has changed.
@@ -78,7 +80,7 @@ impl Previous {
         }
         let mut previous = Self::default();
         for cycle in document.cycles {
-            let standings: Option<Vec<Standing>> = cycle.filters.iter().map(|pair| standing(&pair.verdict)).collect();
+            let standings: Option<Vec<Standing>> = cycle.filters.iter().map(standing).collect();
             let Some(standings) = standings else {
                 return Err(format!("it has a verdict that is not known, in `{}` of `{}`", cycle.function, cycle.file));
             };
@@ -107,7 +109,7 @@ impl Previous {
                 let number = seen.entry(name.clone()).or_default();
                 let before = self.standings.get(&name).and_then(|list| list.get(*number)).copied();
                 *number += 1;
-                let now = Standing::of_verdict(pair.verdict);
+                let now = Standing::of_pair(pair);
                 trend.better += usize::from(before.is_some_and(|before| before < now));
                 if before.map_or(now < Standing::Proved, |before| now < before) {
                     let (function, filter) = (cycle.function.clone(), pair.name.clone());
@@ -119,7 +121,7 @@ impl Previous {
     }
 }
 
-fn standing(verdict: &str) -> Option<Standing> {
+fn standing(pair: &PairRow) -> Option<Standing> {
     use crate::count::Verdict;
     let all = [
         Verdict::Once,
@@ -132,7 +134,9 @@ fn standing(verdict: &str) -> Option<Standing> {
         Verdict::Skipped,
         Verdict::Unproved,
     ];
-    all.into_iter().find(|known| known.name() == verdict).map(Standing::of_verdict)
+    let verdict = all.into_iter().find(|known| known.name() == pair.verdict)?;
+    let rules = pair.rules.iter().map(|rule| rule.trim_start_matches("ceid::"));
+    Some(Standing::of(verdict, rules))
 }
 
 #[cfg(test)]

@@ -1,0 +1,104 @@
+//! How guards end before their scope does: dropped, never bound, forgotten.
+
+use super::{Builder, Value};
+use crate::flow::{GuardId, Place};
+use crate::index::Ty;
+use crate::source::Span;
+use crate::syntax::tree::{ExprId, ExprKind};
+
+impl Builder<'_> {
+    /// A value that a statement drops at once.
+    pub(super) fn discard(&mut self, expr: ExprId, value: &Value, span: Span) {
+        if self.at.is_some()
+            && !self.is_bound(value)
+            && let (Some(destructor), Some(place)) = (self.destructor(self.ty(expr)), value.place.clone())
+            && value.is_owned
+        {
+            return self.destroy(destructor, place, span);
+        }
+        if self.at.is_some() && self.is_guard(expr) && !self.is_bound(value) {
+            self.mark_dropped(expr, value, span, "it is never bound to a name");
+        }
+    }
+
+    /// `let _ = value;`
+    pub(super) fn discard_wild(&mut self, expr: ExprId, value: &Value, span: Span) {
+        if self.at.is_some() && self.is_guard(expr) && !self.is_bound(value) {
+            self.mark_dropped(expr, value, span, "`let _` drops it at once");
+        }
+    }
+
+    /// A value that is only asked whether it is there: `control.cycle().is_some()` drops the guard at once.
+    pub(super) fn discard_asked(&mut self, expr: ExprId, value: &Value) {
+        if matches!(self.body().expr(expr).kind, ExprKind::MethodCall { .. }) && self.is_guard(expr) {
+            self.discard(expr, value, self.span(expr));
+        }
+    }
+
+    pub(super) fn is_bound(&self, value: &Value) -> bool {
+        let var = value.place.as_ref().and_then(Place::base_var);
+        var.and_then(|var| self.guards_of.get(&var)).is_some_and(|id| {
+            let info = &self.graph.guards[id.0 as usize];
+            info.name.is_some() || info.forgotten.is_some() || info.dropped.is_some()
+        })
+    }
+
+    pub(super) fn mark_dropped(&mut self, expr: ExprId, value: &Value, span: Span, how: &str) {
+        if let Some(guard) = self.guard_of(expr, value) {
+            self.drop_early(guard, span, how);
+        }
+    }
+
+    /// A guard is dropped before the end of its cycle.
+    pub(super) fn drop_early(&mut self, guard: GuardId, span: Span, how: &str) {
+        self.graph.guards[guard.0 as usize].dropped.get_or_insert_with(|| (span, how.to_owned()));
+        self.end_now(guard, span);
+    }
+
+    /// Ends a guard before its scope does.
+    pub(super) fn end_now(&mut self, guard: GuardId, span: Span) {
+        self.ended.insert(guard);
+        self.end_guard(guard, span);
+        if let Some(alive) = self.alive.get(&guard).copied() {
+            self.set(alive, &Value { head: Some("false".to_owned()), ..Value::default() }, span);
+        }
+    }
+
+    /// `drop(value)`: at the end of the cycle it changes nothing.
+    pub(super) fn drop_value(&mut self, call: ExprId, expr: ExprId, value: &Value) {
+        if self.at.is_none() || matches!(self.ty(expr), Ty::Ref(..)) {
+            return;
+        }
+        let span = self.span(call);
+        if !self.frames[self.frame].last.contains(&call) {
+            return self.mark_dropped(expr, value, span, "`drop` ends it here");
+        }
+        if let Some(guard) = self.guard_of(expr, value) {
+            self.end_now(guard, span);
+        }
+    }
+
+    /// A value whose destructor will never run.
+    pub(super) fn forget_value(&mut self, expr: ExprId, value: &Value, span: Span, how: &str) {
+        if self.at.is_none() {
+            return;
+        }
+        let Some(guard) = self.guard_of(expr, value) else { return };
+        let info = &mut self.graph.guards[guard.0 as usize];
+        info.forgotten = Some((span, how.to_owned()));
+        if info.destructor.is_some() {
+            self.ended.insert(guard);
+            return;
+        }
+        // What it holds is not reached by it any more on this way.
+        self.let_go(guard, span);
+        self.end_now(guard, span);
+    }
+
+    /// A guard has nothing any more.
+    pub(super) fn let_go(&mut self, guard: GuardId, span: Span) {
+        for held in self.graph.guards[guard.0 as usize].holds.clone() {
+            self.set(held, &Value::default(), span);
+        }
+    }
+}
