@@ -47,7 +47,8 @@ impl Context<'_> {
             }
             let of_self = info.param.is_some();
             // The law of a filter is not owed to the filter by its own methods, but to its parts.
-            let is_own = of_self && info.name == "self" && index.filter_spec(&instances::inner(&info.ty)).is_some();
+            let is_self = of_self && info.name == "self" && index.filter_spec(&instances::inner(&info.ty)).is_some();
+            let is_own = is_self || super::analyse::own_filter(index, graph) == Some(Place::var(var));
             let all = if is_own { instances::parts(index, &info.ty) } else { leaves(index, &info.ty) };
             for leaf in all {
                 let place = Place::var(var).join(&leaf.steps);
