@@ -207,7 +207,10 @@ impl Context<'_> {
         if is_forgotten {
             return;
         }
-        if uses.leaves || (leaf.is_uncertain && !uses.copied && !self.is_beside_updated(facts, place)) {
+        if uses.is_snapshot || uses.leaves {
+            return;
+        }
+        if leaf.is_uncertain && !uses.copied && !self.is_beside_updated(facts, place) {
             return;
         }
         // A cycle that updates a sibling owes this one an update, too.

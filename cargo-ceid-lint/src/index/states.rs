@@ -53,21 +53,9 @@ impl Index {
         self.states.iter().find(is_one).map(|state| &self.specs[state.spec])
     }
 
-    /// Whether a value of the type is, or a reference leads to, what could be the state of a law.
+    /// Whether a value of the type could be the state of a law.
     #[must_use]
     pub fn may_be_state(&self, ty: &Ty) -> bool {
-        if self.states.is_empty() {
-            return false;
-        }
-        let is_number = |ty: &Ty| matches!(ty, Ty::Int | Ty::Float | Ty::Bool);
-        match ty {
-            Ty::Ref(true, inner) if is_number(inner) => self.is_state_like(inner),
-            ty if is_number(ty) => false,
-            ty => self.is_state_like(ty),
-        }
-    }
-
-    fn is_state_like(&self, ty: &Ty) -> bool {
         self.states.iter().any(|state| is_like(&state.ty, ty))
     }
 
@@ -98,6 +86,6 @@ fn is_like(state: &Ty, ty: &Ty) -> bool {
         (Ty::Tuple(left), Ty::Tuple(right)) => all(left, right),
         (Ty::Adt(left, _), Ty::Adt(right, _)) => left == right,
         (Ty::External(left, own), Ty::External(right, args)) => left == right && all(own, args),
-        _ => state == ty && matches!(ty, Ty::Int | Ty::Float | Ty::Bool),
+        _ => state == ty && matches!(ty, Ty::Int | Ty::Float),
     }
 }
