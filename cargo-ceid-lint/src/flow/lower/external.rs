@@ -136,6 +136,11 @@ impl Builder<'_> {
                 };
                 self.emit(Effect::Set(Box::new(assignment)), span);
             }
+        } else {
+            // What has no name gives a new value.
+            for place in values.into_iter().filter_map(|value| value.place) {
+                self.written_unseen(place, span);
+            }
         }
         Value::default()
     }
