@@ -312,3 +312,32 @@ fn a_preset_does_not_judge_the_laws_of_its_own_crate() {
     let own = found(&format!("[[filter]]\ntrait = \"fundsp::audionode::AudioNode\"\nlaw = [{methods}]\n"));
     assert!(own.contains(&"Oversampler::tick: repeated".to_owned()), "what the user says is no preset: {own:?}");
 }
+
+#[test]
+fn a_type_with_two_traits_that_are_laws_needs_an_entry_of_its_own() {
+    let code = "\
+pub trait Predict { fn predict(&mut self); }
+pub trait Correct { fn correct(&mut self, z: f32); }
+pub struct Kalman(f32);
+impl Predict for Kalman { fn predict(&mut self) { self.0 *= 0.9; } }
+impl Correct for Kalman { fn correct(&mut self, z: f32) { self.0 += 0.1 * z; } }
+pub fn run(mut kalman: Kalman) {
+    loop {
+        kalman.predict();
+        kalman.predict();
+        kalman.correct(1.0);
+    }
+}
+";
+    let by_trait = |name: &str| format!("[[filter]]\ntrait = \"crate::{name}\"\nlaw = \"{}\"\n", name.to_lowercase());
+    let by_traits = by_trait("Predict") + &by_trait("Correct");
+    run(&package(code, &by_traits), [""; 0])
+        .assert_code(101)
+        .assert_stderr("`Kalman` implements `crate::Predict` and the trait of the entry in line 5 as well")
+        .assert_stderr("ceid-lint.toml:2:9")
+        .assert_stderr("`law = [[\"predict\"], [\"correct\"]]`");
+    let own = "[[filter]]\ntype = \"crate::Kalman\"\nlaw = [[\"predict\"], [\"correct\"]]\n";
+    for configuration in [format!("{own}{by_traits}"), format!("{by_traits}{own}")] {
+        run(&package(code, &configuration), [""; 0]).assert_code(100).assert_stderr("more than once");
+    }
+}

@@ -70,6 +70,11 @@ fn instances_in_arguments_results_and_channels() {
 }
 
 #[test]
+fn states_in_arguments() {
+    check("configured_states");
+}
+
+#[test]
 fn names_that_clash_and_names_for_the_same() {
     check("configured_names");
 }

@@ -247,8 +247,9 @@ fn is_instance(index: &Index, graph: &ControlFlowGraph, place: &Place, is_state:
 }
 
 /// The filter whose law a function is: that the law runs another form of itself is a part of the one update.
-fn own_filter(index: &Index, graph: &ControlFlowGraph) -> Option<Place> {
-    is_law(index, graph.function).then(|| graph.params.first().copied().map(Place::var)).flatten()
+pub(super) fn own_filter(index: &Index, graph: &ControlFlowGraph) -> Option<Place> {
+    let number = if is_law(index, graph.function) { Some(0) } else { index.state_parameter(graph.function) };
+    graph.params.get(number?).copied().map(Place::var)
 }
 
 /// Whether only a debug build has the variable in which a filter lives.

@@ -138,7 +138,7 @@ fn law_of(index: &Index, id: FunctionId) -> Option<&FilterSpec> {
     let Owner::Impl(impl_id) = def.owner else { return None };
     let of_impl = index.impl_def(impl_id);
     let by_trait = of_impl.implements.as_ref().is_none_or(|name| index.is_filter_trait(name));
-    let spec = index.filter_spec(&of_impl.self_ty).filter(|_| by_trait)?;
+    let spec = index.receiver_spec(&of_impl.self_ty).filter(|_| by_trait)?;
     spec.law.iter().any(|group| group.methods.contains(&def.name)).then_some(spec)
 }
 

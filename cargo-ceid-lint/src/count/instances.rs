@@ -113,6 +113,7 @@ pub(super) fn leaves(index: &Index, ty: &Ty) -> Vec<Leaf> {
 pub(super) fn may_hold_filter(index: &Index, ty: &Ty) -> bool {
     match ty {
         Ty::Unknown | Ty::Var(_) | Ty::Param(_) | Ty::Opaque(_) => true,
+        _ if index.may_be_state(ty) => true,
         Ty::Ref(_, inner) | Ty::Pointer(inner) | Ty::Array(inner, _) | Ty::Slice(inner) => {
             may_hold_filter(index, inner)
         }

@@ -48,7 +48,8 @@ impl Context<'_> {
             }
             let of_self = info.param.is_some();
             // The law of a filter is not owed to the filter by its own methods, but to its parts.
-            let is_own = of_self && info.name == "self" && index.filter_spec(&instances::inner(&info.ty)).is_some();
+            let is_self = of_self && info.name == "self" && index.filter_spec(&instances::inner(&info.ty)).is_some();
+            let is_own = is_self || super::analyse::own_filter(index, graph) == Some(Place::var(var));
             let all = if is_own { instances::parts(index, &info.ty) } else { leaves(index, &info.ty) };
             for leaf in all {
                 let place = Place::var(var).join(&leaf.steps);
@@ -199,7 +200,10 @@ impl Context<'_> {
             return;
         }
         let uses = self.uses(facts, place);
-        if uses.leaves || (leaf.is_uncertain && !uses.copied && !self.is_beside_updated(facts, place)) {
+        if uses.is_snapshot || uses.leaves {
+            return;
+        }
+        if leaf.is_uncertain && !uses.copied && !self.is_beside_updated(facts, place) {
             return;
         }
         // A cycle that updates a sibling owes this one an update, too.

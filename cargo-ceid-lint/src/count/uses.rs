@@ -2,7 +2,7 @@
 
 use super::analyse::{Context, FunctionFacts};
 use super::instances;
-use crate::flow::{CallSite, Effect, Place, Transfer};
+use crate::flow::{Assignment, CallSite, Effect, Place, Transfer};
 use crate::index::FunctionId;
 use crate::syntax::tree::{Receiver, TypeRef};
 
@@ -21,12 +21,15 @@ pub(super) struct Uses {
     pub(super) read: bool,
     /// A part of it is read, or a method of its own.
     pub(super) looked_into: bool,
+    /// It is given the state that another one has: it shows what that one was.
+    pub(super) is_snapshot: bool,
 }
 
 impl Context<'_> {
     /// What the function does with an instance that it never updates.
     pub(super) fn uses(&self, facts: &FunctionFacts<'_>, place: &Place) -> Uses {
         let mut uses = Uses::default();
+        let mut is_assigned = false;
         let is_lent = instances::is_lent(self.program.index, facts.graph, place);
         let holds = |other: &Place| facts.aliases.shared_roots(other).iter().any(|root| root.overlaps(place));
         // What a filter computed may leave without it: `return kf.value();`
@@ -44,6 +47,8 @@ impl Context<'_> {
                     let leaves = write.from.as_ref().is_some_and(&holds) && write.transfer != Transfer::Borrow;
                     uses.leaves |= leaves && write.transfer != Transfer::Copy;
                     uses.copied |= leaves;
+                    is_assigned |= leaves;
+                    uses.is_snapshot |= write.place == *place && self.is_copy(facts, write);
                 }
                 Effect::Set(set) => {
                     let leaves = set.transfer != Transfer::Borrow
@@ -88,10 +93,21 @@ impl Context<'_> {
                 _ => {}
             }
         }
-        // A template lives on in its clones.
+        // A template lives on in its clones, and in what its state is assigned to.
         let is_template = !uses.looked_into && !uses.fed;
-        uses.leaves |= is_template && facts.graph.cloned.iter().any(holds);
+        uses.leaves |= is_template && (is_assigned || facts.graph.cloned.iter().any(holds));
         uses
+    }
+
+    /// Whether what is assigned is a copy of what has a name.
+    fn is_copy(&self, facts: &FunctionFacts<'_>, write: &Assignment) -> bool {
+        let copies = |set: &Assignment| matches!(set.transfer, Transfer::Copy | Transfer::RoundTrip);
+        let is_made = |from: &Place| {
+            facts.graph.nodes.iter().any(
+                |node| matches!(&node.effect, Effect::Set(set) if set.place == *from && copies(set) && set.from.is_some()),
+            )
+        };
+        write.from.as_ref().is_some_and(|from| copies(write) || is_made(from))
     }
 
     fn is_clone(&self, site: &CallSite) -> bool {

@@ -62,6 +62,18 @@ fn has_two_entries(word: &Word, line: u32) -> ConfigError {
         .help("write one entry: in `law`, methods are alternatives in one list, and halves in two: `[[\"predict\"], [\"correct\"]]`")
 }
 
+/// A type would be judged by one of two laws, and nobody could see by which.
+fn has_two_laws(word: &Word, ty: &str, line: u32, own: &FilterSpec, other: &FilterSpec) -> ConfigError {
+    let message = format!(
+        "`{ty}` implements `{}` and the trait of the entry in line {line} as well, which says something else",
+        word.text
+    );
+    let groups: Vec<&[String]> = own.law.iter().chain(&other.law).map(|group| group.methods.as_slice()).collect();
+    ConfigError::at(word.place.clone(), message).help(format!(
+        "write an entry with `type` for `{ty}`, which stands over its traits: for two halves, `law = {groups:?}`"
+    ))
+}
+
 impl Index {
     /// Makes a filter of what an entry of the configuration names.
     ///
@@ -100,6 +112,30 @@ impl Index {
                 }
                 None if self.specs.iter().any(|own| own.subject == spec.subject) => {}
                 None => self.enter(scope, word, spec),
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that no type has another law by another trait of the same section, for one of the two would not be judged.
+    ///
+    /// # Errors
+    /// If a type has.
+    pub fn check_one_law(&self, scope: &EntryScope<'_>, entry: &FilterEntry) -> Result<(), ConfigError> {
+        let FilterTarget::Trait(word) = &entry.target else { return Ok(()) };
+        for def in self.named_by(scope, &word.text, Namespace::Type) {
+            let Some(Subject::Trait(name)) = self.subject(&def, &entry.target) else { continue };
+            let own = FilterSpec::by_entry(Subject::Trait(name.clone()), entry);
+            for number in (0u32..).zip(&self.types).map(|(number, _)| TypeId(number)) {
+                let ty = self.bare(number);
+                let Some(other) = self.law_spec(&ty).filter(|_| self.implements(&ty, &name)) else { continue };
+                let known = self.entered.iter().find(|known| known.subject == other.subject);
+                let is_by_trait = other.subject != own.subject && matches!(other.subject, Subject::Trait(_));
+                if let Some(known) = known.filter(|known| is_by_trait && known.section == scope.section)
+                    && (FilterSpec { subject: own.subject.clone(), ..other.clone() }) != own
+                {
+                    return Err(has_two_laws(word, &self.type_name(&ty), known.line, &own, other));
+                }
             }
         }
         Ok(())

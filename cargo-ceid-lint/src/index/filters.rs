@@ -119,6 +119,7 @@ pub(super) fn specs(index: &Index) -> Vec<FilterSpec> {
 impl Index {
     /// Finds the types that hold filters. Has to be called again when a filter was added.
     pub fn find_holders(&mut self) {
+        self.states = self.find_states();
         let mut fields: Vec<(TypeId, Vec<Ty>)> = Vec::new();
         for (number, def) in (0u32..).zip(&self.types) {
             let scope = self.scope(def.module, super::Owner::Module, Some(&def.generics));
@@ -165,7 +166,7 @@ impl Index {
         carrying.count() > 1 && !self.kept.contains(id)
     }
 
-    /// Whether a type is a filter or holds one, as far as is known.
+    /// Whether a type is a filter or the state of a law, or holds one, as far as is known.
     #[must_use]
     pub fn holds_filter(&self, ty: &Ty) -> bool {
         if self.guard_spec(ty).is_some() {
@@ -234,9 +235,15 @@ impl Index {
         }
     }
 
-    /// What is known of a type as a filter; `None` if it is none. A type whose law has its state elsewhere is none.
+    /// What is known of a type as a filter; `None` if it is none. A type whose law has its state elsewhere is none; the state is.
     #[must_use]
     pub fn filter_spec(&self, ty: &Ty) -> Option<&FilterSpec> {
+        self.receiver_spec(ty).or_else(|| self.state_spec(ty))
+    }
+
+    /// What is known of a type whose law has `self` for its state.
+    #[must_use]
+    pub fn receiver_spec(&self, ty: &Ty) -> Option<&FilterSpec> {
         self.law_spec(ty).filter(|spec| spec.instance == InstancePlace::Receiver)
     }
 
@@ -246,16 +253,21 @@ impl Index {
         if !matches!(ty, Ty::Adt(..) | Ty::External(..) | Ty::Param(_) | Ty::Opaque(_)) {
             return None;
         }
-        let found = self.specs.iter().find(|spec| match &spec.subject {
-            // `impl<F: SampledFilter> SampledFilter for Option<F>` makes no filter of every option: its content is looked at.
-            Subject::Trait(name) => {
-                let is_std = matches!(ty, Ty::External(path, _) if path.starts_with("std::"));
-                !is_std && self.implements(ty, name)
-            }
+        let by_name = |spec: &&FilterSpec| match &spec.subject {
             Subject::Type(id) => matches!(ty, Ty::Adt(own, _) if own == id),
             Subject::External(path) => matches!(ty, Ty::External(own, _) if own == path),
-            Subject::Function(_) => false,
-        });
+            Subject::Trait(_) | Subject::Function(_) => false,
+        };
+        // `impl<F: SampledFilter> SampledFilter for Option<F>` makes no filter of every option: its content is looked at.
+        let is_std = matches!(ty, Ty::External(path, _) if path.starts_with("std::"));
+        let by_trait = |spec: &&FilterSpec| match &spec.subject {
+            Subject::Trait(name) => !is_std && self.implements(ty, name),
+            _ => false,
+        };
+        // What the configuration says of the type itself stands over what it says of its traits, wherever it is written.
+        let mut specs = self.specs.iter();
+        let named = specs.find(|spec| !spec.is_preset && by_name(spec));
+        let found = named.or_else(|| self.specs.iter().find(|spec| by_name(spec) || by_trait(spec)));
         found.filter(|spec| spec.is_sampled)
     }
 

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::{FunctionId, ImplId, Index, Owner, TraitDef, TraitName, TraitRef, Ty};
+use super::{FunctionId, ImplId, Index, Owner, TraitDef, TraitName, TraitRef, Ty, ValueId};
 use crate::syntax::tree::TypeRef;
 
 /// Where a method was found.
@@ -205,6 +205,13 @@ impl Index {
             }
         }
         found
+    }
+
+    /// The constant of that name that an impl of the type itself has.
+    #[must_use]
+    pub fn constant_of(&self, ty: &Ty, name: &str) -> Option<ValueId> {
+        let Ty::Adt(id, _) = ty else { return None };
+        self.impls_of_type.get(id)?.iter().find_map(|of| self.impl_def(*of).consts.get(name).copied())
     }
 
     fn bound_methods(&self, bounds: &[TraitRef], name: &str, depth: u32) -> Vec<MethodOwner> {

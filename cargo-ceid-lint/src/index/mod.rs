@@ -9,6 +9,7 @@ mod known;
 mod lookup;
 mod names;
 mod rtic;
+mod states;
 mod ty;
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
@@ -97,6 +98,8 @@ pub struct Index {
     guards: Vec<GuardSpec>,
     /// Functions of crates whose sources are not read that give a filter, with its path.
     makers: BTreeMap<String, String>,
+    /// The types of states that laws have in an argument.
+    states: Vec<states::StateType>,
     /// The types that are filters or have one among their fields, at any depth.
     holding: HashSet<TypeId>,
     /// The types that a field of a struct has.

@@ -138,6 +138,13 @@ fn outcomes(index: &mut Index, scope: &EntryScope<'_>, section: &Section) -> Vec
         let is_wrong = added.is_err() && is_there(index, &entry.target.path().text);
         outcomes.push((added, is_wrong));
     }
+    for (entry, (added, is_wrong)) in section.filters.iter().zip(&mut outcomes) {
+        if added.is_ok()
+            && let Err(error) = index.check_one_law(scope, entry)
+        {
+            (*added, *is_wrong) = (Err(error), true);
+        }
+    }
     for entry in &section.cycles {
         let added = index.add_cycle(scope, entry);
         let path = &entry.target.path().text;

@@ -38,7 +38,18 @@ impl Infer<'_> {
                 }
                 function.map_or(Ty::Unknown, Ty::FunctionItem)
             }
-            Value::ExternalAssoc(..) | Value::Unknown => Ty::Unknown,
+            Value::ExternalAssoc(owner, name) => self.constant_of(&owner, &name),
+            Value::Unknown => Ty::Unknown,
+        }
+    }
+
+    /// The type of a constant that an impl of a type has.
+    fn constant_of(&mut self, owner: &Ty, name: &str) -> Ty {
+        let Some(id) = self.index.constant_of(owner, name) else { return Ty::Unknown };
+        match self.def_ty(&Def::Value(id)) {
+            // The parameters of the impl are not those of the code that names the constant.
+            Ty::Adt(id, args) if !args.is_empty() => self.fresh_adt(id),
+            ty => ty,
         }
     }
 

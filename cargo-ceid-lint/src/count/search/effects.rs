@@ -4,9 +4,11 @@ use super::names::is_concerned;
 use super::run::{BEYOND, Run};
 use super::{MAX_ROUNDS, State};
 use crate::count::counts::Count;
+use crate::count::instances::place_ty;
 use crate::count::returned;
 use crate::count::summary::Outcome;
-use crate::flow::{Assignment, CallSite, Cause, LoopId, OTHER_HEADS, Place, Relation, Var};
+use crate::flow::{Assignment, CallSite, Cause, LoopId, OTHER_HEADS, Place, Relation, Update, Var};
+use crate::index::Ty;
 
 /// How many steps a name may have: what is wrapped in itself in a loop has more with each round, without an end.
 const MAX_STEPS: usize = 64;
@@ -200,6 +202,19 @@ impl Run<'_, '_> {
             }
         }
         if changed { self.masks.intern(all) } else { masks }
+    }
+
+    /// An update of a state that is a number, or an array of them, changes the value that conditions ask for.
+    pub(super) fn with_new_value(&mut self, state: &State, update: &Update) -> State {
+        let search = self.search;
+        let mut next = state.clone();
+        let is_value = |ty: Ty| matches!(ty, Ty::Int | Ty::Float | Ty::Array(..));
+        if !update.is_typed && place_ty(search.program.index, search.graph, &update.place).is_some_and(is_value) {
+            for root in search.aliases.shared_roots(&update.place).iter() {
+                next.masks = self.killed(next.masks, root);
+            }
+        }
+        next
     }
 
     /// The result of a call has one of these heads.

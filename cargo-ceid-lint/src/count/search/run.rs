@@ -156,13 +156,17 @@ impl<'s, 'a> Run<'s, 'a> {
                 self.everywhere(at, state);
             }
             Effect::Update(update) if update.law == self.search.law => {
+                let state = &self.with_new_value(state, update);
                 let next = self.updated(state, &update.place, update.run_by);
                 match update.attempt {
                     Some(result) if next.count != state.count => self.attempt(at, state, &next, result),
                     _ => self.everywhere(at, &next),
                 }
             }
-            Effect::Update(_) => self.everywhere(at, state),
+            Effect::Update(update) => {
+                let next = self.with_new_value(state, update);
+                self.everywhere(at, &next);
+            }
             Effect::Reset { place, full } => {
                 let mut next = state.clone();
                 if self.holds(state, place) {

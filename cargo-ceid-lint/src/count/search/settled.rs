@@ -90,6 +90,8 @@ impl Search<'_> {
                 is_one(&set.place) || (!set.rebinds && self.aliases.shared_roots(&set.place).iter().any(is_one))
             }
             Effect::Unknown { places, .. } => places.iter().any(is_one),
+            // A state that is a number is the value that a condition asks for.
+            Effect::Update(update) => !update.is_typed && !reads.is_presence && is_one(&update.place),
             Effect::Call(site) => is_one(&Place::var(site.result)) || self.called(site).writes.iter().any(is_one),
             _ => false,
         }

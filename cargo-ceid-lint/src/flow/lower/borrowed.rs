@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use super::Builder;
+use crate::flow::IndexKey;
 use crate::syntax::tree::{Body, ExprId, ExprKind};
 use crate::types::{LocalId, TypedBody};
 
@@ -41,10 +42,21 @@ impl Builder<'_> {
         }
     }
 
-    /// The same for what a method of the standard library lends: `flags.iter_mut()`.
+    /// The same for what a method of the standard library lends, or writes itself: `flags.iter_mut()`, `flags.reverse()`.
     pub(super) fn note_lent_by(&mut self, receiver: ExprId, method: &str) {
         if method.ends_with("_mut") {
             self.note_lent(receiver);
+            return;
+        }
+        let is_in_place = matches!(method, "reverse" | "fill" | "swap" | "rotate_left" | "rotate_right" | "sort")
+            || method.starts_with("sort_");
+        if is_in_place
+            && self.at.is_some()
+            && !self.program.index.holds_filter(self.ty(receiver))
+            && let Some(place) = self.static_place(receiver)
+        {
+            // Which elements change is not known; what they belong to is still the same.
+            self.written_unseen(place.element(IndexKey::Data(method.into())), self.span(receiver));
         }
     }
 }

@@ -157,6 +157,10 @@ impl Builder<'_> {
             self.emit(Effect::Reset { place: place.clone(), full }, span);
             return Value::default();
         }
+        if let Some((place, full)) = self.resets_state(self.called_name(id), resolved, exprs, values) {
+            self.emit(Effect::Reset { place, full }, span);
+            return Value::default();
+        }
         if values.iter().any(|value| value.closure.is_some() || value.iterator.is_some()) {
             if let Some(value) = self.runs_given(id, values) {
                 return value;

@@ -21,7 +21,7 @@ impl Builder<'_> {
     /// Whether a filter in a value of the type is another instance under each name.
     pub(super) fn is_copied(&self, ty: &Ty) -> bool {
         let index = self.program.index;
-        index.holds_filter(ty) && index.is_copy(ty)
+        (index.holds_filter(ty) || index.may_be_state(ty)) && index.is_copy(ty)
     }
 
     /// Notes that a filter is a template: others that live on begin with its state.

@@ -150,6 +150,11 @@ impl Builder<'_> {
                     self.note_given(&changed, *given);
                 }
             }
+        } else {
+            // What has no name gives a new value.
+            for place in values.into_iter().filter_map(|value| value.place) {
+                self.written_unseen(place, span);
+            }
         }
         Value::default()
     }

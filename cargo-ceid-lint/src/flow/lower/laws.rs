@@ -213,6 +213,32 @@ impl<'a> Builder<'a> {
         Some(!is_judged || resolved.targets.iter().all(|target| self.is_full_reset(*target, &resolved.self_ty)))
     }
 
+    /// The state that a method of a type resets whose laws have their state in an argument, and whether it resets all of it.
+    pub(super) fn resets_state(
+        &self,
+        name: &str,
+        resolved: &Resolved,
+        exprs: &[ExprId],
+        values: &[Value],
+    ) -> Option<(Place, bool)> {
+        let index = self.program.index;
+        let spec = index.law_spec(&resolved.self_ty)?;
+        let InstancePlace::Argument(number) = spec.instance else { return None };
+        let full = spec.resets.iter().any(|own| own == name);
+        if !full && !spec.partial_resets.iter().any(|own| own == name) {
+            return None;
+        }
+        let args = usize::from(resolved.has_receiver)..exprs.len();
+        let is_state = |at: &usize| index.state_spec(self.ty(exprs[*at]).peel()).is_some();
+        // What is no state by its type is where the law has it.
+        let at = args
+            .clone()
+            .find(is_state)
+            .or_else(|| args.clone().nth(number as usize))
+            .or_else(|| args.clone().last())?;
+        Some((values.get(at)?.place.clone()?, full))
+    }
+
     /// Whether a law of the type takes `&self`, so that a shared reference may update it.
     pub(super) fn updates_shared(&self, ty: &Ty) -> bool {
         self.program.index.filter_spec(ty.peel()).is_some_and(|spec| spec.receiver == Receiver::Shared)

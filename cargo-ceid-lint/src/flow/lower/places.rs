@@ -393,6 +393,7 @@ impl Builder<'_> {
             return true;
         }
         match ty {
+            _ if self.program.index.may_be_state(ty) => true,
             Ty::Int | Ty::Float | Ty::Bool | Ty::Str | Ty::Char | Ty::Never | Ty::FunctionItem(_) => false,
             Ty::Ref(_, inner) | Ty::Pointer(inner) | Ty::Array(inner, _) | Ty::Slice(inner) => {
                 self.holds(inner, depth + 1)

@@ -1,0 +1,91 @@
+//! States of laws that have them in an argument: `fir(&mut state, x)`. The signatures of the laws tell which types they have.
+
+use super::{Def, FilterSpec, FunctionId, Index, Owner, Subject, Ty};
+use crate::config::InstancePlace;
+
+/// The type of the states of a law.
+#[derive(Clone, Debug)]
+pub(super) struct StateType {
+    ty: Ty,
+    /// The number of the law.
+    spec: usize,
+}
+
+impl Index {
+    /// The states of the laws that are known now.
+    pub(super) fn find_states(&self) -> Vec<StateType> {
+        let mut found: Vec<StateType> = Vec::new();
+        for (spec, known) in self.specs.iter().enumerate().filter(|(_, spec)| spec.is_sampled) {
+            let InstancePlace::Argument(number) = known.instance else { continue };
+            for law in self.bodies_of(known) {
+                let Some(ty) = self.function(law).function.params.get(number as usize) else { continue };
+                let ty = self.lower(ty, &self.scope_of(law)).peel().clone();
+                found.push(StateType { ty, spec });
+            }
+        }
+        // Where several laws share a type, the one with the most halves tells how many there are.
+        found.sort_by_key(|state| std::cmp::Reverse(self.specs[state.spec].law.len()));
+        found
+    }
+
+    /// The functions that a law runs, as far as they are read.
+    fn bodies_of(&self, spec: &FilterSpec) -> Vec<FunctionId> {
+        let methods = spec.law.iter().flat_map(|group| &group.methods);
+        match &spec.subject {
+            Subject::Function(Def::Function(id)) => vec![*id],
+            Subject::Type(id) => {
+                let owners = methods.flat_map(|name| self.methods(&self.bare(*id), name));
+                owners.filter_map(|owner| owner.function()).collect()
+            }
+            Subject::Trait(name) => methods.flat_map(|method| self.implementations(name, method)).collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// What is known of the law whose state has this type. Numbers and arrays of them have other uses, too.
+    #[must_use]
+    pub fn state_spec(&self, ty: &Ty) -> Option<&FilterSpec> {
+        let is_one = |state: &&StateType| match (&state.ty, ty) {
+            (Ty::Adt(own, _), Ty::Adt(id, _)) => own == id,
+            (Ty::External(own, _), Ty::External(path, _)) => own == path && !path.starts_with("std::"),
+            _ => false,
+        };
+        self.states.iter().find(is_one).map(|state| &self.specs[state.spec])
+    }
+
+    /// Whether a value of the type could be the state of a law.
+    #[must_use]
+    pub fn may_be_state(&self, ty: &Ty) -> bool {
+        self.states.iter().any(|state| is_like(&state.ty, ty))
+    }
+
+    /// The parameter of a law in which its state is, by its number among all parameters.
+    #[must_use]
+    pub fn state_parameter(&self, id: FunctionId) -> Option<usize> {
+        let def = self.function(id);
+        let spec = match def.owner {
+            Owner::Impl(owner) => {
+                self.law_spec(&self.impl_def(owner).self_ty).filter(|spec| spec.group(&def.name).is_some())
+            }
+            _ => self.function_spec(&Def::Function(id)),
+        };
+        match spec?.instance {
+            InstancePlace::Argument(number) => Some(number as usize + usize::from(def.function.receiver.is_some())),
+            _ => None,
+        }
+    }
+}
+
+/// Whether two types are the same, as far as both are known.
+fn is_like(state: &Ty, ty: &Ty) -> bool {
+    let all = |left: &[Ty], right: &[Ty]| {
+        left.len() == right.len() && left.iter().zip(right).all(|(left, right)| is_like(left, right))
+    };
+    match (state, ty) {
+        (Ty::Array(left, _) | Ty::Slice(left), Ty::Array(right, _) | Ty::Slice(right)) => is_like(left, right),
+        (Ty::Tuple(left), Ty::Tuple(right)) => all(left, right),
+        (Ty::Adt(left, _), Ty::Adt(right, _)) => left == right,
+        (Ty::External(left, own), Ty::External(right, args)) => left == right && all(own, args),
+        _ => state == ty && matches!(ty, Ty::Int | Ty::Float),
+    }
+}
