@@ -87,7 +87,10 @@ impl Builder<'_> {
             && !self.may_hold_filter(self.ty(receiver))
             && !super::flags::is_flag(self.ty(receiver))
         {
-            self.note_lent(receiver);
+            // What is put in was noted.
+            if !(args.len() == 1 && matches!(method, "replace" | "insert" | "clone_from")) {
+                self.note_lent(receiver);
+            }
             // What was taken out is no longer what is asked for by the receiver's name.
             return Value { place: None, same_as: None, head: None, ..value };
         }
