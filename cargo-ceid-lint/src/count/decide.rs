@@ -108,11 +108,13 @@ pub(super) fn inner_repeat<'s>(search: &'s Search<'_>, exploration: &Exploration
 
 /// Whether only guards would update the filter, and each of them that was to do it never ends.
 fn is_let_go(search: &Search<'_>) -> bool {
-    search.updating().into_iter().all(|at| match &search.graph.node(at).effect {
-        Effect::Update(update) => update.run_by.is_guard(),
-        Effect::GuardEnd(_) => true,
-        _ => false,
-    })
+    let updating = search.updating();
+    !updating.is_empty()
+        && updating.into_iter().all(|at| match &search.graph.node(at).effect {
+            Effect::Update(update) => update.run_by.is_guard(),
+            Effect::GuardEnd(_) => true,
+            _ => false,
+        })
 }
 
 /// Decides a pair of a cycle and an instance that some path of it updates.
