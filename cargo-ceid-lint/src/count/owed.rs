@@ -200,10 +200,8 @@ impl Context<'_> {
             return;
         }
         let uses = self.uses(facts, place);
-        if uses.is_snapshot || uses.leaves {
-            return;
-        }
-        if leaf.is_uncertain && !uses.copied && !self.is_beside_updated(facts, place) {
+        let is_absent = || leaf.is_uncertain && !uses.copied && !self.is_beside_updated(facts, place);
+        if uses.is_snapshot || uses.leaves || is_absent() {
             return;
         }
         // A cycle that updates a sibling owes this one an update, too.

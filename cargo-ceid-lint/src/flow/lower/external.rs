@@ -123,9 +123,6 @@ impl Builder<'_> {
     fn swap(&mut self, id: ExprId, args: &[ExprId]) -> Value {
         let values = self.values(args);
         let span = self.span(id);
-        for arg in args {
-            self.note_lent(*arg);
-        }
         if let [left, right] = values.as_slice()
             && let (Some(a), Some(b)) = (&left.place, &right.place)
         {
