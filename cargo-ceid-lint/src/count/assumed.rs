@@ -19,13 +19,24 @@ pub(super) struct Heads {
     mask: u32,
     /// All heads that there are.
     all: u32,
+    /// Whether nothing on the way writes what has them.
+    pub(super) is_kept: bool,
 }
 
 impl Heads {
     /// What is known of a subject; `None` if that is nothing.
-    pub(super) fn of(subject: &Subject, mask: u32) -> Option<Self> {
-        let all = subject.anything();
-        (mask != all).then(|| Self { known: subject.heads.clone(), mask, all })
+    pub(super) fn of(subject: &Subject, mask: u32, is_kept: bool) -> Option<Self> {
+        Self { known: subject.heads.clone(), mask, all: subject.anything(), is_kept }.told(is_kept)
+    }
+
+    /// The same where that nothing writes it is told or not; `None` if they tell nothing.
+    fn told(self, is_kept: bool) -> Option<Self> {
+        (is_kept || self.mask != self.all).then_some(Self { is_kept, ..self })
+    }
+
+    /// Whether whatever has them has those others.
+    fn is_within(&self, others: &Self) -> bool {
+        self.mask & !others.mask == 0 && (self.is_kept || !others.is_kept)
     }
 
     /// Whether an argument with a constant head takes this way.
@@ -45,19 +56,21 @@ const MAX_WAYS: usize = 64;
 const MAX_TOLD: usize = 12;
 
 /// Takes ways together that differ only in what they give back, or only in what they assume of one place.
-pub(super) fn merged(ways: BTreeSet<Outcome>) -> Vec<Outcome> {
-    if ways.len() <= MAX_WAYS {
-        let told = united(ways);
-        if told.len() <= MAX_TOLD || told.iter().all(|way| way.assumed.is_empty()) {
-            return told;
+pub(super) fn merged(ways: &BTreeSet<Outcome>) -> Vec<Outcome> {
+    let without_kept = |way: &Outcome| {
+        let heads = |(given, heads): (&Given, &Heads)| Some((given.clone(), heads.clone().told(false)?));
+        Outcome { assumed: way.assumed.iter().filter_map(heads).collect(), ..way.clone() }
+    };
+    let fewer: BTreeSet<Outcome> = ways.iter().map(without_kept).collect();
+    for ways in [ways, &fewer] {
+        if ways.len() <= MAX_WAYS {
+            let told = united(ways.clone());
+            if told.len() <= MAX_TOLD || told.iter().all(|way| way.assumed.is_empty()) {
+                return told;
+            }
         }
-        return united(told.into_iter().map(forgetful).collect());
     }
-    united(ways.into_iter().map(forgetful).collect())
-}
-
-fn forgetful(way: Outcome) -> Outcome {
-    Outcome { assumed: Assumed::new(), ..way }
+    united(fewer.into_iter().map(|way| Outcome { assumed: Assumed::new(), ..way }).collect())
 }
 
 fn united(ways: BTreeSet<Outcome>) -> Vec<Outcome> {
@@ -84,7 +97,7 @@ fn unite(one: &Outcome, two: &Outcome) -> Option<Outcome> {
     }
     let is_wider = |one: &Outcome, two: &Outcome| {
         let allows =
-            |(given, heads): (&Given, &Heads)| two.assumed.get(given).is_some_and(|own| own.mask & !heads.mask == 0);
+            |(given, heads): (&Given, &Heads)| two.assumed.get(given).is_some_and(|own| own.is_within(heads));
         one.returned | two.returned == one.returned && one.assumed.iter().all(allows)
     };
     if is_wider(one, two) {
@@ -98,12 +111,10 @@ fn unite(one: &Outcome, two: &Outcome) -> Option<Outcome> {
     }
     let mut different = one.assumed.iter().filter(|(given, heads)| two.assumed.get(*given) != Some(*heads));
     let (Some((given, heads)), None) = (different.next(), different.next()) else { return None };
-    let mask = heads.mask | two.assumed[given].mask;
+    let other = &two.assumed[given];
+    let joined = Heads { mask: heads.mask | other.mask, ..heads.clone() }.told(heads.is_kept && other.is_kept);
     let mut both = one.clone();
-    if mask == heads.all {
-        both.assumed.remove(given);
-    } else {
-        both.assumed.insert(given.clone(), Heads { mask, ..heads.clone() });
-    }
+    both.assumed.remove(given);
+    both.assumed.extend(joined.map(|joined| (given.clone(), joined)));
     Some(both)
 }

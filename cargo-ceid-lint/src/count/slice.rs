@@ -243,6 +243,11 @@ pub(super) fn tracked(
     asked: &dyn Fn(NodeId) -> BTreeSet<SubjectId>,
 ) -> Tracked {
     let assigned = &dependence.assigned;
+    // What lies in a parameter a caller may ask for as well.
+    let is_lent = |subject: SubjectId| {
+        let whole = graph.subjects[subject.0 as usize].whole.as_ref();
+        whole.and_then(Place::base_var).is_some_and(|var| graph.var(var).param.is_some())
+    };
     let mut relevant: BTreeSet<NodeId> = touching.clone();
     let mut open: Vec<NodeId> = touching.iter().copied().collect();
     let mut tests: BTreeMap<SubjectId, u32> = BTreeMap::new();
@@ -275,7 +280,7 @@ pub(super) fn tracked(
             *count += times;
             let assigned = assigned.get(&subject).into_iter().flatten();
             // Whether what is known of it is lost matters once it is told apart.
-            let is_told = *count >= 2 || assigned.clone().next().is_some();
+            let is_told = *count >= 2 || assigned.clone().next().is_some() || is_lent(subject);
             let overwritten = dependence.overwritten.get(&subject).filter(|_| is_told).into_iter().flatten();
             open.extend(assigned.chain(overwritten).filter(|writer| relevant.insert(**writer)));
         }

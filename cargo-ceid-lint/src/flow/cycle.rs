@@ -64,6 +64,8 @@ pub struct LoopInfo {
     pub keyword: Span,
     /// The loop around it.
     pub parent: Option<LoopId>,
+    /// The loop each of whose rounds begins it anew: the one around it, or around what lets it run elsewhere.
+    pub begun_in: Option<LoopId>,
     /// Its head.
     pub head: NodeId,
     /// How often it runs.

@@ -75,7 +75,7 @@ impl Search<'_> {
     /// are other elements.
     fn is_own_round(&self, names: &[Place], id: LoopId) -> bool {
         let graph = self.graph;
-        let around = std::iter::successors(graph.loop_info(id).parent, |id| graph.loop_info(*id).parent);
+        let around = std::iter::successors(graph.loop_info(id).begun_in, |id| graph.loop_info(*id).begun_in);
         around.filter(|id| self.covers(*id)).all(|id| {
             let is_lent = !graph.loop_info(id).items.is_empty() || self.instance.stands_for_each();
             !is_lent || self.without_items(names, id).len() < names.len()
@@ -133,7 +133,13 @@ impl Search<'_> {
             let mut behind: Vec<Reached> = Vec::new();
             match &self.graph.node(node).effect {
                 Effect::Set(set) | Effect::Write(set) if is_concerned(names, set) => {
-                    behind.push((self.renamed(names, set, &|_| None).0, doubt.clone()));
+                    let names = self.renamed(names, set, &|_| None).0;
+                    // Where its variable gets another value and nothing else names it, the instance is gone; what its variable
+                    // names from there on is followed from there.
+                    if names.is_empty() && starts.contains(&node) {
+                        continue;
+                    }
+                    behind.push((names, doubt.clone()));
                 }
                 Effect::Call(site) => {
                     if let Some((names, is_doubtful)) = self.borrowed(names, site) {

@@ -393,7 +393,7 @@ impl<'a> Search<'a> {
         }
         outcomes.extend(self.aliases.limit().map(Outcome::unknown));
         Ways {
-            outcomes: merged(outcomes),
+            outcomes: merged(&outcomes),
             states: exploration.states.len(),
             repeat: super::decide::repeat_of(self, &exploration),
             skip: super::decide::skip_of(self, &gates, &exploration),

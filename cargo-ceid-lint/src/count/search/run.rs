@@ -7,7 +7,6 @@ use super::hash::BuildHasher;
 use super::interner::Interner;
 use super::{End, EndKind, Exploration, MAX_ROUNDS, MAX_STATES, Region, Search, State};
 use crate::count::counts::Count;
-use crate::count::given::Given;
 use crate::count::returned;
 use crate::count::slice::Tracked;
 use crate::flow::{Cause, Effect, IndexKey, LoopId, NodeId, Place, Relation, Rounds, RunBy, Test, Var};
@@ -39,7 +38,7 @@ pub(super) struct Run<'s, 'a> {
     /// The mode that is asked about, if one is.
     pub(super) mode: Option<super::Mode>,
     /// Which of the tracked subjects callers know, where they are to know what is assumed of them.
-    pub(super) of_caller: Vec<(usize, Given)>,
+    pub(super) of_caller: Vec<super::shared::OfCaller>,
 }
 
 impl<'s, 'a> Run<'s, 'a> {

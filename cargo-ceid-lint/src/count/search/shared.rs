@@ -14,6 +14,16 @@ const MAX_TOLD: usize = 4;
 /// What stands behind what is known of conditions, for one of a caller's that was not written yet: no condition has no heads.
 pub(super) const UNWRITTEN: u32 = 0;
 
+/// A condition of which a way tells callers what it assumes.
+pub(super) struct OfCaller {
+    /// Which of the tracked subjects it is.
+    at: usize,
+    /// What callers know it by.
+    given: Given,
+    /// Whether some way writes it.
+    is_written: bool,
+}
+
 impl Search<'_> {
     /// The subjects that the ways through a call assume something of.
     pub(super) fn asked_by_call(&self, node: NodeId) -> BTreeSet<SubjectId> {
@@ -55,7 +65,8 @@ impl Run<'_, '_> {
         // What nothing here changes tells callers most.
         let (kept, written): (Vec<SubjectId>, Vec<SubjectId>) =
             asked.into_iter().partition(|id| search.writers_of(*id).is_empty());
-        for id in kept.into_iter().chain(written) {
+        let all = kept.into_iter().map(|id| (id, false)).chain(written.into_iter().map(|id| (id, true)));
+        for (id, is_written) in all {
             if self.of_caller.len() >= MAX_TOLD {
                 break;
             }
@@ -64,8 +75,8 @@ impl Run<'_, '_> {
                 self.tracked.subjects.push(id);
                 self.tracked.subjects.len() - 1
             });
-            if !self.of_caller.iter().any(|(other, _)| *other == at) {
-                self.of_caller.push((at, given));
+            if !self.of_caller.iter().any(|other| other.at == at) {
+                self.of_caller.push(OfCaller { at, given, is_written });
             }
         }
     }
@@ -75,20 +86,26 @@ impl Run<'_, '_> {
         let masks = self.masks.get(state.masks);
         let (now, at_first_write) = masks.split_at(self.tracked.subjects.len());
         let told = self.of_caller.iter().zip(at_first_write);
-        let heads = |at: usize, first: u32| {
-            let mask = if first == UNWRITTEN { now[at] } else { first };
-            Heads::of(&self.search.graph.subjects[self.tracked.subjects[at].0 as usize], mask)
+        let heads = |told: &OfCaller, first: u32| {
+            let mask = if first == UNWRITTEN { now[told.at] } else { first };
+            let subject = &self.search.graph.subjects[self.tracked.subjects[told.at].0 as usize];
+            Heads::of(subject, mask, first == UNWRITTEN && told.is_written)
         };
-        told.filter_map(|((at, given), first)| Some((given.clone(), heads(*at, *first)?))).collect()
+        told.filter_map(|(told, first)| Some((told.given.clone(), heads(told, *first)?))).collect()
     }
 
     /// Notes what is known of a condition of callers before it is written.
     pub(super) fn keep_assumed(&self, masks: &mut [u32], at: usize) {
-        let Some(told) = self.of_caller.iter().position(|(own, _)| *own == at) else { return };
-        let first = self.tracked.subjects.len() + told;
+        let Some(first) = self.before_first_write(at) else { return };
         if masks[first] == UNWRITTEN {
             masks[first] = masks[at];
         }
+    }
+
+    /// Where it stands what was known of a subject before it was written, if callers are told of it.
+    fn before_first_write(&self, at: usize) -> Option<usize> {
+        let told = self.of_caller.iter().position(|told| told.at == at)?;
+        Some(self.tracked.subjects.len() + told)
     }
 
     /// What is known in a way through a call, if the way can be taken with what was known before.
@@ -113,15 +130,31 @@ impl Run<'_, '_> {
             if before[at] & allowed == 0 {
                 return None;
             }
-            // What the call writes may have another head behind it.
             let reads = self.search.read_by(self.tracked.subjects[at]);
+            let first = self.before_first_write(at);
             if !called.writes.iter().any(|place| reads.is_changed_with(place)) {
                 all[at] &= allowed;
-                if all[at] == 0 {
-                    return None;
+            } else if heads.is_kept && self.is_lent_once(at, site) {
+                all[at] = before[at] & allowed;
+                if let Some(first) = first {
+                    all[first] = before[first];
                 }
+            } else if let Some(first) = first.filter(|first| before[*first] == UNWRITTEN) {
+                // What the call writes may have another head behind it.
+                all[first] &= allowed;
+            }
+            if all[at] == 0 {
+                return None;
             }
         }
         Some(self.masks.intern(all))
+    }
+
+    /// Whether a call gets what a condition asks for by one argument only, so that no other one changes it unseen.
+    fn is_lent_once(&self, at: usize, site: &CallSite) -> bool {
+        let search = self.search;
+        let reads = search.read_by(self.tracked.subjects[at]);
+        let lends = |place: &Place| search.aliases.shared_roots(place).iter().any(|root| reads.is_changed_with(root));
+        site.args.iter().filter_map(|arg| arg.place.as_ref()).filter(|place| lends(place)).count() <= 1
     }
 }

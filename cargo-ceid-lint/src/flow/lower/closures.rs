@@ -199,6 +199,8 @@ impl Builder<'_> {
         let fork = self.emit(Effect::Fork, span);
         let here = self.add_node(Effect::Nothing, span);
         self.link(fork, here);
+        let around = self.loops.last().copied().or(self.detached_in);
+        let outer = std::mem::replace(&mut self.detached_in, around);
         let loops = std::mem::take(&mut self.loops);
         let scopes = std::mem::take(&mut self.scopes);
         let was_detached = std::mem::replace(&mut self.is_detached, true);
@@ -215,6 +217,7 @@ impl Builder<'_> {
         self.loops = loops;
         self.scopes = scopes;
         self.is_detached = was_detached;
+        self.detached_in = outer;
         self.resume(here);
     }
 

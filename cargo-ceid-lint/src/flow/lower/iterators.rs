@@ -2,7 +2,7 @@
 
 use super::sources::{Item, Source, Stage, is_map};
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Caller, Cause, CycleKind, Effect, IndexKey, LoopId, LoopInfo, Place, Rounds, Transfer, Var};
+use crate::flow::{Cause, CycleKind, Effect, IndexKey, LoopId, LoopInfo, Place, Rounds, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
@@ -567,25 +567,11 @@ impl Builder<'_> {
             rounds => rounds.clone(),
         };
         let info = LoopInfo {
-            kind,
-            keyword,
-            parent: self.loops.last().copied(),
-            head: crate::flow::NodeId(0),
-            rounds,
-            items: Vec::new(),
-            counter: None,
-            bound: Vec::new(),
-            indexes: Vec::new(),
-            sampled: Vec::new(),
             over: source.over.clone(),
             passes_over: source.passes_over,
             in_order: source.in_order && !source.passes_over,
             drains: source.drains,
-            is_foreign: self.is_foreign(),
-            closure: None,
-            caller: Caller::Code,
-            text: source.text.clone(),
-            directive: self.program.directive(keyword),
+            ..self.plain_loop(kind, keyword, rounds, source.text.clone())
         };
         let id = self.add_loop(info);
         self.emit(Effect::LoopEnter(id), keyword);

@@ -43,11 +43,13 @@ impl Builder<'_> {
         self.at = None;
     }
 
-    fn begin_loop(&mut self, kind: CycleKind, keyword: Span, rounds: Rounds, text: String) -> LoopId {
-        let id = self.add_loop(LoopInfo {
+    /// A loop of which only this much is known.
+    pub(super) fn plain_loop(&self, kind: CycleKind, keyword: Span, rounds: Rounds, text: String) -> LoopInfo {
+        LoopInfo {
             kind,
             keyword,
             parent: self.loops.last().copied(),
+            begun_in: self.loops.last().copied().or(self.detached_in),
             head: NodeId(0),
             rounds,
             items: Vec::new(),
@@ -64,7 +66,12 @@ impl Builder<'_> {
             caller: Caller::Code,
             directive: self.program.directive(keyword),
             text,
-        });
+        }
+    }
+
+    fn begin_loop(&mut self, kind: CycleKind, keyword: Span, rounds: Rounds, text: String) -> LoopId {
+        let info = self.plain_loop(kind, keyword, rounds, text);
+        let id = self.add_loop(info);
         self.emit(Effect::LoopEnter(id), keyword);
         id
     }

@@ -208,6 +208,8 @@ struct Builder<'a> {
     spoken: Option<(Span, String)>,
     /// Whether the code at hand runs elsewhere or later.
     is_detached: bool,
+    /// The loop around what lets the code at hand run elsewhere or later.
+    detached_in: Option<LoopId>,
 }
 
 impl<'a> Builder<'a> {
@@ -266,6 +268,7 @@ impl<'a> Builder<'a> {
             reached: Vec::new(),
             spoken: None,
             is_detached: false,
+            detached_in: None,
         }
     }
 
