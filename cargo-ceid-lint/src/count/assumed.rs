@@ -96,8 +96,7 @@ fn unite(one: &Outcome, two: &Outcome) -> Option<Outcome> {
         return Some(Outcome { returned: one.returned | two.returned, ..one.clone() });
     }
     let is_wider = |one: &Outcome, two: &Outcome| {
-        let allows =
-            |(given, heads): (&Given, &Heads)| two.assumed.get(given).is_some_and(|own| own.is_within(heads));
+        let allows = |(given, heads): (&Given, &Heads)| two.assumed.get(given).is_some_and(|own| own.is_within(heads));
         one.returned | two.returned == one.returned && one.assumed.iter().all(allows)
     };
     if is_wider(one, two) {

@@ -242,6 +242,12 @@ impl Summaries {
         let mut summary = Summary { halves, ..Summary::default() };
         let mut touched: BTreeSet<Given> = BTreeSet::new();
         let mut unknown: BTreeMap<Given, Cause> = BTreeMap::new();
+        // What is given back is another instance then.
+        let gives_copy = {
+            let index = program.index;
+            let output = &index.function(graph.function).function.output;
+            index.copies_filter(&index.lower(output, &index.scope_of(graph.function)))
+        };
         for node in &graph.nodes {
             match &node.effect {
                 Effect::Update(update) => note(graph, &aliases, &update.place, &mut touched),
@@ -260,7 +266,7 @@ impl Summaries {
                 }
                 Effect::Use { place } => note(graph, &aliases, place, &mut summary.uses),
                 Effect::Return(value) => {
-                    if let Some(place) = &value.place {
+                    if let Some(place) = value.place.as_ref().filter(|_| !gives_copy) {
                         for (part, root) in aliases.parts(place) {
                             if let Some(Given { base: GivenBase::Param(param), steps }) = given(graph, &root) {
                                 summary.returns.insert(Borrow { part, param, steps });

@@ -210,6 +210,12 @@ impl Index {
         }
     }
 
+    /// Whether a filter in a value of the type is another instance wherever the value goes.
+    #[must_use]
+    pub fn copies_filter(&self, ty: &Ty) -> bool {
+        (self.holds_filter(ty) || self.may_be_state(ty)) && self.is_copy(ty) && !self.refers_to_filters(ty)
+    }
+
     /// Whether a value of the type is copied where another one would be moved, as far as the analysed code tells.
     #[must_use]
     pub fn is_copy(&self, ty: &Ty) -> bool {

@@ -13,15 +13,9 @@ impl Builder<'_> {
     pub(super) fn transfer(&self, value: &Value, ty: &Ty) -> Transfer {
         match value.is_owned {
             false => Transfer::Borrow,
-            true if value.place.is_some() && self.is_copied(ty) => Transfer::Copy,
+            true if value.place.is_some() && self.program.index.copies_filter(ty) => Transfer::Copy,
             true => Transfer::Move,
         }
-    }
-
-    /// Whether a filter in a value of the type is another instance under each name.
-    pub(super) fn is_copied(&self, ty: &Ty) -> bool {
-        let index = self.program.index;
-        (index.holds_filter(ty) || index.may_be_state(ty)) && index.is_copy(ty)
     }
 
     /// Notes that a filter is a template: others that live on begin with its state.
@@ -67,7 +61,7 @@ impl Builder<'_> {
         let mut copies = Vec::new();
         for (local, var) in self.captured_locals(closure) {
             let info = self.graph.var(var);
-            if !self.is_copied(&info.ty) {
+            if !self.program.index.copies_filter(&info.ty) {
                 continue;
             }
             let copy = self.new_var(info.name.clone(), info.ty.clone(), info.span);

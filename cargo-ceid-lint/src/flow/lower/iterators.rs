@@ -91,7 +91,7 @@ impl Builder<'_> {
         let over = value.place.clone();
         let item = match value.place {
             // The loop gets copies of them.
-            Some(_) if !is_lent && self.is_copied(self.ty(id)) => Item::Made,
+            Some(_) if !is_lent && self.program.index.copies_filter(self.ty(id)) => Item::Made,
             Some(place) if is_map && self.may_hold_filter(ty) => Item::entry(place),
             Some(place) if ty.external_name() == Some("Option") && self.may_hold_filter(ty) => {
                 Item::Present(Box::new(Item::Same(place)))

@@ -77,7 +77,12 @@ impl Builder<'_> {
         }
         match &block.label {
             Some(label) => self.labelled_block(id, label.clone(), block),
-            None => self.plain_block(block, span),
+            None => {
+                let value = self.plain_block(block, span);
+                // What a block gives is a value, and not the place that it comes from.
+                let is_copy = value.place.is_some() && value.is_owned && self.program.index.copies_filter(self.ty(id));
+                if is_copy { self.copy_of(&value, self.ty(id).clone(), span) } else { value }
+            }
         }
     }
 
