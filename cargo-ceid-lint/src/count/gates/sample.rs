@@ -8,21 +8,27 @@ use crate::count::search::{Region, Search};
 use crate::flow::{CallSite, Computed, Effect, NodeId, Place, Test, Var};
 use crate::index::Ty;
 
-/// Parts of the names of methods that ask whether a sample is there.
+/// Words in the names of methods that ask whether a sample is there: `data_ready`, `has_new`.
 const READINESS: &[&str] = &[
     "ready",
+    "dataready",
     "available",
-    "has_",
-    "is_new",
-    "pending",
-    "fresh",
-    "new_",
-    "updated",
-    "data",
+    "has",
     "drdy",
     "can_read",
+    "new",
+    "pending",
+    "fresh",
+    "updated",
+    "data",
     "poll",
 ];
+
+/// How many of them no measured value is called by.
+const CERTAIN: usize = 6;
+
+/// How many filters are followed that stand before another one: `b.update(a.value())`.
+const MAX_CHAIN: usize = 16;
 
 /// The parameters of a function from which its filter is fed.
 pub(in crate::count) fn fed_params(search: &Search<'_>) -> BTreeSet<usize> {
@@ -33,34 +39,65 @@ pub(in crate::count) fn fed_params(search: &Search<'_>) -> BTreeSet<usize> {
 }
 
 impl Gates<'_, '_> {
-    /// What is fed to the instance is computed from: by its law, by another method of it, or by writing its fields.
+    /// What is fed to the instance is computed from: by its law, by another method of it, or by writing its fields. What another
+    /// filter gives is computed from what that one is fed with.
     pub(super) fn fed(&self) -> &Sources {
         self.fed.get_or_init(|| {
+            let index = self.search.program.index;
             let mut fed = Computed::default();
-            for id in self.nodes() {
-                match &self.search.graph.node(id).effect {
-                    Effect::Update(update) if self.is_instance(&update.place) => extend(&mut fed, &update.from),
-                    Effect::Call(site) if self.concerns(site) => self.add_fed_arguments(site, &mut fed),
-                    Effect::Write(write) if self.is_part(&write.place) => {
-                        if let Some(change) = self.search.graph.changes.get(&id) {
-                            extend(&mut fed, &change.computed);
-                        }
-                    }
-                    _ => {}
+            let mut chain = vec![self.search.instance.clone()];
+            let mut at = 0;
+            loop {
+                while let Some(filter) = chain.get(at) {
+                    self.add_fed(filter, &mut fed);
+                    at += 1;
                 }
+                let sources = self.assignments().behind(&fed);
+                let is_filter =
+                    |place: &&Place| self.ty(place).is_some_and(|ty| index.filter_spec(ty.peel()).is_some());
+                let roots = sources.places.iter().flat_map(|place| self.search.aliases.roots(place));
+                let before: Vec<Place> = roots.filter(|place| is_filter(&place) && !chain.contains(place)).collect();
+                if before.is_empty() || chain.len() > MAX_CHAIN {
+                    return sources;
+                }
+                chain.extend(before);
             }
-            self.assignments().behind(&fed)
         })
     }
 
-    /// The arguments of a call that reach the filter there.
-    fn add_fed_arguments(&self, site: &CallSite, fed: &mut Computed) {
+    /// What is fed to a filter, by any of its names.
+    fn add_fed(&self, filter: &Place, fed: &mut Computed) {
+        let overlapping = |place: &Place| {
+            let roots = self.search.aliases.roots(place).into_iter();
+            roots.filter(|root| root.overlaps(filter)).collect::<Vec<_>>()
+        };
+        let is_it = |place: &Place| !overlapping(place).is_empty();
+        for id in self.nodes() {
+            match &self.search.graph.node(id).effect {
+                Effect::Update(update) if is_it(&update.place) => extend(fed, &update.from),
+                Effect::Call(site) if site.args.iter().filter_map(|arg| arg.place.as_ref()).any(is_it) => {
+                    self.add_fed_arguments(site, &is_it, fed);
+                }
+                Effect::Write(write)
+                    if overlapping(&write.place).iter().any(|root| root.steps.len() > filter.steps.len()) =>
+                {
+                    if let Some(change) = self.search.graph.changes.get(&id) {
+                        extend(fed, &change.computed);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// The arguments of a call that reach a filter there.
+    fn add_fed_arguments(&self, site: &CallSite, is_it: &dyn Fn(&Place) -> bool, fed: &mut Computed) {
         let summaries = site.targets.iter().map(|target| self.search.summaries.get(*target));
         let known: Option<Vec<&BTreeSet<usize>>> = summaries
             .map(|summary| {
                 let mut feeds = summary?.feeds.iter();
                 feeds.find_map(|(given, params)| {
-                    place_of(given, site).is_some_and(|place| self.is_instance(&place)).then_some(params)
+                    place_of(given, site).is_some_and(|place| is_it(&place)).then_some(params)
                 })
             })
             .collect();
@@ -215,10 +252,11 @@ impl Gates<'_, '_> {
 
     /// A readiness test of the very object that the fed sample is read from.
     pub(super) fn is_readiness(&self, test: &Test) -> bool {
-        let asks = |parts: &[&str]| {
-            let asks_part = |name: &str| parts.iter().any(|part| name.contains(part));
-            test.about.names.iter().any(|name| asks_part(&name.to_lowercase()))
-        };
+        // `let ready = imu.is_ready(); if ready { … }`
+        let kept = self.kept_answer(test);
+        let (names, reads) =
+            kept.map_or((&test.about.names, &test.about.reads), |computed| (&computed.calls, &computed.places));
+        let asks = |words: &[&str]| names.iter().any(|name| words.iter().any(|word| has_word(name, word)));
         if test.about.is_presence {
             return false;
         }
@@ -228,10 +266,12 @@ impl Gates<'_, '_> {
         let asks_amount = asks(&["is_empty", "len", "is_full"]);
         // A bit of a status register.
         let asks_bit = test.about.is_masked && asks(&["status", "flags", "state", "isr"]);
-        if !(asks_amount || ((asks_bit || asks(READINESS)) && !test.about.is_comparison)) {
+        // How it was compared before it was kept is not known.
+        let readiness = if kept.is_some() { &READINESS[..CERTAIN] } else { READINESS };
+        if !(asks_amount || ((asks_bit || asks(readiness)) && !test.about.is_comparison)) {
             return false;
         }
-        test.about.reads.iter().any(|place| {
+        reads.iter().any(|place| {
             let whole_self =
                 place.steps.is_empty() && place.base_var().is_some_and(|var| self.search.graph.var(var).name == "self");
             !whole_self && self.fed().places.contains(place)
@@ -240,6 +280,14 @@ impl Gates<'_, '_> {
 }
 
 impl Gates<'_, '_> {
+    /// What a truth value was computed from that keeps the answer of the only call behind it.
+    fn kept_answer(&self, test: &Test) -> Option<&Computed> {
+        let [place] = test.about.reads.as_slice() else { return None };
+        let is_kept = place.steps.is_empty() && test.about.names.is_empty() && self.ty(place) == Some(Ty::Bool);
+        let computed = self.search.graph.computed.get(&place.base_var().filter(|_| is_kept)?)?;
+        (computed.calls.len() == 1).then_some(computed)
+    }
+
     /// A truth value that came with the sample and says whether it is one: `if !packet.valid { continue; }`.
     fn is_marked(&self, test: &Test) -> bool {
         let graph = self.search.graph;
@@ -279,4 +327,31 @@ fn is_of_iterator(name: &str) -> bool {
 
 fn is_question(name: &str) -> bool {
     matches!(name, "is_some" | "is_ok" | "is_none" | "is_err" | "ok" | "as_ref" | "as_mut" | "map_err" | "await")
+}
+
+/// Whether a word, or several of them, stand in a name: `already` has no `ready` in it. A number may stand behind them.
+fn has_word(name: &str, word: &str) -> bool {
+    let name = name.to_lowercase();
+    name.match_indices(word).any(|(at, _)| {
+        let (before, after) = (&name[..at], &name[at + word.len()..]);
+        let after = after.trim_start_matches(|letter: char| letter.is_ascii_digit());
+        (before.is_empty() || before.ends_with('_')) && (after.is_empty() || after.starts_with('_'))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::has_word;
+
+    #[test]
+    fn a_part_of_a_word_is_no_word() {
+        for name in ["ready", "data_ready", "is_ready", "READY", "ready2", "ready_0"] {
+            assert!(has_word(name, "ready"), "{name}");
+        }
+        for name in ["already_homed", "unready", "readying", "spready_x"] {
+            assert!(!has_word(name, "ready"), "{name}");
+        }
+        assert!(has_word("rx_is_empty", "is_empty") && !has_word("is_emptying", "is_empty"));
+        assert!(!has_word("silent", "len") && !has_word("lens_closed", "len"));
+    }
 }

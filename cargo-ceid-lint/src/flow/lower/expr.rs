@@ -104,6 +104,9 @@ impl Builder<'_> {
                     let var = self.temporary(self.ty(id).clone(), self.span(id));
                     return Value { place: Some(Place::var(var)), ..Value::default() };
                 }
+                if !self.keeps_value(id) {
+                    return Value::default();
+                }
                 let closure = value.closure.filter(|closure| self.is_of_future(*closure));
                 Value { closure, iterator: None, ..value }
             }

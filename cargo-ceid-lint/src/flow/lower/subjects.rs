@@ -5,7 +5,7 @@ use crate::flow::test::MAX_HEADS;
 use crate::flow::{About, Effect, Head, NodeId, Place, Subject, SubjectId, Test, Var};
 use crate::index::{Def, Shape, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{CfgKey, ExprId, ExprKind, Path};
+use crate::syntax::tree::{CfgKey, ExprId, ExprKind, Path, TypeRef};
 use crate::types::Callee;
 
 /// A pure expression: its spelling with variables by number, and the places it reads.
@@ -153,7 +153,12 @@ impl Builder<'_> {
                 Some(found)
             }
             ExprKind::Deref(inner) | ExprKind::Reference { value: inner, raw: false, .. } => self.pure(*inner),
-            ExprKind::Cast { value, .. } => self.pure(*value),
+            ExprKind::Cast { value, .. } if self.keeps_value(id) => self.pure(*value),
+            // Another value, which is the same as long as that one is.
+            ExprKind::Cast { value, ty } => {
+                let from = self.pure(*value)?;
+                Some(Pure { key: format!("({} as {ty:?})", from.key), reads: from.reads, whole: None })
+            }
             ExprKind::Not(inner) => self.pure_unary("!", *inner),
             ExprKind::Negate(inner) => self.pure_unary("-", *inner),
             ExprKind::Binary { op, lhs, rhs } => {
@@ -199,6 +204,21 @@ impl Builder<'_> {
                 Some(made)
             }
             _ => None,
+        }
+    }
+
+    /// Whether a cast gives the value that it gets: `true as u8` is no `true`, and `300 as u8` no 300.
+    pub(super) fn keeps_value(&self, id: ExprId) -> bool {
+        let ExprKind::Cast { value, ty } = &self.body().expr(id).kind else { return true };
+        let is_number = matches!(self.ty(id).peel(), Ty::Int | Ty::Float);
+        match self.ty(*value).peel() {
+            Ty::Bool | Ty::Char | Ty::Float => false,
+            // No number of another type is too big for one of these.
+            Ty::Int => {
+                let is_wide = |name: &str| matches!(name, "u64" | "i64" | "u128" | "i128" | "usize" | "isize");
+                matches!(ty, TypeRef::Path(path) if is_wide(path.last()))
+            }
+            _ => !is_number,
         }
     }
 
