@@ -187,7 +187,7 @@ impl Builder<'_> {
                 let template = self.temporary(Ty::Unknown, self.span(*arg));
                 self.place_part(Place::var(template).element(IndexKey::Each), value, *arg);
             }
-            let stages = values.iter().rev().find_map(|value| value.closure).map(|closure| (Stage::Make, closure));
+            let stages = values.iter().rev().find_map(|value| value.closure).map(Stage::Make);
             return Source {
                 item: Item::Made,
                 rounds: Rounds::Unbounded,
@@ -293,8 +293,13 @@ impl Builder<'_> {
             }
             "cycle" => Source { rounds: Rounds::Unbounded, in_order: false, ..self.source(receiver) },
             "enumerate" => {
-                let source = self.source(receiver);
-                Source { item: Item::Tuple(vec![Item::Counter(Some(0)), source.item]), ..source }
+                let mut source = self.source(receiver);
+                if source.stages.is_empty() {
+                    source.item = Item::Tuple(vec![Item::Counter(Some(0)), source.item]);
+                } else {
+                    source.stages.push(Stage::Number);
+                }
+                source
             }
             "zip" => self.zip(receiver, args.first().copied()),
             "map" | "filter" | "inspect" | "filter_map" | "take_while" | "skip_while" | "map_while" | "flat_map"
@@ -307,8 +312,11 @@ impl Builder<'_> {
                     "inspect" => Stage::Inspect,
                     _ => Stage::Filter,
                 };
-                source.passes_over |= stage == Stage::Filter;
-                source.stages.extend(closure.map(|closure| (stage, closure)));
+                // What a closure made may be left out when its work is done.
+                let is_own = source.stages.iter().all(|stage| matches!(stage, Stage::Inspect(_) | Stage::Filter(_)));
+                let leaves_out = matches!(method, "filter" | "filter_map" | "skip_while") && is_own;
+                source.passes_over |= leaves_out || matches!(method, "take_while" | "map_while");
+                source.stages.extend(closure.map(stage));
                 source
             }
             "chunks_mut" | "chunks" | "chunks_exact_mut" | "chunks_exact" | "split_mut" => {
@@ -466,7 +474,7 @@ impl Builder<'_> {
 
     fn consume(&mut self, id: ExprId, source: Source, closure: Option<ClosureRef>, consumer: Consumer) {
         let span = self.span(id);
-        let runs = closure.or_else(|| source.stages.last().map(|(_, closure)| *closure));
+        let runs = closure.or_else(|| source.stages.iter().rev().find_map(|stage| stage.closure()));
         let bar = runs.map_or(span, |closure| self.bar(closure));
         let kind = if source.stages.is_empty() { source.item.clone() } else { Item::Opaque };
         let Consumer { takes_state, stops, gathers } = consumer;
@@ -560,7 +568,7 @@ impl Builder<'_> {
         if self.at.is_none() {
             return;
         }
-        let is_filtered = source.stages.iter().any(|(stage, _)| *stage == Stage::Filter);
+        let is_filtered = source.stages.iter().any(|stage| matches!(stage, Stage::Filter(_)));
         let rounds = match &source.rounds {
             // How many of the items pass is not known.
             Rounds::Constant(_) if is_filtered && !source.item.is_lent() => Rounds::Bounded,
@@ -584,11 +592,11 @@ impl Builder<'_> {
         self.push_loop_scope(label, after, head, keyword);
         self.resume(round);
         let mut item = self.item_value(id, &source.item, &source.reads, keyword);
-        for (number, (stage, closure)) in source.stages.iter().enumerate() {
-            if number == 0 {
-                self.note_counter(id, *closure, 0, &source.item);
+        for (number, stage) in source.stages.iter().enumerate() {
+            if let (0, Some(closure)) = (number, stage.closure()) {
+                self.note_counter(id, closure, 0, &source.item);
             }
-            item = self.stage(*stage, *closure, item, head, keyword, source.item.is_lent());
+            item = self.stage(id, *stage, item, head, keyword, source.item.is_lent());
         }
         inside(self, item, id);
         self.pop_loop_scope();
@@ -603,18 +611,19 @@ impl Builder<'_> {
         self.resume_if_reached(after);
     }
 
-    /// A closure of the chain runs in the round.
+    /// A stage of the chain in the round.
     fn stage(
         &mut self,
+        id: LoopId,
         stage: Stage,
-        closure: ClosureRef,
         item: Value,
         head: crate::flow::NodeId,
         span: Span,
         is_lent: bool,
     ) -> Value {
         let first = self.graph.nodes.len();
-        let args = if stage == Stage::Make { Vec::new() } else { vec![item.clone()] };
+        let Some(closure) = stage.closure() else { return self.numbered(id, item, span) };
+        let args = if matches!(stage, Stage::Make(_)) { Vec::new() } else { vec![item.clone()] };
         let mut made = self.inline_closure(closure, &args, span);
         if self.is_future(&made) {
             // Where it is awaited is not seen.
@@ -622,10 +631,10 @@ impl Builder<'_> {
             made.closure = None;
         }
         match stage {
-            Stage::Map | Stage::Make => made,
-            Stage::Flatten => self.flattened(made, span),
-            Stage::Inspect => item,
-            Stage::Filter => {
+            Stage::Map(_) | Stage::Make(_) => made,
+            Stage::Flatten(_) => self.flattened(made, span),
+            Stage::Inspect(_) | Stage::Number => item,
+            Stage::Filter(_) => {
                 if self.at.is_some() {
                     // What the closure answers is a condition like any other.
                     let is_truth = |var: &Var| self.graph.var(*var).ty == Ty::Bool;
@@ -694,14 +703,18 @@ impl Builder<'_> {
             }
             Item::Staged(inner, stages) => {
                 let mut value = self.item_value(id, inner, reads, span);
-                for (stage, closure) in stages {
-                    let args = if *stage == Stage::Make { Vec::new() } else { vec![value.clone()] };
-                    let made = self.inline_closure(*closure, &args, span);
+                for stage in stages {
+                    let Some(closure) = stage.closure() else {
+                        value = self.numbered(id, value, span);
+                        continue;
+                    };
+                    let args = if matches!(stage, Stage::Make(_)) { Vec::new() } else { vec![value.clone()] };
+                    let made = self.inline_closure(closure, &args, span);
                     self.note_made_from(id, &made, &value);
                     match stage {
-                        Stage::Map | Stage::Make => value = made,
-                        Stage::Flatten => value = self.flattened(made, span),
-                        Stage::Inspect | Stage::Filter => {}
+                        Stage::Map(_) | Stage::Make(_) => value = made,
+                        Stage::Flatten(_) => value = self.flattened(made, span),
+                        Stage::Inspect(_) | Stage::Filter(_) | Stage::Number => {}
                     }
                 }
                 value
@@ -716,24 +729,35 @@ impl Builder<'_> {
                 Value { place: Some(Place::var(var)), is_owned: true, same_as: Some(var), ..Value::default() }
             }
             Item::Tuple(items) => {
-                let var = self.temporary(Ty::Unknown, span);
-                self.graph.derived.extend(reads.iter().map(|read| (var, *read)));
-                for (number, item) in items.iter().enumerate() {
-                    let value = self.item_value(id, item, reads, span);
-                    let part = Place::var(var).field(&number.to_string());
-                    let assignment = crate::flow::Assignment {
-                        place: part,
-                        from: value.place,
-                        transfer: if value.is_owned { Transfer::Move } else { Transfer::Borrow },
-                        rebinds: true,
-                        head: None,
-                        same_as: None,
-                    };
-                    self.emit(Effect::Set(Box::new(assignment)), span);
-                }
-                Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }
+                let values = items.iter().map(|item| self.item_value(id, item, reads, span)).collect();
+                let whole = self.tuple_value(values, span);
+                let var = whole.place.as_ref().and_then(Place::base_var);
+                self.graph.derived.extend(var.iter().flat_map(|var| reads.iter().map(|read| (*var, *read))));
+                whole
             }
         }
+    }
+
+    /// The number of the round, with its item.
+    fn numbered(&mut self, id: LoopId, item: Value, span: Span) -> Value {
+        let number = self.item_value(id, &Item::Counter(None), &[], span);
+        self.tuple_value(vec![number, item], span)
+    }
+
+    fn tuple_value(&mut self, parts: Vec<Value>, span: Span) -> Value {
+        let var = self.temporary(Ty::Unknown, span);
+        for (number, value) in parts.into_iter().enumerate() {
+            let assignment = crate::flow::Assignment {
+                place: Place::var(var).field(&number.to_string()),
+                from: value.place,
+                transfer: if value.is_owned { Transfer::Move } else { Transfer::Borrow },
+                rebinds: true,
+                head: None,
+                same_as: None,
+            };
+            self.emit(Effect::Set(Box::new(assignment)), span);
+        }
+        Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }
     }
 
     /// Notes that an item is computed from another one.

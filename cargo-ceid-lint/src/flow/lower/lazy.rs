@@ -93,7 +93,7 @@ impl Builder<'_> {
         let Some(source) = value.iterator.clone() else { return };
         let (mut places, mut closures) = (Vec::new(), Vec::new());
         lent_places(&source.item, &mut places, &mut closures);
-        closures.extend(source.stages.iter().map(|(_, closure)| *closure));
+        closures.extend(source.stages.iter().filter_map(|stage| stage.closure()));
         if !places.is_empty() && self.at.is_some() {
             self.emit(Effect::Unknown { places, cause: cause.clone() }, span);
         }
@@ -114,7 +114,7 @@ fn lent_places(item: &Item, found: &mut Vec<Place>, closures: &mut Vec<super::Cl
         }
         Item::Present(item) => lent_places(item, found, closures),
         Item::Staged(item, stages) => {
-            closures.extend(stages.iter().map(|(_, closure)| *closure));
+            closures.extend(stages.iter().filter_map(|stage| stage.closure()));
             lent_places(item, found, closures);
         }
         Item::Opaque | Item::Drawn(..) | Item::Counter(_) | Item::Made => {}

@@ -24,7 +24,7 @@ impl Builder<'_> {
     /// What such an adaptor runs over.
     pub(super) fn present(&mut self, receiver: ExprId) -> Source {
         let source = self.source(receiver);
-        if !source.item.is_lent() || source.stages.iter().any(|(stage, _)| *stage == Stage::Filter) {
+        if !source.item.is_lent() || source.stages.iter().any(|stage| matches!(stage, Stage::Filter(_))) {
             return Source { rounds: Rounds::Bounded, ..source };
         }
         let staged = Source { stages: Vec::new(), ..source.clone() };

@@ -12,7 +12,7 @@ pub(super) enum Item {
     /// The same, from what it is known to be computed from.
     Drawn(Vec<Var>, Computed),
     /// What closures make of it.
-    Staged(Box<Self>, Vec<(Stage, ClosureRef)>),
+    Staged(Box<Self>, Vec<Stage>),
     /// An element of a collection.
     Element(Place),
     /// A part of a collection: the element is in exactly one of them.
@@ -87,8 +87,8 @@ pub(super) struct Source {
     pub(super) in_order: bool,
     /// Whether it takes what is there from a queue.
     pub(super) drains: bool,
-    /// Closures that run in each round before the item is there: `map`, `filter`, `inspect`.
-    pub(super) stages: Vec<(Stage, ClosureRef)>,
+    /// What happens in each round before the item is there: `map`, `filter`, `inspect`.
+    pub(super) stages: Vec<Stage>,
     /// Whether it is one of several, and which one is not known.
     pub(super) is_choice: bool,
     /// The innermost loop in which it was made.
@@ -100,16 +100,31 @@ pub(super) struct Source {
     pub(super) over: Option<Place>,
 }
 
-/// What an adaptor does with its closure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What an adaptor does with each item, most of them by a closure.
+#[derive(Clone, Copy, Debug)]
 pub(super) enum Stage {
-    Map,
+    Map(ClosureRef),
     /// Gives an iterator for each item.
-    Flatten,
-    Filter,
-    Inspect,
+    Flatten(ClosureRef),
+    Filter(ClosureRef),
+    Inspect(ClosureRef),
     /// Makes the item from nothing.
-    Make,
+    Make(ClosureRef),
+    /// Puts the number of the item before it.
+    Number,
+}
+
+impl Stage {
+    pub(super) fn closure(self) -> Option<ClosureRef> {
+        match self {
+            Self::Map(closure)
+            | Self::Flatten(closure)
+            | Self::Filter(closure)
+            | Self::Inspect(closure)
+            | Self::Make(closure) => Some(closure),
+            Self::Number => None,
+        }
+    }
 }
 
 impl Source {
