@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::names::segments;
-use super::{Def, FunctionId, ImplId, Index, ModuleId, Namespace, Owner, TraitId, TypeId};
+use super::{Def, FunctionId, ImplId, Index, ModuleId, Namespace, Owner, TraitId, TypeId, ValueId};
 use crate::syntax::tree::{Bound, ConstText, GenericArg, Generics, Path, Segment, TypeRef};
 
 /// A type.
@@ -284,8 +284,18 @@ impl Index {
                 _ => return None,
             }
         };
-        let body = self.value(value).item.value.as_ref()?;
-        let def = self.value(value);
+        self.const_number_at(value, depth)
+    }
+
+    /// The number that a constant is, whatever it is called where it is used.
+    #[must_use]
+    pub fn const_number(&self, id: ValueId) -> Option<u64> {
+        self.const_number_at(id, 0)
+    }
+
+    fn const_number_at(&self, id: ValueId, depth: u32) -> Option<u64> {
+        let def = self.value(id);
+        let body = def.item.value.as_ref()?;
         let scope = self.scope(def.module, def.owner, None);
         self.const_expr(&scope, body, body.root, depth + 1)
     }

@@ -118,12 +118,8 @@ impl Builder<'_> {
         }
         match self.typed().expr_def.get(&id) {
             Some(Def::Value(value)) if !self.program.index.value(*value).item.is_static => {
-                let names: Vec<String> = path.segments.iter().map(|segment| segment.name.clone()).collect();
-                let scope = self.program.index.scope_of(self.frames[self.frame].function);
-                match self.program.index.const_value(&scope, &names) {
-                    Some(number) => IndexKey::Number(number),
-                    None => IndexKey::Named(path.text().into()),
-                }
+                let number = self.program.index.const_number(*value);
+                number.map_or_else(|| IndexKey::Named(path.text().into()), IndexKey::Number)
             }
             Some(Def::Variant(..)) => IndexKey::Named(path.text().into()),
             _ if path.segments.first().is_some_and(|first| first.name == "Self") => {
