@@ -58,9 +58,18 @@ fn keys(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Vec<FieldKey>
             break;
         };
         let owner = Place { base: place.base, steps: place.steps[..at].to_vec() };
-        let Some(Ty::Adt(id, _)) = place_ty(index, graph, &owner) else { break };
+        let Some(owner @ Ty::Adt(id, _)) = place_ty(index, graph, &owner) else { break };
+        // What lies behind a reference belongs to something else.
+        if !fields.is_empty() && matches!(index.field_ty(&owner, None, name), Some(Ty::Ref(..))) {
+            break;
+        }
         fields.insert(0, name.to_string());
-        keys.insert(0, (index.declares_fields(id), fields.clone()));
+        let declaring = index.declares_fields(id);
+        keys.insert(0, (declaring, fields.clone()));
+        // A task's resources are those of all tasks.
+        if declaring != id {
+            break;
+        }
     }
     keys
 }
