@@ -97,6 +97,29 @@ pub(super) struct Leaf {
     pub(super) is_uncertain: bool,
     /// The length of the array that it is an element of.
     pub(super) length: Option<u64>,
+    /// Whether it lies in a cell or lock, so that it can be updated through a shared reference.
+    pub(super) is_in_cell: bool,
+}
+
+/// What is known of a filter on the way to it: see [`Leaf`].
+#[derive(Clone, Copy, Default)]
+struct Way {
+    is_uncertain: bool,
+    length: Option<u64>,
+    is_in_cell: bool,
+    depth: u32,
+}
+
+impl Way {
+    /// Into a part of the value.
+    fn inside(self) -> Self {
+        Self { length: None, depth: self.depth + 1, ..self }
+    }
+
+    /// To what may be absent, shared, or one of an unknown number.
+    fn uncertain(self) -> Self {
+        Self { is_uncertain: true, ..self.inside() }
+    }
 }
 
 /// How deep fields are followed.
@@ -105,7 +128,7 @@ const MAX_DEPTH: u32 = 5;
 /// The filters that lie in a value of a type, itself if it is one.
 pub(super) fn leaves(index: &Index, ty: &Ty) -> Vec<Leaf> {
     let mut found = Vec::new();
-    collect(index, ty, &mut Vec::new(), false, None, 0, &mut found);
+    collect(index, ty, &mut Vec::new(), Way::default(), &mut found);
     found
 }
 
@@ -134,33 +157,31 @@ pub(super) fn parts(index: &Index, ty: &Ty) -> Vec<Leaf> {
         for field in &fields.fields {
             if let Some(inner) = index.field_ty(&ty, None, &field.name) {
                 let mut steps = vec![Projection::Field(field.name.as_str().into())];
-                collect(index, &inner, &mut steps, false, None, 1, &mut found);
+                collect(index, &inner, &mut steps, Way::default().inside(), &mut found);
             }
         }
     }
     found
 }
 
-fn collect(
-    index: &Index,
-    ty: &Ty,
-    steps: &mut Vec<Projection>,
-    uncertain: bool,
-    length: Option<u64>,
-    depth: u32,
-    found: &mut Vec<Leaf>,
-) {
-    if depth > MAX_DEPTH || !index.holds_filter(ty) {
+fn collect(index: &Index, ty: &Ty, steps: &mut Vec<Projection>, way: Way, found: &mut Vec<Leaf>) {
+    if way.depth > MAX_DEPTH || !index.holds_filter(ty) {
         return;
     }
     if index.filter_spec(ty).is_some() {
-        found.push(Leaf { steps: steps.clone(), ty: ty.clone(), is_uncertain: uncertain, length });
+        found.push(Leaf {
+            steps: steps.clone(),
+            ty: ty.clone(),
+            is_uncertain: way.is_uncertain,
+            length: way.length,
+            is_in_cell: way.is_in_cell,
+        });
         return;
     }
     match ty {
         // Nothing is updated through a shared reference.
         Ty::Ref(false, _) if !steps.is_empty() => {}
-        Ty::Ref(_, inner) => collect(index, inner, steps, uncertain, length, depth, found),
+        Ty::Ref(_, inner) => collect(index, inner, steps, way, found),
         Ty::Adt(id, _) => {
             let def = index.type_def(*id);
             // What a driver or guard of ceid-core holds is updated by it.
@@ -173,25 +194,25 @@ fn collect(
             for field in &fields.fields {
                 let Some(inner) = index.field_ty(ty, None, &field.name) else { continue };
                 steps.push(Projection::Field(field.name.as_str().into()));
-                collect(index, &inner, steps, uncertain, None, depth + 1, found);
+                collect(index, &inner, steps, way.inside(), found);
                 steps.pop();
             }
         }
         Ty::Tuple(parts) => {
             for (number, part) in parts.iter().enumerate() {
                 steps.push(Projection::Field(number.to_string().into()));
-                collect(index, part, steps, uncertain, None, depth + 1, found);
+                collect(index, part, steps, way.inside(), found);
                 steps.pop();
             }
         }
         Ty::Array(inner, of) => {
             steps.push(Projection::Index(IndexKey::Each));
-            collect(index, inner, steps, uncertain, of.value, depth + 1, found);
+            collect(index, inner, steps, Way { length: of.value, ..way.inside() }, found);
             steps.pop();
         }
         Ty::Slice(inner) => {
             steps.push(Projection::Index(IndexKey::Each));
-            collect(index, inner, steps, uncertain, None, depth + 1, found);
+            collect(index, inner, steps, way.inside(), found);
             steps.pop();
         }
         Ty::External(path, args) => {
@@ -199,22 +220,21 @@ fn collect(
             let Some(first) = args.first() else { return };
             if let ([_, value, ..], true) = (args.as_slice(), name.ends_with("Map")) {
                 steps.push(Projection::Index(IndexKey::Each));
-                collect(index, value, steps, true, None, depth + 1, found);
+                collect(index, value, steps, way.uncertain(), found);
                 steps.pop();
                 return;
             }
             if matches!(name, "Vec" | "VecDeque" | "ArrayVec" | "SmallVec" | "Deque") {
                 steps.push(Projection::Index(IndexKey::Each));
                 // A vector may be empty.
-                collect(index, first, steps, true, None, depth + 1, found);
+                collect(index, first, steps, way.uncertain(), found);
                 steps.pop();
-            } else if matches!(
-                name,
-                "Box" | "Pin" | "MutexGuard" | "RefMut" | "SharedResource" | "Mutex" | "RwLock" | "RefCell" | "Cell"
-            ) {
-                collect(index, first, steps, uncertain, None, depth + 1, found);
+            } else if matches!(name, "Mutex" | "RwLock" | "RefCell" | "Cell") {
+                collect(index, first, steps, Way { is_in_cell: true, ..way.inside() }, found);
+            } else if matches!(name, "Box" | "Pin" | "MutexGuard" | "RefMut" | "SharedResource") {
+                collect(index, first, steps, way.inside(), found);
             } else if is_transparent(name) {
-                collect(index, first, steps, true, None, depth + 1, found);
+                collect(index, first, steps, way.uncertain(), found);
             }
         }
         _ => {}

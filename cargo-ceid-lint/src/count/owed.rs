@@ -43,15 +43,16 @@ impl Context<'_> {
                 continue;
             }
             // What a reference points to is owed nothing here, unless a caller lends it.
-            if matches!(info.ty, Ty::Ref(false, _)) || (matches!(info.ty, Ty::Ref(..)) && info.param.is_none()) {
+            if matches!(info.ty, Ty::Ref(..)) && info.param.is_none() {
                 continue;
             }
+            let is_shared = matches!(info.ty, Ty::Ref(false, _));
             let of_self = info.param.is_some();
             // The law of a filter is not owed to the filter by its own methods, but to its parts.
             let is_self = of_self && info.name == "self" && index.filter_spec(&instances::inner(&info.ty)).is_some();
             let is_own = is_self || super::analyse::own_filter(index, graph) == Some(Place::var(var));
             let all = if is_own { instances::parts(index, &info.ty) } else { leaves(index, &info.ty) };
-            for leaf in all {
+            for leaf in all.into_iter().filter(|leaf| !is_shared || leaf.is_in_cell) {
                 let place = Place::var(var).join(&leaf.steps);
                 // What was moved there and is known by its old name is judged under that.
                 if !facts.aliases.shared_roots(&place).contains(&place) {
@@ -200,7 +201,9 @@ impl Context<'_> {
             return;
         }
         let uses = self.uses(facts, place);
-        let is_absent = || leaf.is_uncertain && !uses.copied && !self.is_beside_updated(facts, place);
+        // Whatever is fed is there.
+        let is_fed = || uses.fed && !instances::is_in_map(index, graph, place);
+        let is_absent = || leaf.is_uncertain && !uses.copied && !is_fed() && !self.is_beside_updated(facts, place);
         if uses.is_snapshot || uses.leaves || is_absent() {
             return;
         }
