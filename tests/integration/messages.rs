@@ -33,6 +33,16 @@ fn repeated_with_the_missed_siblings() {
 }
 
 #[test]
+fn repeated_beside_others_of_the_same_static() {
+    check("repeated_update", "fields_behind_one_lock");
+}
+
+#[test]
+fn repeated_by_two_calls_of_a_closure() {
+    check("repeated_update", "closure_that_runs_twice");
+}
+
+#[test]
 fn missed() {
     check("missed_update", "field_of_the_same_self");
 }
@@ -40,6 +50,11 @@ fn missed() {
 #[test]
 fn skipped() {
     check("skipped_update", "continue_while_the_bus_is_busy");
+}
+
+#[test]
+fn skipped_where_a_helper_returns() {
+    check("skipped_update", "condition_of_a_helper_that_the_caller_sets");
 }
 
 #[test]

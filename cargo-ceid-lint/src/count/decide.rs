@@ -7,7 +7,7 @@ use super::instances;
 use super::returned;
 use super::search::{End, EndKind, Exploration, Region, Search};
 use super::verdict::{Evidence, Gate, Verdict};
-use super::witness::{steps, steps_inside};
+use super::witness::{is_closure_call, steps, steps_inside};
 use crate::diagnostic::WitnessStep;
 use crate::flow::{Cause, Effect, IndexKey, LoopId, Mark, NodeId, Place};
 use crate::index::{CrateInfo, FunctionId, Index};
@@ -79,12 +79,12 @@ pub(super) fn skip_of(search: &Search<'_>, gates: &Gates<'_, '_>, exploration: &
     let (skipping, updating): (Vec<&End>, Vec<&End>) =
         exploration.ends.iter().partition(|end| end.state.count == Count::Zero);
     let is_unexplained = |end: &&&End| {
-        !end.state.reset
-            && !end.state.attempted
-            && gates.of_end(exploration, end).is_none()
-            && gates.asks(end).is_none()
+        !end.state.reset && !end.state.attempted && gates.of_end(exploration, end).is_none()
     };
-    let unexplained: Vec<&End> = skipping.iter().filter(is_unexplained).copied().collect();
+    // What those who call it know may explain a way to them.
+    let (asking, plain): (Vec<&End>, Vec<&End>) =
+        skipping.iter().filter(is_unexplained).partition(|end| gates.asks(end).is_some());
+    let unexplained = if plain.is_empty() { asking } else { plain };
     let end = shortest(exploration, unexplained.iter().copied())?;
     let is_one = unexplained.iter().all(|other| other.returned == end.returned);
     if updating.is_empty() || !is_one || asks_dropped(search, exploration, end) {
@@ -346,11 +346,20 @@ fn repeated(search: &Search<'_>, region: Region, exploration: &Exploration, end:
     Decision { verdict: Verdict::Repeated, witness, primary, through, others, ..base }
 }
 
-/// The place of the update behind which a state has seen two.
+/// The place of the update behind which a state has seen two. Where a closure runs that has updated it before, that is its call.
 fn second_update(search: &Search<'_>, exploration: &Exploration, at: usize) -> Option<Span> {
-    let before = &exploration.states[exploration.parent(at)?];
-    let is_second = before.count != Count::Many && exploration.states[at].count == Count::Many;
-    is_second.then(|| search.graph.node(before.node).span)
+    let before = exploration.parent(at)?;
+    let count_of = |at: usize| exploration.states[at].count;
+    let span_of = |at: usize| search.graph.node(exploration.states[at].node).span;
+    if count_of(before) == Count::Many || count_of(at) != Count::Many {
+        return None;
+    }
+    let way = || std::iter::successors(Some(before), |at| exploration.parent(*at));
+    let is_again = || {
+        way().zip(way().skip(1)).any(|(after, at)| count_of(after) != count_of(at) && span_of(at) == span_of(before))
+    };
+    let call = way().find(|at| is_closure_call(search, exploration.states[*at].node));
+    Some(span_of(call.filter(|_| is_again()).unwrap_or(before)))
 }
 
 /// Decides a pair that is owed an update and that nothing known updates.

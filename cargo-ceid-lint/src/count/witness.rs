@@ -4,7 +4,7 @@ use super::counts::Count;
 use super::decide::{head_of, inner_repeat, skip_inside};
 use super::search::{End, Exploration, Region, Search};
 use crate::diagnostic::WitnessStep;
-use crate::flow::{Effect, Mark};
+use crate::flow::{Effect, Mark, NodeId};
 
 /// What the last step of a cycle function is called.
 const RETURNS: &str = "`return` ends the cycle";
@@ -16,6 +16,7 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
     let head = head_of(search, region);
     steps.push(WitnessStep { span: head, message: "one control cycle begins here".to_owned() });
     let path = exploration.path(end.at);
+    let updating = search.updating();
     let mut updates = 0;
     for (number, at) in path.iter().enumerate() {
         let state = &exploration.states[*at];
@@ -23,7 +24,10 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
         let next = path.get(number + 1).map(|next| &exploration.states[*next]);
         let after = next.map_or(end.state.count, |next| next.count);
         match &node.effect {
-            Effect::Update(update) if after != state.count || (state.count == Count::Many && next.is_some()) => {
+            Effect::Update(update)
+                if after != state.count
+                    || (state.count == Count::Many && next.is_some() && updating.contains(&state.node)) =>
+            {
                 updates += 1;
                 let how = if update.run_by.is_guard() {
                     "the guard's update".to_owned()
@@ -54,10 +58,17 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
                 steps.extend(inner.iter().flat_map(|skip| skip.witness.iter().cloned()));
             }
             Effect::Branch(test) => {
-                let holds = next.is_none_or(|next| node.next.first() == Some(&next.node));
+                let holds = next.is_none_or(|next| node.next.first() == Some(&next.node)) != test.about.is_turned;
                 let decides = end.state.skipped_at == Some(state.node) || end.state.count == Count::Many;
                 if decides && test.text.chars().count() > 0 {
                     steps.push(WitnessStep { span: test.span, message: condition_text(&test.text, holds) });
+                }
+            }
+            Effect::Mark(Mark::ClosureCall) => {
+                let mut behind = path[number + 1..].iter().map(|at| &exploration.states[*at]);
+                let next_call = behind.find(|state| is_closure_call(search, state.node));
+                if next_call.map_or(end.state.count, |next| next.count) != state.count {
+                    steps.push(WitnessStep { span: node.span, message: "the closure runs here".to_owned() });
                 }
             }
             Effect::Mark(Mark::Continue) => {
@@ -74,6 +85,11 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
         }
     }
     steps
+}
+
+/// Whether a closure that is written elsewhere is called at a node.
+pub(super) fn is_closure_call(search: &Search<'_>, at: NodeId) -> bool {
+    matches!(search.graph.node(at).effect, Effect::Mark(Mark::ClosureCall))
 }
 
 fn condition_text(text: &str, holds: bool) -> String {

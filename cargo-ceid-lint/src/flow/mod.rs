@@ -200,6 +200,8 @@ pub enum Mark {
     Return,
     /// An arm of a `match`.
     Arm,
+    /// A call of a closure that is written elsewhere.
+    ClosureCall,
 }
 
 /// A law that runs.

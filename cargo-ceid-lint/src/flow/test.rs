@@ -140,6 +140,8 @@ pub struct About {
     pub is_debug: bool,
     /// The heads asked for, if it is a pattern or comparison with a constant.
     pub heads: Vec<Head>,
+    /// Whether it holds where the text does not: `a >= b` is asked as `a < b`.
+    pub is_turned: bool,
 }
 
 impl About {

@@ -136,7 +136,7 @@ impl Builder<'_> {
         }
         let (yes, failed) = match subject {
             Some((pure, total)) => {
-                let about = About { is_constant: pure.reads.is_empty(), ..about };
+                let about = About { is_constant: pure.reads.is_empty(), is_turned: negated, ..about };
                 let id = self.subject(pure, total);
                 self.branch_on_subject(id, &heads, true, span, text, about)
             }

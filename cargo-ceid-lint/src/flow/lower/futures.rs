@@ -1,7 +1,7 @@
 //! Futures: what an `async fn` or an `async` block does happens where it is awaited, and nowhere if it never is.
 
 use super::{Builder, ClosureRef, Value};
-use crate::flow::Place;
+use crate::flow::{Effect, Mark, Place};
 use crate::index::FunctionId;
 use crate::source::Span;
 use crate::syntax::tree::{BlockKind, ExprId, ExprKind};
@@ -38,7 +38,13 @@ impl Builder<'_> {
         let body = self.frames[closure.frame].body;
         match &body.expr(closure.expr).kind {
             ExprKind::Closure(code) if code.is_async => self.defer(id, Deferred::Closure { closure, values }),
-            _ => self.inline_closure(closure, &values, self.span(id)),
+            _ => {
+                let span = self.span(id);
+                if self.at.is_some() && !span.contains(body.expr(closure.expr).span) {
+                    self.emit(Effect::Mark(Mark::ClosureCall), span);
+                }
+                self.inline_closure(closure, &values, span)
+            }
         }
     }
 
@@ -103,10 +109,10 @@ impl Builder<'_> {
         if self.at.is_none() {
             return Value::default();
         }
-        let before = self.emit(crate::flow::Effect::Nothing, span);
+        let before = self.emit(Effect::Nothing, span);
         let value = self.awaited(value, span);
         if self.at.is_none() {
-            let after = self.add_node(crate::flow::Effect::Nothing, span);
+            let after = self.add_node(Effect::Nothing, span);
             self.link(before, after);
             self.resume(after);
         }
@@ -180,7 +186,7 @@ impl Builder<'_> {
             // Which of them ends first is not known, nor how far the others came.
             let about = crate::flow::About { is_event: true, ..self.about(id) };
             let (runs, dropped) = self.opaque_branch(span, self.text(id), about);
-            let after = self.add_node(crate::flow::Effect::Nothing, span);
+            let after = self.add_node(Effect::Nothing, span);
             self.resume(runs);
             self.awaited(value, span);
             self.jump(after);

@@ -592,11 +592,22 @@ impl Builder<'_> {
         self.push_loop_scope(label, after, head, keyword);
         self.resume(round);
         let mut item = self.item_value(id, &source.item, &source.reads, keyword);
+        let mut acting: Option<ClosureRef> = None;
         for (number, stage) in source.stages.iter().enumerate() {
             if let (0, Some(closure)) = (number, stage.closure()) {
                 self.note_counter(id, closure, 0, &source.item);
             }
+            let first = self.graph.nodes.len();
             item = self.stage(id, *stage, item, head, keyword, source.item.is_lent());
+            // The first closure that does something is what a reader takes for the cycle.
+            if let (CycleKind::Closure, None, Some(closure)) = (kind, acting, stage.closure())
+                && self.acts_since(first)
+            {
+                acting = Some(closure);
+            }
+        }
+        if let Some(closure) = acting {
+            self.graph.loops[id.0 as usize].keyword = self.bar(closure);
         }
         inside(self, item, id);
         self.pop_loop_scope();

@@ -130,7 +130,7 @@ impl Builder<'_> {
         self.head_bit(id, "true");
         self.head_bit(id, "false");
         let head = if key.negated { "false" } else { "true" };
-        let about = About { is_constant: true, ..About::default() };
+        let about = About { is_constant: true, is_turned: key.negated, ..About::default() };
         self.branch_on_subject(id, &[head.to_owned()], true, span, format!("#[cfg({})]", key.key), about)
     }
 
