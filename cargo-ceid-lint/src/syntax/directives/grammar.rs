@@ -79,12 +79,15 @@ pub(super) fn compilers_attribute(text: &str) -> Option<Said> {
         return None;
     }
     let Arguments { rules, reason } = arguments(&mut cursor).ok()?;
-    let names: Option<Vec<&str>> = rules.iter().map(|(name, _)| name.strip_prefix("ceid::")).collect();
-    let names = names.filter(|names| !names.is_empty() && cursor.is_at_end())?;
+    let names: Vec<&str> = rules.iter().filter_map(|(name, _)| name.strip_prefix("ceid::")).collect();
+    if names.is_empty() || !cursor.is_at_end() {
+        return None;
+    }
+    let are_all = names.len() == rules.len();
     let reason = reason.map(|reason| format!(", reason = {reason:?}")).unwrap_or_default();
     let right = format!("ceid::{word}({}{reason})", names.join(", "));
     let message = format!("the prefix stands before `{word}`: `ceid::{word}(…)`");
-    cursor.near_miss(message, Some((0..text.len(), right)), true)
+    cursor.near_miss(message, are_all.then_some((0..text.len(), right)), true)
 }
 
 /// Whether a word can be what a directive begins with, or nearly.
