@@ -325,7 +325,7 @@ pub(super) struct Build {
     #[arg(short, long, conflicts_with = "profile")]
     pub(super) release: bool,
     /// The profile: `release` and `bench` are without debug assertions.
-    #[arg(long, value_name = "NAME", value_parser = profile_name)]
+    #[arg(long, value_name = "NAME", value_parser = super::input::profile_name)]
     pub(super) profile: Option<String>,
     /// Override a value of cargo's configuration.
     #[arg(long, value_name = "KEY=VALUE")]
@@ -376,19 +376,6 @@ pub(super) struct Talk {
     /// Print where the time goes; cargo's formats have no meaning here.
     #[arg(long, value_name = "FORMAT", num_args = 0..=1, require_equals = true)]
     pub(super) timings: Option<Option<String>>,
-}
-
-/// Reads the name of a profile, by cargo's rules.
-fn profile_name(name: &str) -> Result<String, String> {
-    if name.is_empty() {
-        return Err("the name of a profile is not empty".to_owned());
-    }
-    match name.chars().find(|letter| !(letter.is_alphanumeric() || matches!(letter, '_' | '-'))) {
-        Some(letter) => {
-            Err(format!("invalid character `{letter}`: allowed are letters, numbers, underscore, and hyphen"))
-        }
-        None => Ok(name.to_owned()),
-    }
 }
 
 /// What `cargo check` takes and what has no meaning here.

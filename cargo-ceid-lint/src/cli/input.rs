@@ -346,6 +346,19 @@ fn features(build: &Build) -> Features {
     }
 }
 
+/// Reads the name of a profile, by cargo's rules.
+pub(super) fn profile_name(name: &str) -> Result<String, String> {
+    if name.is_empty() {
+        return Err("the name of a profile is not empty".to_owned());
+    }
+    match name.chars().find(|letter| !(letter.is_alphanumeric() || matches!(letter, '_' | '-'))) {
+        Some(letter) => {
+            Err(format!("invalid character `{letter}`: allowed are letters, numbers, underscore, and hyphen"))
+        }
+        None => Ok(name.to_owned()),
+    }
+}
+
 fn cargo_options(build: &Build) -> Vec<String> {
     let config = build.config.iter().flat_map(|value| ["--config".to_owned(), value.clone()]);
     config.chain(build.unstable.iter().flat_map(|flag| ["-Z".to_owned(), flag.clone()])).collect()
