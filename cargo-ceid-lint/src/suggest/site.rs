@@ -42,8 +42,11 @@ pub(super) struct Places<'a> {
     program: &'a Program<'a>,
     /// The functions of each file, by where they begin; of those that begin at one place, the innermost last.
     functions: HashMap<FileId, Vec<Function>>,
-    texts: RefCell<HashMap<FileId, (Rc<[Token]>, Rc<Outline>)>>,
+    texts: RefCell<HashMap<FileId, Text>>,
 }
+
+/// A text as tokens and as brackets.
+type Text = (Rc<[Token]>, Rc<Outline>);
 
 struct Function {
     whole: Span,
@@ -81,7 +84,7 @@ impl<'a> Places<'a> {
         near.into_iter().find(|own| own.whole.contains(place))
     }
 
-    fn text(&self, file: FileId, text: &str) -> (Rc<[Token]>, Rc<Outline>) {
+    fn text(&self, file: FileId, text: &str) -> Text {
         let read = || (code(text, 0..text.len()).into(), Rc::new(Outline::of(text)));
         let mut texts = self.texts.borrow_mut();
         let (tokens, outline) = texts.entry(file).or_insert_with(read);
