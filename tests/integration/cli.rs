@@ -165,3 +165,59 @@ fn timings_tell_where_the_time_goes() {
         );
     }
 }
+
+#[test]
+fn text_of_a_file_that_was_never_saved_is_checked_on_its_own() {
+    let directory = temporary_package("cli_new_file", &[("src/lib.rs", b"")]);
+    let input = directory.join("unsaved");
+    std::fs::write(&input, GUILTY).expect("the directory is writable");
+    for (file, shown) in [("src/new.rs", "src/new.rs"), ("../beside_cli_new_file.rs", "beside_cli_new_file.rs")] {
+        let mut command = Command::new(program());
+        command.args(["--message-format", "json", "--stdin-filename", file]).current_dir(&directory);
+        let run = run_command(command.stdin(std::fs::File::open(&input).expect("it was written")));
+        let found = run.assert_code(100).findings().expect("it can be read");
+        assert_eq!(found.len(), 1, "{file}");
+        assert!(found[0].file.ends_with(shown), "{}", found[0].file);
+    }
+}
+
+#[test]
+fn a_mistyped_subcommand_has_the_nearest_right_spelling() {
+    let directory = committed("figure3_legacy");
+    let help = "did you mean the subcommand `check`?";
+    run(&directory, ["chekc"]).assert_code(101).assert_stderr("`chekc` does not exist").assert_stderr(help);
+    let path = run(&directory, ["src/nope.rs"]);
+    path.assert_code(101).assert_stderr("path `src/nope.rs` does not exist").assert_stderr("it was looked for in");
+    assert!(!path.stderr.contains("subcommand"), "{}", path.stderr);
+}
+
+#[test]
+fn a_wrong_flag_is_told_and_not_the_manifest() {
+    let directory = committed("figure3_legacy");
+    let config = run(&directory, ["--config", "nope"]);
+    config.assert_code(101).assert_stderr("cargo does not take `--config`").assert_stderr("`nope`");
+    assert!(!config.stderr.contains("correct the manifest"), "{}", config.stderr);
+    run(&directory, ["--profile", "a/b"]).assert_code(2).assert_stderr("invalid character `/`");
+    run(&directory, ["--release", "--profile", "dev"]).assert_code(2).assert_stderr("cannot be used with");
+    run(&directory, ["--manifest-path", "src"])
+        .assert_code(101)
+        .assert_stderr("manifest path `src` is a directory")
+        .assert_stderr("did you mean `src/Cargo.toml`?");
+}
+
+#[test]
+fn a_feature_is_looked_for_in_the_packages_that_are_selected() {
+    let directory = committed("two_crates");
+    let told = run(&directory, ["-p", "estimators", "-F", "nope"]);
+    told.assert_code(101).assert_stderr("the package `estimators` does not contain the feature `nope`");
+}
+
+#[test]
+fn two_machine_forms_do_not_share_stdout() {
+    let directory = committed("figure3_legacy");
+    let both = run(&directory, ["--output", "json=-", "--message-format", "sarif"]);
+    both.assert_code(2).assert_stderr("cannot print two forms on stdout at once");
+    assert_eq!(both.stdout, "");
+    run(&directory, ["--output", "json=-", "--output", "sarif=-"]).assert_code(2);
+    run(&directory, ["--output", "json=-"]).assert_code(100);
+}

@@ -22,6 +22,9 @@ pub mod control {
 }
 pub struct Tick;
 impl Tick { pub fn over(pid: &mut control::Pid) -> Self { Self } }
+pub struct Gain(f32);
+impl Gain { pub fn next(&self, before: f32, value: f32) -> f32 { before + self.0 * (value - before) } }
+pub fn idle() {}
 pub struct Robot { pub pid: control::Pid }
 impl Robot { pub fn tick(&mut self) {} }
 ";
@@ -95,6 +98,46 @@ fn a_method_that_is_not_there_has_the_nearest_right_spelling() {
     check_refused(&entry("law = [[\"calc\", \"calk\"]]"), message, "3:17", "did you mean `calc`?");
     check_refused(&entry("law = \"calc\"\nreset = \"rest\""), message, "4:9", "did you mean `reset`?");
     check_refused(&entry("law = \"advance\""), message, "3:7", "it has `calc`, `reset`");
+}
+
+#[test]
+fn an_argument_that_no_call_of_the_law_has_is_refused() {
+    let entry = |rest: &str| format!("[[filter]]\ntype = \"crate::control::Pid\"\nlaw = \"calc\"\n{rest}\n");
+    let only_one = "`calc` has only argument 0";
+    check_refused(&entry("instance = \"arg(1)\""), "`calc` has no `arg(1)`", "4:12", only_one);
+    check_refused(&entry("key = 3"), "`calc` has no argument 3", "4:7", only_one);
+    check_refused(&entry("key = [0, 3]"), "`calc` has no argument 3", "4:11", only_one);
+    check_refused(&entry("instance = \"returned\""), "`calc` does not return a state", "4:12", "`receiver`");
+    check_refused(
+        "[[filter]]\ntype = \"crate::control::Pid\"\nlaw = \"reset\"\ninstance = \"returned\"\n",
+        "`reset` does not return a state",
+        "4:12",
+        "",
+    );
+    check_refused(
+        "[[filter]]\ntrait = \"crate::control::Estimator\"\nlaw = \"step\"\ninstance = \"arg(0)\"\n",
+        "`step` has no `arg(0)`",
+        "4:12",
+        "takes no argument",
+    );
+    check_refused("[[filter]]\nfunction = \"crate::idle\"\n", "`idle` has no `arg(0)`", "2:12", "takes no argument");
+    check_accepted(&entry("instance = \"arg(0)\""));
+    check_accepted(&entry("key = 0"));
+    check_accepted("[[filter]]\nfunction = \"crate::control::fir\"\ninstance = \"arg(1)\"\n");
+    // What a build leaves out may have other arguments.
+    check_accepted("[[filter]]\ntype = \"crate::control::Pid\"\nlaw = \"calc_with\"\ninstance = \"arg(3)\"\n");
+    // A number that is given back may be the state of a law that keeps none in `self`.
+    check_accepted("[[filter]]\ntype = \"crate::Gain\"\nlaw = \"next\"\ninstance = \"returned\"\n");
+}
+
+#[test]
+fn patterns_of_files_are_read_as_paths() {
+    check_refused("exclude = [\"src/[gen/**\"]\n", "`src/[gen/**` has a `[` that nothing closes", "1:12", "`[[]`");
+    let guilty = format!("{CODE}\n{}", workspace::GUILTY);
+    for pattern in ["./src/**", "src/**", "src/[k-m]ib.rs"] {
+        let found = run(&package(&guilty, &format!("exclude = [\"{pattern}\"]\n")), [""; 0]);
+        assert!(!found.assert_code(0).stderr.contains("repeated_update"), "{pattern}");
+    }
 }
 
 #[test]

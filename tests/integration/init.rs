@@ -157,3 +157,63 @@ fn packages_side_by_side_get_a_file_each() {
         assert!(read(&directory.join(name)).contains("#type = \"crate::Ramp\""), "{name}");
     }
 }
+
+/// The file for one package with this code.
+fn written_for(name: &str, code: &str) -> String {
+    let directory = workspace::temporary_package(name, &[("src/lib.rs", code.as_bytes())]);
+    run(&directory, ["init", "--stdout"]).assert_code(0).stdout.clone()
+}
+
+/// A filter with two halves, both called in each round of a loop.
+fn halves(name: &str, round: &str) -> String {
+    format!(
+        "pub struct {name} {{ x: f64, p: f64, q: f64 }}\nimpl {name} {{\n\
+         pub fn predict(&mut self, dt: f64) {{ self.x += dt * self.p; self.p += self.q * dt; }}\n\
+         pub fn correct(&mut self, z: f64) {{ let k = self.p / (self.p + 1.0); self.x += k * (z - self.x); self.p *= 1.0 - k; }}\n\
+         }}\npub fn run(mut kf: {name}) {{ loop {{ {round} }} }}\n"
+    )
+}
+
+#[test]
+fn a_number_in_the_name_of_a_type_hides_nothing() {
+    for name in ["Kalman", "Kalman1D", "Kalman2", "EKF9"] {
+        let file = written_for("init_numbers", &halves(name, "kf.predict(0.01); kf.correct(1.0);"));
+        assert!(file.contains("law = [[\"predict\"], [\"correct\"]]"), "{name}\n{file}");
+        assert!(file.contains(&format!("\ntype = \"crate::{name}\"\n")), "{name}\n{file}");
+    }
+    // A half that no cycle calls leaves a doubt.
+    let file = written_for("init_one_half", &halves("Kalman", "kf.predict(0.01);"));
+    assert!(file.contains("#type = \"crate::Kalman\""), "{file}");
+}
+
+#[test]
+fn calls_on_a_type_are_calls_of_its_trait() {
+    let code = "pub trait Estimator { fn advance(&mut self, z: f64) -> f64; }\n\
+                pub struct Ema { alpha: f64, y: f64 }\n\
+                impl Estimator for Ema { fn advance(&mut self, z: f64) -> f64 { self.y += self.alpha * (z - self.y); self.y } }\n\
+                pub fn run(mut ema: Ema) { loop { ema.advance(1.0); } }\n";
+    let file = written_for("init_trait_calls", code);
+    assert!(!file.contains("no call of it was read") && file.contains("in a cycle"), "{file}");
+}
+
+#[test]
+fn filters_take_samples_by_the_names_of_containers() {
+    let average = |method: &str| {
+        format!(
+            "pub struct MovingAverage {{ buf: [f32; 8], sum: f32, idx: usize }}\nimpl MovingAverage {{\n\
+             pub fn {method}(&mut self, x: f32) -> f32 {{\n\
+             self.sum += x - self.buf[self.idx]; self.buf[self.idx] = x; self.idx = (self.idx + 1) % 8; self.sum / 8.0 }}\n}}\n\
+             pub fn run(mut average: MovingAverage) {{ loop {{ average.{method}(1.0); }} }}\n"
+        )
+    };
+    for method in ["push", "add"] {
+        let file = written_for("init_taken_in", &average(method));
+        assert!(file.contains("#type = \"crate::MovingAverage\""), "{method}\n{file}");
+    }
+    let containers = "pub struct FilterBank { gains: [f32; 8], used: usize }\n\
+         impl FilterBank { pub fn push(&mut self, gain: f32) { self.gains[self.used] = gain; self.used += 1; } }\n\
+         pub struct Total { sum: f32 }\nimpl Total { pub fn add(&mut self, x: f32) -> f32 { self.sum += 0.5 * x; self.sum } }\n\
+         pub fn run(mut bank: FilterBank, mut total: Total) { loop { bank.push(1.0); total.add(1.0); } }\n";
+    let file = written_for("init_containers", containers);
+    assert!(!file.contains("FilterBank") && !file.contains("Total"), "{file}");
+}

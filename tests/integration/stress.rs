@@ -112,6 +112,18 @@ const SHAPES: &[Shape] = &[
             })
         },
     },
+    Shape {
+        name: "functions with findings",
+        verdict: "repeated",
+        source: |n| {
+            let function = |n: usize| {
+                format!(
+                    "pub fn run{n}(kf: &mut Kalman) {{ loop {{\n// ceid: allow(skipped_update)\nkf.update(1.0);\nkf.update(2.0); }} }}\n"
+                )
+            };
+            each(n, function)
+        },
+    },
     Shape { name: "filters", verdict: "once", source: |n| filters(n, &update_each(n)) },
     Shape { name: "filters twice", verdict: "repeated", source: |n| filters(n, &update_each(n).repeat(2)) },
     Shape {

@@ -6,7 +6,7 @@ use super::conduct::{Conduct, FieldCall};
 use super::laws::Finder;
 use super::measured::{is_counted, is_measured, is_point_in_time};
 use super::uses::takes_state;
-use super::words::{is_scratch, is_tuned, is_whole, law_strength, type_strength};
+use super::words::{is_scratch, is_tuned, is_whole, law_strength, takes_in, type_strength};
 use super::{Reason, Uses};
 use crate::flow::{is_time_name, takes_step};
 use crate::index::{FunctionDef, FunctionId, Index, Shape, Ty, TypeId};
@@ -57,6 +57,8 @@ impl Finder<'_> {
         let type_name = &index.type_def(ty).name;
         let name_strength = law_strength(&def.name);
         let type_strength = type_strength(type_name);
+        let is_taken_in = takes_in(&def.name) && type_strength == 2;
+        let name_strength = if is_taken_in { 0 } else { name_strength };
         if name_strength < 0 || def.function.is_async || self.is_builder(ty, id) || self.takes_text(id) {
             return None;
         }
@@ -111,6 +113,10 @@ impl Finder<'_> {
         let output = index.lower(&def.function.output, &scope);
         let gives = is_measured(index, &output, 0);
         let is_timed = takes_step(index, id);
+        // A container takes its items by the same name, and computes nothing from them.
+        if is_taken_in && !(is_recurrence && is_fed) {
+            return None;
+        }
         let mut weight = match (is_recurrence, runs.is_empty()) {
             (true, _) => 4,
             (false, false) if is_fed || gives || type_strength == 2 => 3,

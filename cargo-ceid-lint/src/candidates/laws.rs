@@ -187,6 +187,9 @@ impl<'a> Finder<'a> {
         } else {
             TimeBase::Fixed
         };
+        // Both halves of a law, each seen at work in a cycle, say as much as a law of one method.
+        let are_at_work = laws.iter().all(|judged| !judged.carried.is_empty() && judged.uses.in_cycles > 0);
+        let is_one = names.len() == 1 || (names.len() == 2 && groups(&names).len() == 2 && are_at_work);
         let uses = laws.iter().fold(Uses::default(), |uses, judged| uses.and(judged.uses));
         let is_shared = laws.iter().all(|judged| judged.is_shared);
         Some(Found {
@@ -204,7 +207,7 @@ impl<'a> Finder<'a> {
                 reasons,
                 uses,
                 weight: best.weight,
-                is_plain: best.is_plain && names.len() == 1 && !is_shared,
+                is_plain: best.is_plain && is_one && !is_shared,
             },
             laws: ids,
         })

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::Uses;
 use crate::count::is_cycle_function;
 use crate::flow::Program;
-use crate::index::{FunctionDef, FunctionId, Index, Owner};
+use crate::index::{FunctionDef, FunctionId, Index, MethodOwner, Owner, TraitName};
 use crate::source::Span;
 use crate::syntax::tree::{Body, ExprKind, Receiver};
 use crate::types::Callee;
@@ -46,7 +46,7 @@ impl Calls {
                 let span = body.expr(*at).span;
                 let in_loop = loops.iter().any(|own| own.contains(span));
                 if let Callee::Resolved(resolved) = callee {
-                    let declared = resolved.owner.as_ref().and_then(crate::index::MethodOwner::function);
+                    let declared = resolved.owner.as_ref().and_then(|owner| declaration(index, owner));
                     let is_sure = resolved.targets.len() == 1;
                     let targets = resolved.targets.iter().map(|target| (*target, is_sure));
                     let declared = declared.filter(|id| !resolved.targets.contains(id)).map(|id| (id, true));
@@ -91,6 +91,17 @@ impl Calls {
 
     pub(super) fn uses(&self, id: FunctionId) -> Uses {
         self.of.get(&id).copied().unwrap_or_default()
+    }
+}
+
+/// The declaration of a method that a call means: of one that a type has by a trait, that in the trait.
+fn declaration(index: &Index, owner: &MethodOwner) -> Option<FunctionId> {
+    let id = owner.function()?;
+    match owner {
+        MethodOwner::Implemented(TraitName::Local(of), _) => {
+            index.trait_def(*of).methods.get(&index.function(id).name).copied()
+        }
+        _ => Some(id),
     }
 }
 

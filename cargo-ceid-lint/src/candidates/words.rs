@@ -72,7 +72,8 @@ pub(super) fn is_among(list: &str, word: &str) -> bool {
     list.split(' ').any(|own| own == word)
 }
 
-/// The words of a name: `DigitalLowPassFilter` is digital, low, pass, filter, and lowpass as well.
+/// The words of a name: `DigitalLowPassFilter` is digital, low, pass, filter, and lowpass as well. A number is a word of its own:
+/// `Kalman2` is a Kalman filter.
 pub(super) fn words(name: &str) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
     let letters: Vec<char> = name.chars().collect();
@@ -81,6 +82,7 @@ pub(super) fn words(name: &str) -> Vec<String> {
         let is_next_lower = letters.get(at + 1).is_some_and(|next| next.is_lowercase());
         let begins = match before {
             None | Some('_') => true,
+            Some(before) if letter.is_numeric() => !before.is_numeric(),
             Some(before) => letter.is_uppercase() && (before.is_lowercase() || before.is_numeric() || is_next_lower),
         };
         if *letter == '_' {
@@ -112,6 +114,11 @@ pub(super) fn law_strength(name: &str) -> i32 {
         return 1;
     }
     if is_asked { -2 } else { 0 }
+}
+
+/// Whether a container takes an item by that name, and a filter may take its next sample by it.
+pub(super) fn takes_in(name: &str) -> bool {
+    matches!(name, "push" | "add" | "put" | "insert")
 }
 
 /// Whether the name says that something is set up, asked or undone.
@@ -181,6 +188,8 @@ mod tests {
         assert_eq!(words("PIDController"), ["pid", "controller"]);
         assert_eq!(words("AREnvelope"), ["ar", "envelope"]);
         assert_eq!(words("rate_pid"), ["rate", "pid"]);
+        assert_eq!(words("Kalman1D"), ["kalman", "1", "d"]);
+        assert_eq!(words("ekf_21"), ["ekf", "21"]);
         assert_eq!(words(""), [""; 0]);
     }
 
@@ -227,7 +236,9 @@ mod tests {
 
     #[test]
     fn types_are_told_by_their_words() {
-        for filter in ["Pid", "LowPass", "DigitalLowPassFilter", "RatePid", "ExtendedKalman", "AREnvelope"] {
+        for filter in
+            ["Pid", "LowPass", "DigitalLowPassFilter", "RatePid", "ExtendedKalman", "AREnvelope", "Kalman2", "EKF2D"]
+        {
             assert_eq!(type_strength(filter), 2, "{filter}");
         }
         for other in ["Lexer", "PacketReader", "TreeIter", "RequestBuilder", "RingBuffer", "StaticSound", "Vertex"] {

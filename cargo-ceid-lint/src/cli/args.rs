@@ -322,10 +322,10 @@ pub(super) struct Build {
     #[arg(long, value_name = "TRIPLE")]
     pub(super) target: Vec<String>,
     /// Without debug assertions, as a release build.
-    #[arg(short, long)]
+    #[arg(short, long, conflicts_with = "profile")]
     pub(super) release: bool,
     /// The profile: `release` and `bench` are without debug assertions.
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = super::input::profile_name)]
     pub(super) profile: Option<String>,
     /// Override a value of cargo's configuration.
     #[arg(long, value_name = "KEY=VALUE")]

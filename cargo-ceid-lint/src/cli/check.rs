@@ -31,6 +31,7 @@ pub(super) fn run(mut args: CheckArgs, matches: &ArgMatches) -> Result<ExitStatu
     // What goes into a file without a name of its own is not printed as well.
     let is_in_file = files.iter().any(|file| !file.is_named);
     let printed = if is_in_file { Format::Human } else { format };
+    only_one_on_stdout(printed, &files)?;
     let overrides = levels::read(matches, &args.levels, &mut args.input.build.features, &args.rest)?;
     let since = args.legacy.since.as_deref().map(|revision| Since { revision, is_about_cycles: false });
     let options = Options {
@@ -79,6 +80,17 @@ pub(super) fn run(mut args: CheckArgs, matches: &ArgMatches) -> Result<ExitStatu
         status = ExitStatus::Incomplete;
     }
     Ok(status)
+}
+
+/// Whoever reads stdout by program reads one form.
+fn only_one_on_stdout(printed: Format, files: &[OutputFile]) -> Result<(), String> {
+    let is_printed = matches!(printed, Format::Json(_) | Format::Service(_));
+    let on_stdout = files.iter().filter(|file| file.path.as_os_str() == "-").count() + usize::from(is_printed);
+    if on_stdout < 2 {
+        return Ok(());
+    }
+    Err("cannot print two forms on stdout at once; name a file for one of them, as in `--output sarif=ceid.sarif`"
+        .to_owned())
 }
 
 /// Shows the findings to people, where that is what was asked for.

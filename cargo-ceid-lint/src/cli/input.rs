@@ -5,13 +5,16 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
+use clap::CommandFactory as _;
+
 use super::Console;
-use super::args::{Build, Input, NoLoops, Scope, Talk};
+use super::args::{Build, Cli, Input, NoLoops, Scope, Talk};
 use super::baseline::args::Legacy;
 use super::console::Stream;
 use super::exit::ExitStatus;
 use super::progress::Progress;
 use super::{timings, unread};
+use crate::config::spelling::nearest;
 use crate::pipeline::{self, BaselineChoice, Configured, Gate, Options, Report, Stage, Steps, Stopwatch};
 use crate::project::{self, Changes, Features, LoadError, Names, Project, Selection, TargetFilter};
 use crate::relevance::Reader;
@@ -83,7 +86,9 @@ pub(super) fn load(input: &Input, options: &Options, console: Console) -> Result
     let begun = Instant::now();
     let mut watch = Stopwatch::start(options.clock);
     let paths = if input.paths.is_empty() { input.stdin_filename.as_slice() } else { &input.paths };
-    let selection = selection(paths, &input.scope, &input.build);
+    let mut selection = selection(paths, &input.scope, &input.build);
+    selection.unsaved.clone_from(&input.stdin_filename);
+    mistyped_subcommand(&input.paths).inspect_err(|error| console.error(&error.message, error.help.as_deref()))?;
     let reader = selection.likely_root().filter(|_| options.gate == Gate::On).map(Reader::start);
     let loaded = unsaved_text(input)
         .inspect_err(|error| console.error(&error.message, error.help.as_deref()))
@@ -106,6 +111,22 @@ pub(super) fn load(input: &Input, options: &Options, console: Console) -> Result
     drop(progress);
     first.report.timings.add(&watch.stop());
     Ok(Loaded { project, first })
+}
+
+/// A word in the place of a subcommand that is none, and no path either.
+fn mistyped_subcommand(paths: &[PathBuf]) -> Result<(), LoadError> {
+    let word = paths.first().filter(|path| !path.exists()).and_then(|path| path.to_str());
+    let is_word = |word: &&str| word.chars().all(|letter| letter.is_ascii_alphabetic() || letter == '-');
+    let Some(word) = word.filter(is_word) else { return Ok(()) };
+    let cli = Cli::command();
+    let help = match nearest(word, cli.get_subcommands().map(clap::Command::get_name)) {
+        Some(name) => format!("did you mean the subcommand `{name}`?"),
+        None => "`cargo ceid-lint --help` lists the subcommands".to_owned(),
+    };
+    Err(LoadError {
+        message: format!("path `{word}` does not exist, nor does a subcommand `{word}`"),
+        help: Some(help),
+    })
 }
 
 /// Loads the project that is selected, and tells what there is to say of that.
@@ -291,6 +312,7 @@ pub(super) fn selection(paths: &[PathBuf], scope: &Scope, build: &Build) -> Sele
         current_dir: current_dir(),
         manifest_path: scope.manifest_path.clone(),
         paths: paths.to_vec(),
+        unsaved: None,
         packages: scope.package.clone(),
         workspace: scope.workspace,
         exclude: scope.exclude.clone(),
@@ -321,6 +343,19 @@ fn features(build: &Build) -> Features {
         named: named.map(str::to_owned).collect(),
         all: build.all_features,
         no_default: build.no_default_features,
+    }
+}
+
+/// Reads the name of a profile, by cargo's rules.
+pub(super) fn profile_name(name: &str) -> Result<String, String> {
+    if name.is_empty() {
+        return Err("the name of a profile is not empty".to_owned());
+    }
+    match name.chars().find(|letter| !(letter.is_alphanumeric() || matches!(letter, '_' | '-'))) {
+        Some(letter) => {
+            Err(format!("invalid character `{letter}`: allowed are letters, numbers, underscore, and hyphen"))
+        }
+        None => Ok(name.to_owned()),
     }
 }
 

@@ -10,11 +10,14 @@ use crate::project::{self, Project, Seen};
 
 /// The files that were named on the command line and belong to no target: they are checked on their own.
 pub(super) fn files_of_no_target(project: &Project, report: &Report) -> Vec<PathBuf> {
-    let read: BTreeSet<PathBuf> =
-        files_read(report).into_iter().filter_map(|file| std::fs::canonicalize(file).ok()).collect();
-    let is_read = |file: &PathBuf| std::fs::canonicalize(file).is_ok_and(|file| read.contains(&file));
+    let as_read = files_read(report);
+    let read: BTreeSet<PathBuf> = as_read.iter().filter_map(|file| std::fs::canonicalize(file).ok()).collect();
+    let is_read = |file: &PathBuf| {
+        as_read.contains(file.as_path()) || std::fs::canonicalize(file).is_ok_and(|file| read.contains(&file))
+    };
     let is_left_out = |file: &PathBuf| file.ancestors().any(|above| report.left_out.contains(above));
-    let named = project.only.iter().filter(|path| path.extension().is_some_and(|it| it == "rs") && path.is_file());
+    // A file that was never saved is none on the disk.
+    let named = project.only.iter().filter(|path| path.extension().is_some_and(|it| it == "rs") && !path.is_dir());
     named.filter(|file| !is_read(file) && !is_left_out(file)).cloned().collect()
 }
 

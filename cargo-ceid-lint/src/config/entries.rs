@@ -23,8 +23,12 @@ pub struct FilterEntry {
     pub multiplicity: Vec<Multiplicity>,
     /// Where the instance is in a call of the law.
     pub instance: InstancePlace,
+    /// Where that is said; where the entry names its type, if it is not.
+    pub instance_at: Place,
     /// The arguments that select a channel, each of which is an instance of its own.
     pub key: Vec<u32>,
+    /// Where each of them is said.
+    pub key_at: Vec<Place>,
     /// Whether the law takes `&mut self`.
     pub receiver: Receiver,
     /// Methods that set the whole state.
@@ -249,12 +253,14 @@ impl FilterEntry {
         };
         let law = law(table, &target)?;
         let choice = |key: &str| table.get(key);
+        let keys = choice("key").map(Value::list_or_one).unwrap_or_default();
         Ok(Self {
             multiplicity: multiplicity(table, law.len())?,
             law,
             instance: choice("instance").map_or(Ok(default_instance(&target)), instance)?,
-            key: choice("key")
-                .map_or(Ok(Vec::new()), |value| value.list_or_one().into_iter().map(Value::index).collect())?,
+            instance_at: choice("instance").map_or_else(|| target.path().place.clone(), Value::place),
+            key: keys.iter().map(|value| value.index()).collect::<Result<_, ConfigError>>()?,
+            key_at: keys.iter().map(|value| value.place()).collect(),
             receiver: choice("receiver").map_or(Ok(Receiver::Exclusive), |value| {
                 value.choice(&[("exclusive", Receiver::Exclusive), ("shared", Receiver::Shared)])
             })?,

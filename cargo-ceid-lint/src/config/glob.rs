@@ -14,6 +14,17 @@ pub fn is_pattern(pattern: &str) -> bool {
     pattern.contains(['*', '?', '['])
 }
 
+/// Whether a set is opened in `pattern` that nothing closes.
+#[must_use]
+pub fn is_unclosed(pattern: &str) -> bool {
+    let mut rest = pattern;
+    while let Some((_, set)) = rest.split_once('[') {
+        let Some((_, behind)) = set.split_once(']') else { return true };
+        rest = behind;
+    }
+    false
+}
+
 /// The rows of the table "does the pattern up to here match the text up to there", one for each character of the pattern:
 /// the time is bounded by the product of both lengths, whatever the pattern.
 fn matches_from(pattern: &[char], text: &[char]) -> bool {
@@ -132,6 +143,8 @@ mod tests {
     #[test]
     fn an_open_bracket_is_literal() {
         check("a[b", &["a[b"], &["ab"]);
+        assert!(is_unclosed("a[b") && is_unclosed("[a]/[b/**"));
+        assert!(!is_unclosed("a[b]") && !is_unclosed("a]b") && !is_unclosed("[[]a"));
     }
 
     #[test]

@@ -12,8 +12,7 @@ use super::given::{Given, GivenBase, given, instance_of, place_of, steps_at};
 use super::returned;
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
-use super::verdict::Evidence;
-use super::verdict::Gate;
+use super::verdict::{Evidence, Gate};
 use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, Place, Program, Projection, Transfer};
 use crate::index::FunctionId;
 
@@ -134,8 +133,7 @@ impl Summary {
 
     /// The ways through it, with the half of the law that they are for.
     pub(super) fn outcomes_by_half(&self) -> impl Iterator<Item = (usize, &Given, &Vec<Outcome>)> {
-        let halves = self.halves.iter().enumerate();
-        halves.flat_map(|(law, half)| half.iter().map(move |(given, outcomes)| (law, given, outcomes)))
+        self.halves.iter().enumerate().flat_map(|(law, half)| half.iter().map(move |(given, ways)| (law, given, ways)))
     }
 
     /// The ways through it for all halves.

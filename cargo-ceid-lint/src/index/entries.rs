@@ -87,15 +87,19 @@ impl Index {
             FilterTarget::Type(_) => self.named(scope, word, Namespace::Type, "type")?,
             FilterTarget::Trait(_) => self.named(scope, word, Namespace::Type, "trait")?,
         };
-        for def in found {
-            let Some(subject) = self.subject(&def, &entry.target) else {
-                return Err(self.is_something_else(word, &def, &entry.target));
-            };
-            if !matches!(subject, Subject::Function(_)) {
+        for def in &found {
+            if self.subject(def, &entry.target).is_none() {
+                return Err(self.is_something_else(word, def, &entry.target));
+            }
+            if !matches!(entry.target, FilterTarget::Function(_)) {
                 for method in methods() {
-                    self.check_method(scope, &def, word, method)?;
+                    self.check_method(scope, def, word, method)?;
                 }
             }
+        }
+        self.check_arguments(scope, &found, entry)?;
+        for def in found {
+            let Some(subject) = self.subject(&def, &entry.target) else { continue };
             self.note_makers(&subject, entry);
             let spec = FilterSpec::by_entry(subject, entry);
             match self.entered.iter().find(|known| known.subject == spec.subject) {

@@ -2,6 +2,7 @@
 
 mod collect;
 mod entries;
+mod entry_arguments;
 mod entry_errors;
 mod filters;
 mod function_places;

@@ -2,6 +2,7 @@
 
 use super::exits::diverges;
 use super::loops::{Loops, Parents};
+use super::text::Style;
 use super::walk;
 use crate::flow::Program;
 use crate::index::{FunctionDef, FunctionId};
@@ -23,6 +24,8 @@ pub(super) struct LoopBody<'a> {
     pub(super) inside: Vec<ExprId>,
     /// The text of the file.
     pub(super) text: &'a str,
+    /// The form of its lines.
+    pub(super) style: Style,
     /// Whether the cycle is no loop, but a function that is called once per cycle.
     pub(super) is_function: bool,
     parents: Parents,
@@ -38,8 +41,9 @@ impl<'a> LoopBody<'a> {
         let inside = walk::within(body, block);
         let parents = loops.parents(function);
         let text = &program.sources.file(head.file).text;
+        let style = loops.style(head.file);
         let is_function = whole == block;
-        Some(Self { program, function, body, typed, whole, block, inside, text, is_function, parents })
+        Some(Self { program, function, body, typed, whole, block, inside, text, style, is_function, parents })
     }
 
     pub(super) fn def(&self) -> &'a FunctionDef {

@@ -5,7 +5,7 @@ use super::body::LoopBody;
 use super::elements::statements;
 use super::law::ceid_core_name;
 use super::mentions::Guarded;
-use super::text::{above, begins_line, has_word, indentation, indentation_step, line_end, line_stop};
+use super::text::{Style, above, begins_line, has_word, indentation, line_stop};
 use crate::source::Span;
 use crate::syntax::tree::{ExprKind, Literal};
 
@@ -28,9 +28,9 @@ pub(super) fn lines(of: &LoopBody<'_>, guarded: &[Guarded]) -> Result<Vec<(Span,
     let clock = CLOCKS.into_iter().find(|name| !is_taken(name));
     let clock = clock.ok_or_else(|| refuse("every name for a clock means something else here"))?;
     let rate = rate(of).unwrap_or(UNKNOWN_RATE);
-    let end = line_end(text);
+    let Style { end, step } = of.style;
     let begins = begins_line(text, start);
-    let inner = format!("{}{}", indentation(text, open), indentation_step(text));
+    let inner = format!("{}{}", indentation(text, open), step);
     let stop = line_stop(text, open);
     let rest = text[open..stop].trim();
     let is_open = rest.is_empty() || rest.starts_with("//");
@@ -47,7 +47,7 @@ pub(super) fn lines(of: &LoopBody<'_>, guarded: &[Guarded]) -> Result<Vec<(Span,
         declared.extend(own.cells.iter().map(|cell| format!("{indent}{cell}")));
         declared.push(match is_inline {
             true => own.law.in_one_line(&own.name),
-            false => own.law.statement(&own.name, indent, indentation_step(text), end),
+            false => own.law.statement(&own.name, indent, step, end),
         });
     }
     let clock_edit = if begins {

@@ -1,7 +1,7 @@
 //! The `impl` by which a guard runs a law that is there already.
 
 use super::loops::Loops;
-use super::text::{has_word, indentation, indentation_step, line_end};
+use super::text::{Style, has_word, indentation};
 use crate::flow::Program;
 use crate::index::{FunctionId, Index, Owner, TraitName, Ty, is_sampled_filter_path};
 use crate::source::Span;
@@ -56,7 +56,8 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
     };
     let ceid_core = ceid_core_name(index, law);
     let rate = if has_word(head.generics, "R") { "TickRate" } else { "R" };
-    let (end, indent, step) = (line_end(text), indentation(text, block.head.start), indentation_step(text));
+    let Style { end, step } = loops.style(keyword.file);
+    let indent = indentation(text, block.head.start);
     let own = head.generics.trim().trim_end_matches(',');
     let separator = if own.is_empty() { "" } else { ", " };
     let call = match head.of_trait {

@@ -4,6 +4,7 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::rc::Rc;
 
+use super::text::Style;
 use super::walk;
 use crate::flow::Program;
 use crate::index::FunctionId;
@@ -21,6 +22,7 @@ pub(super) struct Loops<'a> {
     at: HashMap<Span, (FunctionId, ExprId, ExprId)>,
     parents: RefCell<HashMap<FunctionId, Parents>>,
     outlines: RefCell<HashMap<FileId, Rc<Outline>>>,
+    styles: RefCell<HashMap<FileId, Style>>,
 }
 
 impl<'a> Loops<'a> {
@@ -44,7 +46,7 @@ impl<'a> Loops<'a> {
                 }
             }
         }
-        Self { program, at, parents: RefCell::default(), outlines: RefCell::default() }
+        Self { program, at, parents: RefCell::default(), outlines: RefCell::default(), styles: RefCell::default() }
     }
 
     /// The loop or function whose keyword stands at `head`.
@@ -62,5 +64,11 @@ impl<'a> Loops<'a> {
     pub(super) fn outline(&self, file: FileId) -> Rc<Outline> {
         let find = || Rc::new(Outline::of(&self.program.sources.file(file).text));
         Rc::clone(self.outlines.borrow_mut().entry(file).or_insert_with(find))
+    }
+
+    /// The form of the lines of a file.
+    pub(super) fn style(&self, file: FileId) -> Style {
+        let find = || Style::of(&self.program.sources.file(file).text);
+        *self.styles.borrow_mut().entry(file).or_insert_with(find)
     }
 }

@@ -2,7 +2,7 @@
 
 use toml::{Table, Value};
 
-use super::text::line_end;
+use super::text::Style;
 
 const NAME: &str = "ceid-core";
 
@@ -115,7 +115,7 @@ fn line(text: &str, shared: Option<&Table>, wanted: &Wanted) -> Result<String, S
 
 /// Where the entry goes: among sorted entries to its place, else behind the last one.
 fn insertion(text: &str, table: &Table, line: &str) -> Result<(usize, String), String> {
-    let end = line_end(text);
+    let end = Style::of(text).end;
     let lines: Vec<(usize, &str)> = text
         .split_inclusive('\n')
         .scan(0, |at, line| {

@@ -2,9 +2,28 @@
 
 use std::ops::Range;
 
-/// The line end that the text uses.
-pub(super) fn line_end(text: &str) -> &'static str {
-    if text.contains("\r\n") { "\r\n" } else { "\n" }
+/// What the lines of a text have in common.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Style {
+    /// The line end.
+    pub(super) end: &'static str,
+    /// One step of indentation.
+    pub(super) step: &'static str,
+}
+
+impl Style {
+    /// Reads the whole text.
+    pub(super) fn of(text: &str) -> Self {
+        let end = if text.contains("\r\n") { "\r\n" } else { "\n" };
+        let tabs = text.lines().any(|line| line.starts_with('\t'));
+        let narrow = text.lines().any(|line| line.starts_with("  ") && !line.starts_with("    "));
+        let step = match (tabs, narrow) {
+            (true, _) => "\t",
+            (_, true) => "  ",
+            _ => "    ",
+        };
+        Self { end, step }
+    }
 }
 
 /// Where the line of a byte begins.
@@ -21,17 +40,6 @@ pub(super) fn line_stop(text: &str, at: usize) -> usize {
 pub(super) fn indentation(text: &str, at: usize) -> &str {
     let line = &text[line_start(text, at)..];
     &line[..line.len() - line.trim_start_matches([' ', '\t']).len()]
-}
-
-/// One step of indentation: what a block whose head and first line are known uses, or what the text uses elsewhere.
-pub(super) fn indentation_step(text: &str) -> &'static str {
-    let tabs = text.lines().any(|line| line.starts_with('\t'));
-    let narrow = text.lines().any(|line| line.starts_with("  ") && !line.starts_with("    "));
-    match (tabs, narrow) {
-        (true, _) => "\t",
-        (_, true) => "  ",
-        _ => "    ",
-    }
 }
 
 /// Whether nothing but white space stands before a byte in its line.

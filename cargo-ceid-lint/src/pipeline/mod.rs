@@ -403,9 +403,13 @@ impl Run<'_> {
 fn suggest_guards(findings: &mut [Diagnostic], plans: &[Plan]) {
     let is_about_updates =
         |rule: &str| matches!(rule, "missed_update" | "repeated_update" | "skipped_update" | "unguarded_update");
+    let mut by_head: BTreeMap<Span, &Plan> = BTreeMap::new();
+    for plan in plans {
+        by_head.entry(plan.head).or_insert(plan);
+    }
     for finding in findings.iter_mut().filter(|finding| is_about_updates(finding.rule)) {
-        let plan = plans.iter().find(|plan| finding.facts.cycle == Some(plan.head));
-        finding.suggestions.extend(plan.and_then(Plan::suggestion));
+        let plan = finding.facts.cycle.and_then(|cycle| by_head.get(&cycle));
+        finding.suggestions.extend(plan.and_then(|plan| plan.suggestion()));
     }
 }
 

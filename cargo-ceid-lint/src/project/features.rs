@@ -7,11 +7,11 @@ use super::workspace::Workspace;
 use super::{Features, LoadError};
 use crate::config::spelling::nearest;
 
-/// Fills `active` of every package of the workspace.
+/// Fills `active` of every package of the workspace; the features that are named are those of the packages `selected`.
 ///
 /// # Errors
-/// If the command line names a feature that no member has.
-pub(super) fn activate(workspace: &mut Workspace, flags: &Features) -> Result<(), LoadError> {
+/// If the command line names a feature that none of these has.
+pub(super) fn activate(workspace: &mut Workspace, flags: &Features, selected: &[usize]) -> Result<(), LoadError> {
     let by_directory: BTreeMap<PathBuf, usize> =
         workspace.packages.iter().enumerate().map(|(at, found)| (found.directory().to_owned(), at)).collect();
     let mut solver = Solver { workspace, by_directory, work: Vec::new() };
@@ -26,7 +26,7 @@ pub(super) fn activate(workspace: &mut Workspace, flags: &Features) -> Result<()
         solver.required_dependencies(member);
     }
     for feature in &flags.named {
-        solver.turn_on(feature)?;
+        solver.turn_on(feature, selected)?;
     }
     solver.run();
     Ok(())
@@ -40,13 +40,14 @@ struct Solver<'a> {
 }
 
 impl Solver<'_> {
-    fn turn_on(&mut self, feature: &str) -> Result<(), LoadError> {
+    fn turn_on(&mut self, feature: &str, selected: &[usize]) -> Result<(), LoadError> {
         let (package, name) = feature.split_once('/').map_or((None, feature), |(package, name)| (Some(package), name));
         let mut is_known = false;
         for member in 0..self.workspace.members {
             let found = &self.workspace.packages[member];
             let has = found.features.contains_key(name) || optional(found).any(|optional| optional == name);
-            if package.is_none_or(|package| package == found.name) && has {
+            let is_meant = package.map_or_else(|| selected.contains(&member), |package| package == found.name);
+            if is_meant && has {
                 is_known = true;
                 self.work.push((member, name.to_owned()));
             } else if let Some(package) = package
@@ -56,14 +57,19 @@ impl Solver<'_> {
                 self.follow(member, feature);
             }
         }
-        if is_known {
+        if is_known || selected.is_empty() {
             return Ok(());
         }
-        let members = &self.workspace.packages[..self.workspace.members];
-        let known: Vec<&str> = members.iter().flat_map(|found| found.features.keys().map(String::as_str)).collect();
-        let names: Vec<&str> = members.iter().map(|found| found.name.as_str()).collect();
-        let message =
-            format!("none of the selected packages contains the feature `{feature}`; selected: {}", names.join(", "));
+        let members = || selected.iter().map(|member| &self.workspace.packages[*member]);
+        let known: Vec<&str> = members().flat_map(|found| found.features.keys().map(String::as_str)).collect();
+        let names: Vec<&str> = members().map(|found| found.name.as_str()).collect();
+        let message = match names.as_slice() {
+            [name] => format!("the package `{name}` does not contain the feature `{feature}`"),
+            _ => format!(
+                "none of the selected packages contains the feature `{feature}`; selected: {}",
+                names.join(", ")
+            ),
+        };
         Err(LoadError::new(message).similar("feature", nearest(name, known)))
     }
 
@@ -175,7 +181,7 @@ mod tests {
     #[track_caller]
     fn check(flags: &Features, demo_features: &[&str], hal_features: &[&str]) {
         let mut workspace = demo();
-        activate(&mut workspace, flags).unwrap();
+        activate(&mut workspace, flags, &[0]).unwrap();
         let active = |at: usize| workspace.packages[at].active.iter().map(String::as_str).collect::<Vec<_>>();
         assert_eq!(active(0), demo_features);
         assert_eq!(active(1), hal_features);
@@ -204,7 +210,18 @@ mod tests {
 
     #[test]
     fn an_unknown_feature_is_an_error_with_the_nearest_one() {
-        let error = activate(&mut demo(), &named(&["gsp"], false)).unwrap_err();
+        let error = activate(&mut demo(), &named(&["gsp"], false), &[0]).unwrap_err();
         assert!(error.message.contains("`gsp`") && error.help.unwrap().contains("`gps`"));
+    }
+
+    #[test]
+    fn a_feature_of_a_package_that_is_not_selected_is_an_error() {
+        let both = || Workspace { members: 2, ..demo() };
+        let told = |name: &str, selected: &[usize]| {
+            activate(&mut both(), &named(&[name], false), selected).err().map(|error| error.message)
+        };
+        assert_eq!(told("fast", &[0]).unwrap(), "the package `demo` does not contain the feature `fast`");
+        assert_eq!(told("fast", &[0, 1]), None);
+        assert!(told("slow", &[0, 1]).unwrap().ends_with("selected: demo, hal"));
     }
 }

@@ -27,7 +27,7 @@ pub(super) fn find(selection: &Selection) -> Result<Roots, LoadError> {
     for path in &selection.paths {
         let absolute = normalized(&selection.current_dir.join(path));
         let shown = path.display();
-        if absolute.is_file() {
+        if absolute.is_file() || selection.unsaved.as_ref() == Some(path) {
             if absolute.file_name().is_some_and(|name| name == "Cargo.toml") {
                 roots.manifests.insert(absolute.clone());
                 roots.only.push(absolute.parent().unwrap_or(&absolute).to_owned());
@@ -55,10 +55,8 @@ pub(super) fn find(selection: &Selection) -> Result<Roots, LoadError> {
                 }
             }
         } else {
-            return Err(LoadError::new(format!("path `{shown}` does not exist")).help(format!(
-                "it was looked for in `{}`; a subcommand is one of those that `cargo ceid-lint --help` lists",
-                selection.current_dir.display()
-            )));
+            return Err(LoadError::new(format!("path `{shown}` does not exist"))
+                .help(format!("it was looked for in `{}`", selection.current_dir.display())));
         }
         roots.only.push(absolute);
     }

@@ -15,6 +15,8 @@ pub struct Selection {
     pub manifest_path: Option<PathBuf>,
     /// Files and directories that findings are restricted to.
     pub paths: Vec<PathBuf>,
+    /// The one of them whose text is known, though it may not lie on the disk.
+    pub unsaved: Option<PathBuf>,
     /// `-p`: names, `name@version`, patterns, package ids.
     pub packages: Vec<String>,
     /// `--workspace`

@@ -9,16 +9,23 @@ mod sibling;
 mod site;
 mod words;
 
-use crate::count::{Analysis, Pair};
+use std::collections::BTreeMap;
+
+use crate::count::{Analysis, Cycle, Pair};
 use crate::diagnostic::{Diagnostic, Suggestion};
 use crate::flow::Program;
-use site::{Site, Tokens};
+use crate::source::Span;
+use site::{Places, Site};
 
 /// Adds to each finding the change that would put it right, if there is one. What is suppressed is meant so.
 pub fn add(program: &Program<'_>, analysis: &Analysis, findings: &mut [Diagnostic]) {
-    let tokens = Tokens::default();
+    let places = Places::of(program);
+    let mut cycles = Cycles::new();
+    for cycle in &analysis.cycles {
+        cycles.entry(cycle.head).or_default().push(cycle);
+    }
     for finding in findings.iter_mut().filter(|finding| finding.suppressed.is_none()) {
-        if let Some(suggestion) = of_finding(program, &tokens, analysis, finding) {
+        if let Some(suggestion) = of_finding(&places, &cycles, finding) {
             // The first help says the same without an offer.
             finding.helps.drain(..1.min(finding.helps.len()));
             finding.suggestions.push(suggestion);
@@ -26,14 +33,17 @@ pub fn add(program: &Program<'_>, analysis: &Analysis, findings: &mut [Diagnosti
     }
 }
 
-fn of_finding(program: &Program<'_>, tokens: &Tokens, analysis: &Analysis, finding: &Diagnostic) -> Option<Suggestion> {
-    let site = || Site::of(program, tokens, finding.primary.span);
+/// The cycles by their heads.
+type Cycles<'a> = BTreeMap<Span, Vec<&'a Cycle>>;
+
+fn of_finding(places: &Places<'_>, cycles: &Cycles<'_>, finding: &Diagnostic) -> Option<Suggestion> {
+    let site = || Site::of(places, finding.primary.span);
     match finding.rule {
         "guard_dropped_early" => name_guard::suggestion(&site()?, finding.facts.cycle),
         "guard_outside_cycle" => into_loop::suggestion(&site()?, finding.facts.cycle?),
         "repeated_update" => {
             let site = site()?;
-            let pair = pair(analysis, finding)?;
+            let pair = pair(cycles, finding)?;
             match &finding.facts.filters[1..] {
                 [] => second_update::suggestion(&site, pair),
                 missed => sibling::suggestion(&site, pair, missed),
@@ -44,8 +54,7 @@ fn of_finding(program: &Program<'_>, tokens: &Tokens, analysis: &Analysis, findi
 }
 
 /// The pair that a finding about updates is first about.
-fn pair<'a>(analysis: &'a Analysis, finding: &Diagnostic) -> Option<&'a Pair> {
-    let cycles = analysis.cycles.iter().filter(|cycle| Some(cycle.head) == finding.facts.cycle);
-    let mut pairs = cycles.flat_map(|cycle| &cycle.filters);
+fn pair<'a>(cycles: &Cycles<'a>, finding: &Diagnostic) -> Option<&'a Pair> {
+    let mut pairs = cycles.get(&finding.facts.cycle?)?.iter().flat_map(|cycle| &cycle.filters);
     pairs.find(|pair| pair.primary == Some(finding.primary.span) && Some(&pair.name) == finding.facts.filters.first())
 }

@@ -1,18 +1,20 @@
 //! The statement that a finding is shown at, with the block, the body and the text around it.
 
 use std::cell::RefCell;
+use std::cmp::Reverse;
 use std::collections::HashMap;
 use std::ops::Range;
 use std::rc::Rc;
 
 use crate::diagnostic::{Applicability, Suggestion};
 use crate::flow::Program;
+use crate::index::FunctionId;
 use crate::source::{FileId, Span};
-use crate::syntax::Token;
 use crate::syntax::tree::{Block, Body, ExprId, ExprKind, Stmt};
+use crate::syntax::{Outline, Token};
 use crate::types::TypedBody;
 
-use super::words::{code, is_in_macro, mentions};
+use super::words::{code, mentions};
 
 /// A statement in its surroundings. It is written where it stands, and it is there under every `cfg`.
 pub(super) struct Site<'a> {
@@ -21,6 +23,7 @@ pub(super) struct Site<'a> {
     /// The whole file.
     pub(super) text: &'a str,
     tokens: Rc<[Token]>,
+    outline: Rc<Outline>,
     /// The function, from its head to its end.
     pub(super) function: Range<usize>,
     pub(super) body: &'a Body,
@@ -34,13 +37,58 @@ pub(super) struct Site<'a> {
     pub(super) place: Span,
 }
 
-/// The tokens of files, each of which is read once for all findings in it.
-#[derive(Default)]
-pub(super) struct Tokens(RefCell<HashMap<FileId, Rc<[Token]>>>);
+/// What is asked of files for every finding in them, and read once.
+pub(super) struct Places<'a> {
+    program: &'a Program<'a>,
+    /// The functions of each file, by where they begin; of those that begin at one place, the innermost last.
+    functions: HashMap<FileId, Vec<Function>>,
+    texts: RefCell<HashMap<FileId, Text>>,
+}
 
-impl Tokens {
-    fn of(&self, file: FileId, text: &str) -> Rc<[Token]> {
-        Rc::clone(self.0.borrow_mut().entry(file).or_insert_with(|| code(text, 0..text.len()).into()))
+/// A text as tokens and as brackets.
+type Text = (Rc<[Token]>, Rc<Outline>);
+
+struct Function {
+    whole: Span,
+    id: FunctionId,
+    /// The furthest end of the functions up to this one.
+    furthest: u32,
+}
+
+impl<'a> Places<'a> {
+    pub(super) fn of(program: &'a Program<'a>) -> Self {
+        let mut functions: HashMap<FileId, Vec<Function>> = HashMap::new();
+        for id in program.index.function_ids() {
+            let function = &program.index.function(id).function;
+            let Some(body) = &function.body else { continue };
+            let whole = function.head.to(body.expr(body.root).span);
+            functions.entry(whole.file).or_default().push(Function { whole, id, furthest: whole.end });
+        }
+        #[expect(clippy::iter_over_hash_type, reason = "each file is put in order by itself")]
+        for list in functions.values_mut() {
+            list.sort_by_key(|own| (own.whole.start, Reverse((own.whole.end, own.id))));
+            let mut furthest = 0;
+            for own in list {
+                furthest = own.whole.end.max(furthest);
+                own.furthest = furthest;
+            }
+        }
+        Self { program, functions, texts: RefCell::default() }
+    }
+
+    /// The innermost function around a place.
+    fn function(&self, place: Span) -> Option<&Function> {
+        let list = self.functions.get(&place.file)?;
+        let before = &list[..list.partition_point(|own| own.whole.start <= place.start)];
+        let near = before.iter().rev().take_while(|own| own.furthest >= place.end);
+        near.into_iter().find(|own| own.whole.contains(place))
+    }
+
+    fn text(&self, file: FileId, text: &str) -> Text {
+        let read = || (code(text, 0..text.len()).into(), Rc::new(Outline::of(text)));
+        let mut texts = self.texts.borrow_mut();
+        let (tokens, outline) = texts.entry(file).or_insert_with(read);
+        (Rc::clone(tokens), Rc::clone(outline))
     }
 }
 
@@ -50,14 +98,10 @@ pub(super) fn bytes(span: Span) -> Range<usize> {
 
 impl<'a> Site<'a> {
     /// The innermost statement around a place.
-    pub(super) fn of(program: &'a Program<'a>, tokens: &Tokens, place: Span) -> Option<Self> {
-        let functions = program.index.function_ids().filter_map(|id| {
-            let function = &program.index.function(id).function;
-            let body = function.body.as_ref()?;
-            let whole = function.head.to(body.expr(body.root).span);
-            whole.contains(place).then_some((id, whole, body))
-        });
-        let (id, whole, body) = functions.min_by_key(|(_, whole, _)| whole.end - whole.start)?;
+    pub(super) fn of(places: &Places<'a>, place: Span) -> Option<Self> {
+        let program = places.program;
+        let Function { whole, id, .. } = *places.function(place)?;
+        let body = program.index.function(id).function.body.as_ref()?;
         let mut found: Option<(u32, &Block, Span, usize)> = None;
         for expr in &body.exprs {
             let ExprKind::Block(block) = &expr.kind else { continue };
@@ -70,11 +114,13 @@ impl<'a> Site<'a> {
         }
         let (_, block, braces, at) = found?;
         let text = &program.sources.file(place.file).text;
+        let (tokens, outline) = places.text(place.file, text);
         let site = Self {
             program,
             file: place.file,
             text,
-            tokens: tokens.of(place.file, text),
+            tokens,
+            outline,
             function: bytes(whole),
             body,
             typed: program.typed(id)?,
@@ -104,7 +150,7 @@ impl<'a> Site<'a> {
 
     /// Whether a place stands in the tokens of a macro.
     pub(super) fn is_in_macro(&self, at: usize) -> bool {
-        is_in_macro(self.text, self.before(at))
+        self.outline.around(at).any(|around| around.is_macro)
     }
 
     /// The text of a place.

@@ -59,35 +59,6 @@ pub(super) fn has_word(text: &str, range: Range<usize>, word: &str) -> bool {
     code(text, range).iter().any(|token| token.kind == TokenKind::Word && &text[token.start..token.end] == word)
 }
 
-/// Whether what follows these tokens of a file stands in the tokens of a macro: what is written there is not what runs.
-pub(super) fn is_in_macro(text: &str, tokens: &[Token]) -> bool {
-    let mut open: Vec<bool> = Vec::new();
-    for (number, token) in tokens.iter().enumerate() {
-        match token.kind {
-            TokenKind::Open => open.push(opens_macro(text, &tokens[..number])),
-            TokenKind::Close => {
-                open.pop();
-            }
-            _ => {}
-        }
-    }
-    open.contains(&true)
-}
-
-/// Whether a bracket behind these tokens opens the tokens of a macro: `name!(`, `macro_rules! name {`.
-fn opens_macro(text: &str, before: &[Token]) -> bool {
-    let is_call = |tokens: &[Token]| match tokens {
-        [.., name, bang] => {
-            name.kind == TokenKind::Word && &text[bang.start..bang.end] == "!" && name.end == bang.start
-        }
-        _ => false,
-    };
-    match before {
-        [rest @ .., last] if last.kind == TokenKind::Word => is_call(rest),
-        _ => is_call(before),
-    }
-}
-
 /// The line that a byte lies on, without its line break.
 pub(super) fn line_of(text: &str, at: usize) -> Range<usize> {
     let start = text[..at].rfind('\n').map_or(0, |before| before + 1);
@@ -166,21 +137,6 @@ mod tests {
             members,
             [(Some("feed"), true), (None, false), (None, false), (Some("z"), false), (Some("get"), true)]
         );
-    }
-
-    #[track_caller]
-    fn check_macro(text: &str, expected: bool) {
-        let at = text.find('^').unwrap();
-        assert_eq!(is_in_macro(text, &code(text, 0..at)), expected, "{text}");
-    }
-
-    #[test]
-    fn tokens_of_macros_are_told_from_code() {
-        check_macro("fn f() { run!({ ^ }) }", true);
-        check_macro("macro_rules! m { () => { ^ } }", true);
-        check_macro("fn f() { println!(\"a\"); ^ }", false);
-        check_macro("fn f() { if !(a) { ^ } }", false);
-        check_macro("#![allow(x)] fn f() { a != (b ^ c) }", false);
     }
 
     #[track_caller]

@@ -1,7 +1,9 @@
 //! Which code each suppression stands for. Decides no finding, and does not know which rules there are.
 
+mod ranges;
 mod reach;
 
+use self::ranges::Ranges;
 use crate::source::{SourceMap, Span};
 use crate::syntax::tree::Item;
 use crate::syntax::{Directive, DirectiveKind, Directives, NearMiss, Suppression};
@@ -24,6 +26,8 @@ pub struct Suppressions {
     pub list: Vec<Placed<Suppression>>,
     /// What was meant as a directive and is none.
     pub near_misses: Vec<Placed<NearMiss>>,
+    /// The numbers of the suppressions, by the code that they stand for.
+    ranges: Ranges,
 }
 
 /// A directive with the code that it stands for.
@@ -81,6 +85,7 @@ impl Suppressions {
                 }
             }
         }
+        found.ranges = Ranges::of(&found.list);
         found
     }
 
@@ -88,7 +93,8 @@ impl Suppressions {
     /// number, and that of the name.
     #[must_use]
     pub fn of(&self, rule: &str, places: &[Span], calls: &[Span]) -> Option<(usize, usize)> {
-        let named = self.list.iter().enumerate().filter_map(|(number, placed)| {
+        let named = self.ranges.around(places.iter().chain(calls)).into_iter().filter_map(|number| {
+            let placed = &self.list[number];
             let is_rule = |(name, _): &(String, Span)| name.strip_prefix("ceid::").unwrap_or(name) == rule;
             let name = placed.said.rules.iter().position(is_rule)?;
             let here = placed.reach.iter().filter(|reach| {

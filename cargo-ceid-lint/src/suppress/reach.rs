@@ -69,9 +69,9 @@ impl Code {
                 ([whole].into_iter().chain(below).collect(), true)
             }
             Site::Inside(Some(open)) => {
-                let around =
-                    self.pieces.values().filter(|piece| piece.file == file && piece.start <= open && open < piece.end);
-                let piece = around.min_by_key(|piece| piece.end - piece.start);
+                // Pieces lie in each other, so that the last one that began is the innermost.
+                let mut begun = self.pieces.range((file, 0)..=(file, open)).rev().map(|(_, piece)| piece);
+                let piece = begun.find(|piece| open < piece.end);
                 (piece.into_iter().flat_map(|piece| self.with_modules(*piece)).collect(), piece.is_some())
             }
         }

@@ -15,20 +15,39 @@ pub struct Enclosure {
     pub is_macro: bool,
 }
 
-/// All brackets of a text that have a partner, inner ones before those around them.
+/// All brackets of a text that have a partner.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Outline(Vec<Enclosure>);
+pub struct Outline {
+    /// In the order in which they end.
+    enclosures: Vec<Enclosure>,
+    /// The number of the brackets right around each.
+    parents: Vec<Option<usize>>,
+}
 
 impl Outline {
     /// Finds the brackets of a text.
     #[must_use]
     pub fn of(text: &str) -> Self {
-        Self(enclosures(text))
+        let enclosures = enclosures(text);
+        let mut parents = vec![None; enclosures.len()];
+        let mut open: Vec<usize> = Vec::new();
+        // From the last to the first, what is around comes before what is inside.
+        for (at, own) in enclosures.iter().enumerate().rev() {
+            while open.last().is_some_and(|other| enclosures[*other].brackets.start > own.brackets.start) {
+                open.pop();
+            }
+            parents[at] = open.last().copied();
+            open.push(at);
+        }
+        Self { enclosures, parents }
     }
 
     /// The brackets around the byte at `offset`, the innermost first.
     pub fn around(&self, offset: usize) -> impl Iterator<Item = &Enclosure> {
-        self.0.iter().filter(move |own| own.brackets.start < offset && offset < own.brackets.end)
+        let first = self.enclosures.partition_point(|own| own.brackets.end <= offset);
+        let first = Some(first).filter(|first| *first < self.enclosures.len());
+        let outwards = std::iter::successors(first, |at| self.parents[*at]).map(|at| &self.enclosures[at]);
+        outwards.filter(move |own| own.brackets.start < offset)
     }
 }
 
@@ -114,6 +133,7 @@ mod tests {
     fn macros_are_told_apart() {
         check("macro_rules! m { () => { $ } }", &[("=>", false), ("macro_rules! m", true)]);
         check("fn f() { m!(a, $) }", &[("m!", true), ("fn f()", false)]);
+        check("fn f() { m!(a); $ n!(b) }", &[("fn f()", false)]);
         check("fn f() { if a != (b $) { } }", &[("if a !=", false), ("fn f()", false)]);
         check("fn f() { if !(b $) { } }", &[("if !", false), ("fn f()", false)]);
     }

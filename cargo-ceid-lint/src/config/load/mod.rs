@@ -7,7 +7,8 @@ use toml::de::DeTable;
 
 use super::reader::{File, Table, Value};
 use super::{
-    Config, ConfigError, CycleEntry, FilterEntry, GuardEntry, LevelOverride, LevelSource, Presets, Section, levels,
+    Config, ConfigError, CycleEntry, FilterEntry, GuardEntry, LevelOverride, LevelSource, Presets, Section, glob,
+    levels,
 };
 use crate::diagnostic::Level;
 use crate::source::{ReadError, ReadSource};
@@ -110,12 +111,27 @@ fn section(table: &Table<'_>, scope: Scope) -> Result<Section, ConfigError> {
         path: table.file.path.to_owned(),
         text: Arc::from(table.file.text),
         presets: table.get("presets").map(presets).transpose()?,
-        exclude: table.get("exclude").map_or(Ok(Vec::new()), Value::strings)?,
+        exclude: table.get("exclude").map_or(Ok(Vec::new()), patterns)?,
         lints: table.get("lints").map_or(Ok(Vec::new()), lints)?,
         filters: entries(table, "filter", FilterEntry::read)?,
         cycles: entries(table, "cycle", CycleEntry::read)?,
         guards: entries(table, "guard", GuardEntry::read)?,
     })
+}
+
+/// Patterns of paths; they begin in the directory of the manifest, with or without `./`.
+fn patterns(value: Value<'_>) -> Result<Vec<String>, ConfigError> {
+    value.strings()?;
+    let pattern = |value: Value<'_>| {
+        let text = value.string()?;
+        if glob::is_unclosed(text) {
+            return Err(value
+                .error(format!("the pattern `{text}` has a `[` that nothing closes"))
+                .help("close the set as in `[ab]`, or write `[[]` for the bracket itself"));
+        }
+        Ok(text.strip_prefix("./").unwrap_or(text).to_owned())
+    };
+    value.list_or_one().into_iter().map(pattern).collect()
 }
 
 /// The entries of a preset.

@@ -49,11 +49,12 @@ fn existing(path: &Path, selection: &Selection) -> Result<PathBuf, LoadError> {
     if absolute.is_file() {
         return Ok(absolute);
     }
-    let error = LoadError::new(format!("manifest path `{}` does not exist", path.display()));
+    let shown = path.display();
     Err(if absolute.is_dir() {
-        error.help(format!("did you mean `{}`?", path.join("Cargo.toml").display()))
+        LoadError::new(format!("manifest path `{shown}` is a directory, and a file is expected"))
+            .help(format!("did you mean `{}`?", path.join("Cargo.toml").display()))
     } else {
-        error
+        LoadError::new(format!("manifest path `{shown}` does not exist"))
     })
 }
 
@@ -94,11 +95,20 @@ fn load_workspace(path: &Path, selection: &Selection, only: &[PathBuf]) -> Resul
     let (target, loaded) = target_and_metadata(path, run_in, selection, &config, &mut notices);
     let mut workspace = match loaded {
         Ok(workspace) => workspace,
-        Err(failure) => without_cargo(path, &failure, &mut notices, &mut problems)?,
+        Err(failure) => {
+            about_a_flag(&failure, selection)?;
+            without_cargo(path, &failure, &mut notices, &mut problems)?
+        }
     };
     notices.extend(target.notice);
     if !workspace.is_resolved {
-        features::activate(&mut workspace, &selection.features)?;
+        // A path names the files that are reported, and leaves the features to its whole workspace.
+        let selected = if only.is_empty() {
+            select::packages(&workspace, selection, only, &mut Vec::new())?
+        } else {
+            (0..workspace.members).collect()
+        };
+        features::activate(&mut workspace, &selection.features, &selected)?;
     }
     let mut project = select_in(&workspace, selection, only, &target.cfg, &mut notices)?;
     project.notices = notices;
@@ -133,6 +143,17 @@ fn target_and_metadata(
     }
     notices.extend(early_notices);
     (target, early)
+}
+
+/// What cargo says against one of its flags that was handed on: no manifest is wrong then.
+fn about_a_flag(failure: &Failure, selection: &Selection) -> Result<(), LoadError> {
+    let Failure::Refused(text) = failure else { return Ok(()) };
+    let mut flags = ["--config", "-Z"].into_iter().filter(|flag| selection.cargo_options.iter().any(|it| it == flag));
+    let first = failure.first_line();
+    let Some(flag) = flags.find(|flag| first.contains(flag)) else { return Ok(()) };
+    let text = text.strip_prefix("error: ").unwrap_or(text);
+    Err(LoadError::new(format!("cargo does not take `{flag}`: {text}"))
+        .help(format!("correct `{flag}`, or leave it out; `cargo check` reports the same")))
 }
 
 /// Reads the manifests when cargo cannot be run, and when it refuses them while the sources can be found all the same: what cargo

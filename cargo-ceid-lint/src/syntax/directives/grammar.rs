@@ -71,6 +71,25 @@ pub(super) fn attribute(text: &str) -> Option<Said> {
     verb(&mut Cursor { text, at: 0 })
 }
 
+/// What an attribute says that is spelt as the compiler's own: `allow(ceid::rule)`, which is `ceid::allow(rule)`.
+pub(super) fn compilers_attribute(text: &str) -> Option<Said> {
+    let mut cursor = Cursor { text, at: 0 };
+    let word = cursor.word();
+    if !matches!(word, "allow" | "expect") || !cursor.rest().starts_with('(') {
+        return None;
+    }
+    let Arguments { rules, reason } = arguments(&mut cursor).ok()?;
+    let names: Vec<&str> = rules.iter().filter_map(|(name, _)| name.strip_prefix("ceid::")).collect();
+    if names.is_empty() || !cursor.is_at_end() {
+        return None;
+    }
+    let are_all = names.len() == rules.len();
+    let reason = reason.map(|reason| format!(", reason = {reason:?}")).unwrap_or_default();
+    let right = format!("ceid::{word}({}{reason})", names.join(", "));
+    let message = format!("the prefix stands before `{word}`: `ceid::{word}(…)`");
+    cursor.near_miss(message, are_all.then_some((0..text.len(), right)), true)
+}
+
 /// Whether a word can be what a directive begins with, or nearly.
 pub(super) fn is_prefix(word: &[u8]) -> bool {
     word.eq_ignore_ascii_case(b"ceid") || word.eq_ignore_ascii_case(b"cied")
@@ -78,6 +97,9 @@ pub(super) fn is_prefix(word: &[u8]) -> bool {
 
 /// The words that other tools have for `allow`.
 const SYNONYMS: &[&str] = &["ignore", "disable", "suppress", "skip", "silence", "noqa", "nolint"];
+
+/// The words that a reason begins with; behind other words, a directive is only spoken of.
+const REASONS: &[&str] = &["because", "since", "due", "for", "until", "while", "reason"];
 
 /// The words for other levels, which comments cannot set.
 const LEVELS: &[&str] = &["warn", "deny", "forbid"];
@@ -201,7 +223,9 @@ fn suppression(cursor: &mut Cursor<'_>, start: usize, word: &str) -> Option<Said
         }
         Ok(arguments) => {
             let tail = cursor.tail().trim_start();
-            if tail.starts_with(char::is_alphanumeric) {
+            let first = tail.split(|letter: char| !letter.is_alphanumeric()).next().unwrap_or_default();
+            let is_sentence = tail.starts_with(char::is_alphanumeric);
+            if is_sentence && !REASONS.contains(&first.to_lowercase().as_str()) {
                 // A sentence about a directive.
                 return None;
             }
@@ -211,7 +235,7 @@ fn suppression(cursor: &mut Cursor<'_>, start: usize, word: &str) -> Option<Said
             let whole = start..cursor.at + cursor.tail().len();
             let is_sure = arguments.reason.is_none() && !arguments.rules.is_empty() && !reason.is_empty();
             let message = "the reason stands in the brackets: `reason = \"…\"`".to_owned();
-            return cursor.near_miss(message, is_sure.then_some((whole, right)), true);
+            return cursor.near_miss(message, is_sure.then_some((whole, right)), !is_sentence);
         }
         Err(message) => message,
     };

@@ -172,9 +172,11 @@ impl Reader<'_> {
         let site = if is_inner { Site::Inside(self.open.last().copied().map(to_u32)) } else { Site::Above(None) };
         let (first, last) = (self.tokens[start].start, self.tokens[end - 1].end);
         for (number, (from, to)) in parts.iter().copied().enumerate() {
-            let Some(text) = self.text.get(from..to).and_then(|text| text.strip_prefix("ceid::")) else { continue };
-            let base = to - text.len();
-            let Some(said) = grammar::attribute(text) else { continue };
+            let Some(whole) = self.text.get(from..to) else { continue };
+            let text = whole.strip_prefix("ceid::");
+            let base = to - text.unwrap_or(whole).len();
+            let said = text.map_or_else(|| grammar::compilers_attribute(whole), grammar::attribute);
+            let Some(said) = said else { continue };
             let removal = match (parts.len(), parts.get(number + 1)) {
                 (1, _) => self.line_of(first, last),
                 (_, Some((next, _))) => (from, *next),

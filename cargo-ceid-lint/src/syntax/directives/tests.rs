@@ -96,6 +96,7 @@ fn prose_says_nothing() {
         "// ceid: allow the GPS to be slow",
         "// ceid: allow (or not) the skip",
         "// ceid: allow(a_b) is how one would write it",
+        "// ceid: allow(a_b) hides what follows because it names the rule",
         "// ceid: allow(...) comments are read by the linter",
         "// ceid: cycle of the main loop",
         "// ceid: every 10 cycles the GPS has a fix",
@@ -139,6 +140,7 @@ fn near_misses_are_corrected() {
     says("// ceid: allow a_b", "miss // ceid: allow(a_b)");
     says("// ceid: allow[a_b, c_d]", "miss // ceid: allow(a_b, c_d)");
     says("// ceid: allow(a_b) -- the \"GPS\"", r#"miss // ceid: allow(a_b, reason = "the \"GPS\"")"#);
+    says("// ceid: allow(a_b) because of tests", "miss // ceid: allow(a_b, reason = \"because of tests\") ?");
     says("// ceid allow(a_b)", "miss // ceid: allow(a_b)");
     says("// CEID: allow(a_b)", "miss // ceid: allow(a_b)");
     says("// ceid:: allow(a_b)", "miss // ceid: allow(a_b)");
@@ -189,6 +191,12 @@ fn attributes_are_read_as_comments_are() {
     );
     check("fn f() {\n#![cfg_attr(any(), ceid::allow(a_b))]\n}", &["allow a_b, inside 7"]);
     check("#[cfg_attr(any(), ceid::alow(a_b))]\nfn f() {}", &["miss ceid::allow(a_b), above fn"]);
+    check(
+        "#[cfg_attr(any(), expect(ceid::a_b, ceid::c_d, reason = \"x\"))]\nfn f() {}",
+        &["miss ceid::expect(a_b, c_d, reason = \"x\"), above fn"],
+    );
+    check("#[cfg_attr(any(), allow(dead_code))]\nfn f() {}", &[]);
+    check("#[cfg_attr(any(), allow(dead_code, ceid::a_b))]\nfn f() {}", &["miss, above fn"]);
     check("#[cfg_attr(all(), ceid::allow(a_b))]\nfn f() {}", &[]);
     check("#[cfg_attr(any(), clippy::allow(a_b))]\nfn f() {}", &[]);
 }
