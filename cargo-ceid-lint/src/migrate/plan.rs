@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::body::LoopBody;
+use super::effects::Effects;
 use super::exits::{Exits, exits};
 use super::head::UNKNOWN_RATE;
 use super::holding::guarded;
@@ -13,10 +14,10 @@ use super::mentions::{Guarded, Mention, mentions};
 use super::owned::is_owned;
 use super::sites::{Site, owed, place_of, sites};
 use super::text::{has_word, removal};
-use super::{Plan, Reason, Rewrite, head, law, observed, purity};
+use super::{Plan, Reason, Rewrite, head, law, observed};
 use crate::count::{Cycle, CycleKind, Pair, Verdict};
 use crate::flow::Program;
-use crate::index::{Owner, Ty};
+use crate::index::{FunctionId, Owner, Ty, TypeId};
 use crate::source::Span;
 use crate::syntax::Outline;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
@@ -199,6 +200,8 @@ impl Rewriter<'_> {
         let mut edits = Vec::new();
         let mut packages = BTreeSet::from([program.index.crate_of(of.def().module).package]);
         let mut notes = Vec::new();
+        let mut laws: Vec<(TypeId, FunctionId)> = Vec::new();
+        let effects = Effects { of, exits: &self.exits, guarded: self.guarded };
         for (at, own) in self.guarded.iter().enumerate() {
             match mentions(of, self.guarded, at) {
                 Ok(found) => {
@@ -214,7 +217,10 @@ impl Rewriter<'_> {
             changes.extend(observed);
             notes.extend(unobserved);
             changes.extend(self.left_out(own));
-            changes.extend(self.effect_of(own));
+            changes.extend(effects.effect_of(own));
+            let (changed, noted) = effects.panics_of(own);
+            changes.extend(changed);
+            notes.extend(noted);
             if let Some(adaptation) = &own.adaptation {
                 edits.extend(adaptation.edits.iter().cloned());
                 changes.extend(adaptation.changes.iter().cloned());
@@ -222,6 +228,14 @@ impl Rewriter<'_> {
                 continue;
             }
             let Some(law) = own.law else { continue };
+            if let Ty::Adt(id, _) = own.filter {
+                if laws.iter().any(|(other, with)| *other == id && *with != law) {
+                    let text =
+                        format!("`{}` is updated by another law than a filter of its type before it", own.spelled);
+                    reasons.push(Reason { span: of.span(own.at), text });
+                }
+                laws.push((id, law));
+            }
             match delegation(self.loops, &own.filter, law) {
                 Ok(None) => {}
                 Ok(Some(new)) => {
@@ -265,9 +279,9 @@ impl Rewriter<'_> {
             each.is_some_and(|each| each.is_vec)
         };
         let needs_alloc = self.guarded.iter().any(|own| is_vec(&own.ty) || is_lent_in_vec(own));
-        let laws = self.guarded.iter().filter(|own| own.adaptation.is_none()).filter_map(|own| own.law);
-        let is_dependency = laws.chain([of.function]).all(|function| law::has_ceid_core(program.index, function));
-        Ok(Rewrite { edits, packages, is_dependency, needs_alloc, changes, notes })
+        let written = laws.iter().map(|(_, law)| *law);
+        let is_dependency = written.chain([of.function]).all(|function| law::has_ceid_core(program.index, function));
+        Ok(Rewrite { edits, laws, packages, is_dependency, needs_alloc, changes, notes })
     }
 
     /// What takes the updates away; statements that follow each other go together.
@@ -448,22 +462,5 @@ impl Rewriter<'_> {
             own.name
         );
         (Vec::new(), vec![note])
-    }
-
-    /// What else changes when the law runs at another time.
-    fn effect_of(&self, own: &Guarded) -> Option<Reason> {
-        let program = self.of.program;
-        let effect = own.laws().into_iter().find_map(|law| Some((law, purity::side_effect(program, law)?)));
-        let text = if let Some((law, effect)) = effect {
-            let law = &program.index.function(law).name;
-            format!("`{law}` of `{}` {effect}, which then happens at the end of the cycle", own.spelled)
-        } else {
-            let part = purity::shared_part(program.index, &own.filter)?;
-            format!(
-                "`{}` holds {part}, so that its law may meet what the rest of the iteration does there",
-                own.spelled
-            )
-        };
-        Some(Reason { span: self.of.span(own.sites.first().map_or(own.at, |site| site.call)), text })
     }
 }

@@ -168,11 +168,15 @@ impl Run<'_> {
         let chosen: BTreeSet<(String, String)> = of_first.iter().map(|plan| key(first, plan)).collect();
         let is_chosen = |plan: &&Plan| chosen.contains(&key(report, plan));
         let mut fixes = Vec::new();
+        let mut laws: Vec<_> = Vec::new();
         for plan in report.plans.iter().filter(is_chosen) {
             if let Ok(rewrite) = &plan.outcome
                 && self.is_taken(rewrite)
+                && !rewrite.laws.iter().any(|(ty, law)| laws.iter().any(|(own, other)| own == ty && other != law))
                 && let Ok(edits) = self.edits(report, rewrite)
             {
+                // A type has one law for guards; what another loop would make of it shows once that is written.
+                laws.extend(&rewrite.laws);
                 self.touched.borrow_mut().extend(edits.iter().map(|edit| edit.path.clone()));
                 fixes.push(self.fix(report, plan.head, title_of(report, plan), edits));
             }
