@@ -56,7 +56,7 @@ pub(super) fn guarded(
         if pair.counts.contains(&0) {
             own.rare.insert(pair.half);
         }
-        if pair.verdict != Verdict::Once {
+        if !matches!(pair.verdict, Verdict::Once | Verdict::PerSample) {
             own.deviates = Some(pair.verdict);
         }
     }

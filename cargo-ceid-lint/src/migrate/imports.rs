@@ -89,7 +89,9 @@ impl Scope<'_> {
             _ => false,
         };
         let is_other = |id: FunctionId| {
-            let (Some(body), Some(typed)) = (&index.function(id).function.body, self.program.typed(id)) else { return 0 };
+            let (Some(body), Some(typed)) = (&index.function(id).function.body, self.program.typed(id)) else {
+                return 0;
+            };
             let is_here = |call: &ExprId| {
                 let span = body.expr(*call).span;
                 span.file == self.file
@@ -162,10 +164,12 @@ impl<'t> Import<'t> {
             Some(open) => Some(own + open..own + code[end - own..].find('}')? + end - own + 1),
             None => None,
         };
-        let alias = alias.and_then(|alias| text[end..entry_end].contains(alias).then(|| {
-            let at = end + text[end..entry_end].rfind(alias).unwrap_or(0);
-            &text[at..at + alias.len()]
-        }));
+        let alias = alias.and_then(|alias| {
+            text[end..entry_end].contains(alias).then(|| {
+                let at = end + text[end..entry_end].rfind(alias).unwrap_or(0);
+                &text[at..at + alias.len()]
+            })
+        });
         Some(Self { stmt: own..stop, alias, entry: first..entry_end, list })
     }
 
@@ -239,7 +243,10 @@ mod tests {
         check("use crate::b::{\n    Kf,\n    Step,\n    Pid,\n};\n", Some("use crate::b::{\n    Kf,\n    Pid,\n};\n"));
         check("use crate::b::{Step};\nfn f() {}\n", Some("fn f() {}\n"));
         check("use crate::b::Step as Other;\n", Some(""));
-        check("mod a {\n    // c\n    use crate::b::{Kf, Step as _};\n}\n", Some("mod a {\n    // c\n    use crate::b::Kf;\n}\n"));
+        check(
+            "mod a {\n    // c\n    use crate::b::{Kf, Step as _};\n}\n",
+            Some("mod a {\n    // c\n    use crate::b::Kf;\n}\n"),
+        );
         check("use crate::{b::{Step, Kf}, c};\n", Some("use crate::{b::Kf, c};\n"));
         check("use crate::{b::Step, c, d};\n", Some("use crate::{c, d};\n"));
         check(

@@ -24,6 +24,13 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
     let index = program.index;
     let type_name = index.type_name(filter);
     let def = index.function(law);
+    if existing_law(index, filter) == Some(law) {
+        return Err(format!(
+            "guards run `{}` of `{type_name}` already: make its guard at the head of the loop; `cargo ceid-lint fix` moves one \
+             there from above the loop",
+            def.name
+        ));
+    }
     if let Some(existing) = existing_law(index, filter) {
         return if runs(program, existing, law) {
             Ok(None)

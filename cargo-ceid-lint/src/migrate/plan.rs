@@ -33,7 +33,10 @@ fn plan(loops: &Loops<'_>, cycle: &Cycle, edition: &str) -> Option<Plan> {
     // A law for guards that hands on to the law that was there is where a migration ends.
     let hands_on = loops.at(cycle.head).is_some_and(|(law, ..)| law::is_run_by_guards(loops.program.index, law));
     let is_own = |pair: &Pair| hands_on && pair.name == "self";
-    let by_hand: Vec<&Pair> = cycle.filters.iter().filter(|pair| !is_left(pair) && !is_own(pair)).collect();
+    let of = LoopBody::find(loops, cycle.head);
+    let is_sampled_here = |pair: &Pair| pair.verdict == Verdict::PerSample && is_in_its_loop(of.as_ref(), pair);
+    let is_by_hand = |pair: &&Pair| (!is_left(pair) || is_sampled_here(pair)) && !is_own(pair);
+    let by_hand: Vec<&Pair> = cycle.filters.iter().filter(is_by_hand).collect();
     if by_hand.is_empty() {
         return None;
     }
@@ -63,6 +66,21 @@ fn is_left(pair: &Pair) -> bool {
     matches!(pair.verdict, Verdict::Guarded | Verdict::Gated | Verdict::OnceOrReset | Verdict::PerSample)
 }
 
+/// Whether the loop of the samples is the cycle itself: each of its iterations updates the filter.
+fn is_in_its_loop(of: Option<&LoopBody<'_>>, pair: &Pair) -> bool {
+    let Some(of) = of.filter(|of| !of.is_function && pair.counts == [1]) else { return false };
+    let is_repeated = |at: ExprId| {
+        matches!(
+            of.kind(at),
+            ExprKind::Loop { .. } | ExprKind::While { .. } | ExprKind::For { .. } | ExprKind::Closure(_)
+        )
+    };
+    pair.updates.iter().all(|update| {
+        let call = of.inside.iter().find(|id| of.span(**id) == *update);
+        call.is_some_and(|call| !of.ancestors_inside(*call).any(is_repeated))
+    })
+}
+
 fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -> Result<Rewrite, Vec<Reason>> {
     let at_head = |text: String| vec![Reason { span: cycle.head, text }];
     let Some(of) = LoopBody::find(loops, cycle.head) else {
@@ -85,7 +103,7 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
                 reasons.push(Reason { span, text });
                 continue;
             }
-            Verdict::Once => {}
+            Verdict::Once | Verdict::PerSample => {}
             _ => {
                 let text = format!("`{}` is {verdict} today; the guard updates it exactly once", pair.name);
                 changes.push(Reason { span, text });
@@ -271,7 +289,11 @@ impl Rewriter<'_> {
         if head::rate(of).is_none() {
             notes.push(format!("`Hz<{UNKNOWN_RATE}>` stands for a rate that the loop does not tell; no law reads it"));
         }
-        for pair in cycle.filters.iter().filter(|pair| is_left(pair) && pair.verdict != Verdict::Guarded) {
+        let is_guarded = |pair: &Pair| {
+            let is_its_site = |own: &Guarded| own.sites.iter().any(|site| pair.updates.contains(&of.span(site.call)));
+            pair.verdict == Verdict::Guarded || self.guarded.iter().any(is_its_site)
+        };
+        for pair in cycle.filters.iter().filter(|pair| is_left(pair) && !is_guarded(pair)) {
             notes.push(format!("`{}` stays as it is: it is {}", pair.name, pair.verdict.name()));
         }
         let is_lent_in_vec = |own: &Guarded| {
