@@ -3,13 +3,13 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use super::text::{begins_line, has_word, line_stop, removal, words};
+use super::text::{begins_line, has_word, line_stop, removal, without_comments, words};
 use crate::count::{Cycle, Verdict};
 use crate::flow::Program;
 use crate::index::{FunctionId, Owner, TraitDef, TraitId, TraitName};
 use crate::source::{FileId, Span};
+use crate::syntax::Outline;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
-use crate::syntax::{Lexer, Outline, TokenKind};
 use crate::types::Callee;
 
 /// The edits that remove each of these imports.
@@ -205,19 +205,6 @@ impl<'t> Import<'t> {
             }
         }
     }
-}
-
-/// The text with blanks in the place of its comments.
-fn without_comments(text: &str) -> String {
-    let mut code = String::with_capacity(text.len());
-    for token in Lexer::new(text) {
-        let part = &text[token.start..token.end];
-        match token.kind {
-            TokenKind::LineComment | TokenKind::BlockComment => code.extend(std::iter::repeat_n(' ', part.len())),
-            _ => code.push_str(part),
-        }
-    }
-    code
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! How a loop names the filters that a guard is to hold, and what each name becomes where the guard has them.
 
 use std::collections::BTreeSet;
+use std::fmt::Write;
 
 use super::Reason;
 use super::adapt::Adaptation;
@@ -84,7 +85,15 @@ pub(super) fn mentions(of: &LoopBody<'_>, guarded: &[Guarded], at: usize) -> Res
         }
         let Some((at, _)) = chain.get(own.place.fields.len()) else {
             let whole = of.written(chain.last().map_or(id, |(at, _)| *at));
-            let text = format!("all of `{whole}` is used here, and a guard holds `{}`", own.spelled);
+            let mut text = format!("all of `{whole}` is used here, and a guard holds `{}`", own.spelled);
+            if whole == "self" {
+                let field = own.place.fields.first().map_or("", String::as_str);
+                let _ = write!(
+                    text,
+                    ": take it apart above the loop, as in `let Self {{ {field}, .. }} = self;`, and let what is called here take \
+                     the other fields"
+                );
+            }
             return Err(Reason { span: of.span(id), text });
         };
         let at = match own.place.element {

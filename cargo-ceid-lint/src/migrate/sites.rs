@@ -7,8 +7,9 @@ use super::body::LoopBody;
 use super::iteration::{Elements, binding_loop, elements};
 use super::locks::locked;
 use super::mentions::held;
+use super::text::{with_attributes, without_comments};
 use crate::count::Pair;
-use crate::index::{FunctionId, Ty};
+use crate::index::{Def, FunctionId, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, Literal, MacroKind};
 use crate::types::{Callee, LocalId};
 
@@ -100,13 +101,21 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
     let Some(Callee::Resolved(callee)) = of.typed.callees.get(&call) else {
         return Err(refuse(format!("the update of `{name}` is not a plain call here")));
     };
+    let is_function = |target: &FunctionId| of.program.index.function_spec(&Def::Function(*target)).is_some();
+    if callee.law.is_none() && callee.targets.iter().any(is_function) {
+        return Err(refuse(format!(
+            "the law of `{name}` is a function, and a guard runs the law of a type: make it a method of a type that keeps its state"
+        )));
+    }
     let Some(half) = callee.law else {
         return Err(refuse(format!(
             "`{name}` is updated inside the function that is called here, not in the loop itself"
         )));
     };
     let (receiver, given, inputs, method) = match of.kind(call) {
-        ExprKind::MethodCall { receiver, args, method, .. } => (*receiver, *receiver, args.clone(), method.clone()),
+        ExprKind::MethodCall { receiver, args, method, .. } => {
+            (unborrowed(of, *receiver), *receiver, args.clone(), method.clone())
+        }
         ExprKind::Call { callee: function, args } if callee.has_receiver && !args.is_empty() => {
             match of.kind(*function) {
                 ExprKind::Path(path) => (unborrowed(of, args[0]), args[0], args[1..].to_vec(), path.last().to_owned()),
@@ -117,6 +126,9 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
     };
     if !is_written_out(of, call, &method) {
         return Err(refuse(format!("the update of `{name}` is written by a macro")));
+    }
+    if without_comments(of.written(call)) != of.written(call) {
+        return Err(refuse(format!("a comment stands in the update of `{name}`, and would be lost: put it above")));
     }
     let outer = opened(of, call);
     let is_used = of.statement(outer).is_none();
@@ -228,14 +240,24 @@ fn opened(of: &LoopBody<'_>, call: ExprId) -> ExprId {
 
 /// Whether a call stands in the source as a call of that function: what a macro makes stands where the macro is called.
 fn is_written_out(of: &LoopBody<'_>, call: ExprId, law: &str) -> bool {
-    let text = of.written(call);
-    let rest =
-        |first: ExprId| text.strip_prefix(of.written(first)).filter(|_| of.span(first).start == of.span(call).start);
+    let text = without_comments(of.written(call));
+    let begins = of.span(call).start as usize;
+    let parts = |first: ExprId| {
+        let span = of.span(first);
+        let (before, after) = ((span.start as usize).checked_sub(begins)?, (span.end as usize).checked_sub(begins)?);
+        Some((text.get(..before)?.trim_end(), text.get(after..)?.trim_start()))
+    };
     match of.kind(call) {
-        ExprKind::MethodCall { receiver, .. } => rest(*receiver)
-            .and_then(|rest| rest.trim_start().strip_prefix('.'))
-            .is_some_and(|rest| rest.trim_start().starts_with(law)),
-        ExprKind::Call { callee, .. } => of.written(*callee).ends_with(law) && rest(*callee).is_some(),
+        // The receiver may stand in brackets.
+        ExprKind::MethodCall { receiver, .. } => parts(*receiver).is_some_and(|(before, rest)| {
+            let rest = rest.trim_start_matches(|sign: char| sign == ')' || sign.is_whitespace());
+            let rest = rest.strip_prefix('.').map(|rest| rest.trim_start().trim_start_matches("r#"));
+            before.chars().all(|sign| sign == '(' || sign.is_whitespace())
+                && rest.is_some_and(|rest| rest.starts_with(law))
+        }),
+        ExprKind::Call { callee, .. } => {
+            of.written(*callee).ends_with(law) && parts(*callee).is_some_and(|(before, _)| before.is_empty())
+        }
         _ => false,
     }
 }
@@ -253,8 +275,8 @@ fn statement(of: &LoopBody<'_>, id: ExprId, name: &str) -> Result<Range<usize>, 
     }
     let range = match stmt {
         Some(stmt) if stmt.cfg.is_some() => return refuse(format!("the update of `{name}` is conditionally compiled")),
-        Some(stmt) => stmt.span.start as usize..stmt.span.end as usize,
-        None => span.start as usize..span.end as usize,
+        Some(stmt) => with_attributes(of.text, stmt.span.start as usize)..stmt.span.end as usize,
+        None => with_attributes(of.text, span.start as usize)..span.end as usize,
     };
     if of.text.get(range.clone()).is_none_or(|text| !text.contains(of.written(id))) {
         return refuse(format!("the update of `{name}` is not written where it runs"));
