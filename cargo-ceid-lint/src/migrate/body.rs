@@ -127,7 +127,7 @@ impl<'a> LoopBody<'a> {
     }
 
     /// Whether nothing uses the value of an expression.
-    fn is_discarded(&self, id: ExprId) -> bool {
+    pub(super) fn is_discarded(&self, id: ExprId) -> bool {
         let Some(parent) = self.parent(id) else { return false };
         match self.kind(parent) {
             ExprKind::Block(block) if block.tail != Some(id) => self.stmt_of(block, id).is_some(),

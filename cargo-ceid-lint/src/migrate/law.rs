@@ -1,5 +1,6 @@
 //! The `impl` by which a guard runs a law that is there already.
 
+use super::closure::WIDTH;
 use super::loops::Loops;
 use super::text::{has_word, indentation, indentation_step, line_end};
 use crate::flow::Program;
@@ -77,9 +78,10 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
     let lines = [
         String::new(),
         String::new(),
-        format!(
-            "{indent}impl<{own}{separator}{rate}: {ceid_core}::Rate> {ceid_core}::SampledFilter<{rate}> for {}{{",
-            head.of_type
+        header(
+            &format!("{indent}impl<{own}{separator}{rate}: {ceid_core}::Rate> {ceid_core}::SampledFilter<{rate}>"),
+            head.of_type,
+            (indent, step, end),
         ),
         format!("{indent}{step}fn update(&mut self, _: {ceid_core}::Tick<'_, {rate}>) {{"),
         format!("{indent}{step}{step}{discarded}{call};"),
@@ -88,6 +90,20 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
     ];
     let at = u32::try_from(block.brackets.end).unwrap_or(u32::MAX);
     Ok(Some(NewImpl { span: Span::new(keyword.file, at, at), text: lines.join(end) }))
+}
+
+/// The head of the new `impl` to its brace, in the lines that rustfmt makes of it.
+fn header(of_trait: &str, of_type: &str, (indent, step, end): (&str, &str, &str)) -> String {
+    let (own, bounds) = of_type.split_at(super::text::words(of_type, "where").next().unwrap_or(of_type.len()));
+    let own = own.trim_end();
+    let brace = if bounds.is_empty() { " {" } else { "" };
+    let width = |line: &str| line.chars().map(|sign| if sign == '\t' { 4 } else { 1 }).sum::<usize>();
+    let one = format!("{of_trait} for {own}{brace}");
+    if width(&one) <= WIDTH || own.contains('\n') {
+        return format!("{of_trait} for {of_type}{{");
+    }
+    let bounds = if bounds.is_empty() { indent } else { bounds };
+    format!("{of_trait}{end}{indent}{step}for {own}{end}{bounds}{{")
 }
 
 /// The head of an `impl`, in parts.
@@ -195,6 +211,18 @@ mod tests {
     fn check(text: &str, generics: &str, of_trait: Option<&str>, of_type: &str) {
         let head = Head::of(text).expect("it is the head of an impl");
         assert_eq!((head.generics, head.of_trait, head.of_type), (generics, of_trait, of_type));
+    }
+
+    #[test]
+    fn long_heads_are_broken() {
+        let of_trait = "impl<const N: usize, R: ceid_core::Rate> ceid_core::SampledFilter<R>";
+        let place = ("", "    ", "\n");
+        assert_eq!(header(of_trait, "Short<N> ", place), format!("{of_trait} for Short<N> {{"));
+        let long = "crate::estimation::ExtendedFilter<N> ";
+        let broken = format!("{of_trait}\n    for {}\n", long.trim_end());
+        assert_eq!(header(of_trait, long, place), format!("{broken}{{"));
+        let bounded = format!("{long}where\n    Self: Copy,\n");
+        assert_eq!(header(of_trait, &bounded, place), format!("{broken}where\n    Self: Copy,\n{{"));
     }
 
     #[test]

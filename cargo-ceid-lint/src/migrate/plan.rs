@@ -315,7 +315,8 @@ impl Rewriter<'_> {
     /// What takes the updates away; statements that follow each other go together.
     fn removals(&self) -> Vec<(Span, String)> {
         let sites = self.guarded.iter().flat_map(|own| &own.sites);
-        let mut stmts: Vec<Range<usize>> = sites.filter_map(|site| site.stmt.clone()).collect();
+        let (emptied, sites): (Vec<&Site>, Vec<&Site>) = sites.partition(|site| site.emptied.is_some());
+        let mut stmts: Vec<Range<usize>> = sites.into_iter().filter_map(|site| site.stmt.clone()).collect();
         stmts.sort_by_key(|stmt| stmt.start);
         let mut joined: Vec<Range<usize>> = Vec::new();
         for stmt in stmts {
@@ -327,7 +328,12 @@ impl Rewriter<'_> {
             }
         }
         let gone = joined.into_iter().map(|stmt| removal(self.of.text, stmt));
-        gone.map(|gone| (self.span(gone.start, gone.end), String::new())).collect()
+        let branch = |site: &Site| {
+            Some((self.span(site.stmt.as_ref()?.start, site.stmt.as_ref()?.end), site.emptied?.to_owned()))
+        };
+        gone.map(|gone| (self.span(gone.start, gone.end), String::new()))
+            .chain(emptied.into_iter().filter_map(branch))
+            .collect()
     }
 
     fn span(&self, start: usize, end: usize) -> Span {

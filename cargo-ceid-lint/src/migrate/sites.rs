@@ -62,6 +62,8 @@ pub(super) struct Site {
     pub(super) gone: ExprId,
     /// The text of its statement, if all of it goes away.
     pub(super) stmt: Option<Range<usize>>,
+    /// What stands in the place of that text, if it is a branch that does nothing else.
+    pub(super) emptied: Option<&'static str>,
     /// What is written behind the call and goes with it: `.unwrap()`.
     pub(super) tail: String,
     /// The call with its tail.
@@ -131,11 +133,19 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
         return Err(refuse(format!("a comment stands in the update of `{name}`, and would be lost: put it above")));
     }
     let outer = opened(of, call);
-    let is_used = of.statement(outer).is_none();
+    let arm = lone_arm(of, outer);
+    let is_used = of.statement(outer).is_none() && arm.is_none();
     let outer = if is_used { call } else { outer };
     let tail = of.text[of.span(call).end as usize..of.span(outer).end as usize].to_owned();
     let stays = is_used || !inputs.is_empty();
-    let stmt = if stays { None } else { Some(statement(of, outer, name)?) };
+    let (stmt, emptied) = match (stays, arm) {
+        (true, _) => (None, None),
+        (false, Some(arm)) => (Some(arm), Some("{}")),
+        (false, None) => match lone_branch(of, outer) {
+            Some((branch, left)) => (Some(branch), Some(left)),
+            None => (Some(statement(of, outer, name)?), None),
+        },
+    };
     let filter = callee.self_ty.clone();
     let targets = callee.targets.clone();
     let law = if let [law] = targets.as_slice() { Some(*law) } else { None };
@@ -157,6 +167,7 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
         inner,
         gone,
         stmt,
+        emptied,
         tail,
         outer,
         is_used,
@@ -282,6 +293,41 @@ fn statement(of: &LoopBody<'_>, id: ExprId, name: &str) -> Result<Range<usize>, 
         return refuse(format!("the update of `{name}` is not written where it runs"));
     }
     Ok(range)
+}
+
+/// The arm of a `match` that is an update and nothing else, with its comma.
+fn lone_arm(of: &LoopBody<'_>, id: ExprId) -> Option<Range<usize>> {
+    let ExprKind::Match { arms, .. } = of.kind(of.parent(id)?) else { return None };
+    let is_arm = arms.iter().any(|arm| arm.body == id) && *of.typed.ty(id) == Ty::unit() && of.is_discarded(id);
+    let span = of.span(id);
+    let rest = &of.text[span.end as usize..];
+    let comma = rest.strip_prefix(',').map_or(0, |_| 1);
+    is_arm.then_some(span.start as usize..span.end as usize + comma)
+}
+
+/// The branch of a choice that does nothing but update a filter, and what is left of it: `{}`, or nothing of an `else`.
+fn lone_branch(of: &LoopBody<'_>, id: ExprId) -> Option<(Range<usize>, &'static str)> {
+    let (block, _) = of.statement(id)?;
+    let around = of.ancestors_inside(id).find(|at| matches!(of.kind(*at), ExprKind::Block(_)))?;
+    let own = of.span(around);
+    let is_alone = block.stmts.len() + usize::from(block.tail.is_some()) == 1 && block.items.is_empty();
+    let has_cfg = block.stmts.iter().any(|stmt| stmt.cfg.is_some());
+    let written = of.written(around);
+    if !is_alone || has_cfg || without_comments(written) != written || !written.starts_with('{') {
+        return None;
+    }
+    match of.kind(of.parent(around)?) {
+        ExprKind::If { then, otherwise: Some(otherwise), .. } if *otherwise == around => {
+            let start = of.span(*then).end as usize;
+            let between = of.text.get(start..own.start as usize)?;
+            (between.trim() == "else").then_some((start..own.end as usize, ""))
+        }
+        ExprKind::If { then, .. } if *then == around => Some((own.start as usize..own.end as usize, "{}")),
+        ExprKind::Match { arms, .. } if arms.iter().any(|arm| arm.body == around) => {
+            Some((own.start as usize..own.end as usize, "{}"))
+        }
+        _ => None,
+    }
 }
 
 fn is_for(of: &LoopBody<'_>, id: ExprId) -> bool {
