@@ -9,6 +9,7 @@ use super::mentions::Guarded;
 use super::purity::{may_panic, panics, shared_part, side_effect};
 use super::sites::Part;
 use super::text::has_word;
+use crate::source::FileId;
 use crate::syntax::tree::{ExprId, ExprKind};
 
 /// A loop with what its guard is to hold.
@@ -52,6 +53,18 @@ impl Effects<'_> {
             && !of.inside.iter().any(follows)
     }
 
+    /// Whether the crate, or one that links it, catches panics.
+    fn is_caught(&self) -> bool {
+        let index = self.of.program.index;
+        let own = index.crate_of(self.of.def().module);
+        let in_sight = index.functions.iter().filter(|def| {
+            let other = index.crate_of(def.module);
+            std::ptr::eq(own, other) || other.externs.contains_key(&own.name)
+        });
+        let files: BTreeSet<FileId> = in_sight.map(|def| def.function.keyword.file).collect();
+        files.into_iter().any(|file| has_word(&self.of.program.sources.file(file).text, "catch_unwind"))
+    }
+
     /// What is otherwise where an iteration panics: what changes if somebody catches that, and what is only told.
     pub(super) fn panics_of(&self, own: &Guarded) -> (Vec<Reason>, Vec<String>) {
         let of = self.of;
@@ -72,8 +85,7 @@ impl Effects<'_> {
         if let Some(first) = first.min_by_key(|id| of.span(**id)) {
             found.push((*first, format!("the law of `{}` runs as well where the iteration panics", own.spelled)));
         }
-        let is_caught = || of.program.sources.files().any(|(_, file)| has_word(&file.text, "catch_unwind"));
-        if !found.is_empty() && is_caught() {
+        if !found.is_empty() && self.is_caught() {
             let changed = |(at, text): (ExprId, String)| Reason {
                 span: of.span(at),
                 text: format!("{text}, and the program catches panics"),

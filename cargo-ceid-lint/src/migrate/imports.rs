@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::text::{begins_line, has_word, line_stop, removal, without_comments, words};
 use crate::count::{Cycle, Verdict};
 use crate::flow::Program;
-use crate::index::{FunctionId, Owner, TraitDef, TraitId, TraitName};
+use crate::index::{FunctionId, Owner, TraitDef};
 use crate::source::{FileId, Span};
 use crate::syntax::Outline;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
@@ -18,13 +18,13 @@ pub fn idle_imports(program: &Program<'_>, cycles: &[Cycle]) -> Vec<Vec<(Span, S
     let has_guard = |cycle: &&Cycle| cycle.filters.iter().any(|pair| pair.verdict == Verdict::Guarded);
     let files: BTreeSet<FileId> = cycles.iter().filter(has_guard).map(|cycle| cycle.head.file).collect();
     let files: BTreeSet<FileId> = files.into_iter().filter(|file| has_ceid(program, *file)).collect();
-    let traits = || program.index.traits.iter().enumerate().filter(|(_, def)| !def.methods.is_empty());
+    let traits = || program.index.traits.iter().filter(|def| !def.methods.is_empty());
     let mut found = Vec::new();
     for file in files {
         let text = &*program.sources.file(file).text;
         let outline = Outline::of(text);
-        for (number, def) in traits() {
-            let scope = Scope { program, file, text, outline: &outline, own: TraitId(to_u32(number)), def };
+        for def in traits() {
+            let scope = Scope { program, file, text, outline: &outline, def };
             found.extend(words(text, &def.name).filter_map(|at| scope.import(at)));
         }
     }
@@ -48,7 +48,6 @@ struct Scope<'a> {
     file: FileId,
     text: &'a str,
     outline: &'a Outline,
-    own: TraitId,
     def: &'a TraitDef,
 }
 
@@ -83,9 +82,9 @@ impl Scope<'_> {
         let count = |call: String| part.matches(&call).count();
         let written = count(format!(".{method}(")) + count(format!(".{method}::")) + count(format!("::{method}"));
         let index = self.program.index;
-        let is_own = |target: &FunctionId| match index.function(*target).owner {
-            Owner::Impl(id) => index.impl_def(id).implements == Some(TraitName::Local(self.own)),
-            Owner::Trait(id) => id == self.own,
+        // A method of the type itself needs no import, and one of a trait may stand for that of another one.
+        let is_inherent = |target: &FunctionId| match index.function(*target).owner {
+            Owner::Impl(id) => index.impl_def(id).implements.is_none() && index.impl_def(id).trait_path.is_none(),
             _ => false,
         };
         let is_other = |id: FunctionId| {
@@ -99,7 +98,7 @@ impl Scope<'_> {
                     && matches!(&body.expr(*call).kind, ExprKind::MethodCall { method: own, .. } if own == method)
             };
             let others = typed.callees.iter().filter(|(call, callee)| {
-                matches!(callee, Callee::Resolved(resolved) if !resolved.targets.is_empty() && !resolved.targets.iter().any(is_own))
+                matches!(callee, Callee::Resolved(resolved) if !resolved.targets.is_empty() && resolved.targets.iter().all(is_inherent))
                     && is_here(call)
             });
             others.count()

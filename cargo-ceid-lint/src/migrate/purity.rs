@@ -32,7 +32,7 @@ pub(super) fn side_effect(program: &Program<'_>, law: FunctionId) -> Option<Stri
                 }
                 Callee::External(path) if is_outside_world(path) => return Some(format!("calls `{path}`")),
                 Callee::Parameter(_) if id != law => {}
-                Callee::Parameter(_) | Callee::Unknown if is_of_a_value(body, typed, *call) => {
+                Callee::Parameter(_) | Callee::Unknown | Callee::Builtin if is_of_a_value(body, typed, *call) => {
                     return Some(format!("calls {}, whose code is not known here", called(program, body, *call)));
                 }
                 _ if reads_clock(body, typed, *call) => return Some("reads a clock".to_owned()),
