@@ -133,7 +133,8 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
         return Err(refuse(format!("a comment stands in the update of `{name}`, and would be lost: put it above")));
     }
     let outer = opened(of, call);
-    let arm = lone_arm(of, outer);
+    // What feeds a law gives something back, which an arm would have to throw away.
+    let arm = lone_arm(of, outer).filter(|_| inputs.is_empty());
     let is_used = of.statement(outer).is_none() && arm.is_none();
     let outer = if is_used { call } else { outer };
     let tail = of.text[of.span(call).end as usize..of.span(outer).end as usize].to_owned();

@@ -180,7 +180,7 @@ fn main() {
 }
 ";
     let directory = package("migrate_function", &[("robot".to_owned(), text.to_owned())]);
-    let config = b"[[filter]]\nfunction = \"robot::low_pass\"\nlaw = \"low_pass\"\ninstance = \"arg(0)\"\n";
+    let config = b"[[filter]]\nfunction = \"robot::low_pass\"\ninstance = \"arg(0)\"\n";
     crate::support::workspace::write(&directory, "ceid-lint.toml", config);
     migrate(&directory, &["--all"]).assert_code(0).assert_stderr("the law of `state` is a function");
 }
