@@ -133,6 +133,12 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
     if local.by_ref && !matches!(local.ty, Ty::Ref(..)) {
         return Err(format!("`{spelled}` is bound by `ref`, and it is not known whether it may be changed"));
     }
+    if of.written(own.at).contains("r#") {
+        return Err(format!(
+            "`{}` has a raw name, which the guard cannot give it: rename it first",
+            of.written(own.at)
+        ));
+    }
     if place.fields.is_empty() && local.name == "self" {
         return Err("the filter is `self`: guard it where the loop is called, or make it a field".to_owned());
     }

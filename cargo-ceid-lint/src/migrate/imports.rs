@@ -132,9 +132,9 @@ impl<'t> Import<'t> {
         let head = &text[start..at];
         let word = words(head, "use").last()?;
         let own = start + word;
-        let before = head[..word].lines().map(str::trim);
+        let mut before = head[..word].lines().map(str::trim);
         // Attributes and a visibility belong to it; a block begins with a brace.
-        let before = before.filter(|line| !line.starts_with("//") && !line.is_empty()).last();
+        let before = before.rfind(|line| !line.starts_with("//") && !line.is_empty());
         if before.is_some_and(|line| !line.ends_with('{')) {
             return None;
         }
@@ -146,7 +146,7 @@ impl<'t> Import<'t> {
         }
         let end = at + name.len();
         let rest = code[end - own..].trim_start();
-        let alias = rest.strip_prefix("as ").map(|rest| rest.trim_start());
+        let alias = rest.strip_prefix("as ").map(str::trim_start);
         let alias = alias.map(|alias| &alias[..alias.find(|c| !is_path(c)).unwrap_or(alias.len())]);
         let entry_end = own + code[end - own..].find([',', '}', ';'])? + end - own;
         let first = text[..at].rfind(|c| !is_path(c)).map_or(0, |before| before + 1);

@@ -79,7 +79,8 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
         String::new(),
         String::new(),
         header(
-            &format!("{indent}impl<{own}{separator}{rate}: {ceid_core}::Rate> {ceid_core}::SampledFilter<{rate}>"),
+            &format!("{indent}impl<{own}{separator}{rate}: {ceid_core}::Rate>"),
+            &format!("{ceid_core}::SampledFilter<{rate}>"),
             head.of_type,
             (indent, step, end),
         ),
@@ -93,17 +94,20 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
 }
 
 /// The head of the new `impl` to its brace, in the lines that rustfmt makes of it.
-fn header(of_trait: &str, of_type: &str, (indent, step, end): (&str, &str, &str)) -> String {
+fn header(generics: &str, of_trait: &str, of_type: &str, (indent, step, end): (&str, &str, &str)) -> String {
     let (own, bounds) = of_type.split_at(super::text::words(of_type, "where").next().unwrap_or(of_type.len()));
     let own = own.trim_end();
     let brace = if bounds.is_empty() { " {" } else { "" };
     let width = |line: &str| line.chars().map(|sign| if sign == '\t' { 4 } else { 1 }).sum::<usize>();
-    let one = format!("{of_trait} for {own}{brace}");
-    if width(&one) <= WIDTH || own.contains('\n') {
-        return format!("{of_trait} for {of_type}{{");
+    let head = format!("{generics} {of_trait}");
+    if width(&format!("{head} for {own}{brace}")) <= WIDTH || own.contains('\n') {
+        return format!("{head} for {of_type}{{");
     }
     let bounds = if bounds.is_empty() { indent } else { bounds };
-    format!("{of_trait}{end}{indent}{step}for {own}{end}{bounds}{{")
+    if width(&head) > WIDTH {
+        return format!("{generics}{end}{indent}{step}{of_trait} for {own}{end}{bounds}{{");
+    }
+    format!("{head}{end}{indent}{step}for {own}{end}{bounds}{{")
 }
 
 /// The head of an `impl`, in parts.
@@ -215,14 +219,17 @@ mod tests {
 
     #[test]
     fn long_heads_are_broken() {
-        let of_trait = "impl<const N: usize, R: ceid_core::Rate> ceid_core::SampledFilter<R>";
-        let place = ("", "    ", "\n");
-        assert_eq!(header(of_trait, "Short<N> ", place), format!("{of_trait} for Short<N> {{"));
+        let (generics, of_trait) = ("impl<const N: usize, R: ceid_core::Rate>", "ceid_core::SampledFilter<R>");
+        let head = |of_type: &str| header(generics, of_trait, of_type, ("", "    ", "\n"));
+        assert_eq!(head("Short<N> "), format!("{generics} {of_trait} for Short<N> {{"));
         let long = "crate::estimation::ExtendedFilter<N> ";
-        let broken = format!("{of_trait}\n    for {}\n", long.trim_end());
-        assert_eq!(header(of_trait, long, place), format!("{broken}{{"));
-        let bounded = format!("{long}where\n    Self: Copy,\n");
-        assert_eq!(header(of_trait, &bounded, place), format!("{broken}where\n    Self: Copy,\n{{"));
+        let broken = format!("{generics} {of_trait}\n    for {}\n", long.trim_end());
+        assert_eq!(head(long), format!("{broken}{{"));
+        let bounds = "where\n    Self: Copy,\n";
+        assert_eq!(head(&format!("{long}{bounds}")), format!("{broken}{bounds}{{"));
+        let generics = format!("impl<const N: usize, {}: Copy, R: ceid_core::Rate>", "T".repeat(30));
+        let head = header(&generics, of_trait, "Filter<N> ", ("", "    ", "\n"));
+        assert_eq!(head, format!("{generics}\n    {of_trait} for Filter<N>\n{{"));
     }
 
     #[test]

@@ -7,11 +7,11 @@ use super::Reason;
 use super::adapt::Adaptation;
 use super::body::LoopBody;
 use super::each;
-use super::sites::{Place, Site};
+use super::sites::{Place, Site, number};
 use crate::count::Verdict;
 use crate::index::{FunctionId, Index, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{BlockKind, ExprId, ExprKind, Literal, MacroKind, Receiver, TypeRef};
+use crate::syntax::tree::{BlockKind, ExprId, ExprKind, MacroKind, Receiver, TypeRef};
 use crate::types::Callee;
 
 /// A place that a guard is to hold.
@@ -123,10 +123,7 @@ pub(super) fn mentions(of: &LoopBody<'_>, guarded: &[Guarded], at: usize) -> Res
 fn element(of: &LoopBody<'_>, array: ExprId) -> Option<(ExprId, u64)> {
     let parent = of.parent(array)?;
     match of.kind(parent) {
-        ExprKind::Index { base, index } if *base == array => match of.kind(*index) {
-            ExprKind::Literal(Literal::Int(Some(number), _)) => Some((parent, *number)),
-            _ => None,
-        },
+        ExprKind::Index { base, index } if *base == array => Some((parent, number(of, *index)?)),
         _ => None,
     }
 }
@@ -164,7 +161,9 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
     if let Some(parent) = parent.filter(|parent| is_borrowed_for_parameter(of, *parent)) {
         return Ok(Some((of.span(parent), own.name.clone())));
     }
-    if written.split_whitespace().collect::<String>() != *spelled {
+    // An element may have the name of a constant for its number.
+    let is_element = own.place.element.is_some() && written.ends_with(']');
+    if !is_element && written.split_whitespace().collect::<String>() != *spelled {
         return refuse(format!("`{spelled}` is used here by code that is written elsewhere"));
     }
     Ok(Some((span, name)))

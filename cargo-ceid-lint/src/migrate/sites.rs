@@ -355,13 +355,27 @@ pub(super) fn place_of(of: &LoopBody<'_>, id: ExprId) -> Option<Place> {
     }
 }
 
+/// The number that an index is: a literal, or a constant.
+pub(super) fn number(of: &LoopBody<'_>, index: ExprId) -> Option<u64> {
+    match of.kind(index) {
+        ExprKind::Literal(Literal::Int(number, _)) => *number,
+        ExprKind::Path(path) if matches!(of.typed.expr_def.get(&index), Some(Def::Value(_))) => {
+            let names: Vec<String> = path.segments.iter().map(|segment| segment.name.clone()).collect();
+            of.program.index.const_value(&of.program.index.scope_of(of.function), &names)
+        }
+        _ => None,
+    }
+}
+
 /// Which place a receiver means, with the inner loop over its elements if there is one.
 fn target(of: &LoopBody<'_>, receiver: ExprId) -> Option<(Place, Part, ExprId, Option<ExprId>)> {
     let of_inner = |elements: &Elements| if elements.is_each { Part::All } else { Part::Paired };
     if let ExprKind::Index { base, index } = of.kind(receiver) {
         let place = place_of(of, *base)?;
+        if let Some(number) = number(of, *index) {
+            return Some((place, Part::Element(number), *base, None));
+        }
         return match of.kind(*index) {
-            ExprKind::Literal(Literal::Int(Some(number), _)) => Some((place, Part::Element(*number), *base, None)),
             ExprKind::Path(_) => {
                 let elements = elements(of, receiver, *of.typed.expr_local.get(index)?)?;
                 let is_number = elements.collection.is_none();
