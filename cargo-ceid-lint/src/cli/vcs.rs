@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use super::args::FixArgs;
+use crate::source::is_staged;
 
 /// What `git status` tells of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,7 +31,10 @@ pub(super) fn check(root: &Path, args: &FixArgs) -> Result<(), String> {
     }
     let mut dirty = Vec::new();
     let mut staged = Vec::new();
-    for (state, path) in status(root)? {
+    let mut changed = status(root)?;
+    // What a killed run of another machine or container has left stands beside the sources, and changes none of them.
+    changed.retain(|(_, path)| !is_staged(Path::new(path)));
+    for (state, path) in changed {
         match state {
             State::Dirty => dirty.push(format!("  * {path} (dirty)\n")),
             State::Staged if args.allow_staged => {}

@@ -6,7 +6,7 @@ use super::body::LoopBody;
 use super::closure::Closure;
 use super::each::{each, has_vec};
 use super::halves::{halves, kept};
-use super::inputs::{Input, input};
+use super::inputs::{Input, input, is_generic};
 use super::law::{ceid_core_name, delegation};
 use super::loops::Loops;
 use super::mentions::Guarded;
@@ -15,7 +15,7 @@ use super::sites::{Part, Site};
 use super::text::has_word;
 use crate::index::Ty;
 use crate::source::Span;
-use crate::syntax::tree::{BlockKind, ExprId, ExprKind, StmtKind, TypeRef};
+use crate::syntax::tree::{BlockKind, ExprId, ExprKind, TypeRef};
 
 /// How a filter is lent to its guard.
 #[derive(Clone, Debug)]
@@ -131,6 +131,13 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
         if same.iter().any(|other| form(other) != form(same[0])) {
             return Err(refuse(format!("`{}` is given inputs of several forms", own.spelled)));
         }
+        if same.len() > 1 && (0..half.inputs.len()).any(|number| is_generic(of, half, number)) {
+            return Err(refuse(format!(
+                "each call of `{}` may give `{}` an input of another type, and a guard is fed with one type: give all of them \
+                 the same, and let the law take that",
+                half.method, own.spelled
+            )));
+        }
     }
     let mut params = Vec::new();
     let mut body = Vec::new();
@@ -148,15 +155,20 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
         let call = call(of, half, filter, &given);
         if given.is_empty() || !is_apart(half) {
             params.append(&mut of_half);
-            body.push((0, call));
+            // The value of a law alone is that of the closure.
+            let is_alone = halves.len() == 1 && is_value(of, own);
+            let discarded = if is_alone { "" } else { discarded(of, half) };
+            body.push((0, format!("{discarded}{call}")));
         } else {
             let (cell, made) = cell(of, own, &of_half).map_err(refuse)?;
+            // What is thrown away by name may have to be.
+            let discarded = discarded(of, half);
             body.extend([
                 (
                     0,
                     format!("if let Some({}) = {cell}.take() {{", tuple(of_half.iter().map(|(name, _)| name.as_str()))),
                 ),
-                (1, format!("{call};")),
+                (1, format!("{discarded}{call};")),
                 (0, "}".to_owned()),
             ]);
             cells.push((half.half, cell, made));
@@ -179,7 +191,7 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
         edits.extend(edit);
         changes.extend(change);
     }
-    let is_value = body.len() == 1 && (own.sites.iter().any(|site| site.is_used) || is_number_or_unit(of, own));
+    let is_value = body.len() == 1 && is_value(of, own);
     for (_, line) in body.iter_mut().filter(|(_, line)| !is_value && line.ends_with(')')) {
         line.push(';');
     }
@@ -306,9 +318,6 @@ fn parameters(filter: &str, inputs: &[(String, Option<String>)]) -> String {
 
 /// The call of a law on what the closure gets.
 fn call(of: &LoopBody<'_>, site: &Site, filter: &str, given: &[String]) -> String {
-    // What is thrown away explicitly may have to be.
-    let is_let = matches!(of.statement(site.outer), Some((_, Some(stmt))) if matches!(stmt.kind, StmtKind::Let { .. }));
-    let discarded = if is_let { "let _ = " } else { "" };
     let call = match of.kind(site.call) {
         ExprKind::Call { callee, .. } => {
             let all: Vec<&str> = std::iter::once(filter).chain(given.iter().map(String::as_str)).collect();
@@ -316,7 +325,17 @@ fn call(of: &LoopBody<'_>, site: &Site, filter: &str, given: &[String]) -> Strin
         }
         _ => format!("{filter}.{}({})", site.method, given.join(", ")),
     };
-    format!("{discarded}{call}{}", site.tail)
+    format!("{call}{}", site.tail)
+}
+
+/// What stands before the call of a law whose result is thrown away by name.
+fn discarded(of: &LoopBody<'_>, site: &Site) -> &'static str {
+    if of.discarded_at(site.outer).is_some() { "let _ = " } else { "" }
+}
+
+/// Whether the value of the closure is what the law gives back.
+fn is_value(of: &LoopBody<'_>, own: &Guarded) -> bool {
+    own.sites.iter().any(|site| site.is_used) || is_number_or_unit(of, own)
 }
 
 /// Whether what a law gives back is a plain value, which may as well be kept.

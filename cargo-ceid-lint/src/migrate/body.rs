@@ -2,12 +2,12 @@
 
 use super::exits::diverges;
 use super::loops::{Loops, Parents};
-use super::text::Style;
+use super::text::{Style, words};
 use super::walk;
 use crate::flow::Program;
 use crate::index::{FunctionDef, FunctionId};
 use crate::source::{FileId, Span};
-use crate::syntax::tree::{Block, Body, ExprId, ExprKind, PatKind, Stmt, StmtKind, TypeRef};
+use crate::syntax::tree::{Block, Body, ExprId, ExprKind, PatId, PatKind, Stmt, StmtKind, TypeRef};
 use crate::types::{LocalId, TypedBody};
 
 /// A loop.
@@ -83,24 +83,54 @@ impl<'a> LoopBody<'a> {
 
     /// The block in which an expression is a statement of its own, with that statement; without one if it stands at the end.
     pub(super) fn statement(&self, id: ExprId) -> Option<(&'a Block, Option<&'a Stmt>)> {
+        let id = self.thrown_away(id).unwrap_or(id);
         let ExprKind::Block(block) = self.kind(self.parent(id)?) else { return None };
         let stmt = self.stmt_of(block, id);
         (stmt.is_some() || self.is_discarded(id)).then_some((block, stmt))
+    }
+
+    /// The assignment `_ = value` around a value.
+    fn thrown_away(&self, value: ExprId) -> Option<ExprId> {
+        let parent = self.parent(value)?;
+        match self.kind(parent) {
+            ExprKind::Assign { place, value: own } if *own == value && self.written(*place) == "_" => Some(parent),
+            _ => None,
+        }
+    }
+
+    /// Where the statement begins that throws the value of an expression away by name: `let _ = …`, `_ = …`.
+    pub(super) fn discarded_at(&self, id: ExprId) -> Option<u32> {
+        if let Some(assignment) = self.thrown_away(id) {
+            return Some(self.span(assignment).start);
+        }
+        match self.statement(id)?.1? {
+            Stmt { kind: StmtKind::Let { .. }, span, .. } => Some(span.start),
+            _ => None,
+        }
     }
 
     fn stmt_of(&self, block: &'a Block, id: ExprId) -> Option<&'a Stmt> {
         block.stmts.iter().find(|stmt| match &stmt.kind {
             StmtKind::Expr { expr, .. } => *expr == id,
             // What is thrown away is not used.
-            StmtKind::Let { pat, init, otherwise: None, .. } => {
-                *init == Some(id) && matches!(self.body.pat(*pat).kind, PatKind::Wild)
-            }
+            StmtKind::Let { pat, init, otherwise: None, .. } => *init == Some(id) && self.is_unread(*pat),
             StmtKind::Let { .. } => false,
         })
     }
 
+    /// Whether a pattern gives its value no name, or one that says so and that nothing uses.
+    fn is_unread(&self, pat: PatId) -> bool {
+        match &self.body.pat(pat).kind {
+            PatKind::Wild => true,
+            PatKind::Bind { name, by_ref: false, sub: None, .. } if name.starts_with('_') => {
+                words(self.program.sources.snippet(self.span(self.body.root)), name).nth(1).is_none()
+            }
+            _ => false,
+        }
+    }
+
     /// Whether nothing uses the value of an expression.
-    fn is_discarded(&self, id: ExprId) -> bool {
+    pub(super) fn is_discarded(&self, id: ExprId) -> bool {
         let Some(parent) = self.parent(id) else { return false };
         match self.kind(parent) {
             ExprKind::Block(block) if block.tail != Some(id) => self.stmt_of(block, id).is_some(),

@@ -18,7 +18,7 @@ pub(super) struct Closure {
 }
 
 /// The widths of rustfmt, for a line and for the arguments of a call in one line.
-const WIDTH: usize = 100;
+pub(super) const WIDTH: usize = 100;
 const ARGUMENTS_WIDTH: usize = 60;
 
 impl Closure {

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::body::LoopBody;
 use super::holding::Found;
 use super::mentions::Guarded;
-use super::sites::{Part, Place, Site, place_of};
+use super::sites::{Part, Place, Site, number, place_of};
 use crate::index::Ty;
 use crate::syntax::tree::{ExprId, ExprKind};
 
@@ -38,10 +38,11 @@ pub(super) fn take_apart(of: &LoopBody<'_>, found: &mut [Found<'_>]) {
 fn is_used_as_a_whole(of: &LoopBody<'_>, array: &Place) -> bool {
     of.names(array.local).any(|name| {
         let place = std::iter::once(name).chain(of.ancestors_inside(name));
-        let place = place.take_while(|at| place_of(of, *at).is_some_and(|place| array.fields.starts_with(&place.fields)));
+        let place =
+            place.take_while(|at| place_of(of, *at).is_some_and(|place| array.fields.starts_with(&place.fields)));
         let Some(at) = place.last().filter(|at| place_of(of, *at).as_ref() == Some(array)) else { return false };
-        let number = of.parent(at).map(|parent| of.kind(parent));
-        !matches!(number, Some(ExprKind::Index { base, index }) if *base == at && matches!(of.kind(*index), ExprKind::Literal(_)))
+        let parent = of.parent(at).map(|parent| of.kind(parent));
+        !matches!(parent, Some(ExprKind::Index { base, index }) if *base == at && number(of, *index).is_some())
     })
 }
 

@@ -8,7 +8,7 @@ use super::mentions::Guarded;
 use super::sites::Site;
 use super::text::removal;
 use crate::source::Span;
-use crate::syntax::tree::{ExprKind, StmtKind};
+use crate::syntax::tree::ExprKind;
 
 /// What becomes of a half that a later one is fed together with.
 pub(super) struct Kept {
@@ -92,7 +92,7 @@ pub(super) fn kept(
     let (Some(first), Some(last)) = (inputs.first(), inputs.last()) else { return Err(apart()) };
     let (open, close) = if inputs.len() > 1 { ("(", ")") } else { ("", "") };
     // What is thrown away explicitly is a `let` already.
-    let start = if matches!(stmt.kind, StmtKind::Let { .. }) { stmt.span.start } else { call.start };
+    let start = of.discarded_at(site.outer).unwrap_or(call.start);
     let names = tuple(values.iter().map(String::as_str));
     let mut edits = vec![
         (Span { start, end: first.before.end, ..call }, format!("let {names} = {open}{}", first.instead)),

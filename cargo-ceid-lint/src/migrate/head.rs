@@ -6,8 +6,9 @@ use super::elements::statements;
 use super::law::ceid_core_name;
 use super::mentions::Guarded;
 use super::text::{Style, above, begins_line, has_word, indentation, line_stop};
+use crate::index::Def;
 use crate::source::Span;
-use crate::syntax::tree::{ExprKind, Literal};
+use crate::syntax::tree::{Body, ExprId, ExprKind, Literal};
 
 /// The rate that stands in the rewritten code where the loop does not tell its own.
 pub(super) const UNKNOWN_RATE: u64 = 1000;
@@ -30,8 +31,8 @@ pub(super) fn lines(of: &LoopBody<'_>, guarded: &[Guarded]) -> Result<Vec<(Span,
     let rate = rate(of).unwrap_or(UNKNOWN_RATE);
     let Style { end, step } = of.style;
     let begins = begins_line(text, start);
-    let inner = format!("{}{}", indentation(text, open), step);
     let stop = line_stop(text, open);
+    let inner = body_indentation(of, stop);
     let rest = text[open..stop].trim();
     let is_open = rest.is_empty() || rest.starts_with("//");
     let indent = match of.is_function {
@@ -106,6 +107,20 @@ fn insertion(of: &LoopBody<'_>, at: usize) -> Span {
     Span::new(of.file(), at, at)
 }
 
+/// How the lines of the body are indented: as its first statement is, or one step deeper than its head.
+fn body_indentation(of: &LoopBody<'_>, stop: usize) -> String {
+    let text = of.text;
+    let open = of.span(of.block).start as usize;
+    let first = match of.kind(of.block) {
+        ExprKind::Block(block) => block.stmts.first().map(|stmt| stmt.span.start as usize),
+        _ => None,
+    };
+    match first.filter(|first| *first >= stop && begins_line(text, *first)) {
+        Some(first) => indentation(text, first).to_owned(),
+        None => format!("{}{}", indentation(text, open), of.style.step),
+    }
+}
+
 /// A filter in the list of the guard.
 fn entry(own: &Guarded) -> String {
     match &own.adaptation {
@@ -128,15 +143,28 @@ pub(super) fn rate(of: &LoopBody<'_>) -> Option<u64> {
     of.inside.iter().find_map(|id| {
         let ExprKind::Call { callee, args } = of.kind(*id) else { return None };
         let (ExprKind::Path(path), [length]) = (of.kind(*callee), args.as_slice()) else { return None };
-        let ExprKind::Call { callee: unit, args: number } = of.kind(*length) else { return None };
-        let (ExprKind::Path(unit), [number]) = (of.kind(*unit), number.as_slice()) else { return None };
-        let ExprKind::Literal(Literal::Int(Some(number), _)) = of.kind(*number) else { return None };
-        let per_second = match unit.last() {
-            "from_millis" => 1_000,
-            "from_micros" => 1_000_000,
-            _ => return None,
-        };
-        let is_whole = *number > 0 && per_second % number == 0;
-        (path.last() == "sleep" && is_whole).then(|| per_second / number)
+        if path.last() != "sleep" {
+            return None;
+        }
+        match of.typed.expr_def.get(length) {
+            Some(Def::Value(id)) => {
+                let value = of.program.index.value(*id).item.value.as_ref()?;
+                per_second(value, value.root)
+            }
+            _ => per_second(of.body, *length),
+        }
     })
+}
+
+/// How often a second something happens that takes a time, if that is a whole number.
+fn per_second(body: &Body, length: ExprId) -> Option<u64> {
+    let ExprKind::Call { callee, args } = &body.expr(length).kind else { return None };
+    let (ExprKind::Path(unit), [number]) = (&body.expr(*callee).kind, args.as_slice()) else { return None };
+    let ExprKind::Literal(Literal::Int(Some(number), _)) = &body.expr(*number).kind else { return None };
+    let per_second = match unit.last() {
+        "from_millis" => 1_000,
+        "from_micros" => 1_000_000,
+        _ => return None,
+    };
+    (*number > 0 && per_second % number == 0).then(|| per_second / number)
 }

@@ -56,7 +56,7 @@ pub(super) fn guarded(
         if pair.counts.contains(&0) {
             own.rare.insert(pair.half);
         }
-        if pair.verdict != Verdict::Once {
+        if !matches!(pair.verdict, Verdict::Once | Verdict::PerSample) {
             own.deviates = Some(pair.verdict);
         }
     }
@@ -130,8 +130,14 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
             "`{spelled}` is bound in the loop itself, so that it means no instance that lives outside of it"
         ));
     }
-    if local.by_ref {
-        return Err(format!("`{spelled}` is bound by `ref`"));
+    if local.by_ref && !matches!(local.ty, Ty::Ref(..)) {
+        return Err(format!("`{spelled}` is bound by `ref`, and it is not known whether it may be changed"));
+    }
+    if of.written(own.at).contains("r#") {
+        return Err(format!(
+            "`{}` has a raw name, which the guard cannot give it: rename it first",
+            of.written(own.at)
+        ));
     }
     if place.fields.is_empty() && local.name == "self" {
         return Err("the filter is `self`: guard it where the loop is called, or make it a field".to_owned());
@@ -161,7 +167,7 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
             Ty::Ref(true, inner) => inner,
             other => other,
         };
-        if !matches!(owner, Ty::Adt(..)) {
+        if !matches!(owner, Ty::Adt(..) | Ty::Tuple(_)) {
             return Err(format!("`{}` does not lend its fields one by one", of.written(*base)));
         }
         at = *base;

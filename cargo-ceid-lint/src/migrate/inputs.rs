@@ -184,6 +184,18 @@ fn input_type(of: &LoopBody<'_>, site: &Site, number: usize) -> Ty {
     }
 }
 
+/// Whether each call of the law chooses the type of an input.
+pub(super) fn is_generic(of: &LoopBody<'_>, site: &Site, number: usize) -> bool {
+    let index = of.program.index;
+    site.law.is_some_and(|law| {
+        let def = index.function(law);
+        let Some(param) = def.function.params.get(number) else { return false };
+        let written = index.lower(param, &index.scope_of(law));
+        let is_own = |name: &str| def.function.generics.params.iter().any(|own| own.name == name && !own.is_const);
+        with_args(&written, &|name| if is_own(name) { None } else { Some(Ty::Unknown) }).is_none()
+    })
+}
+
 /// A type with what its parameters stand for, if that is known of all of them.
 fn with_args(ty: &Ty, arg: &impl Fn(&str) -> Option<Ty>) -> Option<Ty> {
     let inner = |ty: &Ty| with_args(ty, arg).map(Box::new);

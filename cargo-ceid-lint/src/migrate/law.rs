@@ -1,5 +1,6 @@
 //! The `impl` by which a guard runs a law that is there already.
 
+use super::closure::WIDTH;
 use super::loops::Loops;
 use super::text::{Style, has_word, indentation};
 use crate::flow::Program;
@@ -24,6 +25,13 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
     let index = program.index;
     let type_name = index.type_name(filter);
     let def = index.function(law);
+    if existing_law(index, filter) == Some(law) {
+        return Err(format!(
+            "guards run `{}` of `{type_name}` already: make its guard at the head of the loop; `cargo ceid-lint fix` moves one \
+             there from above the loop",
+            def.name
+        ));
+    }
     if let Some(existing) = existing_law(index, filter) {
         return if runs(program, existing, law) {
             Ok(None)
@@ -71,9 +79,11 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
     let lines = [
         String::new(),
         String::new(),
-        format!(
-            "{indent}impl<{own}{separator}{rate}: {ceid_core}::Rate> {ceid_core}::SampledFilter<{rate}> for {}{{",
-            head.of_type
+        header(
+            &format!("{indent}impl<{own}{separator}{rate}: {ceid_core}::Rate>"),
+            &format!("{ceid_core}::SampledFilter<{rate}>"),
+            head.of_type,
+            (indent, step, end),
         ),
         format!("{indent}{step}fn update(&mut self, _: {ceid_core}::Tick<'_, {rate}>) {{"),
         format!("{indent}{step}{step}{discarded}{call};"),
@@ -82,6 +92,23 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
     ];
     let at = u32::try_from(block.brackets.end).unwrap_or(u32::MAX);
     Ok(Some(NewImpl { span: Span::new(keyword.file, at, at), text: lines.join(end) }))
+}
+
+/// The head of the new `impl` to its brace, in the lines that rustfmt makes of it.
+fn header(generics: &str, of_trait: &str, of_type: &str, (indent, step, end): (&str, &str, &str)) -> String {
+    let (own, bounds) = of_type.split_at(super::text::words(of_type, "where").next().unwrap_or(of_type.len()));
+    let own = own.trim_end();
+    let brace = if bounds.is_empty() { " {" } else { "" };
+    let width = |line: &str| line.chars().map(|sign| if sign == '\t' { 4 } else { 1 }).sum::<usize>();
+    let head = format!("{generics} {of_trait}");
+    if width(&format!("{head} for {own}{brace}")) <= WIDTH || own.contains('\n') {
+        return format!("{head} for {of_type}{{");
+    }
+    let bounds = if bounds.is_empty() { indent } else { bounds };
+    if width(&head) > WIDTH {
+        return format!("{generics}{end}{indent}{step}{of_trait} for {own}{end}{bounds}{{");
+    }
+    format!("{head}{end}{indent}{step}for {own}{end}{bounds}{{")
 }
 
 /// The head of an `impl`, in parts.
@@ -189,6 +216,21 @@ mod tests {
     fn check(text: &str, generics: &str, of_trait: Option<&str>, of_type: &str) {
         let head = Head::of(text).expect("it is the head of an impl");
         assert_eq!((head.generics, head.of_trait, head.of_type), (generics, of_trait, of_type));
+    }
+
+    #[test]
+    fn long_heads_are_broken() {
+        let (generics, of_trait) = ("impl<const N: usize, R: ceid_core::Rate>", "ceid_core::SampledFilter<R>");
+        let head = |of_type: &str| header(generics, of_trait, of_type, ("", "    ", "\n"));
+        assert_eq!(head("Short<N> "), format!("{generics} {of_trait} for Short<N> {{"));
+        let long = "crate::estimation::ExtendedFilter<N> ";
+        let broken = format!("{generics} {of_trait}\n    for {}\n", long.trim_end());
+        assert_eq!(head(long), format!("{broken}{{"));
+        let bounds = "where\n    Self: Copy,\n";
+        assert_eq!(head(&format!("{long}{bounds}")), format!("{broken}{bounds}{{"));
+        let generics = format!("impl<const N: usize, {}: Copy, R: ceid_core::Rate>", "T".repeat(30));
+        let head = header(&generics, of_trait, "Filter<N> ", ("", "    ", "\n"));
+        assert_eq!(head, format!("{generics}\n    {of_trait} for Filter<N>\n{{"));
     }
 
     #[test]

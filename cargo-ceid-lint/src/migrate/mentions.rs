@@ -1,16 +1,17 @@
 //! How a loop names the filters that a guard is to hold, and what each name becomes where the guard has them.
 
 use std::collections::BTreeSet;
+use std::fmt::Write;
 
 use super::Reason;
 use super::adapt::Adaptation;
 use super::body::LoopBody;
 use super::each;
-use super::sites::{Place, Site};
+use super::sites::{Place, Site, number};
 use crate::count::Verdict;
 use crate::index::{FunctionId, Index, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{BlockKind, ExprId, ExprKind, Literal, MacroKind, Receiver, TypeRef};
+use crate::syntax::tree::{BlockKind, ExprId, ExprKind, MacroKind, Receiver, TypeRef};
 use crate::types::Callee;
 
 /// A place that a guard is to hold.
@@ -84,7 +85,15 @@ pub(super) fn mentions(of: &LoopBody<'_>, guarded: &[Guarded], at: usize) -> Res
         }
         let Some((at, _)) = chain.get(own.place.fields.len()) else {
             let whole = of.written(chain.last().map_or(id, |(at, _)| *at));
-            let text = format!("all of `{whole}` is used here, and a guard holds `{}`", own.spelled);
+            let mut text = format!("all of `{whole}` is used here, and a guard holds `{}`", own.spelled);
+            if whole == "self" {
+                let field = own.place.fields.first().map_or("", String::as_str);
+                let _ = write!(
+                    text,
+                    ": take it apart above the loop, as in `let Self {{ {field}, .. }} = self;`, and let what is called here take \
+                     the other fields"
+                );
+            }
             return Err(Reason { span: of.span(id), text });
         };
         let at = match own.place.element {
@@ -114,10 +123,7 @@ pub(super) fn mentions(of: &LoopBody<'_>, guarded: &[Guarded], at: usize) -> Res
 fn element(of: &LoopBody<'_>, array: ExprId) -> Option<(ExprId, u64)> {
     let parent = of.parent(array)?;
     match of.kind(parent) {
-        ExprKind::Index { base, index } if *base == array => match of.kind(*index) {
-            ExprKind::Literal(Literal::Int(Some(number), _)) => Some((parent, *number)),
-            _ => None,
-        },
+        ExprKind::Index { base, index } if *base == array => Some((parent, number(of, *index)?)),
         _ => None,
     }
 }
@@ -155,7 +161,9 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
     if let Some(parent) = parent.filter(|parent| is_borrowed_for_parameter(of, *parent)) {
         return Ok(Some((of.span(parent), own.name.clone())));
     }
-    if written.split_whitespace().collect::<String>() != *spelled {
+    // An element may have the name of a constant for its number.
+    let is_element = own.place.element.is_some() && written.ends_with(']');
+    if !is_element && written.split_whitespace().collect::<String>() != *spelled {
         return refuse(format!("`{spelled}` is used here by code that is written elsewhere"));
     }
     Ok(Some((span, name)))

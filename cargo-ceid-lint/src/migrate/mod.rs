@@ -8,6 +8,7 @@ mod adapt;
 mod body;
 mod closure;
 mod each;
+mod effects;
 mod elements;
 mod exits;
 mod halves;
@@ -33,6 +34,7 @@ mod walk;
 use std::collections::BTreeSet;
 
 use crate::diagnostic::{Applicability, Suggestion};
+use crate::index::{FunctionId, TypeId};
 use crate::source::Span;
 
 pub use imports::idle_imports;
@@ -74,6 +76,8 @@ impl Plan {
 pub struct Rewrite {
     /// Places and what to write there instead.
     pub edits: Vec<(Span, String)>,
+    /// The types that become filters of ceid-core, each with the law that guards run.
+    pub laws: Vec<(TypeId, FunctionId)>,
     /// The packages that have to depend on `ceid-core`, as indices into those of the project.
     pub packages: BTreeSet<usize>,
     /// Whether they do already.

@@ -44,8 +44,9 @@ pub(super) fn instead(
         Some(cell) => (format!("{cell}.set(Some({open}"), format!("{close}))")),
         None => (format!("{name}.feed({open}"), format!("{close})")),
     };
+    let start = of.discarded_at(site.outer).filter(|_| !site.is_used).unwrap_or(call.start);
     let mut edits = vec![
-        (Span { end: first.before.end, ..call }, format!("{open}{before}{}", first.instead)),
+        (Span { start, end: first.before.end, ..call }, format!("{open}{before}{}", first.instead)),
         (Span { start: last.end, ..of.span(site.outer) }, format!("{close}{rest}{end}")),
     ];
     let others =

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::body::LoopBody;
+use super::effects::Effects;
 use super::exits::{Exits, exits};
 use super::head::UNKNOWN_RATE;
 use super::holding::guarded;
@@ -13,10 +14,10 @@ use super::mentions::{Guarded, Mention, mentions};
 use super::owned::is_owned;
 use super::sites::{Site, owed, place_of, sites};
 use super::text::{has_word, removal};
-use super::{Plan, Reason, Rewrite, head, law, observed, purity};
+use super::{Plan, Reason, Rewrite, head, law, observed};
 use crate::count::{Cycle, CycleKind, Pair, Verdict};
 use crate::flow::Program;
-use crate::index::{Owner, Ty};
+use crate::index::{FunctionId, Owner, Ty, TypeId};
 use crate::source::Span;
 use crate::syntax::Outline;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
@@ -32,7 +33,10 @@ fn plan(loops: &Loops<'_>, cycle: &Cycle, edition: &str) -> Option<Plan> {
     // A law for guards that hands on to the law that was there is where a migration ends.
     let hands_on = loops.at(cycle.head).is_some_and(|(law, ..)| law::is_run_by_guards(loops.program.index, law));
     let is_own = |pair: &Pair| hands_on && pair.name == "self";
-    let by_hand: Vec<&Pair> = cycle.filters.iter().filter(|pair| !is_left(pair) && !is_own(pair)).collect();
+    let of = LoopBody::find(loops, cycle.head);
+    let is_sampled_here = |pair: &Pair| pair.verdict == Verdict::PerSample && is_in_its_loop(of.as_ref(), pair);
+    let is_by_hand = |pair: &&Pair| (!is_left(pair) || is_sampled_here(pair)) && !is_own(pair);
+    let by_hand: Vec<&Pair> = cycle.filters.iter().filter(is_by_hand).collect();
     if by_hand.is_empty() {
         return None;
     }
@@ -62,6 +66,21 @@ fn is_left(pair: &Pair) -> bool {
     matches!(pair.verdict, Verdict::Guarded | Verdict::Gated | Verdict::OnceOrReset | Verdict::PerSample)
 }
 
+/// Whether the loop of the samples is the cycle itself: each of its iterations updates the filter.
+fn is_in_its_loop(of: Option<&LoopBody<'_>>, pair: &Pair) -> bool {
+    let Some(of) = of.filter(|of| !of.is_function && pair.counts == [1]) else { return false };
+    let is_repeated = |at: ExprId| {
+        matches!(
+            of.kind(at),
+            ExprKind::Loop { .. } | ExprKind::While { .. } | ExprKind::For { .. } | ExprKind::Closure(_)
+        )
+    };
+    pair.updates.iter().all(|update| {
+        let call = of.inside.iter().find(|id| of.span(**id) == *update);
+        call.is_some_and(|call| !of.ancestors_inside(*call).any(is_repeated))
+    })
+}
+
 fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -> Result<Rewrite, Vec<Reason>> {
     let at_head = |text: String| vec![Reason { span: cycle.head, text }];
     let Some(of) = LoopBody::find(loops, cycle.head) else {
@@ -71,6 +90,12 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
         whole_function(&of).map_err(at_head)?;
     }
     whole_loop(&of, &loops.outline(of.file()), edition).map_err(at_head)?;
+    let core = law::ceid_core_name(loops.program.index, of.function);
+    if core != "ceid_core" {
+        return Err(at_head(format!(
+            "the manifest calls `ceid-core` `{core}`, and its macros are read by its own name only: let the dependency keep that"
+        )));
+    }
     let mut reasons = Vec::new();
     let mut changes = Vec::new();
     let mut found = Vec::new();
@@ -84,7 +109,7 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
                 reasons.push(Reason { span, text });
                 continue;
             }
-            Verdict::Once => {}
+            Verdict::Once | Verdict::PerSample => {}
             _ => {
                 let text = format!("`{}` is {verdict} today; the guard updates it exactly once", pair.name);
                 changes.push(Reason { span, text });
@@ -199,6 +224,8 @@ impl Rewriter<'_> {
         let mut edits = Vec::new();
         let mut packages = BTreeSet::from([program.index.crate_of(of.def().module).package]);
         let mut notes = Vec::new();
+        let mut laws: Vec<(TypeId, FunctionId)> = Vec::new();
+        let effects = Effects { of, exits: &self.exits, guarded: self.guarded };
         for (at, own) in self.guarded.iter().enumerate() {
             match mentions(of, self.guarded, at) {
                 Ok(found) => {
@@ -214,7 +241,10 @@ impl Rewriter<'_> {
             changes.extend(observed);
             notes.extend(unobserved);
             changes.extend(self.left_out(own));
-            changes.extend(self.effect_of(own));
+            changes.extend(effects.effect_of(own));
+            let (changed, noted) = effects.panics_of(own);
+            changes.extend(changed);
+            notes.extend(noted);
             if let Some(adaptation) = &own.adaptation {
                 edits.extend(adaptation.edits.iter().cloned());
                 changes.extend(adaptation.changes.iter().cloned());
@@ -222,6 +252,14 @@ impl Rewriter<'_> {
                 continue;
             }
             let Some(law) = own.law else { continue };
+            if let Ty::Adt(id, _) = own.filter {
+                if laws.iter().any(|(other, with)| *other == id && *with != law) {
+                    let text =
+                        format!("`{}` is updated by another law than a filter of its type before it", own.spelled);
+                    reasons.push(Reason { span: of.span(own.at), text });
+                }
+                laws.push((id, law));
+            }
             match delegation(self.loops, &own.filter, law) {
                 Ok(None) => {}
                 Ok(Some(new)) => {
@@ -257,7 +295,11 @@ impl Rewriter<'_> {
         if head::rate(of).is_none() {
             notes.push(format!("`Hz<{UNKNOWN_RATE}>` stands for a rate that the loop does not tell; no law reads it"));
         }
-        for pair in cycle.filters.iter().filter(|pair| is_left(pair) && pair.verdict != Verdict::Guarded) {
+        let is_guarded = |pair: &Pair| {
+            let is_its_site = |own: &Guarded| own.sites.iter().any(|site| pair.updates.contains(&of.span(site.call)));
+            pair.verdict == Verdict::Guarded || self.guarded.iter().any(is_its_site)
+        };
+        for pair in cycle.filters.iter().filter(|pair| is_left(pair) && !is_guarded(pair)) {
             notes.push(format!("`{}` stays as it is: it is {}", pair.name, pair.verdict.name()));
         }
         let is_lent_in_vec = |own: &Guarded| {
@@ -265,15 +307,16 @@ impl Rewriter<'_> {
             each.is_some_and(|each| each.is_vec)
         };
         let needs_alloc = self.guarded.iter().any(|own| is_vec(&own.ty) || is_lent_in_vec(own));
-        let laws = self.guarded.iter().filter(|own| own.adaptation.is_none()).filter_map(|own| own.law);
-        let is_dependency = laws.chain([of.function]).all(|function| law::has_ceid_core(program.index, function));
-        Ok(Rewrite { edits, packages, is_dependency, needs_alloc, changes, notes })
+        let written = laws.iter().map(|(_, law)| *law);
+        let is_dependency = written.chain([of.function]).all(|function| law::has_ceid_core(program.index, function));
+        Ok(Rewrite { edits, laws, packages, is_dependency, needs_alloc, changes, notes })
     }
 
     /// What takes the updates away; statements that follow each other go together.
     fn removals(&self) -> Vec<(Span, String)> {
         let sites = self.guarded.iter().flat_map(|own| &own.sites);
-        let mut stmts: Vec<Range<usize>> = sites.filter_map(|site| site.stmt.clone()).collect();
+        let (emptied, sites): (Vec<&Site>, Vec<&Site>) = sites.partition(|site| site.emptied.is_some());
+        let mut stmts: Vec<Range<usize>> = sites.into_iter().filter_map(|site| site.stmt.clone()).collect();
         stmts.sort_by_key(|stmt| stmt.start);
         let mut joined: Vec<Range<usize>> = Vec::new();
         for stmt in stmts {
@@ -285,7 +328,12 @@ impl Rewriter<'_> {
             }
         }
         let gone = joined.into_iter().map(|stmt| removal(self.of.text, stmt));
-        gone.map(|gone| (self.span(gone.start, gone.end), String::new())).collect()
+        let branch = |site: &Site| {
+            Some((self.span(site.stmt.as_ref()?.start, site.stmt.as_ref()?.end), site.emptied?.to_owned()))
+        };
+        gone.map(|gone| (self.span(gone.start, gone.end), String::new()))
+            .chain(emptied.into_iter().filter_map(branch))
+            .collect()
     }
 
     fn span(&self, start: usize, end: usize) -> Span {
@@ -448,22 +496,5 @@ impl Rewriter<'_> {
             own.name
         );
         (Vec::new(), vec![note])
-    }
-
-    /// What else changes when the law runs at another time.
-    fn effect_of(&self, own: &Guarded) -> Option<Reason> {
-        let program = self.of.program;
-        let effect = own.laws().into_iter().find_map(|law| Some((law, purity::side_effect(program, law)?)));
-        let text = if let Some((law, effect)) = effect {
-            let law = &program.index.function(law).name;
-            format!("`{law}` of `{}` {effect}, which then happens at the end of the cycle", own.spelled)
-        } else {
-            let part = purity::shared_part(program.index, &own.filter)?;
-            format!(
-                "`{}` holds {part}, so that its law may meet what the rest of the iteration does there",
-                own.spelled
-            )
-        };
-        Some(Reason { span: self.of.span(own.sites.first().map_or(own.at, |site| site.call)), text })
     }
 }

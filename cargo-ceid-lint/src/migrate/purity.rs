@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use crate::flow::Program;
-use crate::index::{Def, FunctionId, Index, Shape, Ty, TypeId};
-use crate::syntax::tree::{ExprKind, MacroKind};
-use crate::types::Callee;
+use crate::index::{Def, FunctionId, Index, Owner, Shape, TraitName, TraitRef, Ty, TypeId};
+use crate::syntax::tree::{Body, ExprId, ExprKind, MacroKind};
+use crate::types::{Callee, Resolved, TypedBody};
 
 /// What a law does beside advancing its filter, as far as it is known; a function whose code is not read does nothing else.
 pub(super) fn side_effect(program: &Program<'_>, law: FunctionId) -> Option<String> {
@@ -18,10 +18,24 @@ pub(super) fn side_effect(program: &Program<'_>, law: FunctionId) -> Option<Stri
         let (Some(body), Some(typed)) = (&program.index.function(id).function.body, program.typed(id)) else {
             continue;
         };
-        for callee in typed.callees.values() {
+        for (call, callee) in &typed.callees {
             match callee {
-                Callee::Resolved(resolved) => open.extend(&resolved.targets),
+                Callee::Resolved(resolved) if is_unseen(program, body, typed, *call, resolved) => {
+                    return Some(format!("calls {}, whose code is not known here", called(program, body, *call)));
+                }
+                Callee::Resolved(resolved) => {
+                    let mut owners = resolved.targets.iter().filter_map(|target| owner(program.index, *target));
+                    if let Some(part) = owners.find_map(|owner| shared_outside(program.index, owner)) {
+                        return Some(format!("calls {}, which may be that of {part}", called(program, body, *call)));
+                    }
+                    open.extend(&resolved.targets);
+                }
                 Callee::External(path) if is_outside_world(path) => return Some(format!("calls `{path}`")),
+                Callee::Parameter(_) if id != law => {}
+                Callee::Parameter(_) | Callee::Unknown | Callee::Builtin if is_of_a_value(body, typed, *call) => {
+                    return Some(format!("calls {}, whose code is not known here", called(program, body, *call)));
+                }
+                _ if reads_clock(body, typed, *call) => return Some("reads a clock".to_owned()),
                 _ => {}
             }
         }
@@ -41,6 +55,76 @@ pub(super) fn side_effect(program: &Program<'_>, law: FunctionId) -> Option<Stri
         }
     }
     None
+}
+
+/// What is called, as the source spells it.
+fn called(program: &Program<'_>, body: &Body, call: ExprId) -> String {
+    let spelled = match &body.expr(call).kind {
+        ExprKind::Call { callee, .. } => program.sources.snippet(body.expr(*callee).span),
+        ExprKind::MethodCall { method, .. } => method,
+        _ => "",
+    };
+    format!("`{spelled}`")
+}
+
+/// The type for which a function is written.
+fn owner(index: &Index, function: FunctionId) -> Option<&Ty> {
+    match index.function(function).owner {
+        Owner::Impl(id) => Some(&index.impl_def(id).self_ty),
+        _ => None,
+    }
+}
+
+/// What a type of other crates shares with others.
+fn shared_outside(index: &Index, ty: &Ty) -> Option<String> {
+    matches!(ty.peel(), Ty::External(..)).then(|| shared_part(index, ty)).flatten()
+}
+
+/// Whether a method runs that no type of the analysed code has: that of a parameter or an object.
+fn is_unseen(program: &Program<'_>, body: &Body, typed: &TypedBody, call: ExprId, resolved: &Resolved) -> bool {
+    let has_code = |target: &FunctionId| program.index.function(*target).function.body.is_some();
+    resolved.law.is_none() && !resolved.targets.iter().any(has_code) && is_of_a_value(body, typed, call)
+}
+
+/// Whether a call runs what a value has brought with it: a field or variable that is called, a method of an unknown type.
+fn is_of_a_value(body: &Body, typed: &TypedBody, call: ExprId) -> bool {
+    match &body.expr(call).kind {
+        ExprKind::Call { callee, .. } => match body.expr(*callee).kind {
+            ExprKind::Path(_) => typed.expr_local.contains_key(callee),
+            _ => true,
+        },
+        ExprKind::MethodCall { receiver, .. } => match inner(typed.ty(*receiver)) {
+            Ty::Param(param) => !param.bounds.iter().all(is_pure),
+            Ty::Opaque(bounds) => !bounds.iter().all(is_pure),
+            _ => false,
+        },
+        _ => false,
+    }
+}
+
+/// The type behind references and boxes.
+fn inner(ty: &Ty) -> &Ty {
+    match ty.peel() {
+        Ty::External(path, args) if path == "std::boxed::Box" => args.first().map_or(ty, inner),
+        peeled => peeled,
+    }
+}
+
+/// Whether the methods of a trait only calculate.
+fn is_pure(bound: &TraitRef) -> bool {
+    let TraitName::External(path) = &bound.name else { return false };
+    let std = ["clone", "cmp", "convert", "default", "fmt", "hash", "marker", "ops"];
+    let mut parts = path.split("::");
+    match parts.next() {
+        Some("std" | "core") => parts.next().is_some_and(|module| std.contains(&module)) && !path.contains("::Fn"),
+        Some("num" | "num_traits" | "nalgebra" | "simba" | "num_complex" | "fixed" | "ordered_float" | "uom") => true,
+        _ => false,
+    }
+}
+
+fn reads_clock(body: &Body, typed: &TypedBody, call: ExprId) -> bool {
+    let is_time = |ty: &Ty| matches!(ty.peel(), Ty::External(path, _) if path == "std::time::Instant" || path == "std::time::SystemTime");
+    matches!(&body.expr(call).kind, ExprKind::MethodCall { receiver, method, .. } if method == "elapsed" && is_time(typed.ty(*receiver)))
 }
 
 fn is_output(path: &str, kind: &MacroKind) -> bool {
@@ -84,7 +168,10 @@ fn shared(index: &Index, ty: &Ty, seen: &mut BTreeSet<TypeId>) -> Option<String>
             ) || name.starts_with("Atomic");
             if is_shared { Some(format!("`{name}`")) } else { args.iter().find_map(|arg| shared(index, arg, seen)) }
         }
-        Ty::Adt(id, _) => {
+        Ty::Adt(id, args) => {
+            if let Some(part) = args.iter().find_map(|arg| shared(index, arg, seen)) {
+                return Some(part);
+            }
             if !seen.insert(*id) {
                 return None;
             }
@@ -94,11 +181,46 @@ fn shared(index: &Index, ty: &Ty, seen: &mut BTreeSet<TypeId>) -> Option<String>
     }
 }
 
+/// Whether a function may panic on purpose: by an assertion, or by what it unwraps.
+pub(super) fn may_panic(program: &Program<'_>, law: FunctionId) -> bool {
+    let mut seen = BTreeSet::new();
+    let mut open = vec![law];
+    while let Some(id) = open.pop() {
+        if !seen.insert(id) {
+            continue;
+        }
+        let (Some(body), Some(typed)) = (&program.index.function(id).function.body, program.typed(id)) else {
+            continue;
+        };
+        if body.exprs.iter().any(|expr| panics(&expr.kind)) {
+            return true;
+        }
+        open.extend(typed.callees.values().flat_map(|callee| match callee {
+            Callee::Resolved(resolved) => resolved.targets.clone(),
+            _ => Vec::new(),
+        }));
+    }
+    false
+}
+
+/// Whether an expression is there to panic.
+pub(super) fn panics(kind: &ExprKind) -> bool {
+    match kind {
+        ExprKind::Macro(call) => {
+            matches!(call.kind, MacroKind::Assert(_) | MacroKind::AssertCompare(..) | MacroKind::Diverges(_))
+        }
+        ExprKind::MethodCall { method, args, .. } => {
+            matches!((method.as_str(), args.len()), ("unwrap", 0) | ("expect", 1))
+        }
+        _ => false,
+    }
+}
+
 /// The types of the fields of a type of the analysed code, of all its variants.
 pub(super) fn fields(index: &Index, ty: &Ty) -> Vec<Ty> {
     let Ty::Adt(id, _) = ty else { return Vec::new() };
     let def = index.type_def(*id);
-    let scope = index.scope(def.module, crate::index::Owner::Module, Some(&def.generics));
+    let scope = index.scope(def.module, Owner::Module, Some(&def.generics));
     let fields = match &def.shape {
         Shape::Struct(fields) => fields.fields.iter().collect::<Vec<_>>(),
         Shape::Enum(variants) => variants.iter().flat_map(|variant| &variant.fields.fields).collect(),

@@ -7,8 +7,9 @@ use super::body::LoopBody;
 use super::iteration::{Elements, binding_loop, elements};
 use super::locks::locked;
 use super::mentions::held;
+use super::text::{with_attributes, without_comments};
 use crate::count::Pair;
-use crate::index::{FunctionId, Ty};
+use crate::index::{Def, FunctionId, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, Literal, MacroKind};
 use crate::types::{Callee, LocalId};
 
@@ -61,6 +62,8 @@ pub(super) struct Site {
     pub(super) gone: ExprId,
     /// The text of its statement, if all of it goes away.
     pub(super) stmt: Option<Range<usize>>,
+    /// What stands in the place of that text, if it is a branch that does nothing else.
+    pub(super) emptied: Option<&'static str>,
     /// What is written behind the call and goes with it: `.unwrap()`.
     pub(super) tail: String,
     /// The call with its tail.
@@ -100,13 +103,21 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
     let Some(Callee::Resolved(callee)) = of.typed.callees.get(&call) else {
         return Err(refuse(format!("the update of `{name}` is not a plain call here")));
     };
+    let is_function = |target: &FunctionId| of.program.index.function_spec(&Def::Function(*target)).is_some();
+    if callee.law.is_none() && callee.targets.iter().any(is_function) {
+        return Err(refuse(format!(
+            "the law of `{name}` is a function, and a guard runs the law of a type: make it a method of a type that keeps its state"
+        )));
+    }
     let Some(half) = callee.law else {
         return Err(refuse(format!(
             "`{name}` is updated inside the function that is called here, not in the loop itself"
         )));
     };
     let (receiver, given, inputs, method) = match of.kind(call) {
-        ExprKind::MethodCall { receiver, args, method, .. } => (*receiver, *receiver, args.clone(), method.clone()),
+        ExprKind::MethodCall { receiver, args, method, .. } => {
+            (unborrowed(of, *receiver), *receiver, args.clone(), method.clone())
+        }
         ExprKind::Call { callee: function, args } if callee.has_receiver && !args.is_empty() => {
             match of.kind(*function) {
                 ExprKind::Path(path) => (unborrowed(of, args[0]), args[0], args[1..].to_vec(), path.last().to_owned()),
@@ -118,12 +129,24 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
     if !is_written_out(of, call, &method) {
         return Err(refuse(format!("the update of `{name}` is written by a macro")));
     }
+    if without_comments(of.written(call)) != of.written(call) {
+        return Err(refuse(format!("a comment stands in the update of `{name}`, and would be lost: put it above")));
+    }
     let outer = opened(of, call);
-    let is_used = of.statement(outer).is_none();
+    // What feeds a law gives something back, which an arm would have to throw away.
+    let arm = lone_arm(of, outer).filter(|_| inputs.is_empty());
+    let is_used = of.statement(outer).is_none() && arm.is_none();
     let outer = if is_used { call } else { outer };
     let tail = of.text[of.span(call).end as usize..of.span(outer).end as usize].to_owned();
     let stays = is_used || !inputs.is_empty();
-    let stmt = if stays { None } else { Some(statement(of, outer, name)?) };
+    let (stmt, emptied) = match (stays, arm) {
+        (true, _) => (None, None),
+        (false, Some(arm)) => (Some(arm), Some("{}")),
+        (false, None) => match lone_branch(of, outer) {
+            Some((branch, left)) => (Some(branch), Some(left)),
+            None => (Some(statement(of, outer, name)?), None),
+        },
+    };
     let filter = callee.self_ty.clone();
     let targets = callee.targets.clone();
     let law = if let [law] = targets.as_slice() { Some(*law) } else { None };
@@ -145,6 +168,7 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
         inner,
         gone,
         stmt,
+        emptied,
         tail,
         outer,
         is_used,
@@ -228,14 +252,24 @@ fn opened(of: &LoopBody<'_>, call: ExprId) -> ExprId {
 
 /// Whether a call stands in the source as a call of that function: what a macro makes stands where the macro is called.
 fn is_written_out(of: &LoopBody<'_>, call: ExprId, law: &str) -> bool {
-    let text = of.written(call);
-    let rest =
-        |first: ExprId| text.strip_prefix(of.written(first)).filter(|_| of.span(first).start == of.span(call).start);
+    let text = without_comments(of.written(call));
+    let begins = of.span(call).start as usize;
+    let parts = |first: ExprId| {
+        let span = of.span(first);
+        let (before, after) = ((span.start as usize).checked_sub(begins)?, (span.end as usize).checked_sub(begins)?);
+        Some((text.get(..before)?.trim_end(), text.get(after..)?.trim_start()))
+    };
     match of.kind(call) {
-        ExprKind::MethodCall { receiver, .. } => rest(*receiver)
-            .and_then(|rest| rest.trim_start().strip_prefix('.'))
-            .is_some_and(|rest| rest.trim_start().starts_with(law)),
-        ExprKind::Call { callee, .. } => of.written(*callee).ends_with(law) && rest(*callee).is_some(),
+        // The receiver may stand in brackets.
+        ExprKind::MethodCall { receiver, .. } => parts(*receiver).is_some_and(|(before, rest)| {
+            let rest = rest.trim_start_matches(|sign: char| sign == ')' || sign.is_whitespace());
+            let rest = rest.strip_prefix('.').map(|rest| rest.trim_start().trim_start_matches("r#"));
+            before.chars().all(|sign| sign == '(' || sign.is_whitespace())
+                && rest.is_some_and(|rest| rest.starts_with(law))
+        }),
+        ExprKind::Call { callee, .. } => {
+            of.written(*callee).ends_with(law) && parts(*callee).is_some_and(|(before, _)| before.is_empty())
+        }
         _ => false,
     }
 }
@@ -253,13 +287,48 @@ fn statement(of: &LoopBody<'_>, id: ExprId, name: &str) -> Result<Range<usize>, 
     }
     let range = match stmt {
         Some(stmt) if stmt.cfg.is_some() => return refuse(format!("the update of `{name}` is conditionally compiled")),
-        Some(stmt) => stmt.span.start as usize..stmt.span.end as usize,
-        None => span.start as usize..span.end as usize,
+        Some(stmt) => with_attributes(of.text, stmt.span.start as usize)..stmt.span.end as usize,
+        None => with_attributes(of.text, span.start as usize)..span.end as usize,
     };
     if of.text.get(range.clone()).is_none_or(|text| !text.contains(of.written(id))) {
         return refuse(format!("the update of `{name}` is not written where it runs"));
     }
     Ok(range)
+}
+
+/// The arm of a `match` that is an update and nothing else, with its comma.
+fn lone_arm(of: &LoopBody<'_>, id: ExprId) -> Option<Range<usize>> {
+    let ExprKind::Match { arms, .. } = of.kind(of.parent(id)?) else { return None };
+    let is_arm = arms.iter().any(|arm| arm.body == id) && *of.typed.ty(id) == Ty::unit() && of.is_discarded(id);
+    let span = of.span(id);
+    let rest = &of.text[span.end as usize..];
+    let comma = rest.strip_prefix(',').map_or(0, |_| 1);
+    is_arm.then_some(span.start as usize..span.end as usize + comma)
+}
+
+/// The branch of a choice that does nothing but update a filter, and what is left of it: `{}`, or nothing of an `else`.
+fn lone_branch(of: &LoopBody<'_>, id: ExprId) -> Option<(Range<usize>, &'static str)> {
+    let (block, _) = of.statement(id)?;
+    let around = of.ancestors_inside(id).find(|at| matches!(of.kind(*at), ExprKind::Block(_)))?;
+    let own = of.span(around);
+    let is_alone = block.stmts.len() + usize::from(block.tail.is_some()) == 1 && block.items.is_empty();
+    let has_cfg = block.stmts.iter().any(|stmt| stmt.cfg.is_some());
+    let written = of.written(around);
+    if !is_alone || has_cfg || without_comments(written) != written || !written.starts_with('{') {
+        return None;
+    }
+    match of.kind(of.parent(around)?) {
+        ExprKind::If { then, otherwise: Some(otherwise), .. } if *otherwise == around => {
+            let start = of.span(*then).end as usize;
+            let between = of.text.get(start..own.start as usize)?;
+            (between.trim() == "else").then_some((start..own.end as usize, ""))
+        }
+        ExprKind::If { then, .. } if *then == around => Some((own.start as usize..own.end as usize, "{}")),
+        ExprKind::Match { arms, .. } if arms.iter().any(|arm| arm.body == around) => {
+            Some((own.start as usize..own.end as usize, "{}"))
+        }
+        _ => None,
+    }
 }
 
 fn is_for(of: &LoopBody<'_>, id: ExprId) -> bool {
@@ -286,13 +355,27 @@ pub(super) fn place_of(of: &LoopBody<'_>, id: ExprId) -> Option<Place> {
     }
 }
 
+/// The number that an index is: a literal, or a constant.
+pub(super) fn number(of: &LoopBody<'_>, index: ExprId) -> Option<u64> {
+    match of.kind(index) {
+        ExprKind::Literal(Literal::Int(number, _)) => *number,
+        ExprKind::Path(path) if matches!(of.typed.expr_def.get(&index), Some(Def::Value(_))) => {
+            let names: Vec<String> = path.segments.iter().map(|segment| segment.name.clone()).collect();
+            of.program.index.const_value(&of.program.index.scope_of(of.function), &names)
+        }
+        _ => None,
+    }
+}
+
 /// Which place a receiver means, with the inner loop over its elements if there is one.
 fn target(of: &LoopBody<'_>, receiver: ExprId) -> Option<(Place, Part, ExprId, Option<ExprId>)> {
     let of_inner = |elements: &Elements| if elements.is_each { Part::All } else { Part::Paired };
     if let ExprKind::Index { base, index } = of.kind(receiver) {
         let place = place_of(of, *base)?;
+        if let Some(number) = number(of, *index) {
+            return Some((place, Part::Element(number), *base, None));
+        }
         return match of.kind(*index) {
-            ExprKind::Literal(Literal::Int(Some(number), _)) => Some((place, Part::Element(*number), *base, None)),
             ExprKind::Path(_) => {
                 let elements = elements(of, receiver, *of.typed.expr_local.get(index)?)?;
                 let is_number = elements.collection.is_none();

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use crate::syntax::{Lexer, TokenKind};
+
 /// What the lines of a text have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Style {
@@ -75,6 +77,20 @@ pub(super) fn removal(text: &str, stmt: Range<usize>) -> Range<usize> {
     range
 }
 
+/// Where the attributes begin that stand before a statement, or the statement if there are none.
+pub(super) fn with_attributes(text: &str, stmt: usize) -> usize {
+    let mut start = stmt;
+    loop {
+        let before = text[..start].trim_end();
+        let Some(open) =
+            before.rfind("#[").filter(|open| before.ends_with(']') && !before[*open..].contains([';', '{', '}']))
+        else {
+            return start;
+        };
+        start = open;
+    }
+}
+
 /// The byte before which a line is written so that it stands above the statement at `at`, its attributes and the comments about it.
 pub(super) fn above(text: &str, at: usize) -> usize {
     let mut start = line_start(text, at);
@@ -88,6 +104,19 @@ pub(super) fn above(text: &str, at: usize) -> usize {
         start = before;
     }
     start
+}
+
+/// The text with blanks in the place of its comments.
+pub(super) fn without_comments(text: &str) -> String {
+    let mut code = String::with_capacity(text.len());
+    for token in Lexer::new(text) {
+        let part = &text[token.start..token.end];
+        match token.kind {
+            TokenKind::LineComment | TokenKind::BlockComment => code.extend(std::iter::repeat_n(' ', part.len())),
+            _ => code.push_str(part),
+        }
+    }
+    code
 }
 
 /// Whether a word stands somewhere in the text.
@@ -143,6 +172,14 @@ mod tests {
     fn comments_and_attributes_stay_with_their_statement() {
         let text = "    a(); // one\n    // two\n    #[x]\n    loop {";
         assert_eq!(above(text, text.find("loop").unwrap()), text.find("    // two").unwrap());
+    }
+
+    #[test]
+    fn attributes_go_with_their_statement() {
+        let start = |text: &str| with_attributes(text, text.find("f.u").expect("it is there"));
+        assert_eq!(start("a(); #[x] #[y(z)]\n    f.u();"), 5);
+        assert_eq!(start("let a = [1]; f.u();"), 13);
+        assert_eq!(start("#[x] fn g() { [1]; } f.u();"), 21);
     }
 
     #[test]

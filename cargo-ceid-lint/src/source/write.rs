@@ -38,10 +38,17 @@ fn writer(name: &str) -> Option<u32> {
     process.parse().ok()
 }
 
+/// Whether a file has the name of one that is about to take the place of another: it is nothing that anybody has made.
+#[must_use]
+pub fn is_staged(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| writer(&name.to_string_lossy()).is_some())
+}
+
 /// Whether a process has certainly come to its end; only some systems tell without being asked for more.
 fn is_gone(process: u32) -> bool {
-    let processes = Path::new("/proc");
-    process == std::process::id() || processes.join("self").exists() && !processes.join(process.to_string()).exists()
+    let program = |process: &str| fs::read_to_string(Path::new("/proc").join(process).join("comm")).ok();
+    // In a container, a number is soon that of another program.
+    process == std::process::id() || program("self").is_some_and(|own| program(&process.to_string()) != Some(own))
 }
 
 /// Writes the text to a new file beside `target`, through to the device, with the owner and the permissions of `target` if that is

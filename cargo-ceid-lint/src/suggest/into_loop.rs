@@ -36,7 +36,12 @@ pub(super) fn suggestion(site: &Site<'_>, keyword: Span) -> Option<Suggestion> {
             outside.push(own);
         }
     }
-    let is_mentioned = |name: &String| outside.iter().any(|range| !mentions(site.text, range.clone(), name).is_empty());
+    // A filter that is lent under its own name is found there by whatever follows a dot.
+    let is_own = |name: &String| needs.loans.iter().any(|loan| loan.field.is_none() && loan.root == *name);
+    let is_mentioned = |name: &String| {
+        let mut found = outside.iter().flat_map(|range| mentions(site.text, range.clone(), name));
+        found.any(|mention| mention.member.is_none() || !is_own(name))
+    };
     let is_hidden = |local: &crate::types::Local| {
         let at = local.span.start as usize;
         reached.contains(&local.name) && outside.iter().any(|range| range.contains(&at))
@@ -98,7 +103,7 @@ fn asked_for(site: &Site<'_>, token: &str) -> Option<(usize, String)> {
     loop {
         match &site.body.expr(init).kind {
             ExprKind::MethodCall { receiver, method, args, .. } => match method.as_str() {
-                "next_cycle" if args.is_empty() => return Some((at, place(site, *receiver)?.root)),
+                "next_cycle" | "begin_cycle" if args.is_empty() => return Some((at, place(site, *receiver)?.root)),
                 "unwrap" | "expect" => init = *receiver,
                 _ => return None,
             },

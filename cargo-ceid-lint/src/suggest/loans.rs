@@ -31,7 +31,9 @@ pub(super) fn needs(site: &Site<'_>, id: ExprId) -> Option<Needs> {
             ("guard", [arg]) => {
                 let loan = lent(site, *arg)?;
                 let filter = loan.field.is_none().then(|| loan.root.clone());
-                Some(Needs { token: Some(variable(site, *receiver)?), filter, loans: vec![loan] })
+                let Needs { token, mut loans, .. } = cycle(site, *receiver)?;
+                loans.push(loan);
+                Some(Needs { token, filter, loans })
             }
             _ => None,
         },
@@ -43,12 +45,25 @@ pub(super) fn needs(site: &Site<'_>, id: ExprId) -> Option<Needs> {
         }
         ExprKind::Macro(own) => match &own.kind {
             MacroKind::Ceid { token, filters, .. } => {
-                let loans: Option<Vec<Loan>> = filters.iter().map(|(_, filter)| place(site, *filter)).collect();
-                Some(Needs { token: Some(variable(site, (*token)?)?), loans: loans?, filter: None })
+                let Needs { token, mut loans, .. } = cycle(site, (*token)?)?;
+                for (_, filter) in filters {
+                    loans.push(place(site, *filter)?);
+                }
+                Some(Needs { token, loans, filter: None })
             }
             _ => None,
         },
         _ => None,
+    }
+}
+
+/// What the token of a cycle needs: the variable that has it, or the clock that is asked for it where the guard is made.
+fn cycle(site: &Site<'_>, id: ExprId) -> Option<Needs> {
+    match &site.body.expr(id).kind {
+        ExprKind::MethodCall { receiver, method, args, .. } if method == "begin_cycle" && args.is_empty() => {
+            Some(Needs { loans: vec![place(site, *receiver)?], ..Needs::default() })
+        }
+        _ => Some(Needs { token: Some(variable(site, id)?), ..Needs::default() }),
     }
 }
 

@@ -107,3 +107,80 @@ fn a_dirty_tree_is_left_alone() {
     let version = format!("ceid-core = \"{}\"\n", env!("CARGO_PKG_VERSION"));
     assert!(read(&directory.join("Cargo.toml")).ends_with(&format!("\n\n[dependencies]\n{version}")));
 }
+
+/// A filter that every other cycle leaves out, and nothing else.
+const GATED: &str = "\
+trait SampledFilter { fn update(&mut self); }
+struct Ramp(f64);
+impl SampledFilter for Ramp { fn update(&mut self) { self.0 += 0.1; } }
+
+fn main() {
+    let mut slow = Ramp(0.0);
+    for step in 0..9 {
+        if step % 2 == 0 {
+            slow.update();
+        }
+    }
+    println!(\"{}\", slow.0);
+}
+";
+
+#[test]
+fn a_named_loop_that_skips_on_purpose_says_so() {
+    let directory = package("migrate_gated", &[("robot".to_owned(), GATED.to_owned())]);
+    let said = migrate(&directory, &["src/bin/robot.rs:7"]);
+    said.assert_code(100).assert_stderr("src/bin/robot.rs:7: `main`: not migrated");
+    said.assert_stderr("`slow` runs at a slower rate").assert_stderr("`Divider`");
+    migrate(&directory, &["--all"]).assert_code(0).assert_stderr("nothing to migrate");
+    assert_eq!(binary(&directory, "robot"), GATED);
+}
+
+#[test]
+fn a_panic_is_told() {
+    let text = TWO_LOOPS.replace("println!(\"{}\", first.0);", "assert!(first.0 < 9.0);");
+    let directory = package("migrate_panic", &[("robot".to_owned(), text)]);
+    migrate(&directory, &["src/bin/robot.rs:8"])
+        .assert_code(0)
+        .assert_stderr("the law of `first` runs as well where the iteration panics (line 9)");
+}
+
+#[test]
+fn a_dependency_with_another_name_is_refused() {
+    let directory = two_loops("migrate_renamed");
+    let manifest = read(&directory.join("Cargo.toml"));
+    let renamed = manifest.replace("ceid-core = { path", "guard = { package = \"ceid-core\", path");
+    crate::support::workspace::write(&directory, "Cargo.toml", renamed.as_bytes());
+    migrate(&directory, &["--all"]).assert_code(0).assert_stderr("the manifest calls `ceid-core` `guard`");
+    migrate(&directory, &[]).assert_code(0).assert_stderr("src/bin/robot.rs:8: `first` in `main`: not migrated");
+    assert_eq!(binary(&directory, "robot"), TWO_LOOPS);
+}
+
+#[test]
+fn what_a_killed_run_left_is_no_change() {
+    let manifest = b"[workspace]\n\n[package]\nname = \"killed\"\nversion = \"0.0.0\"\nedition = \"2024\"\n";
+    let directory = repository("migrate_killed", &[("src/main.rs", TWO_LOOPS.as_bytes()), ("Cargo.toml", manifest)]);
+    // The first process of every system is there, and is another program.
+    crate::support::workspace::write(&directory, "src/.ceid-lint-1-2.tmp", b"new");
+    run(&directory, ["migrate", "--all"]).assert_code(0).assert_stderr("migrated 1 of 2 loops");
+    assert!(!directory.join("src/.ceid-lint-1-2.tmp").exists());
+}
+
+#[test]
+fn a_function_is_no_law_of_a_type() {
+    let text = "\
+struct State(f64);
+fn low_pass(state: &mut State) { state.0 *= 0.5; }
+
+fn main() {
+    let mut state = State(8.0);
+    for _ in 0..3 {
+        low_pass(&mut state);
+    }
+    println!(\"{}\", state.0);
+}
+";
+    let directory = package("migrate_function", &[("robot".to_owned(), text.to_owned())]);
+    let config = b"[[filter]]\nfunction = \"robot::low_pass\"\ninstance = \"arg(0)\"\n";
+    crate::support::workspace::write(&directory, "ceid-lint.toml", config);
+    migrate(&directory, &["--all"]).assert_code(0).assert_stderr("the law of `state` is a function");
+}

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use super::args::FixArgs;
 use super::{Console, ExitStatus, input, vcs};
-use crate::count::{Cycle, CycleKind};
+use crate::count::{Cycle, CycleKind, Gate, Pair, Verdict};
 use crate::fix::{self, Bounds, Edit, Fix, RealDisk, Revision};
 use crate::migrate::{self, Plan, Reason, Rewrite, Wanted};
 use crate::pipeline::{Options, Report};
@@ -63,11 +63,15 @@ struct Run<'a> {
 impl Run<'_> {
     fn migrate(&self, first: &Report, check: impl Fn(Box<dyn ReadSource>) -> Report) -> Result<ExitStatus, String> {
         let chosen = self.chosen(first)?;
+        let is_left = self.tell_left(first);
         let bounds = Bounds::of(self.project);
         if !self.args.diff && !matches!(self.asked, Asked::Nothing) {
             super::fix::remove_abandoned(&bounds, self.project, first);
         }
         if chosen.is_empty() {
+            if is_left {
+                return Ok(ExitStatus::Findings);
+            }
             self.console.say(&self.nothing(first));
             return Ok(ExitStatus::Clean);
         }
@@ -105,7 +109,10 @@ impl Run<'_> {
         is_unwritten |= revision.made.is_empty() && revision.refused.iter().any(|refused| refused.is_unwritable);
         Ok(if is_unwritten {
             ExitStatus::Incomplete
-        } else if self.args.diff && !revision.changes.is_empty() || refused > 0 && matches!(self.asked, Asked::At(_)) {
+        } else if self.args.diff && !revision.changes.is_empty()
+            || refused > 0 && matches!(self.asked, Asked::At(_))
+            || is_left
+        {
             ExitStatus::Findings
         } else {
             ExitStatus::Clean
@@ -138,6 +145,30 @@ impl Run<'_> {
         Ok(chosen)
     }
 
+    /// Tells why loops that were named stay as they are though no plan is about them, and whether there are any.
+    fn tell_left(&self, report: &Report) -> bool {
+        let Asked::At(places) = &self.asked else { return false };
+        let mut is_any = false;
+        for (path, line) in places {
+            let is_named = |head: Span| {
+                report.sources.line(head) == *line && same_file(&report.sources.file(head.file).path, path)
+            };
+            if report.plans.iter().any(|plan| is_named(plan.head)) {
+                continue;
+            }
+            for cycle in report.cycles.iter().filter(|cycle| is_named(cycle.head)) {
+                let reasons: Vec<String> = cycle.filters.iter().filter_map(left).collect();
+                if !reasons.is_empty() {
+                    let file = &report.sources.file(cycle.head.file).name;
+                    let title = format!("{file}:{line}: `{}`: not migrated", cycle.function);
+                    self.console.warn(&[vec![title], reasons].concat().join("\n  "));
+                    is_any = true;
+                }
+            }
+        }
+        is_any
+    }
+
     fn nothing(&self, report: &Report) -> String {
         if report.cycles.is_empty() {
             "there is no control cycle here; `cargo ceid-lint init` looks for filters".to_owned()
@@ -168,11 +199,15 @@ impl Run<'_> {
         let chosen: BTreeSet<(String, String)> = of_first.iter().map(|plan| key(first, plan)).collect();
         let is_chosen = |plan: &&Plan| chosen.contains(&key(report, plan));
         let mut fixes = Vec::new();
+        let mut laws: Vec<_> = Vec::new();
         for plan in report.plans.iter().filter(is_chosen) {
             if let Ok(rewrite) = &plan.outcome
                 && self.is_taken(rewrite)
+                && !rewrite.laws.iter().any(|(ty, law)| laws.iter().any(|(own, other)| own == ty && other != law))
                 && let Ok(edits) = self.edits(report, rewrite)
             {
+                // A type has one law for guards; what another loop would make of it shows once that is written.
+                laws.extend(&rewrite.laws);
                 self.touched.borrow_mut().extend(edits.iter().map(|edit| edit.path.clone()));
                 fixes.push(self.fix(report, plan.head, title_of(report, plan), edits));
             }
@@ -281,6 +316,35 @@ impl Run<'_> {
         }
         self.console.warn(&lines.join("\n  "));
     }
+}
+
+/// Why a guard does not get a filter that the cycle updates by hand, and what to do.
+fn left(pair: &Pair) -> Option<String> {
+    let name = &pair.name;
+    let what = match (pair.verdict, pair.gate) {
+        (Verdict::Gated, Some(Gate::Rate)) => {
+            "runs at a slower rate, and a guard updates it in each cycle: give it a `Divider` of ceid-core and its owner a `SampledFilter` \
+             with `tick.every`, or leave it as it is"
+        }
+        (Verdict::Gated, Some(Gate::Config)) => {
+            "is there or not, as a setting says, and a guard updates what it holds in each cycle: give the guard the `Option` itself, \
+             which is a filter where its content is one, or choose the loop by the setting"
+        }
+        (Verdict::Gated, _) => {
+            "is left out in some iterations on purpose, and a guard updates it in each: make those iterations no cycles, with a loop \
+             that begins one only when it is due, or leave it as it is"
+        }
+        (Verdict::OnceOrReset, _) => {
+            "is reset instead of updated in some iterations, and a guard updates it in each: put the reset into its law, or leave it \
+             as it is"
+        }
+        (Verdict::PerSample, _) => {
+            "is updated for each sample of an inner loop, and a guard updates it once per cycle: migrate the inner loop, or leave it \
+             as it is"
+        }
+        _ => return None,
+    };
+    Some(format!("`{name}` {what}"))
 }
 
 const IDLE_IMPORT: &str = "an import removed that nothing needs any more";

@@ -216,7 +216,14 @@ impl Reader<'_> {
         let line = self.text[..start].rfind('\n').map_or(0, |at| at + 1);
         let rest = self.text[end..].find('\n').map_or(self.text.len(), |at| end + at + 1);
         let is_alone = self.text[line..start].trim().is_empty() && self.text[end..rest].trim().is_empty();
-        if is_alone { (line, rest) } else { (start, end) }
+        let begins = self.text[line..start].trim().is_empty();
+        let gap = self.text[end..rest].len() - self.text[end..rest].trim_start_matches([' ', '\t']).len();
+        match (is_alone, begins) {
+            (true, _) => (line, rest),
+            // What stands behind it takes its place.
+            (_, true) => (start, end + gap),
+            _ => (start, end),
+        }
     }
 }
 

@@ -217,7 +217,8 @@ fn what_is_removed_leaves_no_trace() {
     assert_eq!(removed("a; // ceid: allow(a_b) \r\n"), "a;\r\n");
     assert_eq!(removed("// ceid: allow(a_b) // more\nb;"), "// more\nb;");
     assert_eq!(removed("a;\n  #[cfg_attr(any(), ceid::allow(a_b))]\n  b;"), "a;\n  b;");
-    assert_eq!(removed("#[cfg_attr(any(), ceid::allow(a_b))] b;"), " b;");
+    assert_eq!(removed("#[cfg_attr(any(), ceid::allow(a_b))] b;"), "b;");
+    assert_eq!(removed("  #[cfg_attr(any(), ceid::allow(a_b))] // old\n  b;"), "  // old\n  b;");
     assert_eq!(removed("#[cfg_attr(any(), ceid::allow(a_b), x)]\nb;"), "#[cfg_attr(any(), x)]\nb;");
     assert_eq!(removed("#[cfg_attr(any(), x, ceid::allow(a_b))]\nb;"), "#[cfg_attr(any(), x)]\nb;");
 }

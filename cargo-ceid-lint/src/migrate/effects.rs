@@ -1,0 +1,98 @@
+//! What else a law does beside advancing its filter, and what is seen of it when it runs at the end of the cycle.
+
+use std::collections::BTreeSet;
+
+use super::Reason;
+use super::body::LoopBody;
+use super::exits::Exits;
+use super::mentions::Guarded;
+use super::purity::{may_panic, panics, shared_part, side_effect};
+use super::sites::Part;
+use super::text::has_word;
+use crate::source::FileId;
+use crate::syntax::tree::{ExprId, ExprKind};
+
+/// A loop with what its guard is to hold.
+pub(super) struct Effects<'a> {
+    pub(super) of: &'a LoopBody<'a>,
+    pub(super) exits: &'a Exits,
+    pub(super) guarded: &'a [Guarded],
+}
+
+impl Effects<'_> {
+    /// What else changes when the law runs at another time.
+    pub(super) fn effect_of(&self, own: &Guarded) -> Option<Reason> {
+        let program = self.of.program;
+        let effect = own.laws().into_iter().find_map(|law| Some((law, side_effect(program, law)?)));
+        let text = if let Some((law, effect)) = effect {
+            let law = &program.index.function(law).name;
+            format!("`{law}` of `{}` {effect}, which then happens at the end of the cycle", own.spelled)
+        } else {
+            let part = shared_part(program.index, &own.filter)?;
+            format!(
+                "`{}` holds {part}, so that its law may meet what the rest of the iteration does there",
+                own.spelled
+            )
+        };
+        let span = self.of.span(own.sites.first().map_or(own.at, |site| site.call));
+        (!self.is_last()).then_some(Reason { span, text })
+    }
+
+    /// Whether nothing runs behind the updates today, so that the laws keep their time and their order.
+    fn is_last(&self) -> bool {
+        let of = self.of;
+        let one = |own: &Guarded| matches!(own.sites.as_slice(), [site] if site.part == Part::Whole);
+        let gone: BTreeSet<ExprId> = self.guarded.iter().flat_map(|own| &own.sites).map(|site| site.outer).collect();
+        let is_gone = |id: ExprId| gone.contains(&id) || of.ancestors_inside(id).any(|at| gone.contains(&at));
+        let is_block = |id: ExprId| matches!(of.kind(id), ExprKind::Block(_));
+        let follows =
+            |id: &ExprId| gone.iter().any(|site| of.may_follow(*site, *id)) && !is_block(*id) && !is_gone(*id);
+        self.exits.left_at.is_empty()
+            && self.exits.unread.is_empty()
+            && self.guarded.iter().all(one)
+            && !of.inside.iter().any(follows)
+    }
+
+    /// Whether the crate, or one that links it, catches panics.
+    fn is_caught(&self) -> bool {
+        let index = self.of.program.index;
+        let own = index.crate_of(self.of.def().module);
+        let in_sight = index.functions.iter().filter(|def| {
+            let other = index.crate_of(def.module);
+            std::ptr::eq(own, other) || other.externs.contains_key(&own.name)
+        });
+        let files: BTreeSet<FileId> = in_sight.map(|def| def.function.keyword.file).collect();
+        files.into_iter().any(|file| has_word(&self.of.program.sources.file(file).text, "catch_unwind"))
+    }
+
+    /// What is otherwise where an iteration panics: what changes if somebody catches that, and what is only told.
+    pub(super) fn panics_of(&self, own: &Guarded) -> (Vec<Reason>, Vec<String>) {
+        let of = self.of;
+        let is_fed = own.adaptation.as_ref().is_some_and(|adaptation| adaptation.is_fed);
+        let mut found: Vec<(ExprId, String)> = Vec::new();
+        if let Some(law) = own.laws().into_iter().find(|law| may_panic(of.program, *law)).filter(|_| !self.is_last()) {
+            let law = &of.program.index.function(law).name;
+            let at = own.sites.first().map_or(own.at, |site| site.call);
+            found.push((at, format!("where `{law}` of `{}` panics, the rest of the iteration has run", own.spelled)));
+        }
+        // Without its input, no law runs.
+        let is_before = |id: &&ExprId| {
+            let is_later = |at: &ExprId| matches!(of.kind(*at), ExprKind::Closure(_));
+            own.sites.iter().any(|site| of.may_follow(**id, site.call))
+                && !of.ancestors_inside(**id).any(|at| is_later(&at))
+        };
+        let first = of.inside.iter().filter(|id| panics(of.kind(**id)) && !is_fed).filter(is_before);
+        if let Some(first) = first.min_by_key(|id| of.span(**id)) {
+            found.push((*first, format!("the law of `{}` runs as well where the iteration panics", own.spelled)));
+        }
+        if !found.is_empty() && self.is_caught() {
+            let changed = |(at, text): (ExprId, String)| Reason {
+                span: of.span(at),
+                text: format!("{text}, and the program catches panics"),
+            };
+            return (found.into_iter().map(changed).collect(), Vec::new());
+        }
+        let line = |at: ExprId| of.program.sources.line(of.span(at));
+        (Vec::new(), found.into_iter().map(|(at, text)| format!("{text} (line {})", line(at))).collect())
+    }
+}
