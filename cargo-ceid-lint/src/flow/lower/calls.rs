@@ -303,8 +303,8 @@ impl Builder<'_> {
 
     /// The index that an argument is, if it is a constant or a variable.
     pub(super) fn argument_index(&mut self, expr: ExprId, value: &Value) -> Option<IndexKey> {
-        if let Some(number) = value.head.as_deref().and_then(|head| head.parse().ok()) {
-            return Some(IndexKey::Number(number));
+        if let Some(key) = value.head.as_deref().and_then(IndexKey::of_head) {
+            return Some(key);
         }
         match self.index_key(expr) {
             Some(key @ (IndexKey::Number(_) | IndexKey::Named(_) | IndexKey::Var(_))) => Some(key),

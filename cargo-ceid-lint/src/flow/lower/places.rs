@@ -125,7 +125,11 @@ impl Builder<'_> {
                     None => IndexKey::Named(path.text().into()),
                 }
             }
-            Some(Def::Variant(..)) => IndexKey::Named(path.text().into()),
+            // Under whatever name it is imported.
+            Some(Def::Variant(ty, at)) => {
+                let variant = super::constants::variant_head(self.program, *ty, *at);
+                IndexKey::Named(format!("{}::{variant}", self.program.index.type_def(*ty).name).into())
+            }
             _ if path.segments.first().is_some_and(|first| first.name == "Self") => {
                 let names: Vec<String> = path.segments.iter().map(|segment| segment.name.clone()).collect();
                 let scope = self.program.index.scope_of(self.frames[self.frame].function);
