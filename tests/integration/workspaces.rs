@@ -75,6 +75,11 @@ fn channels_by_literal_keys() {
 }
 
 #[test]
+fn states_that_laws_give_back() {
+    check_with("configured_estimates", "expected.txt", &["-W", "unproved_update", "-W", "gated_update"]);
+}
+
+#[test]
 fn states_in_arguments() {
     check("configured_states");
 }

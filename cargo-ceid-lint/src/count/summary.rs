@@ -14,13 +14,15 @@ use super::search::{Region, Search};
 use super::slice::ControlDependence;
 use super::verdict::Evidence;
 use super::verdict::Gate;
-use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, Place, Program, Projection, Transfer};
+use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, Place, Program, Projection, Transfer, Update};
 use crate::index::FunctionId;
 
 /// One way through a function, as far as one place goes.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Outcome {
     pub(super) count: Count,
+    /// How far the state that it gives back is ahead of the one that it was given, if it hands one through.
+    pub(super) ahead: Count,
     pub(super) reset: bool,
     pub(super) partly_reset: bool,
     pub(super) unknown: Option<Cause>,
@@ -39,10 +41,16 @@ pub(super) struct Outcome {
 }
 
 impl Outcome {
+    /// How far what it gives back is ahead of what it was given by value.
+    pub(super) fn total(&self) -> Count {
+        self.count.then(self.ahead)
+    }
+
     /// Nothing is known of this way.
     pub(super) fn unknown(cause: Cause) -> Self {
         Self {
             count: Count::Zero,
+            ahead: Count::Zero,
             reset: false,
             partly_reset: false,
             unknown: Some(cause),
@@ -195,6 +203,24 @@ impl Summaries {
         )
     }
 
+    /// The ways through the targets of a call for the state that it hands through.
+    pub(super) fn handed(&self, site: &CallSite, law: usize) -> Vec<Outcome> {
+        let before = site.handed().map(|(_, before)| before);
+        let outcomes = site.targets.iter().filter_map(|target| self.get(*target)).flat_map(|known| known.outcomes(law));
+        let of_state = outcomes.filter(|(given, _)| place_of(given, site).as_ref() == before);
+        of_state.flat_map(|(_, outcomes)| outcomes.iter().cloned()).collect()
+    }
+
+    /// The halves of laws by which the state that a call hands through may be ahead of the one before.
+    pub(super) fn advanced<'a>(&'a self, site: &'a CallSite) -> impl Iterator<Item = usize> + 'a {
+        let before = site.handed().map(|(_, before)| before);
+        let summaries = site.targets.iter().filter_map(|target| self.get(*target));
+        summaries.flat_map(Summary::outcomes_by_half).filter_map(move |(law, given, outcomes)| {
+            let advances = outcomes.iter().any(|outcome| outcome.total() != Count::Zero);
+            (advances && place_of(given, site).as_ref() == before).then_some(law)
+        })
+    }
+
     /// Computes the summaries of all functions, callees first.
     pub(super) fn compute(program: &Program<'_>, graphs: &[Option<ControlFlowGraph>]) -> Self {
         let mut summaries = Self::default();
@@ -250,7 +276,10 @@ impl Summaries {
         };
         for node in &graph.nodes {
             match &node.effect {
-                Effect::Update(update) => note(graph, &aliases, &update.place, &mut touched),
+                Effect::Update(update) if !is_idle(&aliases, update) => {
+                    note(graph, &aliases, &update.place, &mut touched);
+                }
+                Effect::Advance(advance) => note(graph, &aliases, &advance.before, &mut touched),
                 Effect::Reset { place, .. } => note(graph, &aliases, place, &mut touched),
                 Effect::Unknown { places, cause } => {
                     for place in places {
@@ -408,8 +437,10 @@ impl Summaries {
                 continue;
             }
             // What is only passed on, and of a type that is not known, is not worth a search: it is said to be unknown.
-            let is_direct = graph.nodes.iter().any(|node| {
-                matches!(&node.effect, Effect::Update(update) if aliases.shared_roots(&update.place).contains(&instance))
+            let is_direct = graph.nodes.iter().any(|node| match &node.effect {
+                Effect::Update(update) => aliases.shared_roots(&update.place).contains(&instance),
+                Effect::Advance(advance) => aliases.shared_roots(&advance.before).contains(&instance),
+                _ => false,
             });
             let holds_filter = holds_filter_at(program, graph, &instance);
             if !is_direct && !holds_filter && !states.contains(&instance) {
@@ -425,7 +456,7 @@ impl Summaries {
                         summary.halves[law].insert(given.clone(), vec![Outcome::unknown(cause)]);
                         continue;
                     }
-                    if !holds_filter {
+                    if !holds_filter && !search.is_advanced() {
                         continue;
                     }
                 }
@@ -453,7 +484,10 @@ impl Summaries {
         let mut states = HashSet::new();
         for node in &graph.nodes {
             match &node.effect {
-                Effect::Update(update) if !update.is_typed => states.extend(aliases.roots(&update.place)),
+                Effect::Update(update) if !update.is_typed && !is_idle(aliases, update) => {
+                    states.extend(aliases.roots(&update.place));
+                }
+                Effect::Advance(advance) => states.extend(aliases.roots(&advance.before)),
                 Effect::Call(site) => states.extend(self.updates(site).flat_map(|place| aliases.roots(&place))),
                 _ => {}
             }
@@ -465,10 +499,15 @@ impl Summaries {
     pub(super) fn updates<'a>(&'a self, site: &'a CallSite) -> impl Iterator<Item = Place> + 'a {
         let summaries = site.targets.iter().filter_map(|target| self.get(*target));
         summaries.flat_map(Summary::all_outcomes).filter_map(|(given, outcomes)| {
-            let updates = outcomes.iter().any(|outcome| outcome.count != Count::Zero || outcome.attempted);
+            let updates = outcomes.iter().any(|outcome| outcome.total() != Count::Zero || outcome.attempted);
             updates.then(|| place_of(given, site)).flatten()
         })
     }
+}
+
+/// Whether what takes a state's place comes from no law.
+pub(super) fn is_idle(aliases: &Aliases, update: &Update) -> bool {
+    update.given.as_ref().is_some_and(|given| !aliases.has_advanced(given))
 }
 
 /// How many places a summary tells apart; beyond that they are taken together.
