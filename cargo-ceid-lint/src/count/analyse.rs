@@ -153,7 +153,7 @@ fn function_facts<'a>(
     let mut states: BTreeSet<Place> = BTreeSet::new();
     for node in graph.nodes.iter().filter(|node| node.debug_only.is_none()) {
         match &node.effect {
-            Effect::Update(update) if !super::summary::is_idle(&aliases, update) => {
+            Effect::Update(update) if !super::handed::is_idle(&aliases, update) => {
                 let roots = aliases.roots(&update.place);
                 states.extend(roots.iter().filter(|_| !update.is_typed).cloned());
                 places.extend(roots);

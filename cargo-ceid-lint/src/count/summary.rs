@@ -1,6 +1,6 @@
 //! What a call of a function does to the places it gets: callees first, recursion to a fixpoint.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
 
 use super::aliases::Aliases;
@@ -9,12 +9,13 @@ use super::assumed::Assumed;
 use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
 use super::given::{Given, GivenBase, given, instance_of, place_of, steps_at};
+use super::handed;
 use super::returned;
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
 use super::verdict::Evidence;
 use super::verdict::Gate;
-use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, Place, Program, Projection, Transfer, Update};
+use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, Place, Program, Projection, Transfer};
 use crate::index::FunctionId;
 
 /// One way through a function, as far as one place goes.
@@ -203,24 +204,6 @@ impl Summaries {
         )
     }
 
-    /// The ways through the targets of a call for the state that it hands through.
-    pub(super) fn handed(&self, site: &CallSite, law: usize) -> Vec<Outcome> {
-        let before = site.handed().map(|(_, before)| before);
-        let outcomes = site.targets.iter().filter_map(|target| self.get(*target)).flat_map(|known| known.outcomes(law));
-        let of_state = outcomes.filter(|(given, _)| place_of(given, site).as_ref() == before);
-        of_state.flat_map(|(_, outcomes)| outcomes.iter().cloned()).collect()
-    }
-
-    /// The halves of laws by which the state that a call hands through may be ahead of the one before.
-    pub(super) fn advanced<'a>(&'a self, site: &'a CallSite) -> impl Iterator<Item = usize> + 'a {
-        let before = site.handed().map(|(_, before)| before);
-        let summaries = site.targets.iter().filter_map(|target| self.get(*target));
-        summaries.flat_map(Summary::outcomes_by_half).filter_map(move |(law, given, outcomes)| {
-            let advances = outcomes.iter().any(|outcome| outcome.total() != Count::Zero);
-            (advances && place_of(given, site).as_ref() == before).then_some(law)
-        })
-    }
-
     /// Computes the summaries of all functions, callees first.
     pub(super) fn compute(program: &Program<'_>, graphs: &[Option<ControlFlowGraph>]) -> Self {
         let mut summaries = Self::default();
@@ -276,7 +259,7 @@ impl Summaries {
         };
         for node in &graph.nodes {
             match &node.effect {
-                Effect::Update(update) if !is_idle(&aliases, update) => {
+                Effect::Update(update) if !handed::is_idle(&aliases, update) => {
                     note(graph, &aliases, &update.place, &mut touched);
                 }
                 Effect::Advance(advance) => note(graph, &aliases, &advance.before, &mut touched),
@@ -478,36 +461,6 @@ impl Summaries {
             }
         }
     }
-
-    /// The places that are the states of laws that have them in an argument, here or in what is called.
-    fn states_of(&self, graph: &ControlFlowGraph, aliases: &Aliases) -> HashSet<Place> {
-        let mut states = HashSet::new();
-        for node in &graph.nodes {
-            match &node.effect {
-                Effect::Update(update) if !update.is_typed && !is_idle(aliases, update) => {
-                    states.extend(aliases.roots(&update.place));
-                }
-                Effect::Advance(advance) => states.extend(aliases.roots(&advance.before)),
-                Effect::Call(site) => states.extend(self.updates(site).flat_map(|place| aliases.roots(&place))),
-                _ => {}
-            }
-        }
-        states
-    }
-
-    /// The places that a call updates on some way.
-    pub(super) fn updates<'a>(&'a self, site: &'a CallSite) -> impl Iterator<Item = Place> + 'a {
-        let summaries = site.targets.iter().filter_map(|target| self.get(*target));
-        summaries.flat_map(Summary::all_outcomes).filter_map(|(given, outcomes)| {
-            let updates = outcomes.iter().any(|outcome| outcome.total() != Count::Zero || outcome.attempted);
-            updates.then(|| place_of(given, site)).flatten()
-        })
-    }
-}
-
-/// Whether what takes a state's place comes from no law.
-pub(super) fn is_idle(aliases: &Aliases, update: &Update) -> bool {
-    update.given.as_ref().is_some_and(|given| !aliases.has_advanced(given))
 }
 
 /// How many places a summary tells apart; beyond that they are taken together.

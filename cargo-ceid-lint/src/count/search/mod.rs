@@ -239,28 +239,6 @@ impl<'a> Search<'a> {
         self.updating.get_or_init(updating).clone()
     }
 
-    /// The law that gives back its next state here, as the source calls it.
-    pub(super) fn method_of_advance(&self) -> Option<String> {
-        self.near().find_map(|id| match &self.graph.node(id).effect {
-            Effect::Advance(advance) if advance.law == self.law && self.may_be(&advance.before, true) => {
-                Some(advance.method.clone())
-            }
-            _ => None,
-        })
-    }
-
-    /// Whether its next state is given back, here or by what is called, wherever it goes.
-    pub(super) fn is_advanced(&self) -> bool {
-        self.method_of_advance().is_some()
-            || self.near().any(|id| match &self.graph.node(id).effect {
-                Effect::Call(site) => {
-                    self.summaries.advanced(site).any(|law| law == self.law)
-                        && site.handed().is_some_and(|(_, before)| self.may_be(before, true))
-                }
-                _ => false,
-            })
-    }
-
     /// Whether something updates it by a name that nothing else has, or by a reference that each iteration makes anew, so that
     /// every way knows where it points.
     pub(super) fn is_updated_by_name(&self) -> bool {

@@ -343,15 +343,6 @@ impl<'s, 'a> Run<'s, 'a> {
         })
     }
 
-    /// A law ran that leaves the filter as it was where its result is an `Err`.
-    fn attempt(&mut self, at: usize, before: &State, after: &State, result: Var) {
-        let masks = self.with_heads(after.masks, result, returned::PRESENT | returned::OTHER);
-        self.everywhere(at, &State { masks, ..after.clone() });
-        let masks = self.with_heads(before.masks, result, returned::ABSENT);
-        let attempted = before.count == Count::Zero;
-        self.everywhere(at, &State { masks, attempted, direct: after.direct, ..before.clone() });
-    }
-
     /// Adds to the count; updates in a loop that is a cycle of its own count once for all its rounds.
     pub(super) fn add(&self, state: &mut State, count: Count) {
         if count != Count::Zero {

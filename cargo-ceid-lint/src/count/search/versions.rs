@@ -6,7 +6,7 @@ use crate::count::counts::Count;
 use crate::count::instances::place_ty;
 use crate::count::returned;
 use crate::count::summary::Outcome;
-use crate::flow::{Advance, Assignment, CallSite, Cause, Place, Relation, Returned, Transfer};
+use crate::flow::{Advance, Assignment, CallSite, Cause, Effect, Place, Relation, Returned, Transfer, Var};
 use crate::index::handed;
 
 /// Places that hold other states of the instance than its own place, each with how far it is ahead.
@@ -36,7 +36,40 @@ fn rebased(ahead: Count, by: Count) -> Option<Count> {
     }
 }
 
+impl Search<'_> {
+    /// The law that gives back its next state here, as the source calls it.
+    pub(in crate::count) fn method_of_advance(&self) -> Option<String> {
+        self.near().find_map(|id| match &self.graph.node(id).effect {
+            Effect::Advance(advance) if advance.law == self.law && self.may_be(&advance.before, true) => {
+                Some(advance.method.clone())
+            }
+            _ => None,
+        })
+    }
+
+    /// Whether its next state is given back, here or by what is called, wherever it goes.
+    pub(in crate::count) fn is_advanced(&self) -> bool {
+        self.method_of_advance().is_some()
+            || self.near().any(|id| match &self.graph.node(id).effect {
+                Effect::Call(site) => {
+                    self.summaries.advanced(site).any(|law| law == self.law)
+                        && site.handed().is_some_and(|(_, before)| self.may_be(before, true))
+                }
+                _ => false,
+            })
+    }
+}
+
 impl Run<'_, '_> {
+    /// A law ran that leaves the filter as it was where its result is an `Err`.
+    pub(super) fn attempt(&mut self, at: usize, before: &State, after: &State, result: Var) {
+        let masks = self.with_heads(after.masks, result, returned::PRESENT | returned::OTHER);
+        self.everywhere(at, &State { masks, ..after.clone() });
+        let masks = self.with_heads(before.masks, result, returned::ABSENT);
+        let attempted = before.count == Count::Zero;
+        self.everywhere(at, &State { masks, attempted, direct: after.direct, ..before.clone() });
+    }
+
     /// How far what a place holds is ahead of the instance; `None` if it is none of its states.
     pub(super) fn ahead_at(&self, state: &State, place: &Place) -> Option<Count> {
         let versions = self.versions.get(state.versions);

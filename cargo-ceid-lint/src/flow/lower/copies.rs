@@ -145,7 +145,7 @@ impl Builder<'_> {
                     .args
                     .iter()
                     .enumerate()
-                    .filter(|(number, arg)| !arg.is_shared && !(arg.is_moved && Some(*number) == handed));
+                    .filter(|(number, arg)| !(arg.is_shared || arg.is_moved && Some(*number) == handed));
                 lent.filter_map(|(_, arg)| arg.place.as_ref()).any(is_one)
             }
             Effect::Unknown { places, .. } => places.iter().any(is_one),
