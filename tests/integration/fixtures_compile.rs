@@ -68,6 +68,8 @@ fn workspaces_compile() {
         "path_modules",
         "configured_laws",
         "configured_instances",
+        "configured_estimates",
+        "configured_keys",
         "configured_states",
         "configured_names",
         "configured_cycles",

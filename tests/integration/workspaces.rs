@@ -70,6 +70,16 @@ fn instances_in_arguments_results_and_channels() {
 }
 
 #[test]
+fn channels_by_literal_keys() {
+    check_with("configured_keys", "expected.txt", &["-W", "unproved_update"]);
+}
+
+#[test]
+fn states_that_laws_give_back() {
+    check_with("configured_estimates", "expected.txt", &["-W", "unproved_update", "-W", "gated_update"]);
+}
+
+#[test]
 fn states_in_arguments() {
     check("configured_states");
 }

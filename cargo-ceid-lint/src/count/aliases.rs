@@ -9,8 +9,8 @@ use super::instances::{may_hold_filter, place_ty};
 use super::search::Called;
 use super::summary::{Outcome, Summaries, Summary};
 use crate::flow::{
-    Base, CallSite, Cause, ControlFlowGraph, Effect, IndexKey, LoopId, LoopInfo, NodeId, Place, Projection, Transfer,
-    Var,
+    Base, CallSite, Cause, ControlFlowGraph, Effect, IndexKey, LoopId, LoopInfo, NodeId, Place, Projection, Relation,
+    Transfer, Update, Var,
 };
 use crate::index::{FunctionId, Index, Ty};
 
@@ -26,6 +26,8 @@ pub(super) struct Aliases {
     owning: BTreeSet<Var>,
     /// Which variables were computed from which.
     derived: BTreeMap<Var, BTreeSet<Var>>,
+    /// Places that may hold a state that is not in the place of the one before yet, with the halves of the laws that gave it.
+    advanced: BTreeMap<Place, BTreeSet<usize>>,
     /// Collections of which a call is told the number of an element by a variable.
     indexed: Vec<(Var, Place)>,
     /// The roots of the places that were asked for.
@@ -134,14 +136,19 @@ impl Aliases {
                 }
                 Effect::Call(site) => {
                     aliases.index_through(site, summaries);
+                    if let Some((after, before)) = site.handed() {
+                        aliases.name(after, before);
+                    }
                     for (part, from, transfer) in summaries.gives(site) {
                         let to = Place::var(site.result).join(part);
                         aliases.add(index, graph, &to, &from, transfer, node.in_loop);
                     }
                 }
+                Effect::Advance(advance) => aliases.name(&advance.after, &advance.before),
                 _ => {}
             }
         }
+        aliases.find_advanced(graph, summaries);
         for info in &graph.loops {
             for (var, place) in &info.items {
                 aliases.sources.entry(*var).or_default().push((Vec::new(), place.clone()));
@@ -151,6 +158,70 @@ impl Aliases {
             aliases.derived.entry(*to).or_default().insert(*from);
         }
         aliases
+    }
+
+    /// A place in a value in between is another name.
+    fn name(&mut self, to: &Place, from: &Place) {
+        if let Some(var) = to.base_var() {
+            self.sources.entry(var).or_default().push((to.steps.clone(), from.clone()));
+        }
+    }
+
+    /// Finds what holds the states that laws give back.
+    fn find_advanced(&mut self, graph: &ControlFlowGraph, summaries: &Summaries) {
+        let mut changed = true;
+        while std::mem::take(&mut changed) {
+            for node in &graph.nodes {
+                let found = match &node.effect {
+                    Effect::Advance(advance) => {
+                        let mut laws = self.laws_before(&advance.before);
+                        laws.insert(advance.law);
+                        vec![(advance.after.clone(), laws)]
+                    }
+                    Effect::Call(site) => {
+                        let Some((after, before)) = site.handed() else { continue };
+                        let mut laws = self.laws_before(before);
+                        laws.extend(summaries.advanced(site));
+                        vec![(after.clone(), laws)]
+                    }
+                    Effect::Set(set) if !self.advanced.is_empty() => {
+                        let Some(from) = &set.from else { continue };
+                        let inside =
+                            self.advanced.iter().filter_map(|(place, laws)| match from.relate(place, &|_| None) {
+                                Relation::Holds(rest) => Some((set.place.join(&rest), laws.clone())),
+                                _ => None,
+                            });
+                        inside.filter(|(place, _)| place.steps.len() <= MAX_STEPS).collect()
+                    }
+                    _ => continue,
+                };
+                for (place, laws) in found.into_iter().filter(|(_, laws)| !laws.is_empty()) {
+                    let known = self.advanced.entry(place).or_default();
+                    let before = known.len();
+                    known.extend(laws);
+                    changed |= known.len() > before;
+                }
+            }
+        }
+    }
+
+    fn laws_before(&self, place: &Place) -> BTreeSet<usize> {
+        self.advanced.get(place).cloned().unwrap_or_default()
+    }
+
+    /// Whether a place may hold a state that a half of a law gave back.
+    pub(super) fn is_advanced(&self, place: &Place, law: usize) -> bool {
+        self.advanced.get(place).is_some_and(|laws| laws.contains(&law))
+    }
+
+    /// The same for any half.
+    pub(super) fn has_advanced(&self, place: &Place) -> bool {
+        self.advanced.contains_key(place)
+    }
+
+    /// The halves that an update runs: those that gave what takes a state's place, or its own.
+    pub(super) fn runs(&self, update: &Update, law: usize) -> bool {
+        update.given.as_ref().map_or(update.law == law, |given| self.is_advanced(given, law))
     }
 
     /// Notes of which collections a callee takes the element that an argument numbers.
@@ -289,6 +360,7 @@ impl Aliases {
                 let mut add = |place: &Place| bases.extend(self.shared_roots(place).iter().map(|root| root.base));
                 match &graph.node(id).effect {
                     Effect::Update(update) => add(&update.place),
+                    Effect::Advance(advance) => add(&advance.before),
                     Effect::Reset { place, .. } => add(place),
                     Effect::Unknown { places, .. } => places.iter().for_each(add),
                     Effect::Set(set) | Effect::Write(set) => {

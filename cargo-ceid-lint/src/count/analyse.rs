@@ -153,7 +153,7 @@ fn function_facts<'a>(
     let mut states: BTreeSet<Place> = BTreeSet::new();
     for node in graph.nodes.iter().filter(|node| node.debug_only.is_none()) {
         match &node.effect {
-            Effect::Update(update) => {
+            Effect::Update(update) if !super::handed::is_idle(&aliases, update) => {
                 let roots = aliases.roots(&update.place);
                 states.extend(roots.iter().filter(|_| !update.is_typed).cloned());
                 places.extend(roots);
@@ -443,8 +443,10 @@ impl Context<'_> {
     /// How often a half of the law of the filter at a place may run in a cycle.
     pub(super) fn multiplicity(&self, facts: &FunctionFacts<'_>, place: &Place, law: usize) -> Multiplicity {
         let index = self.program.index;
-        let by_type =
-            place_ty(index, facts.graph, place).and_then(|ty| Some(index.filter_spec(&ty)?.law.get(law)?.multiplicity));
+        let by_type = place_ty(index, facts.graph, place).and_then(|ty| {
+            let spec = index.filter_spec(&ty).or_else(|| index.returned_spec(&ty))?;
+            Some(spec.law.get(law)?.multiplicity)
+        });
         by_type.unwrap_or(Multiplicity::Once)
     }
 
@@ -453,7 +455,8 @@ impl Context<'_> {
         let decision = decision.unless_own_affair(index, facts.graph.function);
         let ty = place_ty(index, facts.graph, place).unwrap_or(Ty::Unknown);
         let first = || {
-            let group = index.filter_spec(&ty).unwrap_or(index.trait_spec()).law.get(law);
+            let spec = index.filter_spec(&ty).or_else(|| index.returned_spec(&ty)).unwrap_or(index.trait_spec());
+            let group = spec.law.get(law);
             group.and_then(|group| group.methods.first().cloned()).unwrap_or_default()
         };
         Pair {

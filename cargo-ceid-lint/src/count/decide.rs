@@ -397,6 +397,7 @@ fn explore(search: &Search<'_>, region: Region) -> Exploration {
 /// The name of the law that runs, as the source calls it.
 fn law_name(search: &Search<'_>) -> Option<String> {
     search.updating().iter().find_map(|id| match &search.graph.node(*id).effect {
+        Effect::Update(update) if update.given.is_some() => search.method_of_advance(),
         Effect::Update(update) if update.law == search.law => Some(update.method.clone()),
         _ => None,
     })

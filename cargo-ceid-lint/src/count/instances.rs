@@ -285,15 +285,17 @@ fn named_elements(
     let mut named: BTreeMap<Place, (Option<u64>, BTreeSet<IndexKey>)> = BTreeMap::new();
     for (place, key) in places.iter().filter_map(|place| Some((place, place.steps.get(at)?.key()?))) {
         let collection = Place { base: place.base, steps: place.steps[..at].to_vec() };
+        // A channel of a state that is an array is no element of it.
+        let is_channel = matches!(place.steps[at], Projection::Channel(_));
         let (length, constants) = named.entry(collection.clone()).or_insert_with(|| {
-            let length = match place_ty(index, graph, &collection) {
+            let length = match place_ty(index, graph, &collection).filter(|_| !is_channel) {
                 Some(Ty::Array(_, length)) => length.value.filter(|length| *length <= 64),
                 _ => None,
             };
             (length, BTreeSet::new())
         });
         match key {
-            IndexKey::Number(_) | IndexKey::Named(_) => {
+            IndexKey::Number(_) | IndexKey::Named(_) | IndexKey::Literal(_) => {
                 constants.insert(key.clone());
             }
             IndexKey::Var(var) => constants.extend(counted_part(index, graph, &collection, *var)),
@@ -331,7 +333,9 @@ fn settle_step(
     let with_key = |key: &IndexKey| collection.join(&[step.with_key(key.clone())]).join(&place.steps[at + 1..]);
     let constants = named.get(&collection).filter(|constants| !constants.is_empty());
     match (own, constants) {
-        (IndexKey::Named(_), _) | (IndexKey::Number(_), None) => vec![place.clone()],
+        (IndexKey::Named(_) | IndexKey::Literal(_), _) | (IndexKey::Number(_), None) => vec![place.clone()],
+        // Only the pairs of keys that the code writes are channels.
+        (IndexKey::Number(_), _) if matches!(step, Projection::Channel(_)) => vec![place.clone()],
         (IndexKey::Var(var), _) if graph.var(*var).param.is_some() => vec![place.clone()],
         // What data decides names no instance, where others are named for certain.
         (_, None) => vec![with_key(&IndexKey::Each)],

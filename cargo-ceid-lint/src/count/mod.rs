@@ -16,6 +16,7 @@ mod functions;
 mod gates;
 mod given;
 mod guards;
+mod handed;
 mod instances;
 mod owed;
 mod remarks;

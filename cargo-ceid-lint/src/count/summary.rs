@@ -1,6 +1,6 @@
 //! What a call of a function does to the places it gets: callees first, recursion to a fixpoint.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
 
 use super::aliases::Aliases;
@@ -9,6 +9,7 @@ use super::assumed::Assumed;
 use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
 use super::given::{Given, GivenBase, given, instance_of, place_of, steps_at};
+use super::handed;
 use super::returned;
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
@@ -20,6 +21,8 @@ use crate::index::FunctionId;
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Outcome {
     pub(super) count: Count,
+    /// How far the state that it gives back is ahead of the one that it was given, if it hands one through.
+    pub(super) ahead: Count,
     pub(super) reset: bool,
     pub(super) partly_reset: bool,
     pub(super) unknown: Option<Cause>,
@@ -38,10 +41,16 @@ pub(super) struct Outcome {
 }
 
 impl Outcome {
+    /// How far what it gives back is ahead of what it was given by value.
+    pub(super) fn total(&self) -> Count {
+        self.count.then(self.ahead)
+    }
+
     /// Nothing is known of this way.
     pub(super) fn unknown(cause: Cause) -> Self {
         Self {
             count: Count::Zero,
+            ahead: Count::Zero,
             reset: false,
             partly_reset: false,
             unknown: Some(cause),
@@ -248,7 +257,10 @@ impl Summaries {
         };
         for node in &graph.nodes {
             match &node.effect {
-                Effect::Update(update) => note(graph, &aliases, &update.place, &mut touched),
+                Effect::Update(update) if !handed::is_idle(&aliases, update) => {
+                    note(graph, &aliases, &update.place, &mut touched);
+                }
+                Effect::Advance(advance) => note(graph, &aliases, &advance.before, &mut touched),
                 Effect::Reset { place, .. } => note(graph, &aliases, place, &mut touched),
                 Effect::Unknown { places, cause } => {
                     for place in places {
@@ -406,8 +418,10 @@ impl Summaries {
                 continue;
             }
             // What is only passed on, and of a type that is not known, is not worth a search: it is said to be unknown.
-            let is_direct = graph.nodes.iter().any(|node| {
-                matches!(&node.effect, Effect::Update(update) if aliases.shared_roots(&update.place).contains(&instance))
+            let is_direct = graph.nodes.iter().any(|node| match &node.effect {
+                Effect::Update(update) => aliases.shared_roots(&update.place).contains(&instance),
+                Effect::Advance(advance) => aliases.shared_roots(&advance.before).contains(&instance),
+                _ => false,
             });
             let holds_filter = holds_filter_at(program, graph, &instance);
             if !is_direct && !holds_filter && !states.contains(&instance) {
@@ -423,7 +437,7 @@ impl Summaries {
                         summary.halves[law].insert(given.clone(), vec![Outcome::unknown(cause)]);
                         continue;
                     }
-                    if !holds_filter {
+                    if !holds_filter && !search.is_advanced() {
                         continue;
                     }
                 }
@@ -444,28 +458,6 @@ impl Summaries {
                 summary.feeds.entry(given.clone()).or_default().extend(super::gates::fed_params(&search));
             }
         }
-    }
-
-    /// The places that are the states of laws that have them in an argument, here or in what is called.
-    fn states_of(&self, graph: &ControlFlowGraph, aliases: &Aliases) -> HashSet<Place> {
-        let mut states = HashSet::new();
-        for node in &graph.nodes {
-            match &node.effect {
-                Effect::Update(update) if !update.is_typed => states.extend(aliases.roots(&update.place)),
-                Effect::Call(site) => states.extend(self.updates(site).flat_map(|place| aliases.roots(&place))),
-                _ => {}
-            }
-        }
-        states
-    }
-
-    /// The places that a call updates on some way.
-    pub(super) fn updates<'a>(&'a self, site: &'a CallSite) -> impl Iterator<Item = Place> + 'a {
-        let summaries = site.targets.iter().filter_map(|target| self.get(*target));
-        summaries.flat_map(Summary::all_outcomes).filter_map(|(given, outcomes)| {
-            let updates = outcomes.iter().any(|outcome| outcome.count != Count::Zero || outcome.attempted);
-            updates.then(|| place_of(given, site)).flatten()
-        })
     }
 }
 

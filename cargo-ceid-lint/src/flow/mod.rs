@@ -142,6 +142,8 @@ pub enum Effect {
     Nothing,
     /// The law of a filter, or a half of it, runs.
     Update(Update),
+    /// A law runs that leaves the state that it is given as it was, and gives back the next one.
+    Advance(Box<Advance>),
     /// A method of the filter's entry resets it, or it is written as a whole.
     Reset {
         /// The filter.
@@ -217,6 +219,8 @@ pub struct Update {
     pub run_by: RunBy,
     /// Whether the type of the place tells that it is a filter; a law may also have its state in an argument of any type.
     pub is_typed: bool,
+    /// The state that takes the place of the one before, if the laws that gave it have run already.
+    pub given: Option<Place>,
     /// The variable that holds the result, if the law leaves the filter as it is when that is an `Err`.
     pub attempt: Option<Var>,
     /// The variables that its arguments read.
@@ -225,6 +229,21 @@ pub struct Update {
     pub into: Vec<Var>,
     /// What its arguments read and call.
     pub from: Computed,
+}
+
+/// A law that gives back the next state. The filter is updated where that takes the place of the one before.
+#[derive(Clone, Debug)]
+pub struct Advance {
+    /// The state before.
+    pub before: Place,
+    /// The state after.
+    pub after: Place,
+    /// Which half of the law.
+    pub law: usize,
+    /// The method.
+    pub method: String,
+    /// The variable that holds the result, if that may be an `Err` instead.
+    pub attempt: Option<Var>,
 }
 
 /// Who runs an update.
@@ -296,6 +315,8 @@ pub struct CallSite {
     pub args: Vec<Argument>,
     /// The variable that holds the result.
     pub result: Var,
+    /// The argument whose state the function hands through, and where its result has it.
+    pub hands: Option<(usize, Place)>,
     /// The call as the source spells it, for messages: `self.step()`.
     pub text: String,
     /// Set if it is a filter's own law: the number of the argument that is the filter. Only what lies inside the filter is
@@ -309,6 +330,15 @@ pub struct CallSite {
     pub into: Vec<Var>,
     /// What its arguments read and call, `self` left out.
     pub from: Computed,
+}
+
+impl CallSite {
+    /// Where the result has the state that is handed through, and where it was before.
+    #[must_use]
+    pub fn handed(&self) -> Option<(&Place, &Place)> {
+        let (number, after) = self.hands.as_ref()?;
+        Some((after, self.args.get(*number)?.place.as_ref()?))
+    }
 }
 
 /// An argument of a call.

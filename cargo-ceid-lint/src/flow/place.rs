@@ -62,6 +62,8 @@ pub enum IndexKey {
     Number(u64),
     /// A constant expression by its spelling: `Axis::Roll as usize`.
     Named(Arc<str>),
+    /// A literal that is no such number, in the one way in which it is spelled: `'x'`, `-1`, `true`.
+    Literal(Arc<str>),
     /// The value of a variable.
     Var(Var),
     /// The value of a parameter of the function that a summary is about.
@@ -311,13 +313,24 @@ impl Place {
 }
 
 impl IndexKey {
+    /// The element that a constant names by its head, if that is the head of a literal.
+    #[must_use]
+    pub fn of_head(head: &str) -> Option<Self> {
+        let negative = head.strip_prefix('-').and_then(|digits| digits.parse::<u64>().ok());
+        let is_text = head.starts_with(['\'', '"']) || matches!(head, "true" | "false");
+        match head.parse().ok().or(negative.filter(|number| *number == 0)) {
+            Some(number) => Some(Self::Number(number)),
+            None => (is_text || negative.is_some()).then(|| Self::Literal(head.into())),
+        }
+    }
+
     /// Whether two keys name the same element: `None` if that cannot be known.
     #[must_use]
     pub fn relate(&self, other: &Self, value: &dyn Fn(Var) -> Option<u64>) -> Option<bool> {
         let number = |key: &Self| match key {
             Self::Number(number) => Some(*number),
             Self::Var(var) => value(*var),
-            Self::Named(_) | Self::Each | Self::Data(_) | Self::Param(_) | Self::Slice(_) | Self::EachIn(_) => None,
+            _ => None,
         };
         if self == other {
             return match self {
@@ -329,7 +342,9 @@ impl IndexKey {
             return Some(left == right);
         }
         match (self, other) {
-            (Self::Named(_), Self::Named(_)) => Some(false),
+            (Self::Named(_), Self::Named(_))
+            | (Self::Literal(_), Self::Literal(_) | Self::Number(_))
+            | (Self::Number(_), Self::Literal(_)) => Some(false),
             (Self::Slice(section) | Self::EachIn(section), other)
             | (other, Self::Slice(section) | Self::EachIn(section)) => {
                 number(other).and_then(|number| section.has(number)).filter(|has| !has)
@@ -341,7 +356,7 @@ impl IndexKey {
     fn spelling(&self, var: &dyn Fn(Var) -> String) -> String {
         match self {
             Self::Number(number) => number.to_string(),
-            Self::Named(text) | Self::Data(text) => text.to_string(),
+            Self::Named(text) | Self::Literal(text) | Self::Data(text) => text.to_string(),
             Self::Var(id) => var(*id),
             Self::Param(number) => format!("#{number}"),
             Self::Each => "*".to_owned(),

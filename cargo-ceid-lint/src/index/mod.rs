@@ -27,6 +27,7 @@ pub use known::{is_guard_type, is_sampled_filter_path};
 pub use lookup::MethodOwner;
 pub use names::Namespace;
 pub use rtic::SHARED_RESOURCE;
+pub use states::{handed, is_number};
 pub use ty::{Length, ParamTy, TraitName, TraitRef, Ty, TyScope};
 
 macro_rules! ids {

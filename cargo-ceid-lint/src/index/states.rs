@@ -9,6 +9,8 @@ pub(super) struct StateType {
     ty: Ty,
     /// The number of the law.
     spec: usize,
+    /// Whether the law gives back the state after it instead of changing the one before.
+    is_returned: bool,
 }
 
 impl Index {
@@ -16,11 +18,20 @@ impl Index {
     pub(super) fn find_states(&self) -> Vec<StateType> {
         let mut found: Vec<StateType> = Vec::new();
         for (spec, known) in self.specs.iter().enumerate().filter(|(_, spec)| spec.is_sampled) {
-            let InstancePlace::Argument(number) = known.instance else { continue };
             for law in self.bodies_of(known) {
-                let Some(ty) = self.function(law).function.params.get(number as usize) else { continue };
-                let ty = self.lower(ty, &self.scope_of(law)).peel().clone();
-                found.push(StateType { ty, spec });
+                let scope = self.scope_of(law);
+                let function = &self.function(law).function;
+                let mut params = function.params.iter().map(|ty| self.lower(ty, &scope).peel().clone());
+                let (ty, is_returned) = match known.instance {
+                    InstancePlace::Receiver => continue,
+                    InstancePlace::Argument(number) => (params.nth(number as usize), false),
+                    InstancePlace::Returned => {
+                        let output = self.lower(&function.output, &scope);
+                        let given = params.filter(|ty| handed(&output, ty).is_some());
+                        (given.min_by_key(is_number), true)
+                    }
+                };
+                found.extend(ty.map(|ty| StateType { ty, spec, is_returned }));
             }
         }
         // Where several laws share a type, the one with the most halves tells how many there are.
@@ -50,7 +61,14 @@ impl Index {
             (Ty::External(own, _), Ty::External(path, _)) => own == path && !path.starts_with("std::"),
             _ => false,
         };
-        self.states.iter().find(is_one).map(|state| &self.specs[state.spec])
+        self.states.iter().filter(|state| !state.is_returned).find(is_one).map(|state| &self.specs[state.spec])
+    }
+
+    /// What is known of the law that gives back its state, where a value of the type is one.
+    #[must_use]
+    pub fn returned_spec(&self, ty: &Ty) -> Option<&FilterSpec> {
+        let mut returned = self.states.iter().filter(|state| state.is_returned);
+        returned.find(|state| is_like(&state.ty, ty)).map(|state| &self.specs[state.spec])
     }
 
     /// Whether a value of the type could be the state of a law.
@@ -73,6 +91,25 @@ impl Index {
             InstancePlace::Argument(number) => Some(number as usize + usize::from(def.function.receiver.is_some())),
             _ => None,
         }
+    }
+}
+
+/// Whether values of the type are plain numbers, which are seldom states where there is anything else.
+#[must_use]
+pub fn is_number(ty: &Ty) -> bool {
+    matches!(ty, Ty::Int | Ty::Float)
+}
+
+/// Where a state of the type is in what a function gives back: the part of a tuple, or no part if it is all of it. What may
+/// fail gives it back where it does not.
+#[must_use]
+pub fn handed(output: &Ty, state: &Ty) -> Option<Option<usize>> {
+    match output {
+        Ty::External(path, args) if matches!(path.rsplit("::").next(), Some("Result" | "Option")) => {
+            handed(args.first()?, state)
+        }
+        Ty::Tuple(parts) => parts.iter().position(|part| is_like(part, state)).map(Some),
+        _ => is_like(output, state).then_some(None),
     }
 }
 

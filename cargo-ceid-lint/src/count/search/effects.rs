@@ -22,6 +22,7 @@ impl Run<'_, '_> {
             && self.tracked.subjects.is_empty()
             && called.effects.iter().all(|effect| effect.outcomes.is_empty())
             && search.borrowed(self.names.get(state.names), site).is_none()
+            && site.hands.is_none()
         {
             self.everywhere(at, state);
             return;
@@ -56,7 +57,8 @@ impl Run<'_, '_> {
                     relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if !rest.is_empty()));
                 if exact {
                     applied = true;
-                    states = self.apply(&states, outcomes, site, before);
+                    let outcomes = super::versions::by_value(outcomes, place, site);
+                    states = self.apply(&states, &outcomes, site, before);
                 } else if owner {
                     states = self.apply_to_owner(&states, outcomes, site, before);
                 } else if outcomes.iter().any(|outcome| outcome.count != Count::Zero)
@@ -70,6 +72,9 @@ impl Run<'_, '_> {
             }
             if !applied && effect.heads != 0 {
                 states = self.answered(states, effect, site, before);
+            }
+            if !applied {
+                states = self.handed_through(states, site);
             }
             for (next, heads) in states {
                 let masks = self.with_heads(next.masks, site.result, heads);
@@ -150,6 +155,10 @@ impl Run<'_, '_> {
                 }
                 if outcome.count == Count::Zero {
                     next.helper_gate = outcome.gate;
+                }
+                if let Some((result, given)) = site.handed() {
+                    let base = self.ahead_at(state, given).unwrap_or(Count::Zero);
+                    next.versions = self.with_version(next.versions, result, base.then(outcome.ahead));
                 }
                 let entry = (next, heads & outcome.returned);
                 if entry.1 != 0 && !after.contains(&entry) {
@@ -265,7 +274,8 @@ impl Run<'_, '_> {
             return;
         }
         let mut next = state.clone();
-        if is_concerned(self.names.get(state.names), set) {
+        let is_next = self.versions_after(&mut next, set);
+        if !is_next && is_concerned(self.names.get(state.names), set) {
             let names = self.names.get(state.names).clone();
             let (renamed, replaced) = self.search.renamed(&names, set, &|var| self.number(state, var));
             if renamed.iter().any(|name| name.steps.len() > MAX_STEPS) {
@@ -274,6 +284,9 @@ impl Run<'_, '_> {
             }
             next.names = self.names.intern(renamed);
             next.reset |= replaced;
+            if replaced && self.is_ahead(&next) {
+                next.unknown = Some(self.made_of_next());
+            }
             if replaced {
                 self.rejuvenate(&mut next);
             }

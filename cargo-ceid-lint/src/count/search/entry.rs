@@ -222,6 +222,7 @@ impl Run<'_, '_> {
             helper_gate: None,
             age,
             names,
+            versions: self.versions.intern(Vec::new()),
             masks,
             rounds,
         };

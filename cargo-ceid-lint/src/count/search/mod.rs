@@ -15,6 +15,7 @@ mod reach;
 mod run;
 mod settled;
 mod shared;
+mod versions;
 
 use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -72,6 +73,7 @@ pub(super) struct State {
     pub(super) helper_gate: Option<Gate>,
     age: Age,
     names: u32,
+    versions: u32,
     masks: u32,
     rounds: u32,
 }
@@ -93,6 +95,8 @@ pub(super) struct End {
     /// The number of the state in [`Exploration::states`].
     pub(super) at: usize,
     pub(super) returned: returned::Heads,
+    /// How far the state that is given back is ahead of the instance.
+    pub(super) ahead: Count,
     /// With which conditions of a caller's it is taken, where callers are to know.
     pub(super) assumed: Assumed,
 }
@@ -304,7 +308,11 @@ impl<'a> Search<'a> {
             return false;
         }
         match &self.graph.node(id).effect {
-            Effect::Update(update) => update.law == self.law && self.may_be(&update.place, true),
+            Effect::Update(update) => {
+                (self.aliases.runs(update, self.law) || any && update.given.is_some())
+                    && self.may_be(&update.place, true)
+            }
+            Effect::Advance(advance) => any && self.may_be(&advance.before, true),
             Effect::Call(site) => self.call_touches(site, any),
             Effect::Reset { place, .. } => any && self.may_be(place, false),
             Effect::Unknown { places, .. } => any && places.iter().any(|place| self.may_be(place, false)),
@@ -377,6 +385,7 @@ impl<'a> Search<'a> {
         for end in &exploration.ends {
             outcomes.insert(Outcome {
                 count: end.state.count,
+                ahead: end.ahead,
                 reset: end.state.reset,
                 partly_reset: end.state.partly_reset,
                 unknown: end.state.unknown.map(|cause| exploration.causes[cause as usize].clone()),

@@ -55,6 +55,10 @@ impl Search<'_> {
     /// The names after a call that may give back a borrow, if they are others than before, and whether it depends on the callee if
     /// the instance is among what is borrowed.
     pub(super) fn borrowed(&self, names: &[Place], site: &CallSite) -> Option<(Vec<Place>, bool)> {
+        // Which state comes back of those that there were, its versions tell.
+        if site.hands.is_some() {
+            return None;
+        }
         let result = Place::var(site.result);
         let called = self.called(site);
         let is_lent = || called.borrows.iter().any(|(_, from)| names.iter().any(|name| name.base == from.base));

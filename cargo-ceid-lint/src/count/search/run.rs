@@ -5,11 +5,12 @@ use std::collections::{BTreeSet, HashSet, VecDeque};
 use super::entry::Known;
 use super::hash::BuildHasher;
 use super::interner::Interner;
+use super::versions::Versions;
 use super::{End, EndKind, Exploration, MAX_ROUNDS, MAX_STATES, Region, Search, State};
 use crate::count::counts::Count;
 use crate::count::returned;
 use crate::count::slice::Tracked;
-use crate::flow::{Cause, Effect, IndexKey, LoopId, NodeId, Place, Relation, Rounds, RunBy, Test, Var};
+use crate::flow::{Cause, Effect, IndexKey, LoopId, NodeId, Place, Relation, Rounds, RunBy, Test, Update, Var};
 
 /// The round of a loop whose counter has passed every number that is asked for.
 pub(super) const BEYOND: u64 = u64::MAX;
@@ -22,6 +23,7 @@ pub(super) struct Run<'s, 'a> {
     pub(super) region: Region,
     pub(super) tracked: Tracked,
     pub(super) names: Interner<Vec<Place>>,
+    pub(super) versions: Interner<Versions>,
     pub(super) masks: Interner<Vec<u32>>,
     pub(super) rounds: Interner<RoundsDone>,
     pub(super) exploration: Exploration,
@@ -48,6 +50,7 @@ impl<'s, 'a> Run<'s, 'a> {
             region,
             tracked,
             names: Interner::default(),
+            versions: Interner::default(),
             masks: Interner::default(),
             rounds: Interner::default(),
             exploration: Exploration {
@@ -137,7 +140,7 @@ impl<'s, 'a> Run<'s, 'a> {
 
     fn end(&mut self, kind: EndKind, at: usize, state: &State, returned: returned::Heads) {
         let assumed = self.assumed(state);
-        self.exploration.ends.push(End { kind, state: state.clone(), at, returned, assumed });
+        self.exploration.ends.push(End { kind, state: state.clone(), at, returned, ahead: Count::Zero, assumed });
     }
 
     pub(super) fn everywhere(&mut self, at: usize, state: &State) {
@@ -153,6 +156,11 @@ impl<'s, 'a> Run<'s, 'a> {
         match &node.effect {
             Effect::Nothing | Effect::Mark(_) | Effect::Use { .. } | Effect::GuardStart(_) | Effect::GuardEnd(_) => {
                 self.everywhere(at, state);
+            }
+            Effect::Advance(advance) => self.advance(at, state, advance),
+            Effect::Update(Update { place, given: Some(given), .. }) => {
+                let next = self.taken_over(state, place, given);
+                self.everywhere(at, &next);
             }
             Effect::Update(update) if update.law == self.search.law => {
                 let state = &self.with_new_value(state, update);
@@ -215,7 +223,11 @@ impl<'s, 'a> Run<'s, 'a> {
                     (None, None) => returned::ANY,
                 };
                 let kind = if self.region == Region::Function { EndKind::Completes } else { EndKind::Exits };
+                let (state, ahead) = &self.given_back(state, value);
                 self.end(kind, at, state, heads);
+                if let Some(end) = self.exploration.ends.last_mut() {
+                    end.ahead = *ahead;
+                }
                 if self.region == Region::Function {
                     self.again(state);
                 }
@@ -329,15 +341,6 @@ impl<'s, 'a> Run<'s, 'a> {
             }),
             _ => false,
         })
-    }
-
-    /// A law ran that leaves the filter as it was where its result is an `Err`.
-    fn attempt(&mut self, at: usize, before: &State, after: &State, result: Var) {
-        let masks = self.with_heads(after.masks, result, returned::PRESENT | returned::OTHER);
-        self.everywhere(at, &State { masks, ..after.clone() });
-        let masks = self.with_heads(before.masks, result, returned::ABSENT);
-        let attempted = before.count == Count::Zero;
-        self.everywhere(at, &State { masks, attempted, direct: after.direct, ..before.clone() });
     }
 
     /// Adds to the count; updates in a loop that is a cycle of its own count once for all its rounds.

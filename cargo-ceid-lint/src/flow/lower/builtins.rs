@@ -261,12 +261,16 @@ impl Builder<'_> {
                 }
                 Value::default()
             }
-            "clone" if self.program.index.holds_filter(self.ty(id)) && !matches!(self.ty(id), Ty::Ref(..)) => {
-                self.copy_of(value, self.ty(id).clone(), span)
-            }
+            "clone" if self.is_cloned_state(self.ty(id)) => self.copy_of(value, self.ty(id).clone(), span),
             name if super::calls::is_spawn(name) => self.spawn(id, name, args),
             _ => return None,
         })
+    }
+
+    /// Whether a clone of the type is another filter, or has the state of one.
+    fn is_cloned_state(&self, ty: &Ty) -> bool {
+        let index = self.program.index;
+        index.holds_filter(ty) && !matches!(ty, Ty::Ref(..)) || index.returned_spec(ty).is_some()
     }
 
     fn certain_key(&self, key: &IndexKey) -> IndexKey {

@@ -281,7 +281,12 @@ impl Builder<'_> {
             && exprs
                 .get(law_of.unwrap_or(0))
                 .is_some_and(|first| matches!(self.ty(*first).peel(), Ty::Param(_) | Ty::Opaque(_)));
-        let site = CallSite { targets: targets.to_vec(), args, result, text, law_of, is_dispatched, fed, into, from };
+        let hands = self.hands(id, None, exprs).map(|(at, part)| {
+            let whole = Place::var(result);
+            (at, part.map_or(whole.clone(), |part| whole.field(&part.to_string())))
+        });
+        let site =
+            CallSite { targets: targets.to_vec(), args, result, hands, text, law_of, is_dispatched, fed, into, from };
         self.emit(Effect::Call(Box::new(site)), span);
         result
     }
@@ -303,8 +308,8 @@ impl Builder<'_> {
 
     /// The index that an argument is, if it is a constant or a variable.
     pub(super) fn argument_index(&mut self, expr: ExprId, value: &Value) -> Option<IndexKey> {
-        if let Some(number) = value.head.as_deref().and_then(|head| head.parse().ok()) {
-            return Some(IndexKey::Number(number));
+        if let Some(key) = value.head.as_deref().and_then(IndexKey::of_head) {
+            return Some(key);
         }
         match self.index_key(expr) {
             Some(key @ (IndexKey::Number(_) | IndexKey::Named(_) | IndexKey::Var(_))) => Some(key),

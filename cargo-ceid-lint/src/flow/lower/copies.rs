@@ -13,9 +13,18 @@ impl Builder<'_> {
     pub(super) fn transfer(&self, value: &Value, ty: &Ty) -> Transfer {
         match value.is_owned {
             false => Transfer::Borrow,
+            // What a call gave back is there once.
+            true if value.place.as_ref().and_then(Place::base_var).is_some_and(|var| self.is_result(var)) => {
+                Transfer::Move
+            }
             true if value.place.is_some() && self.program.index.copies_filter(ty) => Transfer::Copy,
             true => Transfer::Move,
         }
+    }
+
+    /// Whether a variable holds what a law gave back, and has no name.
+    fn is_result(&self, var: Var) -> bool {
+        self.advanced.contains(&var) && self.graph.var(var).name.is_empty()
     }
 
     /// Notes that a filter is a template: others that live on begin with its state.
@@ -91,7 +100,10 @@ impl Builder<'_> {
                 _ => None,
             })
             .flat_map(|(id, site)| {
-                let copied = site.args.iter().enumerate().filter(|(_, arg)| arg.is_copy);
+                // What is handed through goes on in the result.
+                let handed = site.hands.as_ref().map(|(number, _)| *number);
+                let copied =
+                    site.args.iter().enumerate().filter(move |(number, arg)| arg.is_copy && Some(*number) != handed);
                 copied.filter_map(move |(number, arg)| Some((id, number, site.result, arg.place.clone()?)))
             })
             .collect();
@@ -126,9 +138,15 @@ impl Builder<'_> {
     fn is_changed(&self, vars: &BTreeSet<Var>) -> bool {
         let is_one = |place: &Place| place.base_var().is_some_and(|var| vars.contains(&var));
         self.graph.nodes.iter().any(|node| match &node.effect {
-            Effect::Update(update) => is_one(&update.place),
+            Effect::Update(update) => update.given.is_none() && is_one(&update.place),
             Effect::Call(site) => {
-                site.args.iter().filter(|arg| !arg.is_shared).filter_map(|arg| arg.place.as_ref()).any(is_one)
+                let handed = site.hands.as_ref().map(|(number, _)| *number);
+                let lent = site
+                    .args
+                    .iter()
+                    .enumerate()
+                    .filter(|(number, arg)| !(arg.is_shared || arg.is_moved && Some(*number) == handed));
+                lent.filter_map(|(_, arg)| arg.place.as_ref()).any(is_one)
             }
             Effect::Unknown { places, .. } => places.iter().any(is_one),
             Effect::Set(set) => set.transfer == Transfer::Borrow && set.from.as_ref().is_some_and(is_one),

@@ -111,6 +111,7 @@ impl Builder<'_> {
     pub(super) fn destroy(&mut self, destructor: FunctionId, place: Place, span: Span) {
         let result = self.temporary(Ty::Tuple(Vec::new()), span);
         let site = CallSite {
+            hands: None,
             targets: vec![destructor],
             args: vec![Argument { place: Some(place), ..Argument::default() }],
             result,
@@ -396,6 +397,7 @@ impl Builder<'_> {
         }
         for place in info.updates.clone() {
             let update = Update {
+                given: None,
                 place,
                 law: 0,
                 method: "update".to_owned(),

@@ -2,10 +2,10 @@
 
 use super::{Builder, Value};
 use crate::config::{InstancePlace, OnErr, Receiver};
-use crate::flow::{Cause, Computed, Effect, IndexKey, Place, RunBy, Update, Var};
-use crate::index::{Def, FilterSpec, FunctionId, Ty};
-use crate::syntax::tree::{ExprId, ExprKind, PatId};
-use crate::types::{Callee, Resolved};
+use crate::flow::{Advance, Cause, Computed, Effect, IndexKey, Place, RunBy, Update, Var};
+use crate::index::{Def, FilterSpec, FunctionId, Ty, handed, is_number};
+use crate::syntax::tree::{ExprId, ExprKind};
+use crate::types::Resolved;
 
 /// Up to how many bodies of a law are followed, where types decide which one runs.
 pub(super) const MAX_DISPATCHED: usize = 8;
@@ -54,7 +54,7 @@ impl<'a> Builder<'a> {
         let targets = self.followed(law.targets, at, exprs, values, id);
         let result = self.emit_call(id, targets, exprs, values, at);
         if law.spec.instance == InstancePlace::Returned {
-            self.advanced.insert(result, (law.group, self.called_name(id).to_owned()));
+            self.law_advances(id, &law, exprs, values, result);
         }
         if let Some(place) = place {
             let attempt = (law.spec.on_err == OnErr::Untouched).then_some(result);
@@ -62,8 +62,18 @@ impl<'a> Builder<'a> {
             // A function may have another name where it is called.
             let target = law.targets.first().map(|target| self.program.index.function(*target).name.clone());
             let method = target.unwrap_or_else(|| self.called_name(id).to_owned());
-            let update =
-                Update { place, law: law.group, method, run_by: RunBy::Code, is_typed, attempt, fed, into, from };
+            let update = Update {
+                place,
+                law: law.group,
+                method,
+                run_by: RunBy::Code,
+                is_typed,
+                given: None,
+                attempt,
+                fed,
+                into,
+                from,
+            };
             self.emit(Effect::Update(update), self.span(id));
         }
         let is_owned = !matches!(self.ty(id), Ty::Ref(..));
@@ -116,75 +126,78 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// The law whose result an expression is, where the new state is what the law returns: half and method.
-    fn returned_law(&self, id: ExprId) -> Option<(usize, String)> {
-        let body = self.body();
-        match self.typed().callees.get(&id) {
-            Some(Callee::Resolved(resolved)) => {
-                if let Some((spec, group)) = self.law_of(resolved)
-                    && spec.instance == InstancePlace::Returned
-                {
-                    return Some((group, self.called_name(id).to_owned()));
-                }
-            }
-            Some(Callee::External(path)) => {
-                let spec = self.program.index.function_spec(&Def::External(path.clone()));
-                if spec.is_some_and(|spec| spec.instance == InstancePlace::Returned) {
-                    return Some((0, self.called_name(id).to_owned()));
-                }
-            }
-            _ => {}
+    /// The argument whose state a call hands on, and where its result has it: the one of that type. Where types do not tell, it
+    /// is the first one behind the receiver.
+    pub(super) fn hands(
+        &mut self,
+        id: ExprId,
+        law: Option<&Law<'_>>,
+        exprs: &[ExprId],
+    ) -> Option<(usize, Option<usize>)> {
+        let output = self.ty(id);
+        let skip = law.map_or(0, |law| usize::from(law.has_receiver));
+        let is_state = |ty: &Ty| self.program.index.returned_spec(ty).is_some();
+        let part = |at: usize| {
+            let ty = self.ty(exprs[at]).peel();
+            let is_known = is_state(ty) && (law.is_some() || matches!(ty, Ty::Adt(..)));
+            is_known.then(|| handed(output, ty)).flatten().map(|part| (at, part))
+        };
+        let mut found: Vec<_> = (skip..exprs.len()).filter_map(part).collect();
+        if law.is_none() {
+            return (found.len() == 1).then(|| found[0]);
         }
-        match &body.expr(id).kind {
-            ExprKind::Try(inner) | ExprKind::Await(inner) => self.returned_law(*inner),
-            ExprKind::MethodCall { receiver, method, .. }
-                if matches!(method.as_str(), "unwrap" | "expect" | "unwrap_or" | "unwrap_or_else" | "clone") =>
-            {
-                self.returned_law(*receiver)
-            }
-            ExprKind::Path(_) => {
-                let local = self.typed().expr_local.get(&id).copied()?;
-                self.advanced.get(self.frames[self.frame].vars.get(&local)?).cloned()
-            }
-            _ => None,
-        }
+        // Of several numbers, it is the one that the result takes the place of.
+        let targets = self.targets.clone();
+        found.sort_by_key(|(at, _)| {
+            let is_target = self.reads_of(exprs[*at]).iter().any(|var| targets.contains(var));
+            (is_number(self.ty(exprs[*at]).peel()), !is_target)
+        });
+        found.first().copied().or_else(|| (skip < exprs.len()).then_some((skip, None)))
     }
 
-    /// A state that a law returned gets a name of its own.
-    pub(super) fn note_advanced(&mut self, pat: PatId, value: ExprId) {
-        if let Some(law) = self.returned_law(value)
-            && let [local] = self.locals_of(pat).as_slice()
-        {
-            let var = self.var_of(*local);
-            self.advanced.insert(var, law);
-        }
+    /// A law runs that gives back the next state.
+    fn law_advances(&mut self, id: ExprId, law: &Law<'_>, exprs: &[ExprId], values: &[Value], result: Var) {
+        let Some((at, part)) = self.hands(id, Some(law), exprs) else { return };
+        let Some(before) = values[at].place.clone() else { return };
+        let key = |number: &u32| {
+            let at = *number as usize + usize::from(law.has_receiver);
+            Some((*exprs.get(at)?, values.get(at)?))
+        };
+        let keys: Vec<(ExprId, &Value)> = law.spec.key.iter().filter_map(key).collect();
+        let before = keys.into_iter().fold(before, |place, (key, value)| self.channel(place, key, value));
+        let after = part.map_or_else(|| Place::var(result), |part| Place::var(result).field(&part.to_string()));
+        let may_fail = matches!(self.ty(id), Ty::External(path, _) if path.ends_with("Result"));
+        let advance = Advance {
+            before,
+            after,
+            law: law.group,
+            method: self.called_name(id).to_owned(),
+            attempt: may_fail.then_some(result),
+        };
+        self.advanced.insert(result);
+        self.emit(Effect::Advance(Box::new(advance)), self.span(id));
     }
 
-    /// A name for what a law returned, or for the payload of it.
-    pub(super) fn bind_advanced(&mut self, var: Var, value: &Value) {
-        let from = value.place.as_ref().filter(|place| place.steps.is_empty()).and_then(Place::base_var);
-        if let Some(law) = from.and_then(|from| self.advanced.get(&from)).cloned() {
-            self.advanced.insert(var, law);
+    /// A state that laws gave back may take the place of the one before: that is the update. Answers whether it may.
+    pub(super) fn take_over(&mut self, target: ExprId, place: &Place, value: &Value, source: ExprId) -> bool {
+        let Some(given) = value.place.clone() else { return false };
+        let is_advanced = given.base_var().is_some_and(|var| self.advanced.contains(&var));
+        if !is_advanced && self.program.index.returned_spec(self.ty(target).peel()).is_none() {
+            return false;
         }
-    }
-
-    /// A state that a law returned takes the place of the one before: that is the update. Answers whether it is one.
-    pub(super) fn advance(&mut self, target: ExprId, value: ExprId) -> bool {
-        let Some(law) = self.returned_law(value) else { return false };
-        let Some(place) = self.expr(target).place else { return false };
-        let computed = self.computed_from(value);
         let update = Update {
-            place,
-            law: law.0,
-            method: law.1,
+            place: place.clone(),
+            law: 0,
+            method: String::new(),
             run_by: RunBy::Code,
             is_typed: false,
+            given: Some(given),
             attempt: None,
-            fed: self.reads_of(value),
+            fed: self.reads_of(source),
             into: Vec::new(),
-            from: computed,
+            from: self.computed_from(source),
         };
-        self.emit(Effect::Update(update), self.span(value));
+        self.emit(Effect::Update(update), self.span(source));
         true
     }
 

@@ -169,8 +169,8 @@ struct Builder<'a> {
     numbers: HashMap<Var, u64>,
     /// The numbers that variables were declared with, even if they change.
     initials: HashMap<Var, u64>,
-    /// Variables that hold a state which a law returned: the half and the method.
-    advanced: HashMap<Var, (usize, String)>,
+    /// Variables that hold a state which a law gave back.
+    advanced: HashSet<Var>,
     /// The locals that a `move` closure has copies of, and the copies.
     captures: HashMap<(usize, ExprId), Vec<(LocalId, Var)>>,
     /// Calls whose futures are not awaited yet, by the frames and expressions of the calls.
@@ -247,7 +247,7 @@ impl<'a> Builder<'a> {
             iterators: HashMap::new(),
             numbers: HashMap::new(),
             initials: HashMap::new(),
-            advanced: HashMap::new(),
+            advanced: HashSet::new(),
             captures: HashMap::new(),
             deferred: HashMap::new(),
             choices: HashMap::new(),
@@ -465,6 +465,9 @@ impl<'a> Builder<'a> {
         }
         if let Some(from) = value.place.as_ref().and_then(Place::base_var).or(value.same_as) {
             self.graph.derived.push((var, from));
+            if self.advanced.contains(&from) {
+                self.advanced.insert(var);
+            }
         }
         let assignment = Assignment {
             place: Place::var(var),

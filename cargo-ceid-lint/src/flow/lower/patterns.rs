@@ -450,7 +450,6 @@ impl Builder<'_> {
                     self.set(var, &value, span);
                     self.note_copied_part(var, &value);
                     self.bind_guard(var, &value, span);
-                    self.bind_advanced(var, &value);
                 }
                 if let Some(sub) = sub {
                     self.bind_pattern(*sub, value);

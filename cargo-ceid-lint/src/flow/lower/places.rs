@@ -121,7 +121,11 @@ impl Builder<'_> {
                 let number = self.program.index.const_number(*value);
                 number.map_or_else(|| IndexKey::Named(path.text().into()), IndexKey::Number)
             }
-            Some(Def::Variant(..)) => IndexKey::Named(path.text().into()),
+            // Under whatever name it is imported.
+            Some(Def::Variant(ty, at)) => {
+                let variant = super::constants::variant_head(self.program, *ty, *at);
+                IndexKey::Named(format!("{}::{variant}", self.program.index.type_def(*ty).name).into())
+            }
             _ if path.segments.first().is_some_and(|first| first.name == "Self") => {
                 let names: Vec<String> = path.segments.iter().map(|segment| segment.name.clone()).collect();
                 let scope = self.program.index.scope_of(self.frames[self.frame].function);
@@ -239,9 +243,6 @@ impl Builder<'_> {
         if self.at.is_none() {
             return Value::default();
         }
-        if self.advance(target, value) {
-            return Value::default();
-        }
         let span = self.span(id);
         if self.keeps_state(target, value)
             && let Some(place) = self.static_place(target)
@@ -257,19 +258,19 @@ impl Builder<'_> {
                 let bases = self.assigned_vars(*place);
                 self.derive(&bases, *own);
                 let before = self.at;
-                self.assign_to(*place, &part, span);
+                self.assign_to(*place, &part, *own, span);
                 if self.at != before {
                     self.note_change(*place, *own, None);
                 }
             }
             return Value::default();
         }
-        self.assign_to(target, &given, span);
+        self.assign_to(target, &given, value, span);
         self.note_change(target, value, None);
         Value::default()
     }
 
-    fn assign_to(&mut self, target: ExprId, value: &Value, span: crate::source::Span) {
+    fn assign_to(&mut self, target: ExprId, value: &Value, source: ExprId, span: crate::source::Span) {
         let body = self.body();
         if let ExprKind::Path(path) = &body.expr(target).kind
             && path.ident() == Some("_")
@@ -280,13 +281,14 @@ impl Builder<'_> {
             ExprKind::Tuple(places) => {
                 for (number, place) in places.iter().enumerate() {
                     let part = value.place.as_ref().map(|place| place.field(&number.to_string()));
-                    self.assign_to(*place, &Value { place: part, is_owned: true, ..Value::default() }, span);
+                    let part = Value { place: part, is_owned: true, ..Value::default() };
+                    self.assign_to(*place, &part, source, span);
                 }
                 return;
             }
             ExprKind::Array { elements: places, .. } | ExprKind::Call { args: places, .. } => {
                 for place in places {
-                    self.assign_to(*place, &Value::default(), span);
+                    self.assign_to(*place, &Value::default(), source, span);
                 }
                 return;
             }
@@ -294,13 +296,15 @@ impl Builder<'_> {
         }
         let is_path = matches!(body.expr(target).kind, ExprKind::Path(_));
         let is_reference = matches!(self.ty(target), Ty::Ref(..));
+        let mut is_next = false;
         if is_path && let Some(local) = self.typed().expr_local.get(&target).copied() {
             let var = self.var_of(local);
             if self.assign_guard(var, value, span) {
                 return;
             }
             let head = value.head.clone();
-            if is_reference || !self.may_hold_filter(self.ty(target)) {
+            is_next = !is_reference && self.take_over(target, &Place::var(var), value, source);
+            if is_reference || (!is_next && !self.may_hold_filter(self.ty(target))) {
                 self.set(var, &Value { head, ..value.clone() }, span);
                 return;
             }
@@ -309,6 +313,9 @@ impl Builder<'_> {
         self.keep_closure(value, span);
         self.lose_made(value);
         let Some(place) = place else { return };
+        if !is_next {
+            self.take_over(target, &place, value, source);
+        }
         if let Some(var) = place.base_var()
             && place.steps.is_empty()
         {

@@ -176,7 +176,6 @@ impl Builder<'_> {
         if matches!(self.body().pat(pat).kind, PatKind::Bind { .. }) {
             self.note_copy(init);
         }
-        self.note_advanced(pat, init);
     }
 
     fn let_else(&mut self, pat: crate::syntax::tree::PatId, init: ExprId, otherwise: ExprId) {

@@ -1,0 +1,258 @@
+//! States that laws give back: how far each is ahead of the one in the instance's place, until it takes that place.
+
+use super::run::Run;
+use super::{Region, Search, State};
+use crate::count::counts::Count;
+use crate::count::instances::place_ty;
+use crate::count::returned;
+use crate::count::summary::Outcome;
+use crate::flow::{Advance, Assignment, CallSite, Cause, Effect, Place, Relation, Returned, Transfer, Var};
+use crate::index::handed;
+
+/// Places that hold other states of the instance than its own place, each with how far it is ahead.
+pub(super) type Versions = Vec<(Place, Count)>;
+
+/// More of them tell nothing: what is forgotten is a new value where it is put back.
+const MAX_VERSIONS: usize = 16;
+
+/// The ways through a function for what it gets by value: what it does to it is done to what it gives back.
+pub(super) fn by_value(outcomes: &[Outcome], place: &Place, site: &CallSite) -> Vec<Outcome> {
+    let is_given = site.handed().is_some_and(|(_, before)| before == place);
+    let is_moved = site.hands.as_ref().is_some_and(|(number, _)| site.args[*number].is_moved);
+    let mut outcomes = outcomes.to_vec();
+    for outcome in outcomes.iter_mut().filter(|_| is_given && is_moved) {
+        outcome.ahead = outcome.total();
+        outcome.count = Count::Zero;
+    }
+    outcomes
+}
+
+/// What is left of a way when the state before it is forgotten.
+fn rebased(ahead: Count, by: Count) -> Option<Count> {
+    match (ahead, by) {
+        (ahead, Count::Zero) => Some(ahead),
+        (Count::One, Count::One) => Some(Count::Zero),
+        _ => None,
+    }
+}
+
+impl Search<'_> {
+    /// The law that gives back its next state here, as the source calls it.
+    pub(in crate::count) fn method_of_advance(&self) -> Option<String> {
+        self.near().find_map(|id| match &self.graph.node(id).effect {
+            Effect::Advance(advance) if advance.law == self.law && self.may_be(&advance.before, true) => {
+                Some(advance.method.clone())
+            }
+            _ => None,
+        })
+    }
+
+    /// Whether its next state is given back, here or by what is called, wherever it goes.
+    pub(in crate::count) fn is_advanced(&self) -> bool {
+        self.method_of_advance().is_some()
+            || self.near().any(|id| match &self.graph.node(id).effect {
+                Effect::Call(site) => {
+                    self.summaries.advanced(site).any(|law| law == self.law)
+                        && site.handed().is_some_and(|(_, before)| self.may_be(before, true))
+                }
+                _ => false,
+            })
+    }
+}
+
+impl Run<'_, '_> {
+    /// A law ran that leaves the filter as it was where its result is an `Err`.
+    pub(super) fn attempt(&mut self, at: usize, before: &State, after: &State, result: Var) {
+        let masks = self.with_heads(after.masks, result, returned::PRESENT | returned::OTHER);
+        self.everywhere(at, &State { masks, ..after.clone() });
+        let masks = self.with_heads(before.masks, result, returned::ABSENT);
+        let attempted = before.count == Count::Zero;
+        self.everywhere(at, &State { masks, attempted, direct: after.direct, ..before.clone() });
+    }
+
+    /// How far what a place holds is ahead of the instance; `None` if it is none of its states.
+    pub(super) fn ahead_at(&self, state: &State, place: &Place) -> Option<Count> {
+        let versions = self.versions.get(state.versions);
+        if let Some((_, ahead)) = versions.iter().find(|(own, _)| own == place) {
+            return Some(*ahead);
+        }
+        let is_it = |relation: &Relation| matches!(relation, Relation::Holds(rest) if rest.is_empty());
+        self.relations(state, place).iter().any(is_it).then_some(Count::Zero)
+    }
+
+    pub(super) fn with_version(&mut self, versions: u32, place: &Place, ahead: Count) -> u32 {
+        let mut all = self.versions.get(versions).clone();
+        all.retain(|(own, _)| own != place);
+        if all.len() < MAX_VERSIONS {
+            all.push((place.clone(), ahead));
+        }
+        all.sort();
+        self.versions.intern(all)
+    }
+
+    /// A law gives back the next state.
+    pub(super) fn advance(&mut self, at: usize, state: &State, advance: &Advance) {
+        let mut next = state.clone();
+        let Some(before) = self.ahead_at(state, &advance.before) else {
+            let relations = self.relations(state, &advance.before);
+            if let Some(cause) = self.doubt(state, &advance.before, &relations) {
+                next.unknown = Some(self.cause(&cause));
+            }
+            return self.everywhere(at, &next);
+        };
+        let by = if advance.law == self.search.law { Count::One } else { Count::Zero };
+        next.versions = self.with_version(next.versions, &advance.after, before.then(by));
+        if let Some(result) = advance.attempt.filter(|_| by == Count::One) {
+            let failed = self.with_heads(next.masks, result, returned::ABSENT);
+            let given = self.with_heads(next.masks, result, returned::PRESENT | returned::OTHER);
+            if failed != given {
+                // Without a fallback the attempt counts.
+                let attempted = next.count == Count::Zero && before == Count::Zero;
+                let versions = state.versions;
+                self.everywhere(at, &State { masks: failed, versions, attempted, direct: true, ..next.clone() });
+                next.masks = given;
+            }
+        }
+        self.everywhere(at, &next);
+    }
+
+    /// What laws gave back takes the place of the instance: as many of them ran.
+    pub(super) fn taken_over(&mut self, state: &State, place: &Place, given: &Place) -> State {
+        let mut next = state.clone();
+        let relations = self.relations(state, place);
+        let is_exact = relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if rest.is_empty()))
+            || place == self.search.instance;
+        match self.ahead_at(state, given) {
+            Some(ahead) if is_exact => {
+                self.add(&mut next, ahead);
+                next.direct |= ahead != Count::Zero;
+            }
+            Some(ahead) if ahead != Count::Zero => {
+                if let Some(cause) = self.doubt(state, place, &relations) {
+                    next.unknown = Some(self.cause(&cause));
+                }
+            }
+            _ => {}
+        }
+        next
+    }
+
+    /// Whether a law has given back a state that is not in the instance's place yet.
+    pub(super) fn is_ahead(&self, state: &State) -> bool {
+        self.versions.get(state.versions).iter().any(|(_, ahead)| *ahead != Count::Zero)
+    }
+
+    /// What a new value is made of, where there is a next state, is not known.
+    pub(super) fn made_of_next(&mut self) -> u16 {
+        self.cause(&Cause::Code("what is made of its next state".to_owned()))
+    }
+
+    /// Follows the states of the instance through an assignment. Answers whether one takes the instance's own place.
+    pub(super) fn versions_after(&mut self, next: &mut State, set: &Assignment) -> bool {
+        let versions = self.versions.get(next.versions).clone();
+        let mut gained: Versions = Vec::new();
+        if let Some(from) = &set.from {
+            for (own, ahead) in &versions {
+                if let Relation::Holds(rest) = from.relate(own, &|_| None) {
+                    gained.push((set.place.join(&rest), *ahead));
+                }
+            }
+            if gained.is_empty() && set.transfer == Transfer::Copy && self.is_given_back() {
+                gained.extend(self.ahead_at(next, from).map(|ahead| (set.place.clone(), ahead)));
+            }
+        }
+        if gained.is_empty() && versions.is_empty() {
+            return false;
+        }
+        let is_over = |own: &Place| matches!(set.place.relate(own, &|_| None), Relation::Holds(_));
+        let mut names = self.names.get(next.names).clone();
+        let is_own = |place: &Place| names.contains(place) || place == self.search.instance;
+        let taken = gained.iter().find(|(place, _)| is_own(place)).map(|(_, ahead)| *ahead);
+        if taken.is_some() && !names.contains(&set.place) {
+            // It was moved out of its place before, and is back.
+            names.push(set.place.clone());
+            names.sort();
+            next.names = self.names.intern(names);
+        }
+        let mut after: Versions = versions.into_iter().filter(|(own, _)| !is_over(own)).collect();
+        if let Some(by) = taken {
+            after = after.into_iter().filter_map(|(own, ahead)| Some((own, rebased(ahead, by)?))).collect();
+        } else {
+            after.extend(gained);
+        }
+        after.sort();
+        after.dedup();
+        after.truncate(MAX_VERSIONS);
+        next.versions = self.versions.intern(after);
+        taken.is_some()
+    }
+
+    /// A function hands through a state that is not in the instance's own place.
+    pub(super) fn handed_through(
+        &mut self,
+        states: Vec<(State, returned::Heads)>,
+        site: &CallSite,
+    ) -> Vec<(State, returned::Heads)> {
+        let Some((result, given)) = site.handed() else { return states };
+        let outcomes = by_value(&self.search.summaries.handed(site, self.search.law), given, site);
+        let mut after = Vec::new();
+        for (state, heads) in states {
+            let Some(base) = self.ahead_at(&state, given) else {
+                after.push((state, heads));
+                continue;
+            };
+            let mut add = |next: State, heads| {
+                if heads != 0 && !after.contains(&(next.clone(), heads)) {
+                    after.push((next, heads));
+                }
+            };
+            if outcomes.is_empty() {
+                let versions = self.with_version(state.versions, result, base);
+                add(State { versions, ..state.clone() }, heads);
+            }
+            for outcome in &outcomes {
+                let versions = self.with_version(state.versions, result, base.then(outcome.ahead));
+                let unknown = outcome.unknown.as_ref().map(|cause| self.cause(cause)).or(state.unknown);
+                add(State { versions, unknown, ..state.clone() }, heads & outcome.returned);
+            }
+        }
+        after
+    }
+
+    /// How far the state that a function gives back is ahead; what is made of it in another way is not known.
+    pub(super) fn given_back(&mut self, state: &State, value: &Returned) -> (State, Count) {
+        let versions = self.versions.get(state.versions).clone();
+        if !self.is_ahead(state)
+            || value.head.as_deref() == Some("-")
+            || self.region != Region::Function
+            || !self.gives_state()
+        {
+            return (state.clone(), Count::Zero);
+        }
+        let is_it = |own: &Place, place: &Place| matches!(place.relate(own, &|_| None), Relation::Holds(_));
+        let is_in = |own: &Place| value.place.as_ref().is_some_and(|place| is_it(own, place));
+        let inside: Vec<Count> = versions.iter().filter(|(own, _)| is_in(own)).map(|(_, ahead)| *ahead).collect();
+        match inside.as_slice() {
+            [ahead] => (state.clone(), *ahead),
+            [] if value.place.as_ref().is_some_and(|place| self.ahead_at(state, place).is_some()) => {
+                (state.clone(), Count::Zero)
+            }
+            _ => (State { unknown: Some(self.made_of_next()), ..state.clone() }, Count::One),
+        }
+    }
+
+    /// Whether the instance is the state of a law that gives back the next one.
+    fn is_given_back(&self) -> bool {
+        let Search { program, graph, instance, .. } = self.search;
+        place_ty(program.index, graph, instance).is_some_and(|ty| program.index.returned_spec(&ty).is_some())
+    }
+
+    /// Whether the function gives back a state of the instance's type.
+    fn gives_state(&self) -> bool {
+        let Search { program, graph, instance, .. } = self.search;
+        let index = program.index;
+        let output = &index.function(graph.function).function.output;
+        let output = index.lower(output, &index.scope_of(graph.function));
+        place_ty(index, graph, instance).is_some_and(|ty| handed(&output, &ty).is_some())
+    }
+}
