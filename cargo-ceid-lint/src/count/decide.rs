@@ -78,9 +78,8 @@ pub(super) fn repeat_of(search: &Search<'_>, exploration: &Exploration) -> Optio
 pub(super) fn skip_of(search: &Search<'_>, gates: &Gates<'_, '_>, exploration: &Exploration) -> Option<Evidence> {
     let (skipping, updating): (Vec<&End>, Vec<&End>) =
         exploration.ends.iter().partition(|end| end.state.count == Count::Zero);
-    let is_unexplained = |end: &&&End| {
-        !end.state.reset && !end.state.attempted && gates.of_end(exploration, end).is_none()
-    };
+    let is_unexplained =
+        |end: &&&End| !end.state.reset && !end.state.attempted && gates.of_end(exploration, end).is_none();
     // What those who call it know may explain a way to them.
     let (asking, plain): (Vec<&End>, Vec<&End>) =
         skipping.iter().filter(is_unexplained).partition(|end| gates.asks(end).is_some());
