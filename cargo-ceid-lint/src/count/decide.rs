@@ -275,8 +275,8 @@ fn skipped(
         Some(end) => {
             let witness = steps(search, region, exploration, end);
             let place = skip_place(search, exploration, end);
-            // Where no statement skips, a loop over filtered items does so by having no round.
-            let primary = place.map_or_else(|| head_of(search, region), |(primary, _)| primary);
+            let primary = place.map(|(primary, _)| primary).or_else(|| loop_left(search, exploration, end));
+            let primary = primary.unwrap_or_else(|| head_of(search, region));
             let through = place.and_then(|(_, through)| through);
             let others = other_skips(&gates, region, exploration, ends, primary);
             Decision { verdict: Verdict::Skipped, witness, primary: Some(primary), through, others, ..base }
@@ -427,6 +427,20 @@ fn skip_place(search: &Search<'_>, exploration: &Exploration, end: &End) -> Opti
     let span = search.graph.node(shown).span;
     let inner = skip_inside(search, shown);
     Some(inner.map_or((span, None), |inner| (inner.primary, Some(span))))
+}
+
+/// The loop over the elements that a way goes past without a round for this one, where no statement skips.
+fn loop_left(search: &Search<'_>, exploration: &Exploration, end: &End) -> Option<Span> {
+    let graph = search.graph;
+    let updating = search.updating();
+    let updates = |id: LoopId| updating.iter().any(|node| graph.is_within(graph.node(*node).in_loop, id));
+    let passed = exploration.path(end.at).into_iter().rev().find_map(|at| {
+        match &graph.node(exploration.states[at].node).effect {
+            Effect::LoopHead(id) if search.covers(*id) && updates(*id) => Some(*id),
+            _ => None,
+        }
+    });
+    passed.map(|id| graph.loop_info(id).keyword)
 }
 
 /// How a call skips, if it does.
