@@ -50,11 +50,15 @@ pub(super) fn check(task: &Task, loaded: &mut Option<Loaded>, source: &dyn Fn() 
     if paths.is_empty() {
         return Outcome::Nothing;
     }
+    // Of changes below its folder the client tells, if only texts are said to have changed.
+    let is_told = |path: &Path| {
+        task.extent == Extent::Texts && matches!(&task.scope, Scope::Folder(folder) if path.starts_with(folder))
+    };
     let is_known = loaded.as_ref().is_some_and(|loaded| {
         task.extent < Extent::Project
             && loaded.paths == paths
             && loaded.settings == task.settings
-            && loaded.stamps.iter().all(|(path, stamp)| stamp_of(path) == *stamp)
+            && loaded.stamps.iter().all(|(path, stamp)| is_told(path) || stamp_of(path) == *stamp)
     });
     let current_dir = match &task.scope {
         Scope::Folder(folder) => folder,
