@@ -429,7 +429,19 @@ impl Infer<'_> {
             && matches!(last, "Vec" | "VecDeque" | "HashMap" | "BTreeMap" | "Option" | "ArrayVec" | "IndexMap")
         {
             let count = if last.ends_with("Map") { 2 } else { 1 };
-            return Ty::External(path, (0..count).map(|_| self.variables.fresh()).collect());
+            let made: Vec<Ty> = (0..count).map(|_| self.variables.fresh()).collect();
+            // `Vec::from([a, b])`, `BTreeMap::from([(key, value)])`
+            let items =
+                given.first().filter(|_| name == "from" && last != "Option").and_then(|from| from.peel().element());
+            match (items, made.as_slice()) {
+                (Some(item), [own]) => self.variables.unify(own, item),
+                (Some(Ty::Tuple(pair)), [key, value]) if pair.len() == 2 => {
+                    self.variables.unify(key, &pair[0]);
+                    self.variables.unify(value, &pair[1]);
+                }
+                _ => {}
+            }
+            return Ty::External(path, made);
         }
         ty
     }
