@@ -431,9 +431,9 @@ impl Infer<'_> {
             let count = if last.ends_with("Map") { 2 } else { 1 };
             let made: Vec<Ty> = (0..count).map(|_| self.variables.fresh()).collect();
             // `Vec::from([a, b])`, `BTreeMap::from([(key, value)])`
-            let items =
-                given.first().filter(|_| name == "from" && last != "Option").and_then(|from| from.peel().element());
-            match (items, made.as_slice()) {
+            let from = given.first().filter(|_| name == "from" && last != "Option");
+            let from = from.map(|from| self.variables.resolve(from));
+            match (from.as_ref().and_then(|from| from.peel().element()), made.as_slice()) {
                 (Some(item), [own]) => self.variables.unify(own, item),
                 (Some(Ty::Tuple(pair)), [key, value]) if pair.len() == 2 => {
                     self.variables.unify(key, &pair[0]);
