@@ -142,8 +142,12 @@ fn code_of_edition_2015() {
                fn dyn(async: u8, node: &mut Node, other: Box<Node + Send>) -> Result<u8, ()> {\n\
                    let try = try!(node.feed(async, &mut Kalman));\n    match async { 0...9 => Ok(1), _ => Ok(0) }\n}\n";
     let manifest = "[workspace]\n[package]\nname = \"demo\"\nversion = \"0.1.0\"\n";
-    let files = [("Cargo.toml", manifest), ("src/lib.rs", old), ("src/good.rs", GUILTY)];
-    check(&repository("edition_2015", &files), &[], 100, &["src/good.rs"], &[]);
+    // A `use` begins at the crate root, in whatever module it stands.
+    let user = "use good::{Kalman, SampledFilter};\n\
+                pub fn run() { let mut kf = Kalman; loop { kf.update(); ::good::SampledFilter::update(&mut kf); } }\n";
+    let old = &*format!("{old}mod user;\n");
+    let files = [("Cargo.toml", manifest), ("src/lib.rs", old), ("src/good.rs", GUILTY), ("src/user.rs", user)];
+    check(&repository("edition_2015", &files), &[], 100, &["src/good.rs", "src/user.rs"], &[]);
 }
 
 #[test]

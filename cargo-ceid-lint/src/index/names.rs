@@ -44,9 +44,12 @@ impl Index {
             "self" => Def::Module(self.enclosing(module)),
             "super" => Def::Module(self.module(self.enclosing(module)).parent.map(|up| self.enclosing(up))?),
             "" => {
-                let (name, rest) = rest.split_first()?;
-                let start = self.extern_crate(self.module(module).krate, name)?;
-                return self.resolve_rest(start, rest, namespace, trail);
+                let (name, more) = rest.split_first()?;
+                if let Some(start) = self.extern_crate(self.module(module).krate, name) {
+                    return self.resolve_rest(start, more, namespace, trail);
+                }
+                // In the 2015 edition it is the crate root that such a path begins at.
+                return self.resolve_rest(Def::Module(self.crate_of(module).root), rest, namespace, trail);
             }
             name => self.resolve_first(module, name, first_namespace, rest.is_empty(), trail)?,
         };
