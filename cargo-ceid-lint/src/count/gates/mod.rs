@@ -359,15 +359,22 @@ impl<'s, 'a> Gates<'s, 'a> {
     }
 
     fn is_instance(&self, place: &Place) -> bool {
-        self.search.aliases.shared_roots(place).iter().any(|root| root.overlaps(self.search.instance))
+        self.is_of(self.search.instance, place)
     }
 
     fn is_part(&self, place: &Place) -> bool {
-        self.search
-            .aliases
-            .roots(place)
-            .iter()
-            .any(|root| root.overlaps(self.search.instance) && root.steps.len() > self.search.instance.steps.len())
+        self.is_part_of(self.search.instance, place)
+    }
+
+    /// Whether a place may be a filter, a part of it, or what it is a part of.
+    fn is_of(&self, filter: &Place, place: &Place) -> bool {
+        self.search.aliases.shared_roots(place).iter().any(|root| root.overlaps(filter))
+    }
+
+    /// Whether a place may be a part of a filter.
+    fn is_part_of(&self, filter: &Place, place: &Place) -> bool {
+        let roots = self.search.aliases.shared_roots(place);
+        roots.iter().any(|root| root.overlaps(filter) && root.steps.len() > filter.steps.len())
     }
 
     /// Whether a place is the instance or a part of it, not what it is a part of.

@@ -67,20 +67,14 @@ impl Gates<'_, '_> {
 
     /// What is fed to a filter, by any of its names.
     fn add_fed(&self, filter: &Place, fed: &mut Computed) {
-        let overlapping = |place: &Place| {
-            let roots = self.search.aliases.roots(place).into_iter();
-            roots.filter(|root| root.overlaps(filter)).collect::<Vec<_>>()
-        };
-        let is_it = |place: &Place| !overlapping(place).is_empty();
+        let is_it = |place: &Place| self.is_of(filter, place);
         for id in self.nodes() {
             match &self.search.graph.node(id).effect {
                 Effect::Update(update) if is_it(&update.place) => extend(fed, &update.from),
                 Effect::Call(site) if site.args.iter().filter_map(|arg| arg.place.as_ref()).any(is_it) => {
                     self.add_fed_arguments(site, &is_it, fed);
                 }
-                Effect::Write(write)
-                    if overlapping(&write.place).iter().any(|root| root.steps.len() > filter.steps.len()) =>
-                {
+                Effect::Write(write) if self.is_part_of(filter, &write.place) => {
                     if let Some(change) = self.search.graph.changes.get(&id) {
                         extend(fed, &change.computed);
                     }
