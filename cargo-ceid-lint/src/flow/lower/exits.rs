@@ -145,10 +145,11 @@ impl Builder<'_> {
                 self.join_made(&value, var, span);
                 self.set(var, &value, span);
                 self.arrived.entry(var).or_default().push(value.closure);
-                // A guard that is given back lives on where the value goes.
+                // A guard that is given back lives on where the value goes; a future that the function gives back runs after all
+                // of the function's own scopes.
                 let moved = self.moved_guard(&value);
-                for scope in &mut self.scopes[at - 1..at] {
-                    scope.guards.extend(moved);
+                if let Some(around) = at.checked_sub(1) {
+                    self.scopes[around].guards.extend(moved);
                 }
                 self.ended.extend(moved);
                 self.end_scopes(at + 1, moved, span);
