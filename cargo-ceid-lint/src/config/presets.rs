@@ -1,5 +1,6 @@
 //! The presets: entries for published crates, one file a crate, in the format of `ceid-lint.toml`.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use toml::de::DeTable;
@@ -110,20 +111,15 @@ pub fn active_presets<'a>(
     for section in &config.sections {
         check_names(section)?;
     }
-    let choices: Vec<Presets> = packages
-        .into_iter()
-        .map(|sections| {
-            let own = sections.iter().rev().find_map(|section| section.presets.clone());
-            own.unwrap_or(Presets::Auto)
-        })
-        .collect();
-    let is_active = |name: &str| {
-        choices.iter().any(|choice| match choice {
-            Presets::Auto => is_in_graph(name),
-            Presets::None => false,
-            Presets::Named(names) => names.iter().any(|(own, _)| own == name),
-        })
-    };
+    let (mut is_auto, mut named) = (false, BTreeSet::new());
+    for sections in packages {
+        match sections.iter().rev().find_map(|section| section.presets.as_ref()) {
+            None | Some(Presets::Auto) => is_auto = true,
+            Some(Presets::None) => {}
+            Some(Presets::Named(names)) => named.extend(names.iter().map(|(name, _)| name.as_str())),
+        }
+    }
+    let is_active = |name: &str| named.contains(name) || (is_auto && is_in_graph(name));
     PRESETS.iter().filter(|(name, _)| is_active(name)).map(|(name, text)| Preset::read(name, text)).collect()
 }
 

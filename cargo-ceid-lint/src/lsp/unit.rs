@@ -26,7 +26,9 @@ pub(super) struct Loaded {
     project: Arc<Project>,
     paths: Vec<PathBuf>,
     settings: Settings,
-    stamps: Vec<Stamp>,
+    /// What lies below the folder that the client has open: it tells of changes there.
+    within: Vec<Stamp>,
+    beyond: Vec<Stamp>,
     /// What its last check has left.
     memory: Memory,
 }
@@ -50,15 +52,13 @@ pub(super) fn check(task: &Task, loaded: &mut Option<Loaded>, source: &dyn Fn() 
     if paths.is_empty() {
         return Outcome::Nothing;
     }
-    // Of changes below its folder the client tells, if only texts are said to have changed.
-    let is_told = |path: &Path| {
-        task.extent == Extent::Texts && matches!(&task.scope, Scope::Folder(folder) if path.starts_with(folder))
-    };
+    let is_as_before = |stamps: &[Stamp]| stamps.iter().all(|(path, stamp)| stamp_of(path) == *stamp);
     let is_known = loaded.as_ref().is_some_and(|loaded| {
         task.extent < Extent::Project
             && loaded.paths == paths
             && loaded.settings == task.settings
-            && loaded.stamps.iter().all(|(path, stamp)| is_told(path) || stamp_of(path) == *stamp)
+            && (task.extent == Extent::Texts || is_as_before(&loaded.within))
+            && is_as_before(&loaded.beyond)
     });
     let current_dir = match &task.scope {
         Scope::Folder(folder) => folder,
@@ -69,9 +69,10 @@ pub(super) fn check(task: &Task, loaded: &mut Option<Loaded>, source: &dyn Fn() 
         *loaded = None;
         match project::load(&selection) {
             Ok(project) => {
-                let stamps = stamps(&project);
+                let is_within = |(path, _): &Stamp| matches!(&task.scope, Scope::Folder(it) if path.starts_with(it));
+                let (within, beyond) = stamps(&project).into_iter().partition(is_within);
                 let (project, settings) = (Arc::new(project), task.settings.clone());
-                *loaded = Some(Loaded { project, paths, settings, stamps, memory: Memory::default() });
+                *loaded = Some(Loaded { project, paths, settings, within, beyond, memory: Memory::default() });
             }
             Err(error) => return not_loaded(error),
         }

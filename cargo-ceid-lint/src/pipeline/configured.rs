@@ -1,5 +1,7 @@
 //! A check with the configuration that lies beside the project's manifests.
 
+use std::path::Path;
+
 use super::{BaselineChoice, Clock, Earlier, Gate, Memory, Report, Steps, check_timed, known};
 use crate::config::{self, Config, ConfigError, LevelOverrides};
 use crate::diagnostic::Problem;
@@ -84,10 +86,11 @@ fn check_after(project: &Project, options: &Options, source: Box<dyn ReadSource>
 fn configuration(project: &Project, overrides: LevelOverrides, source: &dyn ReadSource) -> Result<Config, ConfigError> {
     let reported = || project.packages.iter().filter(|package| package.is_reported);
     let roots = reported().map(|package| package.workspace_root.as_path());
-    // What cargo has not seen may stand in the text that an editor holds.
-    let held = source.held();
-    let has_metadata =
-        |package: &Package| package.metadata.is_some() || held.contains(&source.identity(&package.manifest_path));
+    // What cargo has not seen may stand in the text that an editor holds. To ask the disk about each manifest costs more than
+    // to check a file, so that this is done only if one may be open.
+    let held: Vec<_> = source.held().into_iter().filter(|path| path.extension().is_none_or(|it| it != "rs")).collect();
+    let is_held = |path: &Path| !held.is_empty() && held.contains(&source.identity(path));
+    let has_metadata = |package: &Package| package.metadata.is_some() || is_held(&package.manifest_path);
     let manifests = reported().filter(|package| has_metadata(package)).map(|package| package.manifest_path.as_path());
     let mut config = config::load(roots, manifests, source)?;
     config.overrides = overrides;

@@ -92,10 +92,9 @@ pub(super) fn parts(
         part
     });
     if let Some(memory) = memory {
-        let held = source.held();
+        let owners: Vec<usize> = source.held().iter().filter_map(|file| project.owner(file)).collect();
         let is_open = |component: &Component| {
-            let mut owners = held.iter().filter_map(|file| project.owner(file));
-            component.is_named && owners.any(|owner| component.packages.contains(&owner))
+            component.is_named && owners.iter().any(|owner| component.packages.contains(owner))
         };
         for ((package, _), part) in packages.iter().zip(&parsed).filter(|((_, component), _)| is_open(component)) {
             memory.learn_tree(*package, part);
