@@ -166,6 +166,25 @@ const SHAPES: &[Shape] = &[
         },
     },
     Shape {
+        name: "visitors of each other",
+        verdict: "unproved",
+        source: |n| {
+            let kinds = |at: usize| (0..6).map(move |part| (part, (at * 7 + part * 13 + 1) % n));
+            let visitor = |at: usize| {
+                let parts: String =
+                    kinds(at).map(|(part, kind)| format!("pub part{part}: Vec<Node{kind}>, ")).collect();
+                let visits =
+                    kinds(at).map(|(part, kind)| format!("for it in &mut node.part{part} {{ visit{kind}(it); }}"));
+                let visits: String = visits.collect();
+                format!(
+                    "pub struct Node{at} {{ {parts}pub kf: Kalman }}\n\
+                     pub fn visit{at}(node: &mut Node{at}) {{ node.kf.update(1.0); {visits} }}\n"
+                )
+            };
+            each(n, visitor) + "pub fn run(root: &mut Node0) { loop { visit0(root); } }\n"
+        },
+    },
+    Shape {
         name: "comments",
         verdict: "skipped",
         source: |n| {

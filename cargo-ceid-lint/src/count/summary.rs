@@ -318,6 +318,24 @@ impl Summaries {
         summary
     }
 
+    /// The places of which nothing is known, by their parameters where there are too many: with what was so in the round before,
+    /// for a recursion to settle.
+    fn bounded(&self, function: FunctionId, mut unknown: BTreeMap<Given, Cause>) -> BTreeMap<Given, Cause> {
+        for (given, ways) in self.of.get(&function).into_iter().flat_map(|before| before.outcomes(0)) {
+            if let [Outcome { count: Count::Zero, reset: false, unknown: Some(cause), .. }] = ways.as_slice() {
+                unknown.insert(given.clone(), cause.clone());
+            }
+        }
+        let whole = |given: &Given| Given { base: given.base, steps: Vec::new() };
+        if unknown.len() > MAX_PLACES {
+            unknown = unknown.into_iter().rev().map(|(given, cause)| (whole(&given), cause)).collect();
+        }
+        let is_part = |given: &Given| !given.steps.is_empty() && unknown.contains_key(&whole(given));
+        let parts: Vec<Given> = unknown.keys().filter(|given| is_part(given)).cloned().collect();
+        unknown.retain(|given, _| parts.binary_search(given).is_err());
+        unknown
+    }
+
     /// The parameters that a function puts into what another one of them leads to: `self.all.push(filter)`.
     fn kept_params(&self, graph: &ControlFlowGraph, aliases: &Aliases) -> BTreeSet<usize> {
         let params = |places: &mut dyn Iterator<Item = Place>| -> BTreeSet<usize> {
@@ -383,13 +401,15 @@ impl Summaries {
         graph: &ControlFlowGraph,
         aliases: &Aliases,
         mut touched: BTreeSet<Given>,
-        unknown: BTreeMap<Given, Cause>,
+        mut unknown: BTreeMap<Given, Cause>,
         summary: &mut Summary,
     ) {
         let ty_of = |given: &Given| super::instances::place_ty(program.index, graph, &instance_of(graph, given));
-        for (given, cause) in unknown {
-            let may_matter = ty_of(&given).is_none_or(|ty| super::instances::may_hold_filter(program.index, &ty));
-            if may_matter && !touched.contains(&given) && summary.halves[0].len() < MAX_PLACES {
+        let may_matter =
+            |given: &Given| ty_of(given).is_none_or(|ty| super::instances::may_hold_filter(program.index, &ty));
+        unknown.retain(|given, _| may_matter(given) && !touched.contains(given));
+        for (given, cause) in self.bounded(graph.function, unknown) {
+            if !touched.contains(&given) {
                 summary.insert(&given, &[Outcome::unknown(cause)]);
             }
         }

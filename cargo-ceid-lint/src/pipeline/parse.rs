@@ -93,9 +93,8 @@ pub(super) fn parts(
     });
     if let Some(memory) = memory {
         let owners: Vec<usize> = source.held().iter().filter_map(|file| project.owner(file)).collect();
-        let is_open = |component: &Component| {
-            component.is_named && owners.iter().any(|owner| component.packages.contains(owner))
-        };
+        let is_open =
+            |component: &Component| component.is_named && owners.iter().any(|owner| component.packages.contains(owner));
         for ((package, _), part) in packages.iter().zip(&parsed).filter(|((_, component), _)| is_open(component)) {
             memory.learn_tree(*package, part);
         }
