@@ -1,5 +1,7 @@
 //! Places across calls: what a function is given, and what that is where it is called.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use crate::flow::{Argument, Base, CallSite, ControlFlowGraph, IndexKey, Place, Projection, Subject};
 use crate::index::ValueId;
 
@@ -29,6 +31,11 @@ impl Given {
         numbers.map(with_number).collect()
     }
 
+    /// The parameter or static that it is a part of.
+    fn whole(&self) -> Self {
+        Self { base: self.base, steps: Vec::new() }
+    }
+
     /// Whether it is a parameter or a part of it.
     fn is_inside(&self, number: usize) -> bool {
         self.base == GivenBase::Param(number)
@@ -43,6 +50,27 @@ pub(super) enum GivenBase {
 
 /// How many steps a place of a summary may have; a longer one comes from recursion.
 const MAX_STEPS: usize = 8;
+
+/// How many places a summary tells apart; beyond that they are taken together.
+pub(super) const MAX_PLACES: usize = 64;
+
+/// Takes places together by their parameters where there are too many.
+pub(super) fn bound(places: &mut BTreeSet<Given>) {
+    if places.len() > MAX_PLACES {
+        *places = places.iter().map(Given::whole).collect();
+    }
+}
+
+/// The same for what is told of each place: what holds for the whole is told of none of its parts.
+pub(super) fn with_wholes<T>(mut places: BTreeMap<Given, T>) -> BTreeMap<Given, T> {
+    if places.len() > MAX_PLACES {
+        places = places.into_iter().rev().map(|(given, told)| (given.whole(), told)).collect();
+    }
+    let is_part = |given: &&Given| !given.steps.is_empty() && places.contains_key(&given.whole());
+    let parts: BTreeSet<Given> = places.keys().filter(is_part).cloned().collect();
+    places.retain(|given, _| !parts.contains(given));
+    places
+}
 
 /// A place of a function as its callers know it; `None` if it is the function's own.
 pub(super) fn given(graph: &ControlFlowGraph, place: &Place) -> Option<Given> {

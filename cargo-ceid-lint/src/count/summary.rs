@@ -8,7 +8,7 @@ use super::answers::{Answers, answers};
 use super::assumed::Assumed;
 use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
-use super::given::{Given, GivenBase, given, instance_of, place_of, steps_at};
+use super::given::{Given, GivenBase, MAX_PLACES, bound, given, instance_of, place_of, steps_at, with_wholes};
 use super::handed;
 use super::returned;
 use super::search::{Region, Search};
@@ -318,24 +318,6 @@ impl Summaries {
         summary
     }
 
-    /// The places of which nothing is known, by their parameters where there are too many: with what was so in the round before,
-    /// for a recursion to settle.
-    fn bounded(&self, function: FunctionId, mut unknown: BTreeMap<Given, Cause>) -> BTreeMap<Given, Cause> {
-        for (given, ways) in self.of.get(&function).into_iter().flat_map(|before| before.outcomes(0)) {
-            if let [Outcome { count: Count::Zero, reset: false, unknown: Some(cause), .. }] = ways.as_slice() {
-                unknown.insert(given.clone(), cause.clone());
-            }
-        }
-        let whole = |given: &Given| Given { base: given.base, steps: Vec::new() };
-        if unknown.len() > MAX_PLACES {
-            unknown = unknown.into_iter().rev().map(|(given, cause)| (whole(&given), cause)).collect();
-        }
-        let is_part = |given: &Given| !given.steps.is_empty() && unknown.contains_key(&whole(given));
-        let parts: Vec<Given> = unknown.keys().filter(|given| is_part(given)).cloned().collect();
-        unknown.retain(|given, _| parts.binary_search(given).is_err());
-        unknown
-    }
-
     /// The parameters that a function puts into what another one of them leads to: `self.all.push(filter)`.
     fn kept_params(&self, graph: &ControlFlowGraph, aliases: &Aliases) -> BTreeSet<usize> {
         let params = |places: &mut dyn Iterator<Item = Place>| -> BTreeSet<usize> {
@@ -408,7 +390,13 @@ impl Summaries {
         let may_matter =
             |given: &Given| ty_of(given).is_none_or(|ty| super::instances::may_hold_filter(program.index, &ty));
         unknown.retain(|given, _| may_matter(given) && !touched.contains(given));
-        for (given, cause) in self.bounded(graph.function, unknown) {
+        // A recursion settles only if what was unknown in the round before is so for good.
+        for (given, ways) in self.of.get(&graph.function).into_iter().flat_map(|before| before.outcomes(0)) {
+            if let [Outcome { count: Count::Zero, reset: false, unknown: Some(cause), .. }] = ways.as_slice() {
+                unknown.insert(given.clone(), cause.clone());
+            }
+        }
+        for (given, cause) in with_wholes(unknown) {
             if !touched.contains(&given) {
                 summary.insert(&given, &[Outcome::unknown(cause)]);
             }
@@ -478,16 +466,6 @@ impl Summaries {
                 summary.feeds.entry(given.clone()).or_default().extend(super::gates::fed_params(&search));
             }
         }
-    }
-}
-
-/// How many places a summary tells apart; beyond that they are taken together.
-const MAX_PLACES: usize = 64;
-
-/// Takes places together by their parameters where there are too many.
-fn bound(places: &mut BTreeSet<Given>) {
-    if places.len() > MAX_PLACES {
-        *places = places.iter().map(|given| Given { base: given.base, steps: Vec::new() }).collect();
     }
 }
 
