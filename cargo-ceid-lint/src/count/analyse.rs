@@ -109,10 +109,10 @@ pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -
     let graphs = &*graphs;
     let summaries = Summaries::compute(program, graphs);
     let called = called_functions(program.index, graphs);
-    let in_cycle = reached_from_cycles(program, graphs, &called);
+    let in_cycle = reached_from_cycles(program, graphs, &summaries, &called);
     let mut facts = Vec::new();
     for graph in graphs.iter().flatten() {
-        let kind = function_kind(program, graph, &called);
+        let kind = function_kind(program, graph, &summaries, &called);
         facts.push(function_facts(program, graph, &summaries, kind, &in_cycle));
     }
     let fields = updated_fields(program.index, &facts, &in_cycle);

@@ -3,7 +3,9 @@
 use std::collections::BTreeSet;
 
 use super::callgraph::callees;
-use crate::flow::{ControlFlowGraph, Effect, LoopInfo, Program};
+use super::instances::{may_hold_filter, place_ty};
+use super::summary::Summaries;
+use crate::flow::{ControlFlowGraph, CycleKind, Effect, LoopId, Node, NodeId, Place, Program};
 use crate::index::{CrateInfo, FilterSpec, FunctionId, Index, Owner, Subject, TraitName};
 use crate::syntax::CycleDirective;
 
@@ -45,12 +47,13 @@ fn is_outside(index: &Index, id: FunctionId) -> bool {
 pub(super) fn reached_from_cycles(
     program: &Program<'_>,
     graphs: &[Option<ControlFlowGraph>],
+    summaries: &Summaries,
     called: &BTreeSet<FunctionId>,
 ) -> BTreeSet<FunctionId> {
     let mut reached: BTreeSet<FunctionId> = BTreeSet::new();
     let mut open = Vec::new();
     for graph in graphs.iter().flatten() {
-        let whole = matches!(function_kind(program, graph, called), FunctionKind::Cycle | FunctionKind::Presumed);
+        let whole = matches!(function_kind(program, graph, summaries, called), FunctionKind::Cycle | FunctionKind::Presumed);
         for node in &graph.nodes {
             if let Effect::Call(site) = &node.effect
                 && (whole || node.in_loop.is_some())
@@ -73,6 +76,7 @@ pub(super) fn reached_from_cycles(
 pub(super) fn function_kind(
     program: &Program<'_>,
     graph: &ControlFlowGraph,
+    summaries: &Summaries,
     called: &BTreeSet<FunctionId>,
 ) -> FunctionKind {
     let index = program.index;
@@ -89,7 +93,10 @@ pub(super) fn function_kind(
         return FunctionKind::Cycle;
     }
     // A function with a loop that never ends is not called once per cycle.
-    let is_endless = graph.loops.iter().any(LoopInfo::is_endless);
+    let is_endless = (0u32..)
+        .map(LoopId)
+        .zip(&graph.loops)
+        .any(|(own, info)| info.is_endless() && !is_passed(program.index, graph, summaries, own));
     if let Owner::Impl(owner) = index.function(id).owner
         && index.guard_spec(&index.impl_def(owner).self_ty).is_some()
     {
@@ -103,6 +110,31 @@ pub(super) fn function_kind(
         return FunctionKind::Helper;
     }
     FunctionKind::Presumed
+}
+
+/// Whether a loop that is no count is only passed through on the way: it asks for nothing but a condition, has a way out, and has
+/// nothing to do with filters, as one that brings an angle into its range or waits for a flag.
+fn is_passed(index: &Index, graph: &ControlFlowGraph, summaries: &Summaries, id: LoopId) -> bool {
+    let info = graph.loop_info(id);
+    let is_inside = |node: NodeId| graph.is_within(graph.node(node).in_loop, id);
+    let holds_filter = |place: &Place| place_ty(index, graph, place).is_none_or(|ty| may_hold_filter(index, &ty));
+    let touches = |effect: &Effect| match effect {
+        Effect::Update(_) | Effect::Advance(_) | Effect::Reset { .. } | Effect::Use { .. } => true,
+        Effect::Unknown { places, .. } => places.iter().any(holds_filter),
+        Effect::Call(site) => {
+            let mut called = site.targets.iter().map(|target| summaries.get(*target));
+            called.any(|callee| callee.is_none_or(|it| it.given_places().next().is_some() || !it.uses.is_empty()))
+        }
+        _ => false,
+    };
+    let inside: Vec<&Node> = graph.node_ids().filter(|node| is_inside(*node)).map(|node| graph.node(node)).collect();
+    let leaves = |node: &Node| {
+        matches!(node.effect, Effect::Return(_)) || node.next.iter().any(|next| !is_inside(*next))
+    };
+    matches!(info.kind, CycleKind::Loop | CycleKind::While)
+        && info.bound.is_empty()
+        && inside.iter().any(|node| leaves(node))
+        && !inside.iter().any(|node| touches(&node.effect))
 }
 
 /// Whether a framework calls the function once per cycle, or it is the law of a filter that is made of filters.
