@@ -252,6 +252,14 @@ pub(super) fn own_filter(index: &Index, graph: &ControlFlowGraph) -> Option<Plac
     graph.params.get(number?).copied().map(Place::var)
 }
 
+/// Whether a place is a variable of a function that was inlined here, where it is judged.
+fn is_of_another(facts: &FunctionFacts<'_>, place: &Place) -> bool {
+    place.base_var().is_some_and(|var| {
+        let info = facts.graph.var(var);
+        info.param.is_none() && !facts.body.contains(info.span)
+    })
+}
+
 /// Whether only a debug build has the variable in which a filter lives.
 pub(super) fn is_debug_only(graph: &ControlFlowGraph, place: &Place) -> bool {
     place.base_var().is_some_and(|var| {
@@ -326,7 +334,8 @@ impl Context<'_> {
         for instance in &facts.updated {
             let search = self.search(facts, instance);
             for id in &instance.loops {
-                if graph.loop_info(*id).cycle_head().is_none() {
+                let info = graph.loop_info(*id);
+                if info.cycle_head().is_none() || (info.is_foreign && is_of_another(facts, &instance.place)) {
                     continue;
                 }
                 if let Some(pair) = self.decide(facts, instance, &search, CycleId::Loop(*id)) {

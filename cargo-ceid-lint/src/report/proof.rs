@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::progress::{Blocker, PackageShares, Shares, Standing, Trend, blockers, shares};
 use super::{Paint, Style, Summary, tables};
-use crate::count::{Cycle, Pair, Verdict};
+use crate::count::{Cycle, Gate, Pair, Verdict};
 use crate::diagnostic::Problem;
 use crate::pipeline::Report;
 use crate::project::Project;
@@ -179,7 +179,7 @@ fn pair_row(pair: &Pair) -> PairRow<'_> {
         law: &pair.law,
         verdict: pair.verdict.name(),
         counts: &pair.counts,
-        gate: pair.gate.map(crate::count::Gate::name),
+        gate: pair.gate.map(Gate::name),
         rules: pair.rules.iter().map(|rule| format!("ceid::{rule}")).collect(),
         cause: pair.cause.as_deref(),
         suppressed: pair.suppressed.as_deref(),
@@ -268,7 +268,10 @@ fn line(pair: &Pair, widths: &Widths, style: Style) -> String {
 #[must_use]
 pub fn remarks(pair: &Pair) -> Vec<String> {
     let mut remarks = Vec::new();
-    remarks.extend(pair.gate.map(|gate| format!("by a {} gate", gate.name())));
+    remarks.extend(pair.gate.map(|gate| {
+        let article = if gate == Gate::Event { "an" } else { "a" };
+        format!("by {article} {} gate", gate.name())
+    }));
     remarks.extend(pair.cause.clone());
     remarks.extend(pair.rules.iter().map(|rule| format!("ceid::{rule}")));
     remarks.extend(

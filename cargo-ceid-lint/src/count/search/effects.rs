@@ -138,14 +138,9 @@ impl Run<'_, '_> {
                 if outcome.reset {
                     self.rejuvenate(&mut next);
                 }
-                if outcome.count == Count::PerSample {
-                    next.count = next.count.then(Count::PerSample);
-                    self.wake(&mut next);
-                } else {
-                    self.add(&mut next, outcome.count);
-                    if outcome.count == Count::Many {
-                        next.count = Count::Many;
-                    }
+                self.add(&mut next, outcome.count);
+                if outcome.count == Count::Many {
+                    next.count = Count::Many;
                 }
                 next.reset |= outcome.reset;
                 next.partly_reset |= outcome.partly_reset;
