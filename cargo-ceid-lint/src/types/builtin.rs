@@ -454,7 +454,7 @@ pub(super) fn closure_params(receiver: &Ty, method: &str, args: &[Ty]) -> Vec<Ty
         ("Option" | "Poll", "map" | "and_then" | "map_or" | "map_or_else" | "is_some_and" | "inspect") => vec![inner],
         ("Result" | "LockResult", "map" | "and_then" | "map_or" | "is_ok_and" | "inspect") => vec![inner],
         ("Result", "map_err" | "or_else" | "unwrap_or_else" | "inspect_err") => vec![arg(params, 1)],
-        ("Vec", "retain" | "retain_mut" | "sort_by_key" | "drain_filter") => vec![reference(inner)],
+        ("Vec" | "VecDeque", "retain" | "retain_mut" | "sort_by_key" | "drain_filter") => vec![reference(inner)],
         ("HashMap" | "BTreeMap", "retain") => vec![reference(inner), reference(arg(params, 1))],
         _ => Vec::new(),
     }

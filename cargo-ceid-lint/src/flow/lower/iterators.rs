@@ -388,7 +388,11 @@ impl Builder<'_> {
         );
         // `[&mut roll, &mut pitch].map(|axis| …)` takes each element at once.
         let maps_array = method == "map" && matches!(self.ty(receiver).peel(), Ty::Array(..));
-        if !(maps_array || consumes && self.is_iterator(receiver, method))
+        // `voices.retain(|voice| …)` asks each element, and keeps some.
+        let asks_each = matches!(method, "retain" | "retain_mut")
+            && !is_map(self.ty(receiver).peel())
+            && self.program.index.holds_filter(self.ty(receiver));
+        if !(maps_array || asks_each || consumes && self.is_iterator(receiver, method))
             || matches!(self.typed().callees.get(&id), Some(Callee::Resolved(resolved)) if !resolved.targets.is_empty())
         {
             return None;
