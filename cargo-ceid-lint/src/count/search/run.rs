@@ -101,6 +101,18 @@ impl<'s, 'a> Run<'s, 'a> {
         self.queue.push_back(at);
     }
 
+    /// The rounds of the loops that a node lies in: of a loop that is left, nobody asks which round was the last.
+    fn still_open(&mut self, rounds: u32, to: NodeId) -> u32 {
+        let graph = self.search.graph;
+        let is_open = |id: LoopId| graph.loop_info(id).head == to || graph.is_within(graph.node(to).in_loop, id);
+        let known = self.rounds.get(rounds);
+        if known.iter().all(|(id, _)| is_open(*id)) {
+            return rounds;
+        }
+        let open = known.iter().filter(|(id, _)| is_open(*id)).copied().collect();
+        self.rounds.intern(open)
+    }
+
     /// Follows an edge: the way may end with it.
     fn follow(&mut self, at: usize, state: State, to: NodeId) {
         let graph = self.search.graph;
@@ -122,6 +134,7 @@ impl<'s, 'a> Run<'s, 'a> {
                 self.end(EndKind::Completes, at, &state, returned::ANY);
                 // What is known at the end of an iteration is known at the beginning of the next.
                 let State { names, masks, rounds, .. } = state;
+                let rounds = self.still_open(rounds, to);
                 let age = self.age_after(&state);
                 self.begin(Known { node: to, age, names, masks, rounds });
                 return;
@@ -135,7 +148,8 @@ impl<'s, 'a> Run<'s, 'a> {
             && graph
                 .loops_around(to)
                 .any(|id| self.search.sample_loops.contains(&id) && self.region != Region::Loop(id));
-        self.push(State { node: to, in_sample, ..state }, Some(at));
+        let rounds = self.still_open(state.rounds, to);
+        self.push(State { node: to, in_sample, rounds, ..state }, Some(at));
     }
 
     fn end(&mut self, kind: EndKind, at: usize, state: &State, returned: returned::Heads) {
