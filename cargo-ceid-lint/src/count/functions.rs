@@ -53,7 +53,8 @@ pub(super) fn reached_from_cycles(
     let mut reached: BTreeSet<FunctionId> = BTreeSet::new();
     let mut open = Vec::new();
     for graph in graphs.iter().flatten() {
-        let whole = matches!(function_kind(program, graph, summaries, called), FunctionKind::Cycle | FunctionKind::Presumed);
+        let whole =
+            matches!(function_kind(program, graph, summaries, called), FunctionKind::Cycle | FunctionKind::Presumed);
         for node in &graph.nodes {
             if let Effect::Call(site) = &node.effect
                 && (whole || node.in_loop.is_some())
@@ -128,9 +129,8 @@ fn is_passed(index: &Index, graph: &ControlFlowGraph, summaries: &Summaries, id:
         _ => false,
     };
     let inside: Vec<&Node> = graph.node_ids().filter(|node| is_inside(*node)).map(|node| graph.node(node)).collect();
-    let leaves = |node: &Node| {
-        matches!(node.effect, Effect::Return(_)) || node.next.iter().any(|next| !is_inside(*next))
-    };
+    let leaves =
+        |node: &Node| matches!(node.effect, Effect::Return(_)) || node.next.iter().any(|next| !is_inside(*next));
     matches!(info.kind, CycleKind::Loop | CycleKind::While)
         && info.bound.is_empty()
         && inside.iter().any(|node| leaves(node))

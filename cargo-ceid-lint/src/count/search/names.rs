@@ -4,7 +4,8 @@ use super::run::Run;
 use super::{MAX_ROUNDS, Region, Search, State};
 use crate::count::aliases::Aliases;
 use crate::flow::{
-    Assignment, CallSite, ControlFlowGraph, IndexKey, LoopId, Place, Projection, Relation, Rounds, Transfer, Var,
+    Assignment, CallSite, ControlFlowGraph, IndexKey, LoopId, NodeId, Place, Projection, Relation, Rounds, Transfer,
+    Var,
 };
 use std::collections::BTreeSet;
 
@@ -251,5 +252,17 @@ impl Run<'_, '_> {
                 && self.search.with_items(names, id).len() > names.len()
                 && self.search.without_items(names, id).len() == names.len()
         })
+    }
+
+    /// The rounds of the loops that a node lies in: of a loop that is left, nobody asks which round was the last.
+    pub(super) fn still_open(&mut self, rounds: u32, to: NodeId) -> u32 {
+        let graph = self.search.graph;
+        let is_open = |id: LoopId| graph.loop_info(id).head == to || graph.is_within(graph.node(to).in_loop, id);
+        let known = self.rounds.get(rounds);
+        if known.iter().all(|(id, _)| is_open(*id)) {
+            return rounds;
+        }
+        let open = known.iter().filter(|(id, _)| is_open(*id)).copied().collect();
+        self.rounds.intern(open)
     }
 }

@@ -101,18 +101,6 @@ impl<'s, 'a> Run<'s, 'a> {
         self.queue.push_back(at);
     }
 
-    /// The rounds of the loops that a node lies in: of a loop that is left, nobody asks which round was the last.
-    fn still_open(&mut self, rounds: u32, to: NodeId) -> u32 {
-        let graph = self.search.graph;
-        let is_open = |id: LoopId| graph.loop_info(id).head == to || graph.is_within(graph.node(to).in_loop, id);
-        let known = self.rounds.get(rounds);
-        if known.iter().all(|(id, _)| is_open(*id)) {
-            return rounds;
-        }
-        let open = known.iter().filter(|(id, _)| is_open(*id)).copied().collect();
-        self.rounds.intern(open)
-    }
-
     /// Follows an edge: the way may end with it.
     fn follow(&mut self, at: usize, state: State, to: NodeId) {
         let graph = self.search.graph;
