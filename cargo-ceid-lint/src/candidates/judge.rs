@@ -59,6 +59,10 @@ impl Finder<'_> {
         let type_strength = type_strength(type_name);
         let is_taken_in = takes_in(&def.name) && type_strength == 2;
         let name_strength = if is_taken_in { 0 } else { name_strength };
+        // `pid.set_input(x)` and `pll.handle(x)` may be laws by what they do, whatever they are called.
+        let first = def.name.split('_').next().unwrap_or_default();
+        let is_disguised = type_strength == 2 && matches!(first, "set" | "handle" | "on");
+        let name_strength = if is_disguised { 0 } else { name_strength };
         if name_strength < 0 || def.function.is_async || self.is_builder(ty, id) || self.takes_text(id) {
             return None;
         }
@@ -115,6 +119,9 @@ impl Finder<'_> {
         let is_timed = takes_step(index, id);
         // A container takes its items by the same name, and computes nothing from them.
         if is_taken_in && !(is_recurrence && is_fed) {
+            return None;
+        }
+        if is_disguised && !(is_recurrence && is_fed && (gives || first != "set")) {
             return None;
         }
         let mut weight = match (is_recurrence, runs.is_empty()) {

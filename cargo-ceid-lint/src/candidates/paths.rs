@@ -23,7 +23,9 @@ impl Finder<'_> {
         let rest = parts.join("::");
         let krate = index.crate_of(module);
         let (package, target) = (krate.package_name.as_str(), krate.name.as_str());
-        let firsts = if self.is_alone { ["crate", package, target] } else { [package, target, "crate"] };
+        // What a package depends on by a path is read as well, and its own.
+        let is_own = self.is_alone && krate.is_reported;
+        let firsts = if is_own { ["crate", package, target] } else { [package, target, "crate"] };
         firsts.into_iter().map(|first| format!("{first}::{rest}")).find(|path| {
             let found = index.named_by(self.scope, path, namespace);
             !found.is_empty() && found.iter().all(|def| self.place_of(def) == Some(place))

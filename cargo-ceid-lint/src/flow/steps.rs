@@ -131,7 +131,16 @@ pub fn takes_step(index: &Index, id: FunctionId) -> bool {
 pub fn is_time_name(name: &str) -> bool {
     let name = name.trim_start_matches('_');
     let base = UNITS.iter().find_map(|(suffix, _)| name.strip_suffix(suffix)).unwrap_or(name);
-    matches!(step_unit(name), Some(StepUnit::Time(_))) || TIMES.contains(&base)
+    matches!(step_unit(name), Some(StepUnit::Time(_))) || TIMES.contains(&base) || is_time_of_round(base)
+}
+
+/// Whether a name is put together of words for one round and for a time: `iteration_length`, `t_interval`. How long an attack or
+/// a release takes is tuned, and no step.
+fn is_time_of_round(name: &str) -> bool {
+    let mut words = name.rsplit('_');
+    let (last, before) = (words.next().unwrap_or_default(), words.next().unwrap_or_default());
+    let is_round = ["iteration", "sample", "loop", "cycle", "frame", "update", "tick", "step", "last", "t"].contains(&before);
+    is_round && ["time", "length", "interval", "period", "duration", "elapsed", "dt"].contains(&last)
 }
 
 fn behind(ty: &TypeRef) -> &TypeRef {
