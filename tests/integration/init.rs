@@ -217,3 +217,51 @@ fn filters_take_samples_by_the_names_of_containers() {
     let file = written_for("init_containers", containers);
     assert!(!file.contains("FilterBank") && !file.contains("Total"), "{file}");
 }
+
+#[test]
+fn laws_in_disguise_are_told_from_settings() {
+    let code = "pub struct Pll { phase: f32, gain: f32 }\nimpl Pll {\n\
+         pub fn handle(&mut self, carrier: f32, x: f32) { let e = carrier * x; self.phase += self.gain * e; } }\n\
+         pub struct Pid { kp: f32, ki: f32, sum: f32 }\nimpl Pid {\n\
+         pub fn set_input(&mut self, x: f32) -> f32 { self.sum += self.ki * x; self.kp * x + self.sum } }\n\
+         pub struct Ramp { value: f32, rate: f32 }\nimpl Ramp {\n\
+         pub fn set_rate(&mut self, rate: f32) { self.rate *= rate; } }\n\
+         pub fn run(mut pll: Pll, mut pid: Pid, mut ramp: Ramp) { loop { pll.handle(1.0, 2.0); pid.set_input(1.0); ramp.set_rate(2.0); } }\n";
+    let file = written_for("init_disguise", code);
+    assert!(file.contains("law = \"handle\"") && file.contains("law = \"set_input\""), "{file}");
+    assert!(!file.contains("set_rate"), "{file}");
+}
+
+#[test]
+fn filters_that_give_back_the_next_state_are_proposed() {
+    let code = "#[derive(Clone)] pub struct State { x: f32, p: f32 }\n\
+         pub struct KalmanFilter { q: f32 }\nimpl KalmanFilter {\n\
+         pub fn predict(&self, state: &State) -> State { State { x: state.x, p: state.p + self.q } }\n\
+         pub fn update(&self, state: &State, z: f32) -> State { State { x: state.x + 0.5 * (z - state.x), p: state.p } }\n\
+         pub fn distance(&self, state: &State, z: f32) -> f32 { state.x - z } }\n\
+         pub fn run(kf: &KalmanFilter, mut state: State) { loop { state = kf.predict(&state); state = kf.update(&state, 1.0); } }\n";
+    let directory = workspace::temporary_package("init_functional", &[("src/lib.rs", code.as_bytes())]);
+    let file = run(&directory, ["init", "--stdout"]).assert_code(0).stdout.clone();
+    assert!(file.contains("instance = \"returned\"") && file.contains("[\"predict\"], [\"update\"]"), "{file}");
+    let taken = assert_taken(&directory, &uncommented(&file));
+    assert!(taken.stderr.contains("2 filters: 2 proved"), "{taken:?}");
+}
+
+#[test]
+fn what_a_glob_brings_from_an_unread_crate_has_no_path() {
+    let code = "use signal_parts::*;\npub fn run(mut biquad: Biquad) { loop { biquad.process(1.0); } }\n";
+    assert!(!written_for("init_glob", code).contains('?'));
+}
+
+#[test]
+fn time_steps_have_many_names() {
+    for (name, is_time) in [("iteration_length", true), ("t_interval_seconds", true), ("attack_time", false)] {
+        let code = format!(
+            "pub struct LowPass {{ y: f32, alpha: f32 }}\nimpl LowPass {{\n\
+             pub fn update(&mut self, x: f32, {name}: f32) -> f32 {{ self.y += self.alpha * {name} * (x - self.y); self.y }} }}\n\
+             pub fn run(mut low: LowPass) {{ loop {{ low.update(1.0, 2.0); }} }}\n"
+        );
+        let file = written_for("init_time", &code);
+        assert_eq!(file.contains("time_base = \"passed\""), is_time, "{name}\n{file}");
+    }
+}

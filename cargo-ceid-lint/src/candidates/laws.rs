@@ -71,7 +71,7 @@ impl<'a> Finder<'a> {
     }
 
     /// The types whose methods may be laws, with those methods.
-    fn types(&self) -> Vec<(TypeId, Vec<FunctionId>)> {
+    pub(super) fn types(&self) -> Vec<(TypeId, Vec<FunctionId>)> {
         let index = self.program.index;
         let mut methods: BTreeMap<TypeId, Vec<FunctionId>> = BTreeMap::new();
         for id in index.function_ids() {

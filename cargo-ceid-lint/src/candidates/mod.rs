@@ -4,6 +4,7 @@
 
 mod conduct;
 mod cycles;
+mod functional;
 mod judge;
 mod laws;
 mod measured;
@@ -84,6 +85,8 @@ pub enum Reason {
     Carries(String, Vec<String>),
     /// The law changes these fields.
     Changes(String, Vec<String>),
+    /// The law takes a state of this type, and gives back the next one.
+    GivesBack(String, String),
     /// The law runs the laws of filters in these fields.
     Runs(String, Vec<String>),
     /// So many types implement the trait with such a law.
@@ -184,6 +187,7 @@ pub fn find(program: &Program<'_>, scope: &EntryScope<'_>, is_alone: bool) -> Ca
     let mut finder = Finder::new(program, scope, is_alone);
     finder.find_types();
     finder.find_functions();
+    finder.find_functional();
     finder.find_outside();
     let laws: BTreeMap<FunctionId, String> = finder.laws();
     let cycles = cycles::find(&finder, &laws);

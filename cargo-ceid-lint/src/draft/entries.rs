@@ -98,6 +98,7 @@ fn because(reason: &Reason) -> String {
         Reason::Carries(law, fields) => format!("`{law}` computes {} from the value before", list(fields)),
         Reason::Changes(law, fields) => format!("`{law}` changes {}", list(fields)),
         Reason::Runs(law, fields) => format!("`{law}` runs the update laws of {}", list(fields)),
+        Reason::GivesBack(law, state) => format!("`{law}` gives back the next `{state}`"),
         Reason::Implemented(types) => format!("a trait that {} like a filter", times_types(*types)),
         Reason::Named(_) => "its name is that of a filter".to_owned(),
         Reason::Timed(law) => format!("`{law}` is told the time step"),

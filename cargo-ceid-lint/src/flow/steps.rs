@@ -139,7 +139,8 @@ pub fn is_time_name(name: &str) -> bool {
 fn is_time_of_round(name: &str) -> bool {
     let mut words = name.rsplit('_');
     let (last, before) = (words.next().unwrap_or_default(), words.next().unwrap_or_default());
-    let is_round = ["iteration", "sample", "loop", "cycle", "frame", "update", "tick", "step", "last", "t"].contains(&before);
+    let is_round =
+        ["iteration", "sample", "loop", "cycle", "frame", "update", "tick", "step", "last", "t"].contains(&before);
     is_round && ["time", "length", "interval", "period", "duration", "elapsed", "dt"].contains(&last)
 }
 
