@@ -219,20 +219,17 @@ fn is_instance(index: &Index, graph: &ControlFlowGraph, place: &Place, is_state:
     if !is_state && place_ty(index, graph, place).is_none_or(|ty| index.filter_spec(&ty).is_none()) {
         return false;
     }
-    // What only some of the types behind a trait have is never judged.
+    // What a generic function does to another type's fields does not happen where the type is known.
     let mut at = Place { base: place.base, steps: Vec::new() };
     for step in &place.steps {
         let owner = place_ty(index, graph, &at).filter(|_| matches!(step, Projection::Field(_)));
         at = at.join(std::slice::from_ref(step));
-        let is_others = match &owner {
+        let has_parts = match &owner {
+            Some(Ty::Adt(id, _)) => matches!(index.type_def(*id).shape, Shape::Struct(_)),
             Some(Ty::Opaque(_) | Ty::Param(_)) => true,
-            // What a generic function does to another type's fields does not happen where the type is known.
-            Some(Ty::Adt(id, _)) => {
-                matches!(index.type_def(*id).shape, Shape::Struct(_)) && place_ty(index, graph, &at).is_none()
-            }
             _ => false,
         };
-        if is_others {
+        if has_parts && place_ty(index, graph, &at).is_none() {
             return false;
         }
     }
@@ -400,7 +397,7 @@ impl Context<'_> {
             };
             decide::decide_missed(search, region, head)
         } else {
-            decide::decide(search, region, by_framework)
+            self.decide_behind(facts, instance, search, |search| decide::decide(search, region, by_framework))
         };
         self.effort.add(graph.nodes.len() / 8 + search.take_states());
         let is_sample_loop = matches!(id, CycleId::Loop(id) if instance.sample_loops.contains(&id));
@@ -417,6 +414,31 @@ impl Context<'_> {
         };
         let updates = search.updating().into_iter().filter(is_here).map(|at| graph.node(at).span).collect();
         Some(Pair { updates, ..self.pair(facts, &instance.place, instance.law, decision) })
+    }
+
+    /// The verdict on a filter inside a trait object or a type parameter is that of each type that may be behind it: the one that
+    /// says most against it counts.
+    fn decide_behind(
+        &self,
+        facts: &FunctionFacts<'_>,
+        instance: &Instance,
+        search: &Search<'_>,
+        decide: impl Fn(&Search<'_>) -> Decision,
+    ) -> Decision {
+        if search.behind.len() < 2 {
+            return decide(search);
+        }
+        let of_type = |ty: &Ty| {
+            let mut search = self.search(facts, instance);
+            search.only_behind(ty);
+            let decision = decide(&search);
+            self.effort.add(facts.graph.nodes.len() / 8 + search.take_states());
+            decision
+        };
+        let decisions = search.behind.iter().map(of_type);
+        // A type of which nothing is updated here has its updates elsewhere.
+        let updated = decisions.filter(|decision| decision.counts != [0] || decision.cause.is_some());
+        updated.max_by_key(|decision| decision.verdict.gravity()).unwrap_or_else(|| decide(search))
     }
 
     /// A half that need not run is never skipped, and one that may run as often as one likes is never wrong.
