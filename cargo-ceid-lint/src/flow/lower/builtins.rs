@@ -116,7 +116,10 @@ impl Builder<'_> {
                 self.write_whole(value, &given, span);
                 Value::default()
             }
-            "take" if args.is_empty() => Value { is_owned: true, head: None, ..value.clone() },
+            "take" if args.is_empty() => {
+                let is_taken = self.is_optional(receiver);
+                Value { is_owned: true, is_taken, head: None, ..value.clone() }
+            }
             "replace" | "insert" if args.len() == 1 && value.place.is_some() => {
                 let given = self.expr(args[0]);
                 self.write_whole(value, &given, span);

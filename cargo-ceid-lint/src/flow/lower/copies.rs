@@ -13,6 +13,7 @@ impl Builder<'_> {
     pub(super) fn transfer(&self, value: &Value, ty: &Ty) -> Transfer {
         match value.is_owned {
             false => Transfer::Borrow,
+            true if value.is_taken => Transfer::Move,
             // What a call gave back is there once.
             true if value.place.as_ref().and_then(Place::base_var).is_some_and(|var| self.is_result(var)) => {
                 Transfer::Move

@@ -141,6 +141,8 @@ struct Value {
     place: Option<Place>,
     /// Whether it is the place itself, not a reference to it.
     is_owned: bool,
+    /// Whether it was taken out of its place, so that even a `Copy` type leaves nothing there.
+    is_taken: bool,
     /// Its head, if it is constant.
     head: Option<Head>,
     /// A variable with the same head.
