@@ -46,8 +46,8 @@ use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
 use super::{
-    Assignment, Cause, ControlFlowGraph, Effect, GuardId, Head, LoopId, LoopInfo, Node, NodeId, Place, Program, Var,
-    VarInfo,
+    Assignment, Cause, ControlFlowGraph, Effect, GuardId, Head, LoopId, LoopInfo, Node, NodeId, Place, Program,
+    Transfer, Var, VarInfo,
 };
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
@@ -141,8 +141,8 @@ struct Value {
     place: Option<Place>,
     /// Whether it is the place itself, not a reference to it.
     is_owned: bool,
-    /// Whether it was taken out of its place, so that even a `Copy` type leaves nothing there.
-    is_taken: bool,
+    /// How it leaves its place, where its type does not tell: `slot.take()`, `Box::new(copied)`.
+    leaves_by: Option<Transfer>,
     /// Its head, if it is constant.
     head: Option<Head>,
     /// A variable with the same head.
