@@ -1,5 +1,7 @@
 //! From all ways through a cycle to a verdict, with the shortest way that shows it.
 
+use std::collections::BTreeSet;
+
 use super::counts::Count;
 use super::functions::brings_law;
 use super::gates::Gates;
@@ -64,12 +66,12 @@ pub(super) fn repeat_of(search: &Search<'_>, exploration: &Exploration) -> Optio
     if asks_dropped(search, exploration, end) {
         return None;
     }
-    let path = exploration.path(end.at);
     let witness = steps_inside(search, exploration, end);
-    if let Some(inner) = path.iter().find_map(|at| inner_repeat(search, exploration, *at)) {
+    if let Some(inner) = changes(exploration, end).find_map(|(at, after)| inner_repeat(search, exploration, at, after))
+    {
         return Some(Evidence { primary: inner.primary, witness });
     }
-    let primary = path.iter().find_map(|at| second_update(search, exploration, *at))?;
+    let primary = changes(exploration, end).find_map(|(at, after)| second_update(search, exploration, at, after))?;
     Some(Evidence { primary, witness })
 }
 
@@ -93,10 +95,23 @@ pub(super) fn skip_of(search: &Search<'_>, gates: &Gates<'_, '_>, exploration: &
     Some(Evidence { primary, witness: steps_inside(search, exploration, end) })
 }
 
-/// How a call comes to both updates, where a state behind it has seen two and the one before it none.
-pub(super) fn inner_repeat<'s>(search: &'s Search<'_>, exploration: &Exploration, at: usize) -> Option<&'s Evidence> {
-    let before = &exploration.states[exploration.parent(at)?];
-    if before.count != Count::Zero || exploration.states[at].count != Count::Many {
+/// The states of a way, each with the count behind it.
+fn changes<'e>(exploration: &'e Exploration, end: &'e End) -> impl Iterator<Item = (usize, Count)> + 'e {
+    let path = exploration.path(end.at);
+    let behind = path.iter().skip(1).map(|at| exploration.states[*at].count).chain([end.state.count]);
+    let changes: Vec<(usize, Count)> = path.iter().copied().zip(behind).collect();
+    changes.into_iter()
+}
+
+/// How a call comes to both updates, where a state has seen none and the one behind it two.
+pub(super) fn inner_repeat<'s>(
+    search: &'s Search<'_>,
+    exploration: &Exploration,
+    at: usize,
+    after: Count,
+) -> Option<&'s Evidence> {
+    let before = &exploration.states[at];
+    if before.count != Count::Zero || after != Count::Many {
         return None;
     }
     match &search.graph.node(before.node).effect {
@@ -177,7 +192,7 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
     }
     // Which element of a map is passed over depends on its key.
     if instances::is_in_map(search.program.index, search.graph, search.instance)
-        && completing.iter().any(|end| end.state.count == Count::Zero && !end.state.reset)
+        && completing.iter().any(|end| end.state.count == Count::Zero && !end.state.reset && is_by_key(search, end))
     {
         let name = search.graph.place_name(search.program.index, search.instance);
         return Decision { verdict: Verdict::Unproved, cause: Some(Cause::Index(name)), ..base };
@@ -310,7 +325,7 @@ fn other_skips<'e>(
 
 /// Whether a way passes a condition twice that could not be told apart: then it may not exist.
 fn asks_dropped(search: &Search<'_>, exploration: &Exploration, end: &End) -> bool {
-    let mut asked = std::collections::BTreeSet::new();
+    let mut asked = BTreeSet::new();
     exploration.path(end.at).iter().any(|at| match &search.graph.node(exploration.states[*at].node).effect {
         Effect::Branch(test) => test.subject.is_some_and(|id| exploration.dropped.contains(&id) && !asked.insert(id)),
         _ => false,
@@ -325,14 +340,15 @@ fn too_many_conditions(base: Decision) -> Decision {
 fn repeated(search: &Search<'_>, region: Region, exploration: &Exploration, end: &End, base: Decision) -> Decision {
     let witness = steps(search, region, exploration, end);
     let path = exploration.path(end.at);
-    let second = path.iter().copied().find_map(|at| second_update(search, exploration, at));
-    let inner = path.iter().find_map(|at| inner_repeat(search, exploration, *at));
+    let second = changes(exploration, end).find_map(|(at, after)| second_update(search, exploration, at, after));
+    let inner = changes(exploration, end).find_map(|(at, after)| inner_repeat(search, exploration, at, after));
     let through = inner.and(second);
     let second = inner.map(|repeat| repeat.primary).or(second);
     let primary = second.or_else(|| path.last().map(|at| search.graph.node(exploration.states[*at].node).span));
     let mut others: Vec<Evidence> = Vec::new();
     for at in 0..exploration.states.len() {
-        let Some(place) = second_update(search, exploration, at) else { continue };
+        let Some(before) = exploration.parent(at) else { continue };
+        let Some(place) = second_update(search, exploration, before, exploration.states[at].count) else { continue };
         if primary != Some(place)
             && through != Some(place)
             && others.iter().all(|other| other.primary != place)
@@ -345,12 +361,11 @@ fn repeated(search: &Search<'_>, region: Region, exploration: &Exploration, end:
     Decision { verdict: Verdict::Repeated, witness, primary, through, others, ..base }
 }
 
-/// The place of the update behind which a state has seen two. Where a closure runs that has updated it before, that is its call.
-fn second_update(search: &Search<'_>, exploration: &Exploration, at: usize) -> Option<Span> {
-    let before = exploration.parent(at)?;
+/// The place of the update behind which the count is two. Where a closure runs that has updated it before, that is its call.
+fn second_update(search: &Search<'_>, exploration: &Exploration, before: usize, after: Count) -> Option<Span> {
     let count_of = |at: usize| exploration.states[at].count;
     let span_of = |at: usize| search.graph.node(exploration.states[at].node).span;
-    if count_of(before) == Count::Many || count_of(at) != Count::Many {
+    if count_of(before) == Count::Many || after != Count::Many {
         return None;
     }
     let way = || std::iter::successors(Some(before), |at| exploration.parent(*at));
@@ -423,10 +438,50 @@ fn skip_place(search: &Search<'_>, exploration: &Exploration, end: &End) -> Opti
     });
     let arm = behind.iter().find(|node| matches!(search.graph.node(**node).effect, Effect::Mark(Mark::Arm)));
     let is_match = matches!(&search.graph.node(decided).effect, Effect::Branch(test) if test.text.contains(" is "));
-    let shown = *way_out.or(arm.filter(|_| is_match)).unwrap_or(&decided);
+    let shown = match skips_by_itself(search, exploration, end) {
+        true => decided,
+        false => *way_out.or(arm.filter(|_| is_match)).unwrap_or(&decided),
+    };
     let span = search.graph.node(shown).span;
     let inner = skip_inside(search, shown);
     Some(inner.map_or((span, None), |inner| (inner.primary, Some(span))))
+}
+
+/// Whether a way skips inside what it calls, and the way out that follows is not why: nothing asks for it, or other ways that skip
+/// there go on in another one.
+pub(super) fn skips_by_itself(search: &Search<'_>, exploration: &Exploration, end: &End) -> bool {
+    let Some(decided) = end.state.skipped_at.filter(|decided| skip_inside(search, *decided).is_some()) else {
+        return false;
+    };
+    let effect = |node: &NodeId| &search.graph.node(*node).effect;
+    let behind = |end: &End| -> Vec<NodeId> {
+        let nodes = exploration.path(end.at).into_iter().map(|at| exploration.states[at].node);
+        nodes.skip_while(|node| *node != decided).collect()
+    };
+    let way_out = |end: &End| behind(end).into_iter().find(|node| matches!(effect(node), Effect::Mark(_)));
+    let until_out = behind(end).into_iter().take_while(|node| !matches!(effect(node), Effect::Mark(_)));
+    let is_asked = until_out.filter(|node| matches!(effect(node), Effect::Branch(_))).count() > 0;
+    let alike = exploration.ends.iter().filter(|other| other.state.skipped_at == Some(decided));
+    !is_asked || alike.map(way_out).collect::<BTreeSet<_>>().len() > 1
+}
+
+/// Whether a key may decide that a way goes past an element of a map: no loop over all of them runs the updates, or what it binds
+/// is asked for.
+fn is_by_key(search: &Search<'_>, end: &End) -> bool {
+    let graph = search.graph;
+    let over_all = |node: NodeId| graph.loops_around(node).find(|id| search.covers(*id));
+    let Some(decided) = end.state.skipped_at.filter(|_| search.updating().into_iter().all(|at| over_all(at).is_some()))
+    else {
+        return true;
+    };
+    match (&graph.node(decided).effect, over_all(decided)) {
+        (Effect::Branch(test), Some(id)) => {
+            let bound = &graph.loop_info(id).bound;
+            let mut reads = test.about.reads.iter().filter_map(Place::base_var);
+            reads.any(|var| search.aliases.is_derived(var, bound))
+        }
+        (_, over_all) => over_all.is_some(),
+    }
 }
 
 /// The loop over the elements that a way goes past without a round for this one, where no statement skips.
