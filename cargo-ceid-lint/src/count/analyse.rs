@@ -416,31 +416,6 @@ impl Context<'_> {
         Some(Pair { updates, ..self.pair(facts, &instance.place, instance.law, decision) })
     }
 
-    /// The verdict on a filter inside a trait object or a type parameter is that of each type that may be behind it: the one that
-    /// says most against it counts.
-    fn decide_behind(
-        &self,
-        facts: &FunctionFacts<'_>,
-        instance: &Instance,
-        search: &Search<'_>,
-        decide: impl Fn(&Search<'_>) -> Decision,
-    ) -> Decision {
-        if search.behind.len() < 2 {
-            return decide(search);
-        }
-        let of_type = |ty: &Ty| {
-            let mut search = self.search(facts, instance);
-            search.only_behind(ty);
-            let decision = decide(&search);
-            self.effort.add(facts.graph.nodes.len() / 8 + search.take_states());
-            decision
-        };
-        let decisions = search.behind.iter().map(of_type);
-        // A type of which nothing is updated here has its updates elsewhere.
-        let updated = decisions.filter(|decision| decision.counts != [0] || decision.cause.is_some());
-        updated.max_by_key(|decision| decision.verdict.gravity()).unwrap_or_else(|| decide(search))
-    }
-
     /// A half that need not run is never skipped, and one that may run as often as one likes is never wrong.
     fn by_multiplicity(&self, facts: &FunctionFacts<'_>, search: &Search<'_>, decision: Decision) -> Decision {
         let may_skip = match self.multiplicity(facts, search.instance, search.law) {

@@ -1,8 +1,9 @@
 //! The way that shows a verdict, as labelled steps.
 
 use super::counts::Count;
-use super::decide::{head_of, inner_repeat, skip_inside, skips_by_itself};
+use super::decide::{head_of, inner_repeat};
 use super::search::{End, Exploration, Region, Search};
+use super::skips::{skip_inside, skips_by_itself};
 use crate::diagnostic::WitnessStep;
 use crate::flow::{Effect, Mark, NodeId};
 

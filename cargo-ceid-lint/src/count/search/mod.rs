@@ -30,7 +30,6 @@ use super::aliases::Aliases;
 use super::assumed::{Assumed, merged};
 use super::counts::Count;
 use super::given::{Given, place_of};
-use super::instances::types_behind;
 use super::returned;
 use super::slice::{self, ControlDependence, tracked};
 use super::summary::{Outcome, Summaries, Summary};
@@ -187,7 +186,7 @@ impl<'a> Search<'a> {
             instance,
             law,
             sample_loops: BTreeSet::new(),
-            behind: types_behind(program.index, graph, instance),
+            behind: super::instances::types_behind(program.index, graph, instance),
             is_one_of_many: false,
             covering,
             dependence,
