@@ -22,6 +22,10 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
     for (number, at) in path.iter().enumerate() {
         let state = &exploration.states[*at];
         let node = graph.node(state.node);
+        // Behind the second update only those show something that follow it at once.
+        if state.count == Count::Many && matches!(node.effect, Effect::Branch(_) | Effect::Mark(_)) {
+            break;
+        }
         let next = path.get(number + 1).map(|next| &exploration.states[*next]);
         let after = next.map_or(end.state.count, |next| next.count);
         match &node.effect {
@@ -89,10 +93,6 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
                 steps.push(WitnessStep { span: node.span, message: RETURNS.to_owned() });
             }
             _ => {}
-        }
-        // What comes behind the second update shows nothing more.
-        if state.count != Count::Many && after == Count::Many {
-            break;
         }
     }
     steps
