@@ -219,20 +219,17 @@ fn is_instance(index: &Index, graph: &ControlFlowGraph, place: &Place, is_state:
     if !is_state && place_ty(index, graph, place).is_none_or(|ty| index.filter_spec(&ty).is_none()) {
         return false;
     }
-    // What only some of the types behind a trait have is never judged.
+    // What a generic function does to another type's fields does not happen where the type is known.
     let mut at = Place { base: place.base, steps: Vec::new() };
     for step in &place.steps {
         let owner = place_ty(index, graph, &at).filter(|_| matches!(step, Projection::Field(_)));
         at = at.join(std::slice::from_ref(step));
-        let is_others = match &owner {
+        let has_parts = match &owner {
+            Some(Ty::Adt(id, _)) => matches!(index.type_def(*id).shape, Shape::Struct(_)),
             Some(Ty::Opaque(_) | Ty::Param(_)) => true,
-            // What a generic function does to another type's fields does not happen where the type is known.
-            Some(Ty::Adt(id, _)) => {
-                matches!(index.type_def(*id).shape, Shape::Struct(_)) && place_ty(index, graph, &at).is_none()
-            }
             _ => false,
         };
-        if is_others {
+        if has_parts && place_ty(index, graph, &at).is_none() {
             return false;
         }
     }
@@ -409,7 +406,7 @@ impl Context<'_> {
             };
             decide::decide_missed(search, region, head)
         } else {
-            decide::decide(search, region, by_framework)
+            self.decide_behind(facts, instance, search, |search| decide::decide(search, region, by_framework))
         };
         self.effort.add(graph.nodes.len() / 8 + search.take_states());
         let is_sample_loop = matches!(id, CycleId::Loop(id) if instance.sample_loops.contains(&id));

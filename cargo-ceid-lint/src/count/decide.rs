@@ -1,15 +1,18 @@
 //! From all ways through a cycle to a verdict, with the shortest way that shows it.
 
+use std::collections::BTreeSet;
+
 use super::counts::Count;
 use super::functions::brings_law;
 use super::gates::Gates;
 use super::instances;
 use super::returned;
 use super::search::{End, EndKind, Exploration, Region, Search};
+use super::skips::{is_by_key, loop_left, skip_place};
 use super::verdict::{Evidence, Gate, Verdict};
 use super::witness::{is_closure_call, steps, steps_inside};
 use crate::diagnostic::WitnessStep;
-use crate::flow::{Cause, Effect, IndexKey, LoopId, Mark, NodeId, Place};
+use crate::flow::{Cause, Effect, IndexKey, LoopId, Place};
 use crate::index::{CrateInfo, FunctionId, Index};
 use crate::source::Span;
 
@@ -64,12 +67,12 @@ pub(super) fn repeat_of(search: &Search<'_>, exploration: &Exploration) -> Optio
     if asks_dropped(search, exploration, end) {
         return None;
     }
-    let path = exploration.path(end.at);
     let witness = steps_inside(search, exploration, end);
-    if let Some(inner) = path.iter().find_map(|at| inner_repeat(search, exploration, *at)) {
+    if let Some(inner) = changes(exploration, end).find_map(|(at, after)| inner_repeat(search, exploration, at, after))
+    {
         return Some(Evidence { primary: inner.primary, witness });
     }
-    let primary = path.iter().find_map(|at| second_update(search, exploration, *at))?;
+    let primary = changes(exploration, end).find_map(|(at, after)| second_update(search, exploration, at, after))?;
     Some(Evidence { primary, witness })
 }
 
@@ -93,10 +96,23 @@ pub(super) fn skip_of(search: &Search<'_>, gates: &Gates<'_, '_>, exploration: &
     Some(Evidence { primary, witness: steps_inside(search, exploration, end) })
 }
 
-/// How a call comes to both updates, where a state behind it has seen two and the one before it none.
-pub(super) fn inner_repeat<'s>(search: &'s Search<'_>, exploration: &Exploration, at: usize) -> Option<&'s Evidence> {
-    let before = &exploration.states[exploration.parent(at)?];
-    if before.count != Count::Zero || exploration.states[at].count != Count::Many {
+/// The states of a way, each with the count behind it.
+fn changes<'e>(exploration: &'e Exploration, end: &'e End) -> impl Iterator<Item = (usize, Count)> + 'e {
+    let path = exploration.path(end.at);
+    let behind = path.iter().skip(1).map(|at| exploration.states[*at].count).chain([end.state.count]);
+    let changes: Vec<(usize, Count)> = path.iter().copied().zip(behind).collect();
+    changes.into_iter()
+}
+
+/// How a call comes to both updates, where a state has seen none and the one behind it two.
+pub(super) fn inner_repeat<'s>(
+    search: &'s Search<'_>,
+    exploration: &Exploration,
+    at: usize,
+    after: Count,
+) -> Option<&'s Evidence> {
+    let before = &exploration.states[at];
+    if before.count != Count::Zero || after != Count::Many {
         return None;
     }
     match &search.graph.node(before.node).effect {
@@ -177,7 +193,7 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
     }
     // Which element of a map is passed over depends on its key.
     if instances::is_in_map(search.program.index, search.graph, search.instance)
-        && completing.iter().any(|end| end.state.count == Count::Zero && !end.state.reset)
+        && completing.iter().any(|end| end.state.count == Count::Zero && !end.state.reset && is_by_key(search, end))
     {
         let name = search.graph.place_name(search.program.index, search.instance);
         return Decision { verdict: Verdict::Unproved, cause: Some(Cause::Index(name)), ..base };
@@ -310,7 +326,7 @@ fn other_skips<'e>(
 
 /// Whether a way passes a condition twice that could not be told apart: then it may not exist.
 fn asks_dropped(search: &Search<'_>, exploration: &Exploration, end: &End) -> bool {
-    let mut asked = std::collections::BTreeSet::new();
+    let mut asked = BTreeSet::new();
     exploration.path(end.at).iter().any(|at| match &search.graph.node(exploration.states[*at].node).effect {
         Effect::Branch(test) => test.subject.is_some_and(|id| exploration.dropped.contains(&id) && !asked.insert(id)),
         _ => false,
@@ -325,14 +341,15 @@ fn too_many_conditions(base: Decision) -> Decision {
 fn repeated(search: &Search<'_>, region: Region, exploration: &Exploration, end: &End, base: Decision) -> Decision {
     let witness = steps(search, region, exploration, end);
     let path = exploration.path(end.at);
-    let second = path.iter().copied().find_map(|at| second_update(search, exploration, at));
-    let inner = path.iter().find_map(|at| inner_repeat(search, exploration, *at));
+    let second = changes(exploration, end).find_map(|(at, after)| second_update(search, exploration, at, after));
+    let inner = changes(exploration, end).find_map(|(at, after)| inner_repeat(search, exploration, at, after));
     let through = inner.and(second);
     let second = inner.map(|repeat| repeat.primary).or(second);
     let primary = second.or_else(|| path.last().map(|at| search.graph.node(exploration.states[*at].node).span));
     let mut others: Vec<Evidence> = Vec::new();
     for at in 0..exploration.states.len() {
-        let Some(place) = second_update(search, exploration, at) else { continue };
+        let Some(before) = exploration.parent(at) else { continue };
+        let Some(place) = second_update(search, exploration, before, exploration.states[at].count) else { continue };
         if primary != Some(place)
             && through != Some(place)
             && others.iter().all(|other| other.primary != place)
@@ -345,12 +362,11 @@ fn repeated(search: &Search<'_>, region: Region, exploration: &Exploration, end:
     Decision { verdict: Verdict::Repeated, witness, primary, through, others, ..base }
 }
 
-/// The place of the update behind which a state has seen two. Where a closure runs that has updated it before, that is its call.
-fn second_update(search: &Search<'_>, exploration: &Exploration, at: usize) -> Option<Span> {
-    let before = exploration.parent(at)?;
+/// The place of the update behind which the count is two. Where a closure runs that has updated it before, that is its call.
+fn second_update(search: &Search<'_>, exploration: &Exploration, before: usize, after: Count) -> Option<Span> {
     let count_of = |at: usize| exploration.states[at].count;
     let span_of = |at: usize| search.graph.node(exploration.states[at].node).span;
-    if count_of(before) == Count::Many || count_of(at) != Count::Many {
+    if count_of(before) == Count::Many || after != Count::Many {
         return None;
     }
     let way = || std::iter::successors(Some(before), |at| exploration.parent(*at));
@@ -409,46 +425,6 @@ fn length(exploration: &Exploration, end: &End) -> (u32, usize) {
 
 fn shortest<'e>(exploration: &Exploration, ends: impl Iterator<Item = &'e End>) -> Option<&'e End> {
     ends.min_by_key(|end| length(exploration, end))
-}
-
-/// The statement that skips: the way out that is taken, the arm, or the condition that fails. Where it is in a function that is
-/// called, the call as well.
-fn skip_place(search: &Search<'_>, exploration: &Exploration, end: &End) -> Option<(Span, Option<Span>)> {
-    let decided = end.state.skipped_at?;
-    let nodes: Vec<NodeId> = exploration.path(end.at).iter().map(|at| exploration.states[*at].node).collect();
-    let from = nodes.iter().position(|node| *node == decided)?;
-    let behind = &nodes[from..];
-    let way_out = behind.iter().rev().find(|node| {
-        matches!(search.graph.node(**node).effect, Effect::Mark(Mark::Continue | Mark::Return | Mark::Break))
-    });
-    let arm = behind.iter().find(|node| matches!(search.graph.node(**node).effect, Effect::Mark(Mark::Arm)));
-    let is_match = matches!(&search.graph.node(decided).effect, Effect::Branch(test) if test.text.contains(" is "));
-    let shown = *way_out.or(arm.filter(|_| is_match)).unwrap_or(&decided);
-    let span = search.graph.node(shown).span;
-    let inner = skip_inside(search, shown);
-    Some(inner.map_or((span, None), |inner| (inner.primary, Some(span))))
-}
-
-/// The loop over the elements that a way goes past without a round for this one, where no statement skips.
-fn loop_left(search: &Search<'_>, exploration: &Exploration, end: &End) -> Option<Span> {
-    let graph = search.graph;
-    let updating = search.updating();
-    let updates = |id: LoopId| updating.iter().any(|node| graph.is_within(graph.node(*node).in_loop, id));
-    let passed = exploration.path(end.at).into_iter().rev().find_map(|at| {
-        match &graph.node(exploration.states[at].node).effect {
-            Effect::LoopHead(id) if search.covers(*id) && updates(*id) => Some(*id),
-            _ => None,
-        }
-    });
-    passed.map(|id| graph.loop_info(id).keyword)
-}
-
-/// How a call skips, if it does.
-pub(super) fn skip_inside<'s>(search: &'s Search<'_>, node: NodeId) -> Option<&'s Evidence> {
-    match &search.graph.node(node).effect {
-        Effect::Call(site) => search.skip_in(site),
-        _ => None,
-    }
 }
 
 /// The keyword at the head of a cycle.

@@ -8,15 +8,52 @@ use crate::types::is_transparent;
 
 /// The type of a place; `None` if some step of it cannot be followed.
 pub(super) fn place_ty(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Option<Ty> {
-    let mut ty = match place.base {
+    let (ty, at) = known_steps(index, graph, place)?;
+    let rest = &place.steps[at..];
+    if rest.is_empty() {
+        return Some(ty);
+    }
+    may_be(index, &ty, rest).into_iter().next().map(|(_, ty)| ty)
+}
+
+/// The types that may be behind a trait object or a type parameter on the way to a place, as far as they have such a place.
+pub(super) fn types_behind(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Vec<Ty> {
+    let Some((ty, at)) = known_steps(index, graph, place).filter(|(_, at)| *at < place.steps.len()) else {
+        return Vec::new();
+    };
+    may_be(index, &ty, &place.steps[at..]).into_iter().map(|(owner, _)| owner).collect()
+}
+
+/// The types of the analysed code that a type known by its bounds may be, each with the type that these steps lead to in it.
+/// What lies inside a filter is its own law's business.
+fn may_be(index: &Index, ty: &Ty, steps: &[Projection]) -> Vec<(Ty, Ty)> {
+    if index.filter_spec(ty).is_some() {
+        return Vec::new();
+    }
+    let with_part = |owner: Ty| {
+        let (part, at) = follow(index, owner.clone(), steps)?;
+        (at == steps.len()).then_some((owner, part))
+    };
+    index.types_behind(ty).into_iter().filter_map(with_part).collect()
+}
+
+/// How far the steps of a place lead through types that are known, and where to.
+fn known_steps(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Option<(Ty, usize)> {
+    let ty = match place.base {
         Base::Var(var) => graph.var(var).ty.clone(),
         Base::Static(id) => {
             let value = index.value(id);
             index.lower(&value.item.ty, &index.scope(value.module, value.owner, None))
         }
     };
+    follow(index, ty, &place.steps)
+}
+
+/// The type that steps lead to, or the one of which only the bounds are known, with the number of the steps before it.
+fn follow(index: &Index, ty: Ty, steps: &[Projection]) -> Option<(Ty, usize)> {
+    let mut ty = ty;
     let mut variant = None;
-    for step in &place.steps {
+    for (at, step) in steps.iter().enumerate() {
         ty = inner(&ty);
         match step {
             Projection::Field(name) => match (&ty, variant) {
@@ -31,6 +68,7 @@ pub(super) fn place_ty(index: &Index, graph: &ControlFlowGraph, place: &Place) -
                     variant = None;
                 }
                 (Ty::External(path, args), _) if path == "ceid_core::Cyclic" => ty = args.first()?.clone(),
+                (Ty::Param(_) | Ty::Opaque(_), _) => return Some((ty, at)),
                 _ => return None,
             },
             Projection::Channel(_) => {}
@@ -46,7 +84,7 @@ pub(super) fn place_ty(index: &Index, graph: &ControlFlowGraph, place: &Place) -
             }
         }
     }
-    Some(inner(&ty))
+    Some((inner(&ty), steps.len()))
 }
 
 /// The type behind references, pointers, options and locks.

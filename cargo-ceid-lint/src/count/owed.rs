@@ -238,7 +238,9 @@ impl Context<'_> {
             self.push_missed(facts, place, 0, CycleId::Loop(id), pairs);
             return;
         }
-        let Some(var) = var.filter(|var| !is_param && self.is_built_here(graph, *var) && !uses.copied) else { return };
+        let is_read_only = uses.looked_into && !uses.fed && !uses.written;
+        let is_built = |var: &Var| self.is_built_here(graph, *var) && !(is_read_only && is_clone(graph, *var));
+        let Some(var) = var.filter(|var| !is_param && is_built(var) && !uses.copied) else { return };
         // Its scope holds a loop that never ends.
         let endless = (0u32..).map(LoopId).zip(&graph.loops).find(|(id, own)| {
             own.is_endless() && own.directive != Some(CycleDirective::NotACycle) && scope(CycleId::Loop(*id))
@@ -440,6 +442,21 @@ impl Context<'_> {
             cycle,
         });
     }
+}
+
+/// Whether a variable is given a clone of what has a name.
+fn is_clone(graph: &ControlFlowGraph, var: Var) -> bool {
+    let given = |to: &Place| {
+        let sets = graph.nodes.iter().filter_map(|node| match &node.effect {
+            Effect::Set(set) if set.place == *to => Some(set),
+            _ => None,
+        });
+        sets.collect::<Vec<_>>()
+    };
+    let is_copy = |from: &Place| {
+        given(from).iter().any(|set| set.transfer == Transfer::Copy && is_named(graph, set.from.as_ref()))
+    };
+    given(&Place::var(var)).iter().any(|set| set.from.as_ref().is_some_and(is_copy))
 }
 
 /// Whether a place has a name in the source, and is no value in between.

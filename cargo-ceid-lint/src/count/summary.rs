@@ -12,8 +12,9 @@ use super::given::{Given, GivenBase, MAX_PLACES, bound, given, instance_of, plac
 use super::handed;
 use super::returned;
 use super::search::{Region, Search};
+use super::shown::Shown;
 use super::slice::ControlDependence;
-use super::verdict::{Evidence, Gate};
+use super::verdict::Gate;
 use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, Place, Program, Projection, Transfer};
 use crate::index::FunctionId;
 
@@ -99,23 +100,6 @@ pub(super) struct Summary {
     /// What only a debug build updates, with the half of the law.
     pub(super) debug_only: BTreeMap<(Given, usize), DebugOnly>,
 }
-
-/// What a reader is shown of filters, with the half of the law. It decides nothing, so that it keeps no recursion from settling.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Shown {
-    /// Second updates.
-    pub(super) repeats: BTreeMap<(Given, usize), Evidence>,
-    /// Ways that skip what others update.
-    pub(super) skips: BTreeMap<(Given, usize), Evidence>,
-}
-
-impl PartialEq for Shown {
-    fn eq(&self, _: &Self) -> bool {
-        true
-    }
-}
-
-impl Eq for Shown {}
 
 impl Summary {
     /// The ways through it for one half of the law.

@@ -30,6 +30,7 @@ impl Context<'_> {
     pub(super) fn uses(&self, facts: &FunctionFacts<'_>, place: &Place) -> Uses {
         let mut uses = Uses::default();
         let mut is_assigned = false;
+        let mut is_emptied = false;
         let is_lent = instances::is_lent(self.program.index, facts.graph, place);
         let holds = |other: &Place| facts.aliases.shared_roots(other).iter().any(|root| root.overlaps(place));
         // What a filter computed may leave without it: `return kf.value();`
@@ -48,6 +49,7 @@ impl Context<'_> {
                     uses.leaves |= leaves && write.transfer != Transfer::Copy;
                     uses.copied |= leaves;
                     is_assigned |= leaves;
+                    is_emptied |= write.head.as_deref() == Some("-") && holds(&write.place);
                     uses.is_snapshot |= write.place == *place && self.is_copy(facts, write);
                 }
                 Effect::Set(set) => {
@@ -93,6 +95,8 @@ impl Context<'_> {
                 _ => {}
             }
         }
+        // A copy that leaves nothing behind is a move.
+        uses.leaves |= uses.copied && is_emptied;
         // A template lives on in its clones, and in what its state is assigned to.
         let is_template = !uses.looked_into && !uses.fed;
         uses.leaves |= is_template && (is_assigned || facts.graph.cloned.iter().any(holds));

@@ -57,6 +57,21 @@ impl Verdict {
         }
     }
 
+    /// How much it says against the filter, where several are to be one.
+    #[must_use]
+    pub fn gravity(self) -> u8 {
+        match self {
+            Self::Once | Self::Guarded => 0,
+            Self::OnceOrReset => 1,
+            Self::PerSample => 2,
+            Self::Gated => 3,
+            Self::Unproved => 4,
+            Self::Skipped => 5,
+            Self::Missed => 6,
+            Self::Repeated => 7,
+        }
+    }
+
     /// Whether the pair is proved to be right.
     #[must_use]
     pub fn is_proved(self) -> bool {

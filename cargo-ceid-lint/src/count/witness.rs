@@ -1,8 +1,9 @@
 //! The way that shows a verdict, as labelled steps.
 
 use super::counts::Count;
-use super::decide::{head_of, inner_repeat, skip_inside};
+use super::decide::{head_of, inner_repeat};
 use super::search::{End, Exploration, Region, Search};
+use super::skips::{skip_inside, skips_by_itself};
 use crate::diagnostic::WitnessStep;
 use crate::flow::{Effect, Mark, NodeId};
 
@@ -21,6 +22,10 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
     for (number, at) in path.iter().enumerate() {
         let state = &exploration.states[*at];
         let node = graph.node(state.node);
+        // Behind the second update only those show something that follow it at once.
+        if state.count == Count::Many && matches!(node.effect, Effect::Branch(_) | Effect::Mark(_)) {
+            break;
+        }
         let next = path.get(number + 1).map(|next| &exploration.states[*next]);
         let after = next.map_or(end.state.count, |next| next.count);
         match &node.effect {
@@ -43,7 +48,7 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
                 } else {
                     "updates it"
                 };
-                let inner = next.and_then(|_| inner_repeat(search, exploration, path[number + 1]));
+                let inner = inner_repeat(search, exploration, *at, after);
                 let message = match inner {
                     Some(_) => format!("`{}` {often}", site.text),
                     None => format!("{} update: `{}` {often}", ordinal(updates), site.text),
@@ -56,12 +61,18 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
                 steps.push(WitnessStep { span: node.span, message });
                 let inner = skip_inside(search, state.node);
                 steps.extend(inner.iter().flat_map(|skip| skip.witness.iter().cloned()));
+                if skips_by_itself(search, exploration, end) {
+                    break;
+                }
             }
             Effect::Branch(test) => {
                 let holds = next.is_none_or(|next| node.next.first() == Some(&next.node)) != test.about.is_turned;
                 let decides = end.state.skipped_at == Some(state.node) || end.state.count == Count::Many;
-                if decides && test.text.chars().count() > 0 {
-                    steps.push(WitnessStep { span: test.span, message: condition_text(&test.text, holds) });
+                let step = WitnessStep { span: test.span, message: condition_text(&test.text, holds) };
+                // A pattern of several parts asks for each of them.
+                let is_said = steps.last().is_some_and(|last| (last.span, &last.message) == (step.span, &step.message));
+                if decides && test.text.chars().count() > 0 && !is_said {
+                    steps.push(step);
                 }
             }
             Effect::Mark(Mark::ClosureCall) => {
@@ -93,6 +104,9 @@ pub(super) fn is_closure_call(search: &Search<'_>, at: NodeId) -> bool {
 }
 
 fn condition_text(text: &str, holds: bool) -> String {
+    if let Some(tried) = text.strip_suffix('?') {
+        return format!("taken when `{tried}` {}", if holds { "succeeds" } else { "fails" });
+    }
     match (text.strip_prefix("let "), holds) {
         (Some(_), true) => format!("taken when `{text}` matches"),
         (Some(_), false) => format!("taken when `{text}` does not match"),

@@ -268,6 +268,30 @@ impl Index {
         found
     }
 
+    /// The types of the analysed code that may be behind a trait object or a type parameter, those of tests left out.
+    #[must_use]
+    pub fn types_behind(&self, ty: &Ty) -> Vec<Ty> {
+        let bounds = match ty {
+            Ty::Param(param) => &param.bounds,
+            Ty::Opaque(bounds) => &**bounds,
+            _ => return Vec::new(),
+        };
+        let locals = bounds.iter().filter(|bound| matches!(bound.name, TraitName::Local(_)));
+        let mut found: Vec<Ty> = Vec::new();
+        for bound in locals.clone() {
+            let TraitName::Local(id) = bound.name else { continue };
+            for def in self.impls_of_trait.get(&id).into_iter().flatten().map(|id| self.impl_def(*id)) {
+                let is_test =
+                    self.crate_of(def.module).is_test || def.methods.values().any(|id| self.function(*id).is_test);
+                let has_all = || locals.clone().all(|bound| self.implements(&def.self_ty, &bound.name));
+                if matches!(def.self_ty, Ty::Adt(..)) && !is_test && !found.contains(&def.self_ty) && has_all() {
+                    found.push(def.self_ty.clone());
+                }
+            }
+        }
+        found
+    }
+
     /// Whether the type has an impl that is not for a concrete type only: `impl Trait for T`.
     #[must_use]
     pub fn is_blanket(&self, id: ImplId) -> bool {

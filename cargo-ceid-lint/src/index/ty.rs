@@ -411,7 +411,7 @@ impl Index {
             Some(Def::Trait(id)) => {
                 Ty::Opaque(Arc::new(vec![TraitRef { name: TraitName::Local(id), args, assoc: Vec::new() }]))
             }
-            Some(Def::External(path)) => Ty::External(path, args),
+            Some(Def::External(path)) => iterator_of(&path, &args).unwrap_or(Ty::External(path, args)),
             Some(Def::Module(_) | Def::Variant(..) | Def::Function(_) | Def::Value(_)) => Ty::Unknown,
             None => Ty::External(format!("?::{}", path.text()), args),
         }
@@ -552,6 +552,27 @@ impl Index {
             TraitName::External(path) => path.rsplit("::").next().unwrap_or(path).to_owned(),
         }
     }
+}
+
+/// What the standard library's iterators over collections are as iterators over their items: `slice::IterMut<'_, Pid>`.
+fn iterator_of(path: &str, args: &[Ty]) -> Option<Ty> {
+    let mut names = path.strip_prefix("std::")?.rsplit("::");
+    let (name, module) = (names.next()?, names.next()?);
+    let lent = |ty: &Ty| Ty::Ref(name.ends_with("Mut"), Box::new(ty.clone()));
+    let is_map = module.ends_with("_map");
+    let item = match (module, name, args) {
+        (_, "IterMut" | "Iter", [key, value]) if is_map => {
+            Ty::Tuple(vec![Ty::Ref(false, Box::new(key.clone())), lent(value)])
+        }
+        (_, "ValuesMut" | "Values", [_, value]) if is_map => lent(value),
+        ("slice", "ChunksMut" | "Chunks" | "ChunksExactMut" | "ChunksExact", [item]) => {
+            lent(&Ty::Slice(Box::new(item.clone())))
+        }
+        ("slice" | "vec_deque" | "linked_list" | "option", "IterMut" | "Iter", [item]) => lent(item),
+        ("vec" | "vec_deque" | "linked_list" | "option" | "array", "IntoIter" | "Drain", [item, ..]) => item.clone(),
+        _ => return None,
+    };
+    Some(Ty::std("std::iter::Iterator", vec![item]))
 }
 
 /// Parameters and the arguments given for them, by name.

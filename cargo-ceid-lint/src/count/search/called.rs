@@ -9,7 +9,8 @@ use crate::count::answers::Answers;
 use crate::count::given::{Given, place_of};
 use crate::count::returned;
 use crate::count::summary::Outcome;
-use crate::flow::{CallSite, Place, Projection, SubjectId};
+use crate::flow::{CallSite, Cause, Place, Projection, SubjectId};
+use crate::index::{FunctionId, Owner, Ty};
 
 /// What a call does, whatever the way that leads to it.
 #[derive(Debug, Default)]
@@ -53,10 +54,38 @@ impl Search<'_> {
         called
     }
 
+    /// The bodies that may run where the instance lies behind a trait: those of its types, or those that all types share.
+    fn targets_behind(&self, site: &CallSite) -> Vec<FunctionId> {
+        let index = self.program.index;
+        let owner = |target: &FunctionId| match index.function(*target).owner {
+            Owner::Impl(id) => match index.impl_def(id).self_ty {
+                Ty::Adt(id, _) => Some(id),
+                _ => None,
+            },
+            _ => None,
+        };
+        if self.behind.is_empty() || site.targets.len() < 2 {
+            return site.targets.clone();
+        }
+        let mut found = BTreeSet::new();
+        for ty in &self.behind {
+            let is_own = |target: &&FunctionId| matches!(ty, Ty::Adt(id, _) if owner(target) == Some(*id));
+            let own: Vec<FunctionId> = site.targets.iter().filter(is_own).copied().collect();
+            match own.is_empty() {
+                true => found.extend(site.targets.iter().filter(|target| owner(target).is_none())),
+                false => found.extend(own),
+            }
+        }
+        found.into_iter().collect()
+    }
+
     /// The same, where these of the places that it has to do with may be the instance or hold it.
     fn called_with(&self, site: &CallSite, own: &[&CalledPlace]) -> Called {
         let mut called = Called::default();
-        for target in &site.targets {
+        let targets = if own.is_empty() { site.targets.clone() } else { self.targets_behind(site) };
+        // A function that many types share may do another thing with each.
+        let is_shared = self.is_one_of_many && site.targets.len() == 1;
+        for target in &targets {
             let Some(summary) = self.summaries.get(*target) else {
                 // A recursion that was not gone through yet adds nothing.
                 if !self.summaries.is_open(*target) {
@@ -69,7 +98,12 @@ impl Search<'_> {
                 called.writes.insert(place);
             }
             let outcomes = own.iter().filter(|called| called.target == *target);
-            let outcomes = outcomes.map(|called| (called.place.clone(), called.outcomes(self.summaries).to_vec()));
+            let outcomes = outcomes.map(|called| {
+                let ways = called.outcomes(self.summaries);
+                let is_same = ways.iter().all(|way| (way.count, way.reset) == (ways[0].count, ways[0].reset));
+                let ways = if is_shared && !is_same { vec![Outcome::unknown(not_told())] } else { ways.to_vec() };
+                (called.place.clone(), ways)
+            });
             called.add(Effect { outcomes: outcomes.collect(), heads: summary.heads, answers: summary.answers.clone() });
         }
         let outcomes = called.effects.iter().flat_map(|effect| &effect.outcomes).flat_map(|(_, outcomes)| outcomes);
@@ -81,6 +115,11 @@ impl Search<'_> {
         called.borrows.extend(self.summaries.borrows(site).map(|(part, place)| (part.to_vec(), place)));
         called
     }
+}
+
+/// Why it is not known what a function does that is one for many types.
+fn not_told() -> Cause {
+    Cause::Limit("which type is behind the trait in the functions called is not known".to_owned())
 }
 
 impl Called {

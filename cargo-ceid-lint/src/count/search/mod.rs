@@ -150,6 +150,10 @@ pub(super) struct Search<'a> {
     pub(super) law: usize,
     /// Loops whose updates count once for each of their rounds.
     pub(super) sample_loops: BTreeSet<LoopId>,
+    /// The types that may be behind the trait object or type parameter in which the instance lies, where it does.
+    pub(super) behind: Vec<Ty>,
+    /// Whether these are one of several.
+    is_one_of_many: bool,
     /// Loops that visit each element of the collection that the instance is an element of.
     covering: BTreeSet<LoopId>,
     dependence: std::rc::Rc<ControlDependence>,
@@ -182,6 +186,8 @@ impl<'a> Search<'a> {
             instance,
             law,
             sample_loops: BTreeSet::new(),
+            behind: super::instances::types_behind(program.index, graph, instance),
+            is_one_of_many: false,
             covering,
             dependence,
             called: RefCell::default(),
@@ -191,6 +197,12 @@ impl<'a> Search<'a> {
         };
         search.sample_loops = search.own_cycles();
         search
+    }
+
+    /// Takes one of the types for the one behind the trait object or type parameter in which the instance lies.
+    pub(super) fn only_behind(&mut self, ty: &Ty) {
+        self.is_one_of_many = self.behind.len() > 1;
+        self.behind = vec![ty.clone()];
     }
 
     /// Whether a loop visits each element once, the instance among them.

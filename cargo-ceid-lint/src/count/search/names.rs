@@ -200,6 +200,16 @@ fn element_rest(source: &Place, name: &Place) -> Option<Vec<Projection>> {
     matches.then_some(rest)
 }
 
+/// A place as it is in the round of the loops around in which their counters are the instance's own indexes.
+fn in_each_round(graph: &ControlFlowGraph, place: &Place, instance: &Place) -> Place {
+    let is_counter = |var: Var| graph.loops.iter().any(|info| info.counter.is_some_and(|(counter, _)| counter == var));
+    let own = |(at, step): (usize, &Projection)| match (step.key(), instance.steps.get(at).and_then(Projection::key)) {
+        (Some(IndexKey::Var(var)), Some(key)) if is_counter(*var) => step.with_key(key.clone()),
+        _ => step.clone(),
+    };
+    Place { base: place.base, steps: place.steps.iter().enumerate().map(own).collect() }
+}
+
 /// Whether a loop's counter is the index of the instance.
 pub(super) fn indexes_instance(aliases: &Aliases, info: &crate::flow::LoopInfo, instance: &Place) -> bool {
     aliases.indexed_by(info).flat_map(|collection| aliases.roots(collection)).any(|root| {
@@ -227,10 +237,8 @@ fn begins_behind(aliases: &Aliases, info: &crate::flow::LoopInfo, instance: &Pla
 pub(super) fn covering_loops(graph: &ControlFlowGraph, aliases: &Aliases, instance: &Place) -> BTreeSet<LoopId> {
     let mut found = BTreeSet::new();
     for (number, info) in (0u32..).zip(&graph.loops) {
-        let of_items = info
-            .items
-            .iter()
-            .any(|(_, source)| aliases.parts(source).iter().any(|(_, root)| element_rest(root, instance).is_some()));
+        let is_own = |root: &Place| element_rest(&in_each_round(graph, root, instance), instance).is_some();
+        let of_items = info.items.iter().any(|(_, source)| aliases.parts(source).iter().any(|(_, root)| is_own(root)));
         // A loop that counts to a constant and does not stand for each element is followed round by round.
         let exact = matches!(info.rounds, Rounds::Constant(count) if count <= MAX_ROUNDS)
             && info.counter.is_some_and(|(_, first)| first.is_some())

@@ -1,5 +1,6 @@
 //! Methods of the standard library that hand out, test, replace or visit what a wrapper holds.
 
+use super::sources::{Item, Source};
 use super::{Builder, ClosureRef, Value};
 use crate::flow::{Assignment, Cause, Effect, IndexKey, NodeId, Place, Transfer};
 use crate::index::Ty;
@@ -48,7 +49,7 @@ impl Builder<'_> {
                 }
                 let is_run = |closure: &ClosureRef| !self.is_of_future(*closure);
                 if let Some(closure) = values.iter().filter_map(|value| value.closure).find(is_run) {
-                    self.closure_loop(closure, super::sources::Source::bounded(), span);
+                    self.closure_loop(closure, Source::bounded(), span);
                 }
                 Value::default()
             }
@@ -79,6 +80,13 @@ impl Builder<'_> {
                 if value.place.is_some() && super::sources::is_map(self.ty(receiver).peel()) =>
             {
                 self.map_items(method, value)
+            }
+            "chunks_mut" | "chunks_exact_mut" if value.place.is_some() => {
+                for arg in args {
+                    self.expr(*arg);
+                }
+                let item = value.place.clone().map_or(Item::Opaque, Item::Chunk);
+                self.iterator_value(Source { item, ..Source::bounded() })
             }
             "unwrap" | "expect" | "unwrap_unchecked" => {
                 self.assume_present(value, receiver, span);
@@ -116,7 +124,10 @@ impl Builder<'_> {
                 self.write_whole(value, &given, span);
                 Value::default()
             }
-            "take" if args.is_empty() => Value { is_owned: true, head: None, ..value.clone() },
+            "take" if args.is_empty() => {
+                let leaves_by = self.is_optional(receiver).then_some(Transfer::Move);
+                Value { is_owned: true, leaves_by, head: None, ..value.clone() }
+            }
             "replace" | "insert" if args.len() == 1 && value.place.is_some() => {
                 let given = self.expr(args[0]);
                 self.write_whole(value, &given, span);

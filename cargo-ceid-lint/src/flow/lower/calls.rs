@@ -248,7 +248,7 @@ impl Builder<'_> {
                 is_moved: self.is_passed_by_value(*expr, value, receiver, targets),
                 is_copy: law_of.is_none()
                     && self.is_passed_by_value(*expr, value, receiver, targets)
-                    && self.program.index.copies_filter(self.ty(*expr)),
+                    && (value.leaves_by == Some(Transfer::Copy) || self.program.index.copies_filter(self.ty(*expr))),
                 from: if receiver == Some(*expr) { Computed::default() } else { self.computed_from(*expr) },
             })
             .collect();

@@ -6,7 +6,7 @@ use std::collections::{BTreeSet, HashSet};
 use crate::flow::{About, Caller, Cause, CycleKind, Effect, Place, Rounds, Var};
 use crate::index::FunctionId;
 use crate::source::Span;
-use crate::syntax::tree::{Body, ExprKind, Stmt, StmtKind};
+use crate::syntax::tree::{Body, ExprKind, Receiver, Stmt, StmtKind};
 use crate::types::{LocalId, TypedBody};
 
 impl Builder<'_> {
@@ -85,6 +85,12 @@ impl Builder<'_> {
                 let value = args.get(number).cloned().unwrap_or_default();
                 this.bind_pattern(*pat, &value);
                 this.note_handed(*pat);
+                // `self` by value is nobody's name here: what it holds goes on in the result.
+                if number == 0 && def.function.receiver == Some(Receiver::Value) {
+                    for var in this.vars_of(*pat) {
+                        this.graph.vars[var.0 as usize].name.clear();
+                    }
+                }
             }
             this.expr(body.root)
         });

@@ -11,14 +11,16 @@ use crate::syntax::tree::{ExprId, ExprKind};
 impl Builder<'_> {
     /// How the instances that a value of a type carries get to another place.
     pub(super) fn transfer(&self, value: &Value, ty: &Ty) -> Transfer {
-        match value.is_owned {
-            false => Transfer::Borrow,
-            // What a call gave back is there once.
-            true if value.place.as_ref().and_then(Place::base_var).is_some_and(|var| self.is_result(var)) => {
-                Transfer::Move
-            }
-            true if value.place.is_some() && self.program.index.copies_filter(ty) => Transfer::Copy,
-            true => Transfer::Move,
+        if !value.is_owned {
+            return Transfer::Borrow;
+        }
+        // What a call gave back is there once.
+        let is_result = || value.place.as_ref().and_then(Place::base_var).is_some_and(|var| self.is_result(var));
+        match value.leaves_by {
+            Some(leaves_by) => leaves_by,
+            None if is_result() => Transfer::Move,
+            None if value.place.is_some() && self.program.index.copies_filter(ty) => Transfer::Copy,
+            None => Transfer::Move,
         }
     }
 

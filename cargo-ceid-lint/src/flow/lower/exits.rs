@@ -195,7 +195,7 @@ impl Builder<'_> {
         // `let sample = read()?`: what is asked for goes there and nowhere else.
         let binds = if self.target_value == Some((self.frame, id)) { self.targets.clone() } else { Vec::new() };
         let about = self.about_presence(inner, binds);
-        let text = self.text(inner);
+        let text = format!("{}?", self.text(inner));
         let (good, bad) = self.branch_on_head(&value, "+", "-", mark, text, about);
         self.resume(bad);
         let failed = Value { head: Some("-".to_owned()), ..Value::default() };

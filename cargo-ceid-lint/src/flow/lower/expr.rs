@@ -165,7 +165,8 @@ impl Builder<'_> {
             let is_owned = !matches!(self.ty(id), Ty::Ref(..));
             let head = self.numbers.get(&var).map(u64::to_string);
             let iterator = self.iterators.get(&var).cloned();
-            return Value { place: Some(Place::var(var)), is_owned, same_as: Some(var), closure, head, iterator };
+            let place = Some(Place::var(var));
+            return Value { place, is_owned, same_as: Some(var), closure, head, iterator, ..Value::default() };
         }
         if let Some(place) = self.path_place(id) {
             return Value { place: Some(place), is_owned: true, ..Value::default() };

@@ -95,7 +95,10 @@ impl Builder<'_> {
             {
                 self.forget_value(*arg, &value, span, "`ManuallyDrop`");
             }
-            return Value { closure: value.closure, ..value };
+            // What a box or cell is made of is a copy of what is still there.
+            let is_copy = args.last().is_some_and(|arg| self.program.index.copies_filter(self.ty(*arg)));
+            let leaves_by = value.leaves_by.or(is_copy.then_some(Transfer::Copy));
+            return Value { leaves_by, ..value };
         }
         if path == "std::boxed::Box::leak" {
             let value = values.into_iter().next().unwrap_or_default();

@@ -207,6 +207,7 @@ impl Builder<'_> {
             _ => Rounds::Bounded,
         };
         let in_order = source.in_order && other.in_order;
+        let [source, other] = [source, other].map(|source| source.shortened(&rounds));
         let passes_over = source.passes_over || other.passes_over;
         let item = Item::Tuple(vec![source.staged(), other.staged()]);
         Source { item, rounds, passes_over, in_order, ..Source::bounded() }
@@ -236,6 +237,10 @@ impl Builder<'_> {
 
     fn adaptor(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Source {
         self.note_lent_by(receiver, method);
+        // A method of the analysed code is what it does, whatever its name.
+        if matches!(self.typed().callees.get(&id), Some(Callee::Resolved(resolved)) if !resolved.targets.is_empty()) {
+            return self.collection(id, false);
+        }
         match method {
             "rev" => Source { in_order: false, ..self.source(receiver) },
             "into_iter" | "peekable" | "fuse" | "unwrap" => self.source(receiver),

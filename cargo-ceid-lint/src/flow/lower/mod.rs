@@ -141,6 +141,8 @@ struct Value {
     place: Option<Place>,
     /// Whether it is the place itself, not a reference to it.
     is_owned: bool,
+    /// How it leaves its place, where its type does not tell: `slot.take()`, `Box::new(copied)`.
+    leaves_by: Option<crate::flow::Transfer>,
     /// Its head, if it is constant.
     head: Option<Head>,
     /// A variable with the same head.
@@ -161,7 +163,6 @@ struct Builder<'a> {
     loops: Vec<LoopId>,
     /// The node to which the next one is linked; `None` where nothing leads any more.
     at: Option<NodeId>,
-    /// Which successor of `at` the next node becomes.
     closures: HashMap<Var, ClosureRef>,
     /// Which variables hold iterators.
     iterators: HashMap<Var, Rc<sources::Source>>,

@@ -294,7 +294,8 @@ impl Builder<'_> {
     fn part(&mut self, matched: &Matched, name: &str, is_transparent: bool) -> Matched {
         let place =
             matched.value.place.as_ref().map(|place| if is_transparent { place.clone() } else { place.field(name) });
-        let value = Value { place, is_owned: matched.value.is_owned, ..Value::default() };
+        let Value { is_owned, leaves_by, .. } = matched.value;
+        let value = Value { place, is_owned, leaves_by, ..Value::default() };
         let pure = matched.pure.as_ref().map(|pure| Pure {
             key: format!("{}.{name}{}", pure.key, if is_transparent { "!" } else { "" }),
             reads: pure.reads.clone(),
@@ -557,7 +558,7 @@ impl Builder<'_> {
 
 fn part_of(value: &Value, names: &[&str]) -> Value {
     let place = value.place.as_ref().map(|place| names.iter().fold(place.clone(), |place, name| place.field(name)));
-    Value { place, is_owned: value.is_owned, ..Value::default() }
+    Value { place, is_owned: value.is_owned, leaves_by: value.leaves_by, ..Value::default() }
 }
 
 /// Whether a match chooses between events: on the result of an awaited `select`, or of a receiver.

@@ -133,6 +133,23 @@ impl Source {
         if self.stages.is_empty() { self.item } else { Item::Staged(Box::new(self.item), self.stages) }
     }
 
+    /// What is left of it beside another one that ends first: the elements behind get no round.
+    pub(super) fn shortened(mut self, rounds: &Rounds) -> Self {
+        if let (Rounds::Constant(all), Rounds::Constant(count), Item::Element(place)) =
+            (&self.rounds, rounds, &self.item)
+            && count < all
+        {
+            // Which ones these are is known where they come in order.
+            if self.in_order {
+                let text = format!("..{count}").into();
+                self.item = Item::Element(place.slice(Section { from: 0, to: Some(*count), is_exact: true, text }));
+            } else {
+                self.passes_over = true;
+            }
+        }
+        self
+    }
+
     pub(super) fn bounded() -> Self {
         Self {
             item: Item::Opaque,

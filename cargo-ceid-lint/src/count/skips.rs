@@ -1,0 +1,88 @@
+//! Where a way goes past the updates: the statement, the call or the loop that skips.
+
+use std::collections::BTreeSet;
+
+use super::search::{End, Exploration, Search};
+use super::verdict::Evidence;
+use crate::flow::{Effect, LoopId, Mark, NodeId, Place};
+use crate::source::Span;
+
+/// The statement that skips: the way out that is taken, the arm, or the condition that fails. Where it is in a function that is
+/// called, the call as well.
+pub(super) fn skip_place(search: &Search<'_>, exploration: &Exploration, end: &End) -> Option<(Span, Option<Span>)> {
+    let decided = end.state.skipped_at?;
+    let nodes: Vec<NodeId> = exploration.path(end.at).iter().map(|at| exploration.states[*at].node).collect();
+    let from = nodes.iter().position(|node| *node == decided)?;
+    let behind = &nodes[from..];
+    let way_out = behind.iter().rev().find(|node| {
+        matches!(search.graph.node(**node).effect, Effect::Mark(Mark::Continue | Mark::Return | Mark::Break))
+    });
+    let arm = behind.iter().find(|node| matches!(search.graph.node(**node).effect, Effect::Mark(Mark::Arm)));
+    let is_match = matches!(&search.graph.node(decided).effect, Effect::Branch(test) if test.text.contains(" is "));
+    let shown = match skips_by_itself(search, exploration, end) {
+        true => decided,
+        false => *way_out.or(arm.filter(|_| is_match)).unwrap_or(&decided),
+    };
+    let span = search.graph.node(shown).span;
+    let inner = skip_inside(search, shown);
+    Some(inner.map_or((span, None), |inner| (inner.primary, Some(span))))
+}
+
+/// Whether a way skips inside what it calls, and the way out that follows is not why: nothing asks for it, or other ways that skip
+/// there go on in another one.
+pub(super) fn skips_by_itself(search: &Search<'_>, exploration: &Exploration, end: &End) -> bool {
+    let Some(decided) = end.state.skipped_at.filter(|decided| skip_inside(search, *decided).is_some()) else {
+        return false;
+    };
+    let effect = |node: &NodeId| &search.graph.node(*node).effect;
+    let behind = |end: &End| -> Vec<NodeId> {
+        let nodes = exploration.path(end.at).into_iter().map(|at| exploration.states[at].node);
+        nodes.skip_while(|node| *node != decided).collect()
+    };
+    let way_out = |end: &End| behind(end).into_iter().find(|node| matches!(effect(node), Effect::Mark(_)));
+    let until_out = behind(end).into_iter().take_while(|node| !matches!(effect(node), Effect::Mark(_)));
+    let is_asked = until_out.filter(|node| matches!(effect(node), Effect::Branch(_))).count() > 0;
+    let alike = exploration.ends.iter().filter(|other| other.state.skipped_at == Some(decided));
+    !is_asked || alike.map(way_out).collect::<BTreeSet<_>>().len() > 1
+}
+
+/// Whether a key may decide that a way goes past an element of a map: no loop over all of them runs the updates, or what it binds
+/// is asked for.
+pub(super) fn is_by_key(search: &Search<'_>, end: &End) -> bool {
+    let graph = search.graph;
+    let over_all = |node: NodeId| graph.loops_around(node).find(|id| search.covers(*id));
+    let Some(decided) = end.state.skipped_at.filter(|_| search.updating().into_iter().all(|at| over_all(at).is_some()))
+    else {
+        return true;
+    };
+    match (&graph.node(decided).effect, over_all(decided)) {
+        (Effect::Branch(test), Some(id)) => {
+            let bound = &graph.loop_info(id).bound;
+            let mut reads = test.about.reads.iter().filter_map(Place::base_var);
+            reads.any(|var| search.aliases.is_derived(var, bound))
+        }
+        (_, over_all) => over_all.is_some(),
+    }
+}
+
+/// The loop over the elements that a way goes past without a round for this one, where no statement skips.
+pub(super) fn loop_left(search: &Search<'_>, exploration: &Exploration, end: &End) -> Option<Span> {
+    let graph = search.graph;
+    let updating = search.updating();
+    let updates = |id: LoopId| updating.iter().any(|node| graph.is_within(graph.node(*node).in_loop, id));
+    let passed = exploration.path(end.at).into_iter().rev().find_map(|at| {
+        match &graph.node(exploration.states[at].node).effect {
+            Effect::LoopHead(id) if search.covers(*id) && updates(*id) => Some(*id),
+            _ => None,
+        }
+    });
+    passed.map(|id| graph.loop_info(id).keyword)
+}
+
+/// How a call skips, if it does.
+pub(super) fn skip_inside<'s>(search: &'s Search<'_>, node: NodeId) -> Option<&'s Evidence> {
+    match &search.graph.node(node).effect {
+        Effect::Call(site) => search.skip_in(site),
+        _ => None,
+    }
+}
