@@ -107,7 +107,11 @@ impl<'s, 'a> Gates<'s, 'a> {
         let way = Way { nodes, at };
         let gate = match &self.search.graph.node(at).effect {
             Effect::Branch(test) => self.of_branch(test, at, &way),
-            Effect::Call(site) => end.state.helper_gate.or_else(|| self.of_call(site, at)),
+            Effect::Call(site) => match end.state.helper_gate {
+                // The variant that a helper finds may be one of many that its caller makes.
+                Some(Gate::Config) if self.changes_owner() => Some(Gate::Mode),
+                gate => gate.or_else(|| self.of_call(site, at)),
+            },
             Effect::LoopHead(id) => self.of_loop(*id).or_else(|| self.of_rounds(*id, &way)),
             _ => None,
         };
