@@ -1,13 +1,14 @@
 //! Conditions in a helper on what its caller has: only the caller can say what they wait for.
 
-use super::Gates;
+use super::{Gates, Way};
 use crate::count::counts::Count;
 use crate::count::given::{Given, given, place_of};
-use crate::count::search::{End, Mode};
+use crate::count::returned;
+use crate::count::search::{End, Exploration, Mode};
 use crate::count::slice::subject_of;
 use crate::count::summary::Outcome;
 use crate::count::verdict::Gate;
-use crate::flow::{CallSite, Effect, Head, NodeId, Place};
+use crate::flow::{CallSite, Effect, Head, NodeId, Place, Subject};
 
 /// A state of the caller's that a function asks for before it updates.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -22,12 +23,13 @@ pub(in crate::count) struct Asks {
 
 impl Gates<'_, '_> {
     /// What a way through a helper does not update for, if its caller has to judge that.
-    pub(in crate::count) fn asks(&self, end: &End) -> Option<Asks> {
+    pub(in crate::count) fn asks(&self, exploration: &Exploration, end: &End) -> Option<Asks> {
         if end.state.count != Count::Zero || end.state.reset {
             return None;
         }
         let graph = self.search.graph;
-        match &graph.node(end.state.skipped_at?).effect {
+        let at = end.state.skipped_at?;
+        match &graph.node(at).effect {
             Effect::Branch(test) => {
                 let id = test.subject?;
                 let subject = &graph.subjects[id.0 as usize];
@@ -45,7 +47,8 @@ impl Gates<'_, '_> {
                     let place = place?;
                     given(graph, &place).filter(|_| !place.steps.is_empty() && self.is_left_alone(&place))
                 };
-                let [asks] = self.asked_by(site)?.try_into().ok()?;
+                let heads = self.answer(site, &Way::to(exploration, end, at));
+                let [asks] = self.asked_by(site, heads)?.try_into().ok()?;
                 let reads: Option<Vec<_>> = asks.reads.iter().map(|given| pass(place_of(given, site))).collect();
                 let whole = asks.whole.as_ref().and_then(|given| pass(place_of(given, site)));
                 Some(Asks { reads: reads?, whole, updating: asks.updating.clone() })
@@ -55,8 +58,8 @@ impl Gates<'_, '_> {
     }
 
     /// What a call that does not update waits for, where the helper asks for something that is known here.
-    pub(super) fn of_call(&self, site: &CallSite, at: NodeId) -> Option<Gate> {
-        let all = self.asked_by(site)?;
+    pub(super) fn of_call(&self, site: &CallSite, at: NodeId, way: &Way) -> Option<Gate> {
+        let all = self.asked_by(site, self.answer(site, way))?;
         let mut found = None;
         for asks in all {
             let reads: Option<Vec<Place>> = asks.reads.iter().map(|given| place_of(given, site)).collect();
@@ -77,14 +80,41 @@ impl Gates<'_, '_> {
         (updating != 0 && self.search.resets_in_pauses(self.region, mode)).then_some(Gate::Mode)
     }
 
-    /// What the ways through a call ask for that do not update, each of them; `None` if one of them asks for nothing.
-    fn asked_by(&self, site: &CallSite) -> Option<Vec<&Asks>> {
+    /// The heads that the result of the call which decided a way can have, for what the way asks of it from there on: `step()?`.
+    fn answer(&self, site: &CallSite, way: &Way) -> returned::Heads {
+        let graph = self.search.graph;
+        let mut names = vec![Place::var(site.result)];
+        let mut heads = returned::ANY;
+        let called = way.nodes.iter().rposition(|id| *id == way.at).unwrap_or_default();
+        for (id, next) in way.nodes[called..].iter().zip(&way.nodes[called + 1..]) {
+            match &graph.node(*id).effect {
+                Effect::Set(set) if set.same_as.is_some_and(|from| names.contains(&Place::var(from))) => {
+                    names.push(set.place.clone());
+                }
+                Effect::Branch(test) => {
+                    let subject = test.subject.map(|id| &graph.subjects[id.0 as usize]);
+                    let holds = graph.node(*id).next.first() == Some(next);
+                    let is_asked = |subject: &&Subject| subject.whole.as_ref().is_some_and(|it| names.contains(it));
+                    if let Some(subject) = subject.filter(is_asked) {
+                        heads &= returned::of_mask(subject, if holds { test.holds } else { test.fails });
+                    }
+                }
+                _ => {}
+            }
+        }
+        heads
+    }
+
+    /// What the ways through a call with one of these results ask for that do not update, each of them; `None` if one of them
+    /// asks for nothing.
+    fn asked_by(&self, site: &CallSite, heads: returned::Heads) -> Option<Vec<&Asks>> {
         let mut all = Vec::new();
         for summary in site.targets.iter().filter_map(|target| self.search.summaries.get(*target)) {
             for (given, outcomes) in summary.outcomes(self.search.law) {
                 if place_of(given, site).is_some_and(|place| self.is_instance(&place)) {
                     let skips = |outcome: &&Outcome| {
-                        outcome.count == Count::Zero && !outcome.reset && outcome.gate.is_none() && !outcome.attempted
+                        let skips = outcome.count == Count::Zero && !outcome.reset;
+                        skips && outcome.gate.is_none() && !outcome.attempted && outcome.returned & heads != 0
                     };
                     for outcome in outcomes.iter().filter(skips) {
                         all.push(outcome.asks.as_ref()?);

@@ -58,6 +58,11 @@ struct Way {
 }
 
 impl Way {
+    /// The way to an end that was decided at a node.
+    fn to(exploration: &Exploration, end: &End, at: NodeId) -> Self {
+        Self { nodes: exploration.path(end.at).iter().map(|at| exploration.states[*at].node).collect(), at }
+    }
+
     /// The node that follows another one on the way.
     fn after(&self, at: NodeId) -> Option<NodeId> {
         let number = self.nodes.iter().position(|id| *id == at)?;
@@ -103,14 +108,13 @@ impl<'s, 'a> Gates<'s, 'a> {
             return None;
         }
         let at = end.state.skipped_at?;
-        let nodes = exploration.path(end.at).iter().map(|at| exploration.states[*at].node).collect();
-        let way = Way { nodes, at };
+        let way = Way::to(exploration, end, at);
         let gate = match &self.search.graph.node(at).effect {
             Effect::Branch(test) => self.of_branch(test, at, &way),
             Effect::Call(site) => match end.state.helper_gate {
                 // The variant that a helper finds may be one of many that its caller makes.
                 Some(Gate::Config) if self.changes_owner() => Some(Gate::Mode),
-                gate => gate.or_else(|| self.of_call(site, at)),
+                gate => gate.or_else(|| self.of_call(site, at, &way)),
             },
             Effect::LoopHead(id) => self.of_loop(*id).or_else(|| self.of_rounds(*id, &way)),
             _ => None,
