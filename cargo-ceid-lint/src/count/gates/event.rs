@@ -63,8 +63,18 @@ impl Gates<'_, '_> {
         if test.about.is_presence && test.about.names.iter().any(|name| EVENTS.contains(&name.as_str())) {
             return true;
         }
-        let compares = is_choice || test.about.is_comparison || self.is_guard_of_event(test) || self.asks_kind(test);
-        compares && test.about.reads.iter().any(|place| self.is_received(place))
+        self.is_event_of(&test.about.reads, self.tells_apart(test))
+    }
+
+    /// Whether a condition that reads these places is one on what was received in this iteration.
+    pub(super) fn is_event_of(&self, reads: &[Place], is_choice: bool) -> bool {
+        (is_choice || self.is_guard_of_event(reads)) && reads.iter().any(|place| self.is_received(place))
+    }
+
+    /// Whether a condition tells several things apart: what a message is about is not asked by whether it is there.
+    pub(super) fn tells_apart(&self, test: &Test) -> bool {
+        let about = &test.about;
+        about.is_choice() || (!about.is_presence && (about.is_comparison || self.asks_kind(test)))
     }
 
     /// Whether a receiver had nothing to give on a way to a choice on what it gives: `Err(_)` of `link.try_recv()`. That is no
@@ -162,9 +172,9 @@ impl Gates<'_, '_> {
     }
 
     /// A further question about nothing but what an event brought: `Event::Gyro(rate) if rate.is_finite() => …`.
-    fn is_guard_of_event(&self, test: &Test) -> bool {
-        let mut vars = test.about.reads.iter().map(Place::base_var);
-        !test.about.reads.is_empty() && vars.all(|var| var.is_some_and(|var| self.is_bound_by_event(var)))
+    fn is_guard_of_event(&self, reads: &[Place]) -> bool {
+        let mut vars = reads.iter().map(Place::base_var);
+        !reads.is_empty() && vars.all(|var| var.is_some_and(|var| self.is_bound_by_event(var)))
     }
 
     /// Whether a place holds an enum of the analysed code.

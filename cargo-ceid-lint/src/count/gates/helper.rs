@@ -2,23 +2,36 @@
 
 use super::{Gates, Way};
 use crate::count::counts::Count;
-use crate::count::given::{Given, given, place_of};
+use crate::count::given::{Given, GivenBase, asked_at, given, place_of};
 use crate::count::returned;
 use crate::count::search::{End, Exploration, Mode};
 use crate::count::slice::subject_of;
 use crate::count::summary::Outcome;
 use crate::count::verdict::Gate;
-use crate::flow::{CallSite, Effect, Head, NodeId, Place, Subject};
+use crate::flow::{CallSite, Computed, ControlFlowGraph, Effect, Head, NodeId, Place, Subject, SubjectId};
 
-/// A state of the caller's that a function asks for before it updates.
+/// Something of the caller's that a function asks for before it updates.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(in crate::count) struct Asks {
     /// What the condition reads.
-    pub(in crate::count) reads: Vec<Given>,
+    reads: Vec<Given>,
+    /// Whether it comes out the same as long as they do.
+    is_pure: bool,
+    /// Whether it asks for nothing but whether something is there.
+    is_presence: bool,
+    /// Whether it tells several things apart.
+    is_choice: bool,
     /// The place whose value it is, if it is one.
-    pub(in crate::count) whole: Option<Given>,
+    whole: Option<Given>,
     /// The heads with which the function may update.
-    pub(in crate::count) updating: Vec<Head>,
+    updating: Vec<Head>,
+}
+
+impl Asks {
+    /// The subject of the caller's that the function asks for.
+    pub(in crate::count) fn subject(&self, graph: &ControlFlowGraph, site: &CallSite) -> Option<SubjectId> {
+        subject_of(graph, &asked_at(self.whole.as_ref()?, site)?)
+    }
 }
 
 impl Gates<'_, '_> {
@@ -29,29 +42,37 @@ impl Gates<'_, '_> {
         }
         let graph = self.search.graph;
         let at = end.state.skipped_at?;
+        let known = |place: &Place| {
+            let place = self.copied_from(place);
+            given(graph, &place).filter(|_| self.is_left_alone(&place))
+        };
         match &graph.node(at).effect {
             Effect::Branch(test) => {
-                let id = test.subject?;
-                let subject = &graph.subjects[id.0 as usize];
-                let known = |place: &Place| {
-                    given(graph, place).filter(|_| !place.steps.is_empty() && self.is_left_alone(place))
+                let subject = test.subject.map(|id| &graph.subjects[id.0 as usize]);
+                let reads = subject.map_or(&test.about.reads, |subject| &subject.reads);
+                let reads: Option<Vec<Given>> = reads.iter().map(known).collect();
+                let mask = test.subject.and_then(|id| self.updating(id)).unwrap_or(0);
+                let heads = |subject: &Subject| {
+                    let heads = subject.heads.iter().filter(|head| mask & subject.bit(head) != 0);
+                    heads.cloned().collect()
                 };
-                let reads: Option<Vec<_>> = subject.reads.iter().map(known).collect();
-                let mask = self.updating(id).unwrap_or(0);
-                let heads = subject.heads.iter().filter(|head| mask & subject.bit(head) != 0);
-                let reads = reads.filter(|reads| !reads.is_empty())?;
-                Some(Asks { reads, whole: subject.whole.as_ref().and_then(known), updating: heads.cloned().collect() })
+                Some(Asks {
+                    reads: reads.filter(|reads| !reads.is_empty())?,
+                    is_pure: subject.is_some(),
+                    is_presence: test.about.is_presence && !test.about.is_choice(),
+                    is_choice: self.tells_apart(test),
+                    whole: subject.and_then(|subject| known(subject.whole.as_ref()?)),
+                    updating: subject.map(heads).unwrap_or_default(),
+                })
             }
             Effect::Call(site) => {
-                let pass = |place: Option<Place>| {
-                    let place = place?;
-                    given(graph, &place).filter(|_| !place.steps.is_empty() && self.is_left_alone(&place))
-                };
                 let heads = self.answer(site, &Way::to(exploration, end, at));
                 let [asks] = self.asked_by(site, heads)?.try_into().ok()?;
-                let reads: Option<Vec<_>> = asks.reads.iter().map(|given| pass(place_of(given, site))).collect();
-                let whole = asks.whole.as_ref().and_then(|given| pass(place_of(given, site)));
-                Some(Asks { reads: reads?, whole, updating: asks.updating.clone() })
+                let read = read_by(asks, site)?;
+                let reads: Option<Vec<Given>> = read.places.iter().map(known).collect();
+                let whole = asks.whole.as_ref().and_then(|given| known(&asked_at(given, site)?));
+                let is_pure = asks.is_pure && !read.is_computed;
+                Some(Asks { reads: reads?, is_pure, whole, ..asks.clone() })
             }
             _ => None,
         }
@@ -62,9 +83,16 @@ impl Gates<'_, '_> {
         let all = self.asked_by(site, self.answer(site, way))?;
         let mut found = None;
         for asks in all {
-            let reads: Option<Vec<Place>> = asks.reads.iter().map(|given| place_of(given, site)).collect();
-            let is_config = reads?.iter().all(|place| self.is_setting(place));
-            let gate = if is_config { Gate::Config } else { self.mode_of_call(asks, site, at)? };
+            let read = read_by(asks, site)?;
+            let is_config =
+                asks.is_pure && !read.is_computed && read.places.iter().all(|place| self.is_setting(place));
+            let gate = if is_config {
+                Gate::Config
+            } else if !asks.is_presence && self.is_event_of(&read.places, asks.is_choice) {
+                Gate::Event
+            } else {
+                self.mode_of_call(asks, site, at)?
+            };
             found = found.or(Some(gate));
         }
         found
@@ -72,8 +100,7 @@ impl Gates<'_, '_> {
 
     fn mode_of_call(&self, asks: &Asks, site: &CallSite, at: NodeId) -> Option<Gate> {
         let graph = self.search.graph;
-        let place = place_of(asks.whole.as_ref()?, site)?;
-        let id = subject_of(graph, &place)?;
+        let id = asks.subject(graph, site)?;
         let subject = &graph.subjects[id.0 as usize];
         let updating = asks.updating.iter().fold(0, |mask, head| mask | subject.bit(head));
         let mode = Mode { subject: id, updating, asked_by: Some(at) };
@@ -124,4 +151,35 @@ impl Gates<'_, '_> {
         }
         (!all.is_empty()).then_some(all)
     }
+}
+
+/// What a helper's condition reads where the helper is called.
+struct Read {
+    places: Vec<Place>,
+    /// Whether something is called for it.
+    is_computed: bool,
+}
+
+fn read_by(asks: &Asks, site: &CallSite) -> Option<Read> {
+    let mut read = Read { places: Vec::new(), is_computed: false };
+    for given in &asks.reads {
+        if let Some(place) = asked_at(given, site).or_else(|| place_of(given, site)) {
+            read.places.push(place);
+            continue;
+        }
+        let GivenBase::Param(number) = given.base else { return None };
+        let argument = site.args.get(number)?;
+        if let Some(whole) = &argument.value_of {
+            read.places.push(whole.join(&given.steps));
+            continue;
+        }
+        // What is given is made up for the call.
+        let Computed { places, calls } = &argument.from;
+        if places.is_empty() {
+            return None;
+        }
+        read.places.extend_from_slice(places);
+        read.is_computed |= !calls.is_empty();
+    }
+    Some(read)
 }

@@ -47,7 +47,7 @@ impl Gates<'_, '_> {
     }
 
     /// The place whose value a variable of the iteration was given: `let was_first = self.first;`
-    fn copied_from(&self, place: &Place) -> Place {
+    pub(super) fn copied_from(&self, place: &Place) -> Place {
         let mut at = place.clone();
         for _ in 0..MAX_COPIES {
             let mut given = self.assignments().of(&at).iter().filter(|id| self.assigns(**id, &at));

@@ -132,7 +132,7 @@ impl Run<'_, '_> {
             for outcome in outcomes {
                 let Some(masks) = self.agreed(state.masks, &outcome.assumed, site, before) else { continue };
                 let mut next = State { masks, ..state.clone() };
-                let Some(masks) = self.asked(&next, outcome) else { continue };
+                let Some(masks) = self.asked(&next, outcome, site) else { continue };
                 next.masks = masks;
                 next.attempted |= outcome.attempted && next.count == Count::Zero;
                 if outcome.reset {

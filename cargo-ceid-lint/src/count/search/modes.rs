@@ -3,9 +3,10 @@
 use super::run::Run;
 use super::{Region, Search, State};
 use crate::count::counts::Count;
+use crate::count::gates::Asks;
 use crate::count::instances::is_lent;
 use crate::count::summary::Outcome;
-use crate::flow::{Assignment, Effect, NodeId, OTHER_HEADS, Place, SubjectId, Test, Var};
+use crate::flow::{Assignment, CallSite, Effect, NodeId, OTHER_HEADS, Place, SubjectId, Test, Var};
 use crate::index::Ty;
 
 /// How many states are followed at once.
@@ -180,9 +181,10 @@ impl Run<'_, '_> {
     }
 
     /// What is known of a mode that a helper asks for, where a way through the helper is taken; `None` if it cannot be.
-    pub(super) fn asked(&mut self, state: &State, outcome: &Outcome) -> Option<u32> {
+    pub(super) fn asked(&mut self, state: &State, outcome: &Outcome, site: &CallSite) -> Option<u32> {
         let Some(Mode { subject, updating, asked_by: Some(call) }) = self.mode else { return Some(state.masks) };
-        if call != state.node || (outcome.count == Count::Zero && outcome.asks.is_none()) {
+        let is_asked = |asks: &Asks| asks.subject(self.search.graph, site) == Some(subject);
+        if call != state.node || (outcome.count == Count::Zero && !outcome.asks.as_ref().is_some_and(is_asked)) {
             return Some(state.masks);
         }
         let at = self.tracked.subjects.iter().position(|id| *id == subject)?;
