@@ -42,15 +42,14 @@ impl Gates<'_, '_> {
         }
         let graph = self.search.graph;
         let at = end.state.skipped_at?;
-        let known = |place: &Place| {
-            let place = self.copied_from(place);
-            given(graph, &place).filter(|_| self.is_left_alone(&place))
-        };
+        let known = |place: Place| given(graph, &place).filter(|_| self.is_left_alone(&place));
+        let is_copy = |place: &Place| self.copied_from(place) == self.taken_from(place);
         match &graph.node(at).effect {
             Effect::Branch(test) => {
                 let subject = test.subject.map(|id| &graph.subjects[id.0 as usize]);
                 let reads = subject.map_or(&test.about.reads, |subject| &subject.reads);
-                let reads: Option<Vec<Given>> = reads.iter().map(known).collect();
+                let is_pure = subject.is_some() && reads.iter().all(is_copy);
+                let reads: Option<Vec<Given>> = reads.iter().map(|place| known(self.taken_from(place))).collect();
                 let mask = test.subject.and_then(|id| self.updating(id)).unwrap_or(0);
                 let heads = |subject: &Subject| {
                     let heads = subject.heads.iter().filter(|head| mask & subject.bit(head) != 0);
@@ -58,10 +57,10 @@ impl Gates<'_, '_> {
                 };
                 Some(Asks {
                     reads: reads.filter(|reads| !reads.is_empty())?,
-                    is_pure: subject.is_some(),
+                    is_pure,
                     is_presence: test.about.is_presence && !test.about.is_choice(),
                     is_choice: self.tells_apart(test),
-                    whole: subject.and_then(|subject| known(subject.whole.as_ref()?)),
+                    whole: subject.and_then(|subject| known(self.copied_from(subject.whole.as_ref()?))),
                     updating: subject.map(heads).unwrap_or_default(),
                 })
             }
@@ -69,9 +68,9 @@ impl Gates<'_, '_> {
                 let heads = self.answer(site, &Way::to(exploration, end, at));
                 let [asks] = self.asked_by(site, heads)?.try_into().ok()?;
                 let read = read_by(asks, site)?;
-                let reads: Option<Vec<Given>> = read.places.iter().map(known).collect();
-                let whole = asks.whole.as_ref().and_then(|given| known(&asked_at(given, site)?));
-                let is_pure = asks.is_pure && !read.is_computed;
+                let is_pure = asks.is_pure && !read.is_computed && read.places.iter().all(is_copy);
+                let reads: Option<Vec<Given>> = read.places.iter().map(|place| known(self.taken_from(place))).collect();
+                let whole = asks.whole.as_ref().and_then(|given| known(self.copied_from(&asked_at(given, site)?)));
                 Some(Asks { reads: reads?, is_pure, whole, ..asks.clone() })
             }
             _ => None,

@@ -48,12 +48,24 @@ impl Gates<'_, '_> {
 
     /// The place whose value a variable of the iteration was given: `let was_first = self.first;`
     pub(super) fn copied_from(&self, place: &Place) -> Place {
+        self.followed(place, |id| self.search.graph.copied(id))
+    }
+
+    /// The same also for a part of what the place held as it was: `let (channel, level) = sample;`
+    pub(super) fn taken_from(&self, place: &Place) -> Place {
+        self.followed(place, |id| match &self.search.graph.node(id).effect {
+            Effect::Set(set) | Effect::Write(set) => self.search.graph.copied(id).or_else(|| set.from.clone()),
+            _ => None,
+        })
+    }
+
+    fn followed(&self, place: &Place, from: impl Fn(NodeId) -> Option<Place>) -> Place {
         let mut at = place.clone();
         for _ in 0..MAX_COPIES {
             let mut given = self.assignments().of(&at).iter().filter(|id| self.assigns(**id, &at));
             let (Some(only), None, false) = (given.next(), given.next(), self.outlives(&at)) else { break };
-            let Some(from) = self.search.graph.copied(*only) else { break };
-            at = from;
+            let Some(before) = from(*only) else { break };
+            at = before;
         }
         at
     }
