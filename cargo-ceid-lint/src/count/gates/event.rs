@@ -4,32 +4,8 @@ use std::collections::BTreeSet;
 
 use super::{Gates, Way, contains_any};
 use crate::count::search::Region;
-use crate::flow::{Effect, NodeId, Place, Test, Var, VarInfo};
+use crate::flow::{Effect, NodeId, Place, Test, Var, VarInfo, is_receiving};
 use crate::index::{Shape, Ty};
-
-/// Names of methods that receive a message or an event.
-const EVENTS: &[&str] = &[
-    "recv",
-    "receive",
-    "try_recv",
-    "try_receive",
-    "recv_timeout",
-    "next_event",
-    "wait_event",
-    "poll_event",
-    "pop",
-    "pop_front",
-    "dequeue",
-    "select",
-    "select3",
-    "select4",
-    "next_message",
-    "read_event",
-    "get_event",
-    "try_next",
-    "try_iter",
-    "drain",
-];
 
 /// Parts of the names of parameters and types that are events.
 const EVENT_WORDS: &[&str] = &[
@@ -60,10 +36,17 @@ impl Gates<'_, '_> {
             return false;
         }
         // `if let Event::Tick = rx.recv()?`
-        if test.about.is_presence && test.about.names.iter().any(|name| EVENTS.contains(&name.as_str())) {
+        if test.about.is_presence && test.about.names.iter().any(|name| is_receiving(name)) {
             return true;
         }
-        self.is_event_of(&test.about.reads, self.tells_apart(test))
+        self.is_event_of(&test.about.reads, self.tells_apart(test)) || (is_choice && self.asks_message(test))
+    }
+
+    /// Whether a test asks what something is that was received in this iteration, which may have no name: `match next(&events)`.
+    pub(super) fn asks_message(&self, test: &Test) -> bool {
+        let asked = test.subject.and_then(|id| self.search.graph.subjects[id.0 as usize].whole.as_ref());
+        let mut asked = asked.into_iter().chain(&test.about.reads).filter_map(Place::base_var);
+        asked.any(|var| self.is_message(var))
     }
 
     /// Whether a condition that reads these places is one on what was received in this iteration.
@@ -133,7 +116,7 @@ impl Gates<'_, '_> {
     }
 
     /// Whether a variable holds what was received in this iteration, or a part of it.
-    pub(super) fn is_message(&self, var: Var) -> bool {
+    fn is_message(&self, var: Var) -> bool {
         let graph = self.search.graph;
         let mut seen = BTreeSet::new();
         let mut open = vec![var];
@@ -147,7 +130,7 @@ impl Gates<'_, '_> {
             }
             let is_received = graph.computed.get(&var).is_some_and(|computed| {
                 let awaits = computed.calls.iter().any(|name| name == "await") && self.is_choice(&Place::var(var));
-                awaits || computed.calls.iter().any(|name| EVENTS.contains(&name.as_str()))
+                awaits || computed.calls.iter().any(|name| is_receiving(name))
             });
             if is_received || self.is_bound_by_event(var) {
                 return true;

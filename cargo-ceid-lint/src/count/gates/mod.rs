@@ -26,8 +26,7 @@ use crate::syntax::CycleDirective;
 
 /// Whether a test asks about something that was received in this iteration.
 pub(super) fn is_received(search: &Search<'_>, region: Region, test: &Test) -> bool {
-    let gates = Gates::new(search, region);
-    test.about.reads.iter().filter_map(Place::base_var).any(|var| gates.is_message(var))
+    Gates::new(search, region).asks_message(test)
 }
 
 /// What is asked of one filter in one cycle.

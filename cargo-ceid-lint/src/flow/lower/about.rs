@@ -1,6 +1,7 @@
 //! What conditions are about: what they read and call, for telling gates.
 
 use super::Builder;
+use super::received::received_by;
 use crate::flow::{About, Var};
 use crate::index::Def;
 use crate::syntax::tree::{ExprId, ExprKind, Literal};
@@ -39,6 +40,8 @@ impl Builder<'_> {
             about.reads.push(place);
             return;
         }
+        let received_by = received_by(*self.program, self.typed().callees.get(&id));
+        about.names.extend(received_by.map(str::to_owned));
         let body = self.body();
         match &body.expr(id).kind {
             ExprKind::MethodCall { receiver, method, args, .. } => {

@@ -33,6 +33,7 @@ mod patterns;
 mod places;
 mod presence;
 mod reads;
+mod received;
 mod resets;
 mod sources;
 mod subjects;
@@ -42,6 +43,7 @@ mod values;
 mod waits;
 
 pub use flags::is_flag;
+pub use received::is_receiving;
 use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
