@@ -132,10 +132,13 @@ impl Gates<'_, '_> {
         if place.steps.is_empty() && place.base_var().is_some_and(is_own_number) {
             return true;
         }
-        // A field of an element keeps its value where nothing writes that of any.
+        // A field of an element keeps its value where nothing writes that of any; a cycle over elements has another one each time.
         let roots = self.search.aliases.roots(place);
         let is_of_element = place.base_var().is_some_and(|var| {
-            graph.loops.iter().any(|info| info.items.iter().any(|(item, _)| self.is_named_after(var, *item)))
+            (0u32..).zip(&graph.loops).any(|(number, info)| {
+                self.region != Region::Loop(LoopId(number))
+                    && info.items.iter().any(|(item, _)| self.is_named_after(var, *item))
+            })
         });
         if is_of_element && !place.steps.is_empty() && !roots.contains(place) {
             return roots.iter().all(|root| {
