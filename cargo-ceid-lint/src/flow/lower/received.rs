@@ -1,7 +1,7 @@
 //! Functions that do little more than receive a message for their caller: `fn next(events: &Receiver<Event>) -> Event`.
 
 use crate::flow::Program;
-use crate::index::FunctionId;
+use crate::index::{Def, FunctionId};
 use crate::syntax::tree::{Body, ExprId, ExprKind, PatId, StmtKind};
 use crate::types::{Callee, LocalId, TypedBody};
 
@@ -92,7 +92,7 @@ impl<'a> Function<'a> {
             },
             ExprKind::Call { args, .. } => match (self.typed.callees.get(&id)?, args.as_slice()) {
                 // `Some(event)`
-                (Callee::Constructor(None), [value]) => self.source(*value, left),
+                (Callee::Constructor(Some(Def::External(_))), [value]) => self.source(*value, left),
                 (callee, _) => called(self.program, callee, self.depth + 1),
             },
             ExprKind::Try(inner) | ExprKind::Await(inner) => self.source(*inner, left),
