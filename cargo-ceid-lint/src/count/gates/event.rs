@@ -112,7 +112,9 @@ impl Gates<'_, '_> {
         let Ty::Adt(id, _) = info.ty.peel() else { return false };
         let def = self.search.program.index.type_def(*id);
         let says_so = |name: &str| contains_any(name, EVENT_WORDS);
-        matches!(def.shape, Shape::Enum(_)) || says_so(&def.name) || says_so(&info.name)
+        // A helper may be given a state as well, which its caller knows better.
+        let is_told = !self.is_helper || self.search.program.index.is_message(&info.ty);
+        (matches!(def.shape, Shape::Enum(_)) && is_told) || says_so(&def.name) || says_so(&info.name)
     }
 
     /// Whether a variable holds what was received in this iteration, or a part of it.

@@ -83,8 +83,7 @@ impl Gates<'_, '_> {
         let mut found = None;
         for asks in all {
             let read = read_by(asks, site)?;
-            let is_config =
-                asks.is_pure && !read.is_computed && read.places.iter().all(|place| self.is_setting(place));
+            let is_config = asks.is_pure && !read.is_computed && read.places.iter().all(|place| self.is_setting(place));
             let gate = if is_config {
                 Gate::Config
             } else if !asks.is_presence && self.is_event_of(&read.places, asks.is_choice) {

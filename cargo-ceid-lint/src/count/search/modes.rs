@@ -106,9 +106,7 @@ impl Run<'_, '_> {
             info.param.is_some() && (info.name == "self" || matches!(info.ty, Ty::Ref(true, _)))
         };
         let outlives = |place: &Place| match place.base_var() {
-            Some(var) => {
-                !place.steps.is_empty() && (is_kept(var) || is_lent(self.search.program.index, graph, place))
-            }
+            Some(var) => !place.steps.is_empty() && (is_kept(var) || is_lent(self.search.program.index, graph, place)),
             None => true,
         };
         let known = self.masks.get(state.masks).clone();
