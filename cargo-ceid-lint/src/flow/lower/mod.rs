@@ -42,10 +42,9 @@ mod ticks;
 mod values;
 mod waits;
 
-pub use flags::is_flag;
-pub use received::is_receiving;
 use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
+pub use {flags::is_flag, received::is_receiving};
 
 use super::{
     Assignment, Cause, ControlFlowGraph, Effect, GuardId, Head, LoopId, LoopInfo, Node, NodeId, Place, Program, Var,
