@@ -85,7 +85,7 @@ pub(super) fn skip_of(search: &Search<'_>, gates: &Gates<'_, '_>, exploration: &
         |end: &&&End| !end.state.reset && !end.state.attempted && gates.of_end(exploration, end).is_none();
     // What those who call it know may explain a way to them.
     let (asking, plain): (Vec<&End>, Vec<&End>) =
-        skipping.iter().filter(is_unexplained).partition(|end| gates.asks(end).is_some());
+        skipping.iter().filter(is_unexplained).partition(|end| gates.asks(exploration, end).is_some());
     let unexplained = if plain.is_empty() { asking } else { plain };
     let end = shortest(exploration, unexplained.iter().copied())?;
     let is_one = unexplained.iter().all(|other| other.returned == end.returned);

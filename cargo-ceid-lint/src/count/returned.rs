@@ -1,6 +1,6 @@
 //! Bits of what a function gives back on a way: see [`super::summary::Outcome`].
 
-use crate::flow::Program;
+use crate::flow::{OTHER_HEADS, Program, Subject};
 use crate::index::FunctionId;
 
 /// Which heads a result may have: a bit for each of the known ones, and one of several for any other.
@@ -25,6 +25,13 @@ pub(super) fn bit(head: &str) -> Heads {
             1 << (OTHER.trailing_zeros() + hash % OTHER.count_ones())
         }
     }
+}
+
+/// The bits of those heads of a subject that a mask has.
+pub(super) fn of_mask(subject: &Subject, mask: u32) -> Heads {
+    let listed = subject.heads.iter().enumerate().filter(|(number, _)| mask & (1 << number) != 0);
+    let others = if mask & OTHER_HEADS != 0 { OTHER } else { 0 };
+    listed.fold(others, |heads, (_, head)| heads | bit(head))
 }
 
 /// The heads of a function's result as its callers may rely on them. Which of its own variants an `async fn` gives depends on

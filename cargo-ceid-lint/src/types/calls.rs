@@ -359,6 +359,11 @@ impl Infer<'_> {
                 self.closure_output(args.first().copied())
             }
             "std::io::stdin" => Ty::std("std::io::Stdin", Vec::new()),
+            "std::sync::mpsc::channel" | "std::sync::mpsc::sync_channel" => {
+                let message = self.variables.fresh();
+                let end = |name: &str| Ty::std(&format!("std::sync::mpsc::{name}"), vec![message.clone()]);
+                Ty::Tuple(vec![end(if last == "channel" { "Sender" } else { "SyncSender" }), end("Receiver")])
+            }
             _ => Ty::Unknown,
         }
     }

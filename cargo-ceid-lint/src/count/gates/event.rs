@@ -4,32 +4,8 @@ use std::collections::BTreeSet;
 
 use super::{Gates, Way, contains_any};
 use crate::count::search::Region;
-use crate::flow::{Effect, NodeId, Place, Test, Var, VarInfo};
+use crate::flow::{Effect, NodeId, Place, Test, Var, VarInfo, is_receiving};
 use crate::index::{Shape, Ty};
-
-/// Names of methods that receive a message or an event.
-const EVENTS: &[&str] = &[
-    "recv",
-    "receive",
-    "try_recv",
-    "try_receive",
-    "recv_timeout",
-    "next_event",
-    "wait_event",
-    "poll_event",
-    "pop",
-    "pop_front",
-    "dequeue",
-    "select",
-    "select3",
-    "select4",
-    "next_message",
-    "read_event",
-    "get_event",
-    "try_next",
-    "try_iter",
-    "drain",
-];
 
 /// Parts of the names of parameters and types that are events.
 const EVENT_WORDS: &[&str] = &[
@@ -60,11 +36,28 @@ impl Gates<'_, '_> {
             return false;
         }
         // `if let Event::Tick = rx.recv()?`
-        if test.about.is_presence && test.about.names.iter().any(|name| EVENTS.contains(&name.as_str())) {
+        if test.about.is_presence && test.about.names.iter().any(|name| is_receiving(name)) {
             return true;
         }
-        let compares = is_choice || test.about.is_comparison || self.is_guard_of_event(test) || self.asks_kind(test);
-        compares && test.about.reads.iter().any(|place| self.is_received(place))
+        self.is_event_of(&test.about.reads, self.tells_apart(test)) || (is_choice && self.asks_message(test))
+    }
+
+    /// Whether a test asks what something is that was received in this iteration, which may have no name: `match next(&events)`.
+    pub(super) fn asks_message(&self, test: &Test) -> bool {
+        let asked = test.subject.and_then(|id| self.search.graph.subjects[id.0 as usize].whole.as_ref());
+        let mut asked = asked.into_iter().chain(&test.about.reads).filter_map(Place::base_var);
+        asked.any(|var| self.is_message(var))
+    }
+
+    /// Whether a condition that reads these places is one on what was received in this iteration.
+    pub(super) fn is_event_of(&self, reads: &[Place], is_choice: bool) -> bool {
+        (is_choice || self.is_guard_of_event(reads)) && reads.iter().any(|place| self.is_received(place))
+    }
+
+    /// Whether a condition tells several things apart: what a message is about is not asked by whether it is there.
+    pub(super) fn tells_apart(&self, test: &Test) -> bool {
+        let about = &test.about;
+        about.is_choice() || (!about.is_presence && (about.is_comparison || self.asks_kind(test)))
     }
 
     /// Whether a receiver had nothing to give on a way to a choice on what it gives: `Err(_)` of `link.try_recv()`. That is no
@@ -119,11 +112,13 @@ impl Gates<'_, '_> {
         let Ty::Adt(id, _) = info.ty.peel() else { return false };
         let def = self.search.program.index.type_def(*id);
         let says_so = |name: &str| contains_any(name, EVENT_WORDS);
-        matches!(def.shape, Shape::Enum(_)) || says_so(&def.name) || says_so(&info.name)
+        // A helper may be given a state as well, which its caller knows better.
+        let is_told = !self.is_helper || self.search.program.index.is_message(&info.ty);
+        (matches!(def.shape, Shape::Enum(_)) && is_told) || says_so(&def.name) || says_so(&info.name)
     }
 
     /// Whether a variable holds what was received in this iteration, or a part of it.
-    pub(super) fn is_message(&self, var: Var) -> bool {
+    fn is_message(&self, var: Var) -> bool {
         let graph = self.search.graph;
         let mut seen = BTreeSet::new();
         let mut open = vec![var];
@@ -137,7 +132,7 @@ impl Gates<'_, '_> {
             }
             let is_received = graph.computed.get(&var).is_some_and(|computed| {
                 let awaits = computed.calls.iter().any(|name| name == "await") && self.is_choice(&Place::var(var));
-                awaits || computed.calls.iter().any(|name| EVENTS.contains(&name.as_str()))
+                awaits || computed.calls.iter().any(|name| is_receiving(name))
             });
             if is_received || self.is_bound_by_event(var) {
                 return true;
@@ -162,9 +157,9 @@ impl Gates<'_, '_> {
     }
 
     /// A further question about nothing but what an event brought: `Event::Gyro(rate) if rate.is_finite() => …`.
-    fn is_guard_of_event(&self, test: &Test) -> bool {
-        let mut vars = test.about.reads.iter().map(Place::base_var);
-        !test.about.reads.is_empty() && vars.all(|var| var.is_some_and(|var| self.is_bound_by_event(var)))
+    fn is_guard_of_event(&self, reads: &[Place]) -> bool {
+        let mut vars = reads.iter().map(Place::base_var);
+        !reads.is_empty() && vars.all(|var| var.is_some_and(|var| self.is_bound_by_event(var)))
     }
 
     /// Whether a place holds an enum of the analysed code.

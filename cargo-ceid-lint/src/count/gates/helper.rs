@@ -1,67 +1,96 @@
 //! Conditions in a helper on what its caller has: only the caller can say what they wait for.
 
-use super::Gates;
+use super::{Gates, Way};
 use crate::count::counts::Count;
-use crate::count::given::{Given, given, place_of};
-use crate::count::search::{End, Mode};
+use crate::count::given::{Given, GivenBase, asked_at, given, place_of};
+use crate::count::returned;
+use crate::count::search::{End, Exploration, Mode};
 use crate::count::slice::subject_of;
 use crate::count::summary::Outcome;
 use crate::count::verdict::Gate;
-use crate::flow::{CallSite, Effect, Head, NodeId, Place};
+use crate::flow::{CallSite, Computed, ControlFlowGraph, Effect, Head, NodeId, Place, Subject, SubjectId};
 
-/// A state of the caller's that a function asks for before it updates.
+/// Something of the caller's that a function asks for before it updates.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(in crate::count) struct Asks {
     /// What the condition reads.
-    pub(in crate::count) reads: Vec<Given>,
+    reads: Vec<Given>,
+    /// Whether it comes out the same as long as they do.
+    is_pure: bool,
+    /// Whether it asks for nothing but whether something is there.
+    is_presence: bool,
+    /// Whether it tells several things apart.
+    is_choice: bool,
     /// The place whose value it is, if it is one.
-    pub(in crate::count) whole: Option<Given>,
+    whole: Option<Given>,
     /// The heads with which the function may update.
-    pub(in crate::count) updating: Vec<Head>,
+    updating: Vec<Head>,
+}
+
+impl Asks {
+    /// The subject of the caller's that the function asks for.
+    pub(in crate::count) fn subject(&self, graph: &ControlFlowGraph, site: &CallSite) -> Option<SubjectId> {
+        subject_of(graph, &asked_at(self.whole.as_ref()?, site)?)
+    }
 }
 
 impl Gates<'_, '_> {
     /// What a way through a helper does not update for, if its caller has to judge that.
-    pub(in crate::count) fn asks(&self, end: &End) -> Option<Asks> {
+    pub(in crate::count) fn asks(&self, exploration: &Exploration, end: &End) -> Option<Asks> {
         if end.state.count != Count::Zero || end.state.reset {
             return None;
         }
         let graph = self.search.graph;
-        match &graph.node(end.state.skipped_at?).effect {
+        let at = end.state.skipped_at?;
+        let known = |place: Place| given(graph, &place).filter(|_| self.is_left_alone(&place));
+        let is_copy = |place: &Place| self.copied_from(place) == self.taken_from(place);
+        match &graph.node(at).effect {
             Effect::Branch(test) => {
-                let id = test.subject?;
-                let subject = &graph.subjects[id.0 as usize];
-                let known = |place: &Place| {
-                    given(graph, place).filter(|_| !place.steps.is_empty() && self.is_left_alone(place))
+                let subject = test.subject.map(|id| &graph.subjects[id.0 as usize]);
+                let reads = subject.map_or(&test.about.reads, |subject| &subject.reads);
+                let is_pure = subject.is_some() && reads.iter().all(is_copy);
+                let reads: Option<Vec<Given>> = reads.iter().map(|place| known(self.taken_from(place))).collect();
+                let mask = test.subject.and_then(|id| self.updating(id)).unwrap_or(0);
+                let heads = |subject: &Subject| {
+                    let heads = subject.heads.iter().filter(|head| mask & subject.bit(head) != 0);
+                    heads.cloned().collect()
                 };
-                let reads: Option<Vec<_>> = subject.reads.iter().map(known).collect();
-                let mask = self.updating(id).unwrap_or(0);
-                let heads = subject.heads.iter().filter(|head| mask & subject.bit(head) != 0);
-                let reads = reads.filter(|reads| !reads.is_empty())?;
-                Some(Asks { reads, whole: subject.whole.as_ref().and_then(known), updating: heads.cloned().collect() })
+                Some(Asks {
+                    reads: reads.filter(|reads| !reads.is_empty())?,
+                    is_pure,
+                    is_presence: test.about.is_presence && !test.about.is_choice(),
+                    is_choice: self.tells_apart(test),
+                    whole: subject.and_then(|subject| known(self.copied_from(subject.whole.as_ref()?))),
+                    updating: subject.map(heads).unwrap_or_default(),
+                })
             }
             Effect::Call(site) => {
-                let pass = |place: Option<Place>| {
-                    let place = place?;
-                    given(graph, &place).filter(|_| !place.steps.is_empty() && self.is_left_alone(&place))
-                };
-                let [asks] = self.asked_by(site)?.try_into().ok()?;
-                let reads: Option<Vec<_>> = asks.reads.iter().map(|given| pass(place_of(given, site))).collect();
-                let whole = asks.whole.as_ref().and_then(|given| pass(place_of(given, site)));
-                Some(Asks { reads: reads?, whole, updating: asks.updating.clone() })
+                let heads = self.answer(site, &Way::to(exploration, end, at));
+                let [asks] = self.asked_by(site, heads)?.try_into().ok()?;
+                let read = read_by(asks, site)?;
+                let is_pure = asks.is_pure && !read.is_computed && read.places.iter().all(is_copy);
+                let reads: Option<Vec<Given>> = read.places.iter().map(|place| known(self.taken_from(place))).collect();
+                let whole = asks.whole.as_ref().and_then(|given| known(self.copied_from(&asked_at(given, site)?)));
+                Some(Asks { reads: reads?, is_pure, whole, ..asks.clone() })
             }
             _ => None,
         }
     }
 
     /// What a call that does not update waits for, where the helper asks for something that is known here.
-    pub(super) fn of_call(&self, site: &CallSite, at: NodeId) -> Option<Gate> {
-        let all = self.asked_by(site)?;
+    pub(super) fn of_call(&self, site: &CallSite, at: NodeId, way: &Way) -> Option<Gate> {
+        let all = self.asked_by(site, self.answer(site, way))?;
         let mut found = None;
         for asks in all {
-            let reads: Option<Vec<Place>> = asks.reads.iter().map(|given| place_of(given, site)).collect();
-            let is_config = reads?.iter().all(|place| self.is_setting(place));
-            let gate = if is_config { Gate::Config } else { self.mode_of_call(asks, site, at)? };
+            let read = read_by(asks, site)?;
+            let is_config = asks.is_pure && !read.is_computed && read.places.iter().all(|place| self.is_setting(place));
+            let gate = if is_config {
+                Gate::Config
+            } else if !asks.is_presence && self.is_event_of(&read.places, asks.is_choice) {
+                Gate::Event
+            } else {
+                self.mode_of_call(asks, site, at)?
+            };
             found = found.or(Some(gate));
         }
         found
@@ -69,22 +98,48 @@ impl Gates<'_, '_> {
 
     fn mode_of_call(&self, asks: &Asks, site: &CallSite, at: NodeId) -> Option<Gate> {
         let graph = self.search.graph;
-        let place = place_of(asks.whole.as_ref()?, site)?;
-        let id = subject_of(graph, &place)?;
+        let id = asks.subject(graph, site)?;
         let subject = &graph.subjects[id.0 as usize];
         let updating = asks.updating.iter().fold(0, |mask, head| mask | subject.bit(head));
         let mode = Mode { subject: id, updating, asked_by: Some(at) };
         (updating != 0 && self.search.resets_in_pauses(self.region, mode)).then_some(Gate::Mode)
     }
 
-    /// What the ways through a call ask for that do not update, each of them; `None` if one of them asks for nothing.
-    fn asked_by(&self, site: &CallSite) -> Option<Vec<&Asks>> {
+    /// The heads that the result of the call which decided a way can have, for what the way asks of it from there on: `step()?`.
+    fn answer(&self, site: &CallSite, way: &Way) -> returned::Heads {
+        let graph = self.search.graph;
+        let mut names = vec![Place::var(site.result)];
+        let mut heads = returned::ANY;
+        let called = way.nodes.iter().rposition(|id| *id == way.at).unwrap_or_default();
+        for (id, next) in way.nodes[called..].iter().zip(&way.nodes[called + 1..]) {
+            match &graph.node(*id).effect {
+                Effect::Set(set) if set.same_as.is_some_and(|from| names.contains(&Place::var(from))) => {
+                    names.push(set.place.clone());
+                }
+                Effect::Branch(test) => {
+                    let subject = test.subject.map(|id| &graph.subjects[id.0 as usize]);
+                    let holds = graph.node(*id).next.first() == Some(next);
+                    let is_asked = |subject: &&Subject| subject.whole.as_ref().is_some_and(|it| names.contains(it));
+                    if let Some(subject) = subject.filter(is_asked) {
+                        heads &= returned::of_mask(subject, if holds { test.holds } else { test.fails });
+                    }
+                }
+                _ => {}
+            }
+        }
+        heads
+    }
+
+    /// What the ways through a call with one of these results ask for that do not update, each of them; `None` if one of them
+    /// asks for nothing.
+    fn asked_by(&self, site: &CallSite, heads: returned::Heads) -> Option<Vec<&Asks>> {
         let mut all = Vec::new();
         for summary in site.targets.iter().filter_map(|target| self.search.summaries.get(*target)) {
             for (given, outcomes) in summary.outcomes(self.search.law) {
                 if place_of(given, site).is_some_and(|place| self.is_instance(&place)) {
                     let skips = |outcome: &&Outcome| {
-                        outcome.count == Count::Zero && !outcome.reset && outcome.gate.is_none() && !outcome.attempted
+                        let skips = outcome.count == Count::Zero && !outcome.reset;
+                        skips && outcome.gate.is_none() && !outcome.attempted && outcome.returned & heads != 0
                     };
                     for outcome in outcomes.iter().filter(skips) {
                         all.push(outcome.asks.as_ref()?);
@@ -94,4 +149,35 @@ impl Gates<'_, '_> {
         }
         (!all.is_empty()).then_some(all)
     }
+}
+
+/// What a helper's condition reads where the helper is called.
+struct Read {
+    places: Vec<Place>,
+    /// Whether something is called for it.
+    is_computed: bool,
+}
+
+fn read_by(asks: &Asks, site: &CallSite) -> Option<Read> {
+    let mut read = Read { places: Vec::new(), is_computed: false };
+    for given in &asks.reads {
+        if let Some(place) = asked_at(given, site).or_else(|| place_of(given, site)) {
+            read.places.push(place);
+            continue;
+        }
+        let GivenBase::Param(number) = given.base else { return None };
+        let argument = site.args.get(number)?;
+        if let Some(whole) = &argument.value_of {
+            read.places.push(whole.join(&given.steps));
+            continue;
+        }
+        // What is given is made up for the call.
+        let Computed { places, calls } = &argument.from;
+        if places.is_empty() {
+            return None;
+        }
+        read.places.extend_from_slice(places);
+        read.is_computed |= !calls.is_empty();
+    }
+    Some(read)
 }

@@ -26,8 +26,7 @@ use crate::syntax::CycleDirective;
 
 /// Whether a test asks about something that was received in this iteration.
 pub(super) fn is_received(search: &Search<'_>, region: Region, test: &Test) -> bool {
-    let gates = Gates::new(search, region);
-    test.about.reads.iter().filter_map(Place::base_var).any(|var| gates.is_message(var))
+    Gates::new(search, region).asks_message(test)
 }
 
 /// What is asked of one filter in one cycle.
@@ -58,6 +57,11 @@ struct Way {
 }
 
 impl Way {
+    /// The way to an end that was decided at a node.
+    fn to(exploration: &Exploration, end: &End, at: NodeId) -> Self {
+        Self { nodes: exploration.path(end.at).iter().map(|at| exploration.states[*at].node).collect(), at }
+    }
+
     /// The node that follows another one on the way.
     fn after(&self, at: NodeId) -> Option<NodeId> {
         let number = self.nodes.iter().position(|id| *id == at)?;
@@ -103,11 +107,14 @@ impl<'s, 'a> Gates<'s, 'a> {
             return None;
         }
         let at = end.state.skipped_at?;
-        let nodes = exploration.path(end.at).iter().map(|at| exploration.states[*at].node).collect();
-        let way = Way { nodes, at };
+        let way = Way::to(exploration, end, at);
         let gate = match &self.search.graph.node(at).effect {
             Effect::Branch(test) => self.of_branch(test, at, &way),
-            Effect::Call(site) => end.state.helper_gate.or_else(|| self.of_call(site, at)),
+            Effect::Call(site) => match end.state.helper_gate {
+                // The variant that a helper finds may be one of many that its caller makes.
+                Some(Gate::Config) if self.changes_owner() => Some(Gate::Mode),
+                gate => gate.or_else(|| self.of_call(site, at, &way)),
+            },
             Effect::LoopHead(id) => self.of_loop(*id).or_else(|| self.of_rounds(*id, &way)),
             _ => None,
         };

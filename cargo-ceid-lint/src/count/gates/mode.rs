@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::{Gates, Way};
 use crate::count::search::Mode;
 use crate::count::verdict::Gate;
-use crate::flow::{Effect, OTHER_HEADS, Place, SubjectId};
+use crate::flow::{Effect, OTHER_HEADS, Place, Projection, Subject, SubjectId, Test};
 
 impl Gates<'_, '_> {
     /// Whether a state decides over the updates, and every pause that it makes goes with a reset.
@@ -81,28 +81,48 @@ impl Gates<'_, '_> {
         (updating != 0 && updating != all).then_some(updating)
     }
 
-    /// A filter that lies in a variant is there only while the enum is that variant.
+    /// A filter that lies in a variant is there only while the enum is that variant: a way on which it is another one.
     pub(super) fn of_payload(&self, way: &Way) -> Option<Gate> {
         let graph = self.search.graph;
-        let instance = self.search.instance;
-        let asked = way.nodes.iter().find_map(|id| {
-            let Effect::Branch(test) = &graph.node(*id).effect else { return None };
-            test.about.reads.iter().flat_map(|place| self.search.aliases.roots(place)).find(|root| {
-                root.base == instance.base
-                    && root.steps.len() < instance.steps.len()
-                    && root.steps[..] == instance.steps[..root.steps.len()]
-                    && self.is_variant_step(root)
-            })
-        })?;
-        let changes = self.nodes().any(|id| match &graph.node(id).effect {
-            Effect::Write(write) | Effect::Set(write) => write.place == asked,
-            _ => false,
+        let is_absent = way.nodes.iter().zip(way.nodes.iter().skip(1)).any(|(id, next)| {
+            let Effect::Branch(test) = &graph.node(*id).effect else { return false };
+            let heads = if graph.node(*id).next.first() == Some(next) { test.holds } else { test.fails };
+            self.asked_owner(test).is_some_and(|(subject, variant)| heads & subject.bit(variant) == 0)
         });
-        Some(if changes { Gate::Mode } else { Gate::Config })
+        is_absent.then(|| if self.changes_owner() { Gate::Mode } else { Gate::Config })
     }
 
-    /// Whether the step of the instance behind a place names a variant.
-    fn is_variant_step(&self, place: &Place) -> bool {
+    /// The enum that a test asks for its variant, if the instance lies in one of them: that one.
+    fn asked_owner(&self, test: &Test) -> Option<(&Subject, &str)> {
+        let subject = &self.search.graph.subjects[test.subject?.0 as usize];
+        let roots = self.search.aliases.roots(subject.whole.as_ref()?);
+        let [root] = roots.as_slice() else { return None };
+        let variant = self.owners().find(|(owner, _)| owner == root).map(|(_, variant)| variant)?;
+        Some((subject, variant))
+    }
+
+    /// The enums that the instance lies in, each with the variant.
+    fn owners(&self) -> impl Iterator<Item = (Place, &str)> + '_ {
+        let instance = self.search.instance;
+        instance.steps.iter().enumerate().filter_map(|(at, step)| {
+            let Projection::Field(variant) = step else { return None };
+            let owner = Place { base: instance.base, steps: instance.steps[..at].to_vec() };
+            self.is_enum(&owner).then_some((owner, &**variant))
+        })
+    }
+
+    /// Whether the cycle makes another variant of an enum that the instance lies in.
+    pub(super) fn changes_owner(&self) -> bool {
+        self.owners().any(|(owner, _)| {
+            self.nodes().any(|id| match &self.search.graph.node(id).effect {
+                Effect::Write(write) | Effect::Set(write) => write.place == owner,
+                Effect::Call(site) => self.written_by(site).any(|written| written == owner),
+                _ => false,
+            })
+        })
+    }
+
+    fn is_enum(&self, place: &Place) -> bool {
         match self.ty(place) {
             Some(crate::index::Ty::Adt(id, _)) => {
                 matches!(self.search.program.index.type_def(id).shape, crate::index::Shape::Enum(_))

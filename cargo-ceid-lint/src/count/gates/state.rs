@@ -47,13 +47,25 @@ impl Gates<'_, '_> {
     }
 
     /// The place whose value a variable of the iteration was given: `let was_first = self.first;`
-    fn copied_from(&self, place: &Place) -> Place {
+    pub(super) fn copied_from(&self, place: &Place) -> Place {
+        self.followed(place, |id| self.search.graph.copied(id))
+    }
+
+    /// The same also for a part of what the place held as it was: `let (channel, level) = sample;`
+    pub(super) fn taken_from(&self, place: &Place) -> Place {
+        self.followed(place, |id| match &self.search.graph.node(id).effect {
+            Effect::Set(set) | Effect::Write(set) => self.search.graph.copied(id).or_else(|| set.from.clone()),
+            _ => None,
+        })
+    }
+
+    fn followed(&self, place: &Place, from: impl Fn(NodeId) -> Option<Place>) -> Place {
         let mut at = place.clone();
         for _ in 0..MAX_COPIES {
             let mut given = self.assignments().of(&at).iter().filter(|id| self.assigns(**id, &at));
             let (Some(only), None, false) = (given.next(), given.next(), self.outlives(&at)) else { break };
-            let Some(from) = self.search.graph.copied(*only) else { break };
-            at = from;
+            let Some(before) = from(*only) else { break };
+            at = before;
         }
         at
     }
@@ -120,10 +132,13 @@ impl Gates<'_, '_> {
         if place.steps.is_empty() && place.base_var().is_some_and(is_own_number) {
             return true;
         }
-        // A field of an element keeps its value where nothing writes that of any.
+        // A field of an element keeps its value where nothing writes that of any; a cycle over elements has another one each time.
         let roots = self.search.aliases.roots(place);
         let is_of_element = place.base_var().is_some_and(|var| {
-            graph.loops.iter().any(|info| info.items.iter().any(|(item, _)| self.is_named_after(var, *item)))
+            (0u32..).zip(&graph.loops).any(|(number, info)| {
+                self.region != Region::Loop(LoopId(number))
+                    && info.items.iter().any(|(item, _)| self.is_named_after(var, *item))
+            })
         });
         if is_of_element && !place.steps.is_empty() && !roots.contains(place) {
             return roots.iter().all(|root| {

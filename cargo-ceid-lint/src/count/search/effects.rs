@@ -132,7 +132,7 @@ impl Run<'_, '_> {
             for outcome in outcomes {
                 let Some(masks) = self.agreed(state.masks, &outcome.assumed, site, before) else { continue };
                 let mut next = State { masks, ..state.clone() };
-                let Some(masks) = self.asked(&next, outcome) else { continue };
+                let Some(masks) = self.asked(&next, outcome, site) else { continue };
                 next.masks = masks;
                 next.attempted |= outcome.attempted && next.count == Count::Zero;
                 if outcome.reset {
@@ -250,17 +250,7 @@ impl Run<'_, '_> {
             self.tracked.subjects.iter().position(|id| graph.subjects[id.0 as usize].whole.as_ref() == Some(&place));
         let Some(tracked) = tracked else { return returned::ANY };
         let subject = &graph.subjects[self.tracked.subjects[tracked].0 as usize];
-        let mask = self.masks.get(state.masks)[tracked];
-        let mut heads = 0;
-        for (number, head) in subject.heads.iter().enumerate() {
-            if mask & (1 << number) != 0 {
-                heads |= returned::bit(head);
-            }
-        }
-        if mask & OTHER_HEADS != 0 {
-            heads |= returned::OTHER;
-        }
-        heads
+        returned::of_mask(subject, self.masks.get(state.masks)[tracked])
     }
 
     pub(super) fn assign(&mut self, at: usize, state: &State, set: &Assignment) {

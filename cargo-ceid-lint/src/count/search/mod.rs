@@ -405,7 +405,7 @@ impl<'a> Search<'a> {
                 returned: returned::of_function(self.program, self.graph.function, end.returned),
                 gate: gates.of_end(&exploration, end),
                 attempted: end.state.attempted,
-                asks: gates.asks(end),
+                asks: gates.asks(&exploration, end),
                 assumed: end.assumed.clone(),
             });
         }

@@ -3,8 +3,11 @@
 use super::run::Run;
 use super::{Region, Search, State};
 use crate::count::counts::Count;
+use crate::count::gates::Asks;
+use crate::count::instances::is_lent;
 use crate::count::summary::Outcome;
-use crate::flow::{Assignment, Effect, NodeId, OTHER_HEADS, Place, SubjectId, Test};
+use crate::flow::{Assignment, CallSite, Effect, NodeId, OTHER_HEADS, Place, SubjectId, Test, Var};
+use crate::index::Ty;
 
 /// How many states are followed at once.
 const MAX_SUBJECTS: usize = 16;
@@ -97,8 +100,13 @@ impl Run<'_, '_> {
             return;
         }
         let graph = self.search.graph;
+        // What a parameter brings may be another one with each call, but for what lies behind an exclusive reference.
+        let is_kept = |var: Var| {
+            let info = graph.var(var);
+            info.param.is_some() && (info.name == "self" || matches!(info.ty, Ty::Ref(true, _)))
+        };
         let outlives = |place: &Place| match place.base_var() {
-            Some(var) => graph.var(var).param.is_some() && !place.steps.is_empty(),
+            Some(var) => !place.steps.is_empty() && (is_kept(var) || is_lent(self.search.program.index, graph, place)),
             None => true,
         };
         let known = self.masks.get(state.masks).clone();
@@ -109,7 +117,9 @@ impl Run<'_, '_> {
             .zip(known)
             .map(|(id, mask)| {
                 let subject = &graph.subjects[id.0 as usize];
-                if subject.reads.iter().all(outlives) { mask } else { subject.anything() }
+                // What the function only reads is for others to change between two calls.
+                let is_own = subject.reads.iter().all(outlives) && !self.search.writers_of(*id).is_empty();
+                if is_own { mask } else { subject.anything() }
             })
             .collect();
         let masks = self.masks.intern(masks);
@@ -169,9 +179,10 @@ impl Run<'_, '_> {
     }
 
     /// What is known of a mode that a helper asks for, where a way through the helper is taken; `None` if it cannot be.
-    pub(super) fn asked(&mut self, state: &State, outcome: &Outcome) -> Option<u32> {
+    pub(super) fn asked(&mut self, state: &State, outcome: &Outcome, site: &CallSite) -> Option<u32> {
         let Some(Mode { subject, updating, asked_by: Some(call) }) = self.mode else { return Some(state.masks) };
-        if call != state.node || (outcome.count == Count::Zero && outcome.asks.is_none()) {
+        let is_asked = |asks: &Asks| asks.subject(self.search.graph, site) == Some(subject);
+        if call != state.node || (outcome.count == Count::Zero && !outcome.asks.as_ref().is_some_and(is_asked)) {
             return Some(state.masks);
         }
         let at = self.tracked.subjects.iter().position(|id| *id == subject)?;

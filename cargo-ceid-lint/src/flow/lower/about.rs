@@ -1,9 +1,11 @@
 //! What conditions are about: what they read and call, for telling gates.
 
 use super::Builder;
+use super::received::received_by;
 use crate::flow::{About, Var};
 use crate::index::Def;
-use crate::syntax::tree::{ExprId, ExprKind, Literal};
+use crate::syntax::tree::{Body, ExprId, ExprKind, Literal};
+use crate::types::LocalId;
 
 impl Builder<'_> {
     /// What a condition reads and calls, for telling gates.
@@ -39,10 +41,14 @@ impl Builder<'_> {
             about.reads.push(place);
             return;
         }
+        let received_by = received_by(*self.program, self.typed().callees.get(&id));
+        about.names.extend(received_by.map(str::to_owned));
         let body = self.body();
         match &body.expr(id).kind {
             ExprKind::MethodCall { receiver, method, args, .. } => {
                 about.names.push(method.clone());
+                let given: Vec<ExprId> = std::iter::once(*receiver).chain(args.iter().copied()).collect();
+                self.collect_remainder(id, &given, about);
                 if matches!(method.as_str(), "is_multiple_of" | "rem_euclid") {
                     about.is_remainder = true;
                     about.ratio = args.first().and_then(|arg| self.number(*arg));
@@ -59,6 +65,7 @@ impl Builder<'_> {
                 if let ExprKind::Path(path) = &body.expr(*callee).kind {
                     about.names.push(path.last().to_owned());
                 }
+                self.collect_remainder(id, args, about);
                 for arg in args {
                     self.collect_about(*arg, about, depth + 1);
                 }
@@ -109,5 +116,55 @@ impl Builder<'_> {
             }
             _ => {}
         }
+    }
+
+    /// What a function that only compares a remainder divides: `fn every(&self, ratio: u32) -> bool { self.ticks % ratio == 0 }`.
+    fn collect_remainder(&mut self, id: ExprId, given: &[ExprId], about: &mut About) {
+        let Some(target) = self.only_target(id) else { return };
+        let Some(body) = &self.program.index.function(target).function.body else { return };
+        let Some(typed) = self.program.typed(target) else { return };
+        let Some((dividend, divisor)) = compared_remainder(body) else { return };
+        let given_for = |local: &LocalId| {
+            let number = body.params.iter().position(|pat| typed.pat_local.get(pat) == Some(local))?;
+            given.get(number).copied()
+        };
+        about.is_remainder = true;
+        about.ratio = match (&body.expr(divisor).kind, typed.expr_local.get(&divisor).and_then(given_for)) {
+            (_, Some(argument)) => self.number(argument),
+            (ExprKind::Literal(Literal::Int(number, _)), None) => *number,
+            _ => None,
+        };
+        let mut at = dividend;
+        let mut names: Vec<&str> = Vec::new();
+        loop {
+            match &body.expr(at).kind {
+                ExprKind::Field { base, name } => {
+                    names.push(name);
+                    at = *base;
+                }
+                ExprKind::Deref(inner) => at = *inner,
+                _ => break,
+            }
+        }
+        let owner = typed.expr_local.get(&at).and_then(given_for).and_then(|argument| self.static_place(argument));
+        about.reads.extend(owner.map(|owner| names.iter().rev().fold(owner, |place, name| place.field(name))));
+    }
+}
+
+/// What a function divides, and by what, if it does nothing but compare the remainder.
+fn compared_remainder(body: &Body) -> Option<(ExprId, ExprId)> {
+    let mut at = body.root;
+    while let ExprKind::Block(block) = &body.expr(at).kind {
+        at = block.tail.filter(|_| block.stmts.is_empty())?;
+    }
+    match &body.expr(at).kind {
+        ExprKind::Binary { op: "==" | "!=" | "<" | "<=" | ">" | ">=", lhs, .. } => match &body.expr(*lhs).kind {
+            ExprKind::Binary { op: "%", lhs, rhs } => Some((*lhs, *rhs)),
+            _ => None,
+        },
+        ExprKind::MethodCall { receiver, method, args, .. } if method == "is_multiple_of" => {
+            Some((*receiver, *args.first()?))
+        }
+        _ => None,
     }
 }

@@ -33,6 +33,7 @@ mod patterns;
 mod places;
 mod presence;
 mod reads;
+mod received;
 mod resets;
 mod sources;
 mod subjects;
@@ -41,9 +42,9 @@ mod ticks;
 mod values;
 mod waits;
 
-pub use flags::is_flag;
 use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
+pub use {flags::is_flag, received::is_receiving};
 
 use super::{
     Assignment, Cause, ControlFlowGraph, Effect, GuardId, Head, LoopId, LoopInfo, Node, NodeId, Place, Program, Var,

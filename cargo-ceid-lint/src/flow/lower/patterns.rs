@@ -107,8 +107,8 @@ impl Builder<'_> {
             pure => pure,
         };
         let asked = pure.as_ref().and_then(|pure| pure.whole.as_ref()).and_then(Place::base_var);
-        if self.receives(scrutinee) {
-            self.graph.received.extend(asked);
+        if let Some(unnamed) = asked.filter(|var| self.graph.var(*var).name.is_empty()) {
+            self.derive(&[unnamed], scrutinee);
         }
         Matched { value, pure, total, about, text, span: None, expr: Some(scrutinee) }
     }

@@ -1,6 +1,7 @@
 //! What an expression reads and calls, anywhere in it.
 
 use super::Builder;
+use super::received::received_by;
 use crate::flow::{Computed, Var};
 use crate::index::MethodOwner;
 use crate::syntax::tree::{ExprId, ExprKind, PatId, PatKind, Receiver, TypeRef};
@@ -95,6 +96,8 @@ impl Builder<'_> {
             if !span.contains(body.expr(expr).span) {
                 break;
             }
+            let received_by = received_by(*self.program, self.typed().callees.get(&expr));
+            computed.calls.extend(received_by.map(str::to_owned));
             match &body.expr(expr).kind {
                 ExprKind::MethodCall { method, .. } => computed.calls.push(method.clone()),
                 ExprKind::Await(_) => computed.calls.push("await".to_owned()),

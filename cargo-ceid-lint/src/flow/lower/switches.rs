@@ -155,7 +155,7 @@ impl Builder<'_> {
             if super::flags::is_flag(typed.ty(*receiver)) && super::flags::changes_flag(method))
     }
 
-    fn only_target(&self, id: ExprId) -> Option<FunctionId> {
+    pub(super) fn only_target(&self, id: ExprId) -> Option<FunctionId> {
         match self.typed().callees.get(&id) {
             Some(Callee::Resolved(resolved)) if resolved.law.is_none() => match resolved.targets.as_slice() {
                 [target] => Some(*target),
