@@ -8,10 +8,11 @@ use super::adapt::Adaptation;
 use super::body::LoopBody;
 use super::each;
 use super::sites::{Place, Site, number};
+use super::walk;
 use crate::count::Verdict;
-use crate::index::{FunctionId, Index, Ty};
+use crate::index::{FunctionId, Index, Owner, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{BlockKind, ExprId, ExprKind, MacroKind, Receiver, TypeRef};
+use crate::syntax::tree::{BlockKind, ExprId, ExprKind, Literal, MacroKind, Receiver, TypeRef};
 use crate::types::Callee;
 
 /// A place that a guard is to hold.
@@ -152,9 +153,15 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
     let Some(prefix) = prefix(of, own, at) else {
         return refuse(format!("`{spelled}` is used here as a whole, and a guard holds it"));
     };
-    let name = format!("{prefix}{}", own.name);
+    if is_captured(of, at) && !(prefix.is_empty() && of.typed.local(own.place.local).name == own.name) {
+        return refuse(format!("`{spelled}` is named in a format string: write it behind the string as an argument"));
+    }
+    let name = match shadowed(of, own, at) {
+        Some(stars) => format!("({stars}{})", own.name),
+        None => format!("{prefix}{}", own.name),
+    };
     let written = of.written(at);
-    if written == name || is_in_format_string(of, at) && own.place.fields.is_empty() {
+    if written == name || is_captured(of, at) {
         return Ok(None);
     }
     let parent = of.parent(at).filter(|_| prefix == "*" && own.adaptation.is_none());
@@ -187,17 +194,25 @@ fn is_borrowed_for_parameter(of: &LoopBody<'_>, id: ExprId) -> bool {
 }
 
 /// Whether a name stands in the text of a format string: `{kf:?}`.
-fn is_in_format_string(of: &LoopBody<'_>, at: ExprId) -> bool {
-    let start = of.span(at).start as usize;
-    is_format_operand(of, at) && (of.text[..start].ends_with('{') || of.written(at).starts_with('"'))
+fn is_captured(of: &LoopBody<'_>, at: ExprId) -> bool {
+    let is_around = |text: &ExprId| {
+        matches!(of.kind(*text), ExprKind::Literal(Literal::Str(_))) && of.span(*text).contains(of.span(at))
+    };
+    let beside = of.parent(at).map(|parent| walk::children(of.body, parent)).unwrap_or_default();
+    matches!(of.kind(at), ExprKind::Path(_)) && beside.iter().any(is_around)
 }
 
 pub(super) fn is_format_operand(of: &LoopBody<'_>, at: ExprId) -> bool {
-    matches!(of.parent(at).map(|parent| of.kind(parent)), Some(ExprKind::Macro(call)) if match call.kind {
+    let Some(ExprKind::Macro(call)) = of.parent(at).map(|parent| of.kind(parent)) else { return false };
+    match &call.kind {
         MacroKind::All(_) => !call.path.ends_with("dbg") && !call.path.ends_with("vec"),
-        MacroKind::Diverges(_) | MacroKind::Logging(_) | MacroKind::DebugOnly(_) => true,
-        _ => false,
-    })
+        MacroKind::Diverges(_) | MacroKind::Logging(_) => true,
+        MacroKind::Assert(_, message)
+        | MacroKind::AssertCompare(.., message)
+        | MacroKind::DebugOnly(_, message)
+        | MacroKind::Ensure(_, message) => message.contains(&at),
+        _ => is_captured(of, at),
+    }
 }
 
 /// What stands before the name where `at` stood, so that the code around it means what it meant; `None` if what is done with
@@ -249,7 +264,7 @@ fn prefix(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> 
                     let receiver = &index.function(*target).function.receiver;
                     matches!(receiver, Some(Receiver::Shared | Receiver::Exclusive)) || is_copy
                 }),
-                _ => is_by_reference(method) || is_filter(&own.ty),
+                _ => is_by_reference(method) || is_filter(&own.ty) && (is_copy || !is_by_value(method)),
             };
             is_fine.then_some("")
         }
@@ -259,11 +274,46 @@ fn prefix(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> 
         ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } if *place == at => Some(through),
         ExprKind::Match { .. } | ExprKind::Let { .. } | ExprKind::Binary { .. } => Some(through),
         ExprKind::Macro(_) if is_format_operand(of, at) => Some(""),
+        // What is compared is borrowed.
+        ExprKind::Macro(call) if matches!(call.kind, MacroKind::AssertCompare(..) | MacroKind::DebugOnly(..)) => {
+            Some(through)
+        }
         ExprKind::Call { .. } | ExprKind::MethodCall { .. } | ExprKind::Block(_) | ExprKind::Assign { .. } => {
             by_value()
         }
         _ => None,
     }
+}
+
+/// What leads from the name behind the guard to the filter, where a method is called that the reference has for itself.
+fn shadowed(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> {
+    let parent = of.parent(at).filter(|_| !own.is_reference())?;
+    let ExprKind::MethodCall { receiver, method, .. } = of.kind(parent) else { return None };
+    let index = of.program.index;
+    let is_for_all = |target: &FunctionId| match index.function(*target).owner {
+        Owner::Impl(id) => !matches!(index.impl_def(id).self_ty, Ty::Adt(..)),
+        _ => false,
+    };
+    let is_blanket = match of.typed.callees.get(&parent) {
+        Some(Callee::Resolved(callee)) => callee.law.is_none() && callee.targets.iter().any(is_for_all),
+        _ => false,
+    };
+    let stars = if own.adaptation.is_some() { "**" } else { "*" };
+    (*receiver == at && (is_blanket || is_for_references(method))).then_some(stars)
+}
+
+/// Methods of the standard library that a mutable reference has as well, and then for itself.
+pub(super) fn is_for_references(method: &str) -> bool {
+    is_by_value(method)
+        || matches!(
+            method,
+            "eq" | "ne" | "cmp" | "partial_cmp" | "lt" | "le" | "gt" | "ge" | "borrow" | "borrow_mut" | "type_id"
+        )
+}
+
+/// Those of them that take the value.
+fn is_by_value(method: &str) -> bool {
+    matches!(method, "into" | "try_into" | "max" | "min" | "clamp")
 }
 
 /// Whether a method of the filter has the name of one that feeds it behind a guard.

@@ -31,7 +31,7 @@ pub fn plans(program: &Program<'_>, cycles: &[Cycle], edition: impl Fn(&Cycle) -
 
 fn plan(loops: &Loops<'_>, cycle: &Cycle, edition: &str) -> Option<Plan> {
     // A law for guards that hands on to the law that was there is where a migration ends.
-    let hands_on = loops.at(cycle.head).is_some_and(|(law, ..)| law::is_run_by_guards(loops.program.index, law));
+    let hands_on = loops.at(cycle.head).is_some_and(|(law, ..)| loops.program.index.is_run_by_guards(law));
     let is_own = |pair: &Pair| hands_on && pair.name == "self";
     let of = LoopBody::find(loops, cycle.head);
     let is_sampled_here = |pair: &Pair| pair.verdict == Verdict::PerSample && is_in_its_loop(of.as_ref(), pair);

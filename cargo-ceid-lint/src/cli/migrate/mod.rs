@@ -34,6 +34,7 @@ enum Asked {
 pub(super) fn run(args: &MigrateArgs) -> Result<ExitStatus, String> {
     let console = Console::new(&args.talk);
     let asked = asked(args)?;
+    args.ceid_core_path.as_deref().map(core_directory).transpose()?;
     let mut selection = input::selection(&[], &args.scope, &args.build);
     selection.workspace = selection.packages.is_empty();
     let Ok(project) = input::project(&selection, console, Instant::now()) else { return Ok(ExitStatus::Incomplete) };
@@ -92,7 +93,8 @@ impl Run<'_> {
             self.console.error(&refusal.replace("ceid-lint fix", "ceid-lint migrate"), None);
             return Ok(ExitStatus::Incomplete);
         }
-        let revision = fix::revise(first, |report| self.offer(report, first), |path| bounds.file(path), &check);
+        let mut revision = fix::revise(first, |report| self.offer(report, first), |path| bounds.file(path), &check);
+        fix::keep_form(&mut revision.changes, |path, text| self.project.formatted(path, text));
         if self.args.diff {
             for change in &revision.changes {
                 self.console.print(&fix::diff(change, &first.sources));
@@ -414,12 +416,28 @@ fn is_no_std(report: &Report, package: &Package) -> bool {
     report.sources.files().any(|(_, file)| is_root(&file.path) && says_so(&file.text))
 }
 
+fn not_a_package(path: &Path) -> String {
+    format!("`{}` is not a directory with a `Cargo.toml`", path.display())
+}
+
+/// The directory of ceid-core's sources that was given.
+fn core_directory(given: &Path) -> Result<PathBuf, String> {
+    let core = given.canonicalize().map_err(|_| not_a_package(given))?;
+    let manifest = std::fs::read_to_string(core.join("Cargo.toml")).map_err(|_| not_a_package(given))?;
+    if migrate::is_ceid_core(&manifest) {
+        return Ok(core);
+    }
+    Err(format!(
+        "the package in `{}` is not `ceid-core`: `--ceid-core-path` names the directory of that one",
+        given.display()
+    ))
+}
+
 /// The directory `core` as the manifest at `manifest` names it.
 fn relative(core: &Path, manifest: &Path) -> Result<String, String> {
-    let missing = |path: &Path| format!("`{}` is not a directory with a `Cargo.toml`", path.display());
-    let core =
-        core.canonicalize().ok().filter(|core| core.join("Cargo.toml").is_file()).ok_or_else(|| missing(core))?;
-    let from = manifest.parent().and_then(|parent| parent.canonicalize().ok()).ok_or_else(|| missing(manifest))?;
+    let core = core_directory(core)?;
+    let from =
+        manifest.parent().and_then(|parent| parent.canonicalize().ok()).ok_or_else(|| not_a_package(manifest))?;
     let common = core.components().zip(from.components()).take_while(|(one, other)| one == other).count();
     let up = from.components().skip(common).map(|_| "..".to_owned());
     let down = core.components().skip(common).map(|part| part.as_os_str().to_string_lossy().into_owned());
