@@ -171,7 +171,7 @@ impl<'t> Import<'t> {
         let own = start + word;
         let mut before = head[..word].lines().map(str::trim);
         // Attributes and a visibility belong to it; a block begins with a brace.
-        let before = before.rfind(|line| !line.starts_with("//") && !line.is_empty());
+        let before = before.rfind(|line| !line.starts_with("//") && !line.starts_with("#![") && !line.is_empty());
         if before.is_some_and(|line| !line.ends_with('{')) {
             return None;
         }
@@ -284,6 +284,7 @@ mod tests {
         check("use crate::b::{\n    Kf,\n    Step,\n    Pid,\n};\n", Some("use crate::b::{\n    Kf,\n    Pid,\n};\n"));
         check("use crate::b::{Step};\nfn f() {}\n", Some("fn f() {}\n"));
         check("use crate::b::Step as Other;\n", Some(""));
+        check("#![deny(warnings)]\nuse crate::b::Step;\n", Some("#![deny(warnings)]\n"));
         check(
             "mod a {\n    // c\n    use crate::b::{Kf, Step as _};\n}\n",
             Some("mod a {\n    // c\n    use crate::b::Kf;\n}\n"),

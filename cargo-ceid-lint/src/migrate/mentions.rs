@@ -48,6 +48,10 @@ impl Guarded {
         self.locked.is_some() || matches!(self.ty, Ty::Ref(..))
     }
 
+    fn is_box(&self) -> bool {
+        matches!(&self.ty, Ty::External(path, _) if path == "std::boxed::Box")
+    }
+
     /// Whether a guard can hold it as it is, or its elements.
     pub(super) fn is_held(&self) -> bool {
         held(&self.ty) == Some(&self.filter) || self.locked.is_some()
@@ -79,9 +83,7 @@ pub(super) fn mentions(of: &LoopBody<'_>, guarded: &[Guarded], at: usize) -> Res
     let mut found = Vec::new();
     for id in of.names(own.place.local).filter(|id| !is_gone(*id)) {
         let chain = chain(of, id);
-        let fields: Vec<&str> = chain.iter().skip(1).map(|(_, name)| *name).collect();
-        let is_it = |(own, field): (&String, &&str)| own == field;
-        if !own.place.fields.iter().zip(&fields).all(is_it) {
+        if !is_about(of, place, id) {
             continue;
         }
         let Some((at, _)) = chain.get(own.place.fields.len()) else {
@@ -129,6 +131,13 @@ fn element(of: &LoopBody<'_>, array: ExprId) -> Option<(ExprId, u64)> {
     }
 }
 
+/// Whether an expression names the variable of a place, and not another field of it.
+pub(super) fn is_about(of: &LoopBody<'_>, place: &Place, id: ExprId) -> bool {
+    let chain = chain(of, id);
+    let is_it = |(own, (_, field)): (&String, &(ExprId, &str))| own == field;
+    of.typed.expr_local.get(&id) == Some(&place.local) && place.fields.iter().zip(chain.iter().skip(1)).all(is_it)
+}
+
 /// The expressions from a variable through its fields, as far as they are written: `self`, `self.axes`, `self.axes.roll`.
 fn chain<'a>(of: &LoopBody<'a>, id: ExprId) -> Vec<(ExprId, &'a str)> {
     let mut chain = vec![(id, "")];
@@ -156,9 +165,17 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
     if is_captured(of, at) && !(prefix.is_empty() && of.typed.local(own.place.local).name == own.name) {
         return refuse(format!("`{spelled}` is named in a format string: write it behind the string as an argument"));
     }
-    let name = match shadowed(of, own, at) {
-        Some(stars) => format!("({stars}{})", own.name),
-        None => format!("{prefix}{}", own.name),
+    let is_pointer = own.is_reference() || own.is_box();
+    let name = match is_shadowed(of, at) {
+        true if own.adaptation.is_none() && own.is_reference() => own.name.clone(),
+        true if own.adaptation.is_none() => format!("(*{})", own.name),
+        true if is_pointer => {
+            return refuse(format!(
+                "what is called here on `{spelled}` is called on a pointer, which the guard does not have"
+            ));
+        }
+        true => format!("(**{})", own.name),
+        false => format!("{prefix}{}", own.name),
     };
     let written = of.written(at);
     if written == name || is_captured(of, at) {
@@ -240,7 +257,7 @@ fn prefix(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> 
     if own.locked.is_some() && !is_looked_into {
         return None;
     }
-    let is_pointer = matches!(&own.ty, Ty::External(path, _) if path == "std::boxed::Box");
+    let is_pointer = own.is_box();
     if own.is_reference() || is_pointer {
         return match of.kind(parent) {
             ExprKind::Reference { mutable: true, .. } if !is_pointer => None,
@@ -285,10 +302,10 @@ fn prefix(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> 
     }
 }
 
-/// What leads from the name behind the guard to the filter, where a method is called that the reference has for itself.
-fn shadowed(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> {
-    let parent = of.parent(at).filter(|_| !own.is_reference())?;
-    let ExprKind::MethodCall { receiver, method, .. } = of.kind(parent) else { return None };
+/// Whether a method is called here that the reference behind the guard has for itself.
+fn is_shadowed(of: &LoopBody<'_>, at: ExprId) -> bool {
+    let Some(parent) = of.parent(at) else { return false };
+    let ExprKind::MethodCall { receiver, method, .. } = of.kind(parent) else { return false };
     let index = of.program.index;
     let is_for_all = |target: &FunctionId| match index.function(*target).owner {
         Owner::Impl(id) => !matches!(index.impl_def(id).self_ty, Ty::Adt(..)),
@@ -298,8 +315,7 @@ fn shadowed(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str
         Some(Callee::Resolved(callee)) => callee.law.is_none() && callee.targets.iter().any(is_for_all),
         _ => false,
     };
-    let stars = if own.adaptation.is_some() { "**" } else { "*" };
-    (*receiver == at && (is_blanket || is_for_references(method))).then_some(stars)
+    *receiver == at && (is_blanket || is_for_references(method))
 }
 
 /// Methods of the standard library that a mutable reference has as well, and then for itself.

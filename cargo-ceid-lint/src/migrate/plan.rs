@@ -133,7 +133,9 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
         return Err(reasons);
     }
     let guarded = guarded(loops, &of, found)?;
-    let rewriter = Rewriter { loops, of: &of, exits: exits(&of), guarded: &guarded };
+    let exits = exits(&of);
+    let behind = head::behind(&of, &guarded, &exits);
+    let rewriter = Rewriter { loops, of: &of, exits, guarded: &guarded, behind };
     rewriter.rewrite(cycle, changes)
 }
 
@@ -214,6 +216,8 @@ struct Rewriter<'a> {
     of: &'a LoopBody<'a>,
     exits: Exits,
     guarded: &'a [Guarded],
+    /// The statement behind which the guard stands, if that is not the head of the loop.
+    behind: Option<Span>,
 }
 
 impl Rewriter<'_> {
@@ -270,7 +274,7 @@ impl Rewriter<'_> {
             }
         }
         edits.extend(self.removals());
-        match head::lines(of, self.guarded) {
+        match head::lines(of, self.guarded, self.behind) {
             Ok(head) => edits.extend(head),
             Err(reason) => reasons.push(reason),
         }
@@ -457,7 +461,7 @@ impl Rewriter<'_> {
             halves.iter().all(has_run) || is_fed && is_before()
         };
         // What is left above the guard is left without it.
-        let is_above = |exit: &ExprId| own.locked.is_some_and(|lock| of.span(*exit).end <= lock.end);
+        let is_above = |exit: &ExprId| self.behind.is_some_and(|before| of.span(*exit).end <= before.end);
         let opaque = self.exits.unread.iter().filter(|id| {
             let text = of.written(**id);
             text.contains('?') || ["return", "break", "continue"].iter().any(|word| has_word(text, word))

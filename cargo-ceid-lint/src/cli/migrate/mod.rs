@@ -147,25 +147,27 @@ impl Run<'_> {
         Ok(chosen)
     }
 
-    /// Tells why loops that were named stay as they are though no plan is about them, and whether there are any.
+    /// Tells why loops stay as they are though no plan is about them, those that were named or all where nothing is to be done yet,
+    /// and whether there are any that were named.
     fn tell_left(&self, report: &Report) -> bool {
-        let Asked::At(places) = &self.asked else { return false };
+        let line = |head: Span| report.sources.line(head);
+        let is_at = |head: Span, (path, at): &(PathBuf, u32)| {
+            line(head) == *at && same_file(&report.sources.file(head.file).path, path)
+        };
+        let is_told = |head: Span| match &self.asked {
+            Asked::Nothing => true,
+            Asked::All => false,
+            Asked::At(places) => places.iter().any(|place| is_at(head, place)),
+        };
         let mut is_any = false;
-        for (path, line) in places {
-            let is_named = |head: Span| {
-                report.sources.line(head) == *line && same_file(&report.sources.file(head.file).path, path)
-            };
-            if report.plans.iter().any(|plan| is_named(plan.head)) {
-                continue;
-            }
-            for cycle in report.cycles.iter().filter(|cycle| is_named(cycle.head)) {
-                let reasons: Vec<String> = cycle.filters.iter().filter_map(left).collect();
-                if !reasons.is_empty() {
-                    let file = &report.sources.file(cycle.head.file).name;
-                    let title = format!("{file}:{line}: `{}`: not migrated", cycle.function);
-                    self.console.warn(&[vec![title], reasons].concat().join("\n  "));
-                    is_any = true;
-                }
+        let without_plan = |cycle: &&Cycle| !report.plans.iter().any(|plan| plan.head == cycle.head);
+        for cycle in report.cycles.iter().filter(|cycle| is_told(cycle.head)).filter(without_plan) {
+            let reasons: Vec<String> = cycle.filters.iter().filter_map(left).collect();
+            if !reasons.is_empty() {
+                let file = &report.sources.file(cycle.head.file).name;
+                let title = format!("{file}:{}: `{}`: not migrated", line(cycle.head), cycle.function);
+                self.console.warn(&[vec![title], reasons].concat().join("\n  "));
+                is_any |= matches!(self.asked, Asked::At(_));
             }
         }
         is_any
@@ -400,7 +402,11 @@ fn asked(args: &MigrateArgs) -> Result<Asked, String> {
         }
         let line = numbers.last().copied().filter(|_| numbers.len() <= 2 && !parts.is_empty());
         let line = line.ok_or_else(|| format!("`{text}` is not FILE:LINE, such as `src/main.rs:12`"))?;
-        Ok((std::env::current_dir().unwrap_or_default().join(parts.join(":")), line))
+        let path = std::env::current_dir().unwrap_or_default().join(parts.join(":"));
+        if !path.is_file() {
+            return Err(format!("there is no file `{}`", parts.join(":")));
+        }
+        Ok((path, line))
     };
     args.places.iter().map(place).collect::<Result<_, String>>().map(Asked::At)
 }
