@@ -10,7 +10,7 @@ use super::each;
 use super::sites::{Place, Site, number};
 use super::walk;
 use crate::count::Verdict;
-use crate::index::{FunctionId, Index, Owner, Ty};
+use crate::index::{FunctionId, Index, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{BlockKind, ExprId, ExprKind, Literal, MacroKind, Receiver, TypeRef};
 use crate::types::Callee;
@@ -304,18 +304,8 @@ fn prefix(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> 
 
 /// Whether a method is called here that the reference behind the guard has for itself.
 fn is_shadowed(of: &LoopBody<'_>, at: ExprId) -> bool {
-    let Some(parent) = of.parent(at) else { return false };
-    let ExprKind::MethodCall { receiver, method, .. } = of.kind(parent) else { return false };
-    let index = of.program.index;
-    let is_for_all = |target: &FunctionId| match index.function(*target).owner {
-        Owner::Impl(id) => !matches!(index.impl_def(id).self_ty, Ty::Adt(..)),
-        _ => false,
-    };
-    let is_blanket = match of.typed.callees.get(&parent) {
-        Some(Callee::Resolved(callee)) => callee.law.is_none() && callee.targets.iter().any(is_for_all),
-        _ => false,
-    };
-    *receiver == at && (is_blanket || is_for_references(method))
+    matches!(of.parent(at).map(|parent| of.kind(parent)), Some(ExprKind::MethodCall { receiver, method, .. })
+        if *receiver == at && is_for_references(method))
 }
 
 /// Methods of the standard library that a mutable reference has as well, and then for itself.
