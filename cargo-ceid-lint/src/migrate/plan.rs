@@ -7,7 +7,7 @@ use super::body::LoopBody;
 use super::effects::Effects;
 use super::exits::{Exits, exits};
 use super::head::UNKNOWN_RATE;
-use super::holding::guarded;
+use super::holding::{guarded, is_vec};
 use super::law::delegation;
 use super::loops::Loops;
 use super::mentions::{Guarded, Mention, mentions};
@@ -137,15 +137,6 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
     let behind = head::behind(&of, &guarded, &exits);
     let rewriter = Rewriter { loops, of: &of, exits, guarded: &guarded, behind };
     rewriter.rewrite(cycle, changes)
-}
-
-/// Whether filters lie in a `Vec`, which ceid-core knows only with its feature.
-fn is_vec(ty: &Ty) -> bool {
-    match ty {
-        Ty::Ref(_, inner) => is_vec(inner),
-        Ty::External(path, _) => path == "std::vec::Vec",
-        _ => false,
-    }
 }
 
 /// Why the loop as a whole cannot be rewritten.
