@@ -86,7 +86,9 @@ pub(super) fn run(args: &CheckArgs, options: &Options, printed: Format, console:
         let path = |finding: &crate::diagnostic::Diagnostic| &report.sources.file(finding.primary.span.file).path;
         fix::offered(report, args.fixes.unsafe_fixes, |finding| project.is_wanted(path(finding)))
     };
-    let revision = fix::revise(&before.report, offer, |path| bounds.file(path), |source| check(&whole, source).report);
+    let mut revision =
+        fix::revise(&before.report, offer, |path| bounds.file(path), |source| check(&whole, source).report);
+    fix::keep_form(&mut revision.changes, |path, text| project.formatted(path, text));
     let names = &before.report.sources;
     if args.fixes.diff {
         return Ok(Fixed::Ended(show_diff(&revision, names, printed, console)));

@@ -159,9 +159,9 @@ pub fn is_cycle_function(index: &Index, id: FunctionId) -> bool {
     is_law(index, id)
 }
 
-/// Whether a function is the law of a filter.
+/// Whether a function is the law of a filter: one that it is declared with, or the one by which guards run that.
 pub(super) fn is_law(index: &Index, id: FunctionId) -> bool {
-    law_of(index, id).is_some()
+    law_of(index, id).is_some() || index.is_run_by_guards(id)
 }
 
 /// What is known of the filter whose law a function is.

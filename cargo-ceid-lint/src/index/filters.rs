@@ -1,6 +1,8 @@
 //! Which types are filters, and what their update law is.
 
-use super::{Def, Index, MethodOwner, TraitId, TraitName, Ty, TypeId, is_sampled_filter_path};
+use super::{
+    Def, FunctionId, Index, MethodOwner, Owner, TraitId, TraitName, Ty, TypeDef, TypeId, is_sampled_filter_path,
+};
 use crate::config::{FilterEntry, FilterKind, InstancePlace, Multiplicity, OnErr, Receiver, TimeBase, Word};
 
 /// A filter type, or a trait whose types are filters, with its law.
@@ -122,7 +124,7 @@ impl Index {
         self.states = self.find_states();
         let mut fields: Vec<(TypeId, Vec<Ty>)> = Vec::new();
         for (number, def) in (0u32..).zip(&self.types) {
-            let scope = self.scope(def.module, super::Owner::Module, Some(&def.generics));
+            let scope = self.scope(def.module, Owner::Module, Some(&def.generics));
             let of = |fields: &crate::syntax::tree::Fields| -> Vec<Ty> {
                 fields.fields.iter().map(|field| self.lower(&field.ty, &scope)).collect()
             };
@@ -330,15 +332,38 @@ impl Index {
         self.specs.iter().any(|spec| spec.is_sampled && matches!(&spec.subject, Subject::Trait(of) if of == name))
     }
 
-    /// How many filter types the analysed code has.
+    /// Whether a function is a law that guards run.
+    #[must_use]
+    pub fn is_run_by_guards(&self, function: FunctionId) -> bool {
+        let def = self.function(function);
+        let Owner::Impl(id) = def.owner else { return false };
+        def.name == "update" && self.impl_def(id).implements.as_ref().is_some_and(|name| self.is_of_core(name))
+    }
+
+    /// Whether a trait is ceid-core's `SampledFilter`.
+    #[must_use]
+    pub fn is_of_core(&self, name: &TraitName) -> bool {
+        match name {
+            TraitName::External(path) => is_sampled_filter_path(path),
+            TraitName::Local(id) => {
+                let def = self.trait_def(*id);
+                def.name == "SampledFilter" && self.crate_of(def.module).package_name == "ceid_core"
+            }
+        }
+    }
+
+    /// The filter types of the analysed code.
+    pub fn filter_types(&self) -> impl Iterator<Item = &TypeDef> {
+        let is_filter = |(number, def): &(u32, &TypeDef)| {
+            let args = vec![Ty::Unknown; def.generics.params.len()];
+            self.filter_spec(&Ty::Adt(TypeId(*number), args)).is_some()
+        };
+        (0u32..).zip(&self.types).filter(is_filter).map(|(_, def)| def)
+    }
+
+    /// How many of them there are.
     #[must_use]
     pub fn filter_type_count(&self) -> usize {
-        (0u32..)
-            .zip(&self.types)
-            .filter(|(number, def)| {
-                let args = vec![Ty::Unknown; def.generics.params.len()];
-                self.filter_spec(&Ty::Adt(TypeId(*number), args)).is_some()
-            })
-            .count()
+        self.filter_types().count()
     }
 }

@@ -366,9 +366,10 @@ fn free(name: &str, taken: &[String]) -> String {
     found
 }
 
-/// The name, if it means nothing in the function.
+/// The name, or with a number the first one that means nothing in the function.
 pub(super) fn variable(of: &LoopBody<'_>, name: &str) -> Option<String> {
     let body = of.program.sources.snippet(of.span(of.body.root));
-    let is_taken = has_word(body, name) || of.typed.locals.iter().any(|local| local.name == name);
-    (!is_taken).then(|| name.to_owned())
+    let is_taken = |name: &str| has_word(body, name) || of.typed.locals.iter().any(|local| local.name == name);
+    let numbered = (2..10).map(|number| format!("{name}_{number}"));
+    std::iter::once(name.to_owned()).chain(numbered).find(|name| !is_taken(name))
 }

@@ -3,7 +3,7 @@
 
 use super::body::LoopBody;
 use super::iteration::zipped;
-use super::mentions::{Guarded, is_format_operand, is_hidden};
+use super::mentions::{Guarded, is_for_references, is_format_operand, is_hidden};
 use super::sites::Part;
 use crate::index::Ty;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind, PatId, PatKind};
@@ -101,7 +101,7 @@ fn is_looked_into(of: &LoopBody<'_>, own: &Guarded, element: ExprId) -> bool {
     match of.kind(parent) {
         ExprKind::Field { .. } => true,
         ExprKind::MethodCall { receiver, method, .. } if *receiver == element => {
-            !is_hidden(of, parent, element) && !is_for_references(method)
+            !is_hidden(of, parent, element) && !is_for_any_reference(method)
         }
         ExprKind::Macro(_) => is_format_operand(of, element),
         _ => false,
@@ -178,22 +178,7 @@ fn is_only_looked_into(of: &LoopBody<'_>, own: &Guarded, local: LocalId) -> bool
     of.names(local).all(|id| is_looked_into(of, own, id)) && !of.inside.iter().any(is_unread)
 }
 
-/// Methods of the standard library that a reference has as well, and then for itself.
-fn is_for_references(method: &str) -> bool {
-    matches!(
-        method,
-        "clone"
-            | "to_owned"
-            | "into"
-            | "try_into"
-            | "borrow"
-            | "borrow_mut"
-            | "as_ref"
-            | "as_mut"
-            | "eq"
-            | "ne"
-            | "cmp"
-            | "partial_cmp"
-            | "hash"
-    )
+/// Methods of the standard library that any reference has as well, and then for itself.
+fn is_for_any_reference(method: &str) -> bool {
+    is_for_references(method) || matches!(method, "clone" | "to_owned" | "as_ref" | "as_mut" | "hash")
 }

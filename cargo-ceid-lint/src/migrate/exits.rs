@@ -21,7 +21,7 @@ pub(super) fn exits(of: &LoopBody<'_>) -> Exits {
             ExprKind::Continue { label } if leaves(of, *id, label.as_ref(), false) => exits.left_at.push(*id),
             ExprKind::Return(_) | ExprKind::Try(_) if !is_in_closure(of, *id) => exits.left_at.push(*id),
             ExprKind::Macro(call) => match call.kind {
-                MacroKind::ReturnsErr(_) | MacroKind::Ensure(_) if !is_in_closure(of, *id) => exits.left_at.push(*id),
+                MacroKind::ReturnsErr(_) | MacroKind::Ensure(..) if !is_in_closure(of, *id) => exits.left_at.push(*id),
                 MacroKind::Join { fallible: true, .. } => exits.left_at.push(*id),
                 _ => {}
             },

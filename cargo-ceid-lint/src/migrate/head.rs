@@ -3,12 +3,14 @@
 use super::Reason;
 use super::body::LoopBody;
 use super::elements::statements;
+use super::exits::Exits;
 use super::law::ceid_core_name;
-use super::mentions::Guarded;
+use super::mentions::{Guarded, is_about};
+use super::observed::is_observed;
 use super::text::{Style, above, begins_line, has_word, indentation, line_stop};
 use crate::index::Def;
 use crate::source::Span;
-use crate::syntax::tree::{Body, ExprId, ExprKind, Literal};
+use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, Stmt};
 
 /// The rate that stands in the rewritten code where the loop does not tell its own.
 pub(super) const UNKNOWN_RATE: u64 = 1000;
@@ -17,7 +19,11 @@ pub(super) const UNKNOWN_RATE: u64 = 1000;
 const CLOCKS: [&str; 4] = ["clock", "cycle_clock", "guard_clock", "ceid_clock"];
 
 /// The edits that write the two lines.
-pub(super) fn lines(of: &LoopBody<'_>, guarded: &[Guarded]) -> Result<Vec<(Span, String)>, Reason> {
+pub(super) fn lines(
+    of: &LoopBody<'_>,
+    guarded: &[Guarded],
+    behind: Option<Span>,
+) -> Result<Vec<(Span, String)>, Reason> {
     let refuse = |text: &str| Reason { span: of.span(of.whole), text: text.to_owned() };
     let text = of.text;
     let open = of.span(of.block).start as usize + 1;
@@ -59,12 +65,12 @@ pub(super) fn lines(of: &LoopBody<'_>, guarded: &[Guarded]) -> Result<Vec<(Span,
     };
     let list: Vec<String> = guarded.iter().map(entry).collect();
     let guard = format!("{core}::ceid!({clock}.begin_cycle() => {});", list.join(", "));
-    let guard_edit = if let Some(lock) = guarded.iter().find_map(|own| own.locked) {
-        let after = lock.end as usize;
+    let guard_edit = if let Some(before) = behind {
+        let after = before.end as usize;
         let stop = line_stop(text, after);
         let rest = text[after..stop].trim();
         if text[..stop].ends_with('\n') && (rest.is_empty() || rest.starts_with("//")) {
-            (insertion(of, stop), format!("{}{guard}{end}", indentation(text, lock.start as usize)))
+            (insertion(of, stop), format!("{}{guard}{end}", indentation(text, before.start as usize)))
         } else {
             (insertion(of, after), format!(" {guard}"))
         }
@@ -83,6 +89,27 @@ pub(super) fn lines(of: &LoopBody<'_>, guarded: &[Guarded]) -> Result<Vec<(Span,
         return Ok(vec![(guard_edit.0, head)]);
     }
     Ok(vec![clock_edit, guard_edit])
+}
+
+/// The statement behind which the guard stands: the one that locks its filter, or the last of the first ones by which the loop is
+/// left before anything is done with a filter.
+pub(super) fn behind(of: &LoopBody<'_>, guarded: &[Guarded], exits: &Exits) -> Option<Span> {
+    if let Some(lock) = guarded.iter().find_map(|own| own.locked) {
+        return Some(lock);
+    }
+    let is_lent_above = |own: &Guarded| own.adaptation.is_some() || own.place.element.is_some();
+    if of.is_function || guarded.iter().any(is_lent_above) || !guarded.iter().any(|own| is_observed(of, own)) {
+        return None;
+    }
+    let ExprKind::Block(block) = of.kind(of.block) else { return None };
+    let is_theirs = |id: &ExprId| {
+        matches!(of.kind(*id), ExprKind::Opaque(_) | ExprKind::Unknown { .. })
+            || guarded.iter().any(|own| is_about(of, &own.place, *id))
+    };
+    let holds = |stmt: &Stmt, id: &ExprId| stmt.span.contains(of.span(*id));
+    let is_apart = |stmt: &&Stmt| stmt.cfg.is_none() && !of.inside.iter().filter(|id| holds(stmt, id)).any(is_theirs);
+    let leaves = |stmt: &&Stmt| exits.left_at.iter().any(|exit| holds(stmt, exit));
+    block.stmts.iter().take_while(is_apart).filter(leaves).last().map(|stmt| stmt.span)
 }
 
 /// Where the statement begins that the loop is or lies in.

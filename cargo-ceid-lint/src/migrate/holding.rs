@@ -236,3 +236,12 @@ fn free_name(of: &LoopBody<'_>, place: &Place, taken: &BTreeSet<String>) -> Opti
         .map(|name| name.replace("self_", "own_"))
         .find(|name| is_free(name))
 }
+
+/// Whether filters lie in a `Vec`, which ceid-core knows only with its feature.
+pub(super) fn is_vec(ty: &Ty) -> bool {
+    match ty {
+        Ty::Ref(_, inner) => is_vec(inner),
+        Ty::External(path, _) => path == "std::vec::Vec",
+        _ => false,
+    }
+}

@@ -1,12 +1,14 @@
-//! Imports of a filter's trait that were there for calls of its law, in files whose loops have a guard.
+//! Imports of filters and their traits that were there for calls of a law, in files whose loops have a guard.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use super::text::{begins_line, has_word, line_stop, removal, without_comments, words};
+use super::text::{
+    Style, begins_line, has_word, indentation, line_stop, removal, with_attributes, without_comments, words,
+};
 use crate::count::{Cycle, Verdict};
 use crate::flow::Program;
-use crate::index::{FunctionId, Owner, TraitDef};
+use crate::index::{FunctionId, ModuleId, Owner};
 use crate::source::{FileId, Span};
 use crate::syntax::Outline;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
@@ -18,14 +20,18 @@ pub fn idle_imports(program: &Program<'_>, cycles: &[Cycle]) -> Vec<Vec<(Span, S
     let has_guard = |cycle: &&Cycle| cycle.filters.iter().any(|pair| pair.verdict == Verdict::Guarded);
     let files: BTreeSet<FileId> = cycles.iter().filter(has_guard).map(|cycle| cycle.head.file).collect();
     let files: BTreeSet<FileId> = files.into_iter().filter(|file| has_ceid(program, *file)).collect();
-    let traits = || program.index.traits.iter().filter(|def| !def.methods.is_empty());
+    let index = program.index;
+    let traits = index.traits.iter().filter(|def| !def.methods.is_empty());
+    let traits = traits.map(|def| (&def.name, def.module, def.methods.keys().collect::<Vec<_>>()));
+    let filters = index.filter_types().map(|def| (&def.name, def.module, Vec::new()));
+    let named: Vec<_> = traits.chain(filters).collect();
     let mut found = Vec::new();
     for file in files {
         let text = &*program.sources.file(file).text;
         let outline = Outline::of(text);
-        for def in traits() {
-            let scope = Scope { program, file, text, outline: &outline, def };
-            found.extend(words(text, &def.name).filter_map(|at| scope.import(at)));
+        for (name, module, methods) in &named {
+            let scope = Scope { program, file, text, outline: &outline, name, module: *module, methods };
+            found.extend(words(text, name).filter_map(|at| scope.import(at)));
         }
     }
     found
@@ -42,43 +48,73 @@ fn to_u32(at: usize) -> u32 {
     u32::try_from(at).unwrap_or(u32::MAX)
 }
 
-/// A file that may import a trait.
+/// A file that may import a trait or type.
 struct Scope<'a> {
     program: &'a Program<'a>,
     file: FileId,
     text: &'a str,
     outline: &'a Outline,
-    def: &'a TraitDef,
+    name: &'a str,
+    module: ModuleId,
+    /// The methods that can be called because of the import.
+    methods: &'a [&'a String],
 }
 
 impl Scope<'_> {
     /// What removes the import whose name stands at a byte, if nothing in the block or module around it needs it.
     fn import(&self, at: usize) -> Option<Vec<(Span, String)>> {
-        let Self { program, file, text, def, .. } = *self;
-        let import = Import::of(text, at, &def.name)?;
+        let Self { program, file, text, name, .. } = *self;
+        let import = Import::of(text, at, name)?;
         // A trait of ceid-core may have the same name.
         if text[import.stmt.clone()].contains("ceid_core")
-            || program.index.crate_of(def.module).package_name == "ceid_core"
+            || program.index.crate_of(self.module).package_name == "ceid_core"
         {
             return None;
         }
         let around = self.outline.around(import.stmt.start).next();
         let scope = around.map_or(0..text.len(), |around| around.brackets.clone());
-        let is_outside = |at: &usize| scope.contains(at) && !import.stmt.contains(at);
-        let bound = import.alias.unwrap_or(&def.name);
-        if bound != "_" && words(text, bound).any(|at| is_outside(&at))
-            || def.methods.keys().any(|method| self.is_called(method, &scope))
-            || around.is_none() && is_handed_on(program, file, text)
-        {
+        let bound = import.alias.unwrap_or(name);
+        let is_needed = |code: &str| {
+            let is_outside = |at: usize| scope.contains(&at) && !import.stmt.contains(&at);
+            bound != "_" && words(code, bound).any(is_outside)
+                || self.methods.iter().any(|method| self.is_called(method, code, &scope))
+        };
+        if is_needed(&self.in_sight(&scope, true)) || around.is_none() && is_handed_on(program, file, text) {
             return None;
         }
-        let (range, new) = import.without(text)?;
-        Some(vec![(Span::new(file, to_u32(range.start), to_u32(range.end)), new)])
+        let edits = if is_needed(&self.in_sight(&scope, false)) {
+            import.for_tests(text)?
+        } else {
+            vec![import.without(text)?]
+        };
+        let placed =
+            |(range, new): (Range<usize>, String)| (Span::new(file, to_u32(range.start), to_u32(range.end)), new);
+        Some(edits.into_iter().map(placed).collect())
     }
 
-    /// Whether a method of the trait may be called in a part of the file: each call of that name is known, or is one.
-    fn is_called(&self, method: &str, scope: &Range<usize>) -> bool {
-        let part = &self.text[scope.clone()];
+    /// The text with blanks for the modules in a part of it that do not see what is imported there, and for those of tests where that is asked.
+    fn in_sight(&self, scope: &Range<usize>, without_tests: bool) -> String {
+        let text = self.text;
+        let mut code = text.as_bytes().to_vec();
+        for keyword in words(text, "mod").filter(|at| scope.contains(at)) {
+            let Some(open) = text[keyword..].find(['{', ';']).map(|open| keyword + open) else { continue };
+            let Some(own) = self.outline.around(open + 1).next().filter(|own| own.brackets.start == open) else {
+                continue;
+            };
+            let inner = &text[own.brackets.clone()];
+            let attributes = &text[with_attributes(text, own.head.start)..keyword];
+            let is_test = attributes.replace(' ', "").contains("#[cfg(test)]");
+            let looks_up = has_word(inner, "super") || has_word(inner, "crate");
+            if !looks_up || is_test && without_tests {
+                code[own.brackets.clone()].fill(b' ');
+            }
+        }
+        String::from_utf8(code).unwrap_or_else(|_| text.to_owned())
+    }
+
+    /// Whether a method of the trait may be called in a part of the code: each call of that name is known, or is one.
+    fn is_called(&self, method: &str, code: &str, scope: &Range<usize>) -> bool {
+        let part = &code[scope.clone()];
         let count = |call: String| part.matches(&call).count();
         let written = count(format!(".{method}(")) + count(format!(".{method}::")) + count(format!("::{method}"));
         let index = self.program.index;
@@ -95,6 +131,7 @@ impl Scope<'_> {
                 let span = body.expr(*call).span;
                 span.file == self.file
                     && scope.contains(&(span.start as usize))
+                    && code[span.start as usize..].starts_with(|first: char| first != ' ')
                     && matches!(&body.expr(*call).kind, ExprKind::MethodCall { method: own, .. } if own == method)
             };
             let others = typed.callees.iter().filter(|(call, callee)| {
@@ -134,7 +171,7 @@ impl<'t> Import<'t> {
         let own = start + word;
         let mut before = head[..word].lines().map(str::trim);
         // Attributes and a visibility belong to it; a block begins with a brace.
-        let before = before.rfind(|line| !line.starts_with("//") && !line.is_empty());
+        let before = before.rfind(|line| !line.starts_with("//") && !line.starts_with("#![") && !line.is_empty());
         if before.is_some_and(|line| !line.ends_with('{')) {
             return None;
         }
@@ -170,6 +207,24 @@ impl<'t> Import<'t> {
             })
         });
         Some(Self { stmt: own..stop, alias, entry: first..entry_end, list })
+    }
+
+    /// What to replace, and by what, so that only tests have the name.
+    fn for_tests(&self, text: &str) -> Option<Vec<(Range<usize>, String)>> {
+        let Style { end, .. } = Style::of(text);
+        let start = self.stmt.start;
+        let line = format!("#[cfg(test)]{end}{}", indentation(text, start));
+        let Some(list) = &self.list else { return Some(vec![(start..start, line)]) };
+        let (range, new) = self.without(text)?;
+        if range.contains(&start) {
+            return Some(vec![(start..start, line)]);
+        }
+        let path = text[start..list.start].trim_end();
+        if path.contains('{') {
+            return None;
+        }
+        let own = format!("{end}{}{line}{path}{};", indentation(text, start), text[self.entry.clone()].trim());
+        Some(vec![(range, new), (self.stmt.end..self.stmt.end, own)])
     }
 
     /// What to replace, and by what, so that the `use` is without the name.
@@ -229,6 +284,7 @@ mod tests {
         check("use crate::b::{\n    Kf,\n    Step,\n    Pid,\n};\n", Some("use crate::b::{\n    Kf,\n    Pid,\n};\n"));
         check("use crate::b::{Step};\nfn f() {}\n", Some("fn f() {}\n"));
         check("use crate::b::Step as Other;\n", Some(""));
+        check("#![deny(warnings)]\nuse crate::b::Step;\n", Some("#![deny(warnings)]\n"));
         check(
             "mod a {\n    // c\n    use crate::b::{Kf, Step as _};\n}\n",
             Some("mod a {\n    // c\n    use crate::b::Kf;\n}\n"),
@@ -239,6 +295,24 @@ mod tests {
             "use a::{\n    Kf,   // the filter\n    Step, // its trait\n};\n",
             Some("use a::{\n    Kf,   // the filter\n};\n"),
         );
+    }
+
+    #[track_caller]
+    fn check_for_tests(text: &str, expected: &str) {
+        let at = words(text, "Step").next().expect("it is there");
+        let import = Import::of(text, at, "Step").expect("it is an import");
+        let mut changed = text.to_owned();
+        for (range, new) in import.for_tests(text).expect("it can be for tests").into_iter().rev() {
+            changed.replace_range(range, &new);
+        }
+        assert_eq!(changed, expected);
+    }
+
+    #[test]
+    fn an_import_is_kept_for_tests() {
+        check_for_tests("    use b::Step;\n", "    #[cfg(test)]\n    use b::Step;\n");
+        check_for_tests("use b::{Kf, Step};\n", "use b::Kf;\n#[cfg(test)]\nuse b::Step;\n");
+        check_for_tests("use b::{Step};\n", "#[cfg(test)]\nuse b::{Step};\n");
     }
 
     #[test]

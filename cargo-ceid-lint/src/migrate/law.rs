@@ -4,7 +4,7 @@ use super::closure::WIDTH;
 use super::loops::Loops;
 use super::text::{Style, has_word, indentation};
 use crate::flow::Program;
-use crate::index::{FunctionId, Index, Owner, TraitName, Ty, is_sampled_filter_path};
+use crate::index::{FunctionId, Index, Owner, TraitName, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{Receiver, TypeRef};
 use crate::types::Callee;
@@ -177,25 +177,9 @@ fn extern_name(index: &Index, function: FunctionId) -> Option<&str> {
     found.next().map(|(name, _)| name.as_str())
 }
 
-/// Whether a function is a law that guards run.
-pub(super) fn is_run_by_guards(index: &Index, function: FunctionId) -> bool {
-    let Owner::Impl(id) = index.function(function).owner else { return false };
-    index.impl_def(id).implements.as_ref().is_some_and(|name| is_of_core(index, name))
-}
-
-fn is_of_core(index: &Index, name: &TraitName) -> bool {
-    match name {
-        TraitName::External(path) => is_sampled_filter_path(path),
-        TraitName::Local(id) => {
-            let def = index.trait_def(*id);
-            def.name == "SampledFilter" && index.crate_of(def.module).package_name == "ceid_core"
-        }
-    }
-}
-
 /// The law by which a type is a filter of ceid-core.
 fn existing_law(index: &Index, filter: &Ty) -> Option<FunctionId> {
-    let of_core = |name: &TraitName| is_of_core(index, name);
+    let of_core = |name: &TraitName| index.is_of_core(name);
     index.impls_of(filter).into_iter().find_map(|id| {
         let def = index.impl_def(id);
         def.implements.as_ref().is_some_and(of_core).then(|| def.methods.get("update").copied()).flatten()

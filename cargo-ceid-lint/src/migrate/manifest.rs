@@ -50,6 +50,14 @@ pub fn dependency(text: &str, workspace: Option<&str>, wanted: &Wanted) -> Resul
     }
 }
 
+/// Whether the text is the manifest of `ceid-core` itself.
+#[must_use]
+pub fn is_ceid_core(text: &str) -> bool {
+    let table: Option<Table> = text.parse().ok();
+    let name = |table: &Table| Some(table.get("package")?.get("name")?.as_str()? == NAME);
+    table.as_ref().and_then(name) == Some(true)
+}
+
 fn section<'t>(table: &'t Table, name: &str) -> Option<&'t Table> {
     table.get(name).and_then(Value::as_table)
 }

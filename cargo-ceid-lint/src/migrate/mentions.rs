@@ -8,10 +8,11 @@ use super::adapt::Adaptation;
 use super::body::LoopBody;
 use super::each;
 use super::sites::{Place, Site, number};
+use super::walk;
 use crate::count::Verdict;
 use crate::index::{FunctionId, Index, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{BlockKind, ExprId, ExprKind, MacroKind, Receiver, TypeRef};
+use crate::syntax::tree::{BlockKind, ExprId, ExprKind, Literal, MacroKind, Receiver, TypeRef};
 use crate::types::Callee;
 
 /// A place that a guard is to hold.
@@ -47,6 +48,10 @@ impl Guarded {
         self.locked.is_some() || matches!(self.ty, Ty::Ref(..))
     }
 
+    fn is_box(&self) -> bool {
+        matches!(&self.ty, Ty::External(path, _) if path == "std::boxed::Box")
+    }
+
     /// Whether a guard can hold it as it is, or its elements.
     pub(super) fn is_held(&self) -> bool {
         held(&self.ty) == Some(&self.filter) || self.locked.is_some()
@@ -78,9 +83,7 @@ pub(super) fn mentions(of: &LoopBody<'_>, guarded: &[Guarded], at: usize) -> Res
     let mut found = Vec::new();
     for id in of.names(own.place.local).filter(|id| !is_gone(*id)) {
         let chain = chain(of, id);
-        let fields: Vec<&str> = chain.iter().skip(1).map(|(_, name)| *name).collect();
-        let is_it = |(own, field): (&String, &&str)| own == field;
-        if !own.place.fields.iter().zip(&fields).all(is_it) {
+        if !is_about(of, place, id) {
             continue;
         }
         let Some((at, _)) = chain.get(own.place.fields.len()) else {
@@ -128,6 +131,13 @@ fn element(of: &LoopBody<'_>, array: ExprId) -> Option<(ExprId, u64)> {
     }
 }
 
+/// Whether an expression names the variable of a place, and not another field of it.
+pub(super) fn is_about(of: &LoopBody<'_>, place: &Place, id: ExprId) -> bool {
+    let chain = chain(of, id);
+    let is_it = |(own, (_, field)): (&String, &(ExprId, &str))| own == field;
+    of.typed.expr_local.get(&id) == Some(&place.local) && place.fields.iter().zip(chain.iter().skip(1)).all(is_it)
+}
+
 /// The expressions from a variable through its fields, as far as they are written: `self`, `self.axes`, `self.axes.roll`.
 fn chain<'a>(of: &LoopBody<'a>, id: ExprId) -> Vec<(ExprId, &'a str)> {
     let mut chain = vec![(id, "")];
@@ -152,9 +162,23 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
     let Some(prefix) = prefix(of, own, at) else {
         return refuse(format!("`{spelled}` is used here as a whole, and a guard holds it"));
     };
-    let name = format!("{prefix}{}", own.name);
+    if is_captured(of, at) && !(prefix.is_empty() && of.typed.local(own.place.local).name == own.name) {
+        return refuse(format!("`{spelled}` is named in a format string: write it behind the string as an argument"));
+    }
+    let is_pointer = own.is_reference() || own.is_box();
+    let name = match is_shadowed(of, at) {
+        true if own.adaptation.is_none() && own.is_reference() => own.name.clone(),
+        true if own.adaptation.is_none() => format!("(*{})", own.name),
+        true if is_pointer => {
+            return refuse(format!(
+                "what is called here on `{spelled}` is called on a pointer, which the guard does not have"
+            ));
+        }
+        true => format!("(**{})", own.name),
+        false => format!("{prefix}{}", own.name),
+    };
     let written = of.written(at);
-    if written == name || is_in_format_string(of, at) && own.place.fields.is_empty() {
+    if written == name || is_captured(of, at) {
         return Ok(None);
     }
     let parent = of.parent(at).filter(|_| prefix == "*" && own.adaptation.is_none());
@@ -187,17 +211,25 @@ fn is_borrowed_for_parameter(of: &LoopBody<'_>, id: ExprId) -> bool {
 }
 
 /// Whether a name stands in the text of a format string: `{kf:?}`.
-fn is_in_format_string(of: &LoopBody<'_>, at: ExprId) -> bool {
-    let start = of.span(at).start as usize;
-    is_format_operand(of, at) && (of.text[..start].ends_with('{') || of.written(at).starts_with('"'))
+fn is_captured(of: &LoopBody<'_>, at: ExprId) -> bool {
+    let is_around = |text: &ExprId| {
+        matches!(of.kind(*text), ExprKind::Literal(Literal::Str(_))) && of.span(*text).contains(of.span(at))
+    };
+    let beside = of.parent(at).map(|parent| walk::children(of.body, parent)).unwrap_or_default();
+    matches!(of.kind(at), ExprKind::Path(_)) && beside.iter().any(is_around)
 }
 
 pub(super) fn is_format_operand(of: &LoopBody<'_>, at: ExprId) -> bool {
-    matches!(of.parent(at).map(|parent| of.kind(parent)), Some(ExprKind::Macro(call)) if match call.kind {
+    let Some(ExprKind::Macro(call)) = of.parent(at).map(|parent| of.kind(parent)) else { return false };
+    match &call.kind {
         MacroKind::All(_) => !call.path.ends_with("dbg") && !call.path.ends_with("vec"),
-        MacroKind::Diverges(_) | MacroKind::Logging(_) | MacroKind::DebugOnly(_) => true,
-        _ => false,
-    })
+        MacroKind::Diverges(_) | MacroKind::Logging(_) => true,
+        MacroKind::Assert(_, message)
+        | MacroKind::AssertCompare(.., message)
+        | MacroKind::DebugOnly(_, message)
+        | MacroKind::Ensure(_, message) => message.contains(&at),
+        _ => is_captured(of, at),
+    }
 }
 
 /// What stands before the name where `at` stood, so that the code around it means what it meant; `None` if what is done with
@@ -225,7 +257,7 @@ fn prefix(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> 
     if own.locked.is_some() && !is_looked_into {
         return None;
     }
-    let is_pointer = matches!(&own.ty, Ty::External(path, _) if path == "std::boxed::Box");
+    let is_pointer = own.is_box();
     if own.is_reference() || is_pointer {
         return match of.kind(parent) {
             ExprKind::Reference { mutable: true, .. } if !is_pointer => None,
@@ -249,7 +281,7 @@ fn prefix(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> 
                     let receiver = &index.function(*target).function.receiver;
                     matches!(receiver, Some(Receiver::Shared | Receiver::Exclusive)) || is_copy
                 }),
-                _ => is_by_reference(method) || is_filter(&own.ty),
+                _ => is_by_reference(method) || is_filter(&own.ty) && (is_copy || !is_by_value(method)),
             };
             is_fine.then_some("")
         }
@@ -259,11 +291,35 @@ fn prefix(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> 
         ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } if *place == at => Some(through),
         ExprKind::Match { .. } | ExprKind::Let { .. } | ExprKind::Binary { .. } => Some(through),
         ExprKind::Macro(_) if is_format_operand(of, at) => Some(""),
+        // What is compared is borrowed.
+        ExprKind::Macro(call) if matches!(call.kind, MacroKind::AssertCompare(..) | MacroKind::DebugOnly(..)) => {
+            Some(through)
+        }
         ExprKind::Call { .. } | ExprKind::MethodCall { .. } | ExprKind::Block(_) | ExprKind::Assign { .. } => {
             by_value()
         }
         _ => None,
     }
+}
+
+/// Whether a method is called here that the reference behind the guard has for itself.
+fn is_shadowed(of: &LoopBody<'_>, at: ExprId) -> bool {
+    matches!(of.parent(at).map(|parent| of.kind(parent)), Some(ExprKind::MethodCall { receiver, method, .. })
+        if *receiver == at && is_for_references(method))
+}
+
+/// Methods of the standard library that a mutable reference has as well, and then for itself.
+pub(super) fn is_for_references(method: &str) -> bool {
+    is_by_value(method)
+        || matches!(
+            method,
+            "eq" | "ne" | "cmp" | "partial_cmp" | "lt" | "le" | "gt" | "ge" | "borrow" | "borrow_mut" | "type_id"
+        )
+}
+
+/// Those of them that take the value.
+fn is_by_value(method: &str) -> bool {
+    matches!(method, "into" | "try_into" | "max" | "min" | "clamp")
 }
 
 /// Whether a method of the filter has the name of one that feeds it behind a guard.

@@ -38,7 +38,7 @@ use crate::index::{FunctionId, TypeId};
 use crate::source::Span;
 
 pub use imports::idle_imports;
-pub use manifest::{Wanted, dependency};
+pub use manifest::{Wanted, dependency, is_ceid_core};
 pub use plan::plans;
 
 /// What can be done about one loop.

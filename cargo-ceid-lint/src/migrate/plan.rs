@@ -7,7 +7,7 @@ use super::body::LoopBody;
 use super::effects::Effects;
 use super::exits::{Exits, exits};
 use super::head::UNKNOWN_RATE;
-use super::holding::guarded;
+use super::holding::{guarded, is_vec};
 use super::law::delegation;
 use super::loops::Loops;
 use super::mentions::{Guarded, Mention, mentions};
@@ -31,7 +31,7 @@ pub fn plans(program: &Program<'_>, cycles: &[Cycle], edition: impl Fn(&Cycle) -
 
 fn plan(loops: &Loops<'_>, cycle: &Cycle, edition: &str) -> Option<Plan> {
     // A law for guards that hands on to the law that was there is where a migration ends.
-    let hands_on = loops.at(cycle.head).is_some_and(|(law, ..)| law::is_run_by_guards(loops.program.index, law));
+    let hands_on = loops.at(cycle.head).is_some_and(|(law, ..)| loops.program.index.is_run_by_guards(law));
     let is_own = |pair: &Pair| hands_on && pair.name == "self";
     let of = LoopBody::find(loops, cycle.head);
     let is_sampled_here = |pair: &Pair| pair.verdict == Verdict::PerSample && is_in_its_loop(of.as_ref(), pair);
@@ -133,17 +133,10 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
         return Err(reasons);
     }
     let guarded = guarded(loops, &of, found)?;
-    let rewriter = Rewriter { loops, of: &of, exits: exits(&of), guarded: &guarded };
+    let exits = exits(&of);
+    let behind = head::behind(&of, &guarded, &exits);
+    let rewriter = Rewriter { loops, of: &of, exits, guarded: &guarded, behind };
     rewriter.rewrite(cycle, changes)
-}
-
-/// Whether filters lie in a `Vec`, which ceid-core knows only with its feature.
-fn is_vec(ty: &Ty) -> bool {
-    match ty {
-        Ty::Ref(_, inner) => is_vec(inner),
-        Ty::External(path, _) => path == "std::vec::Vec",
-        _ => false,
-    }
 }
 
 /// Why the loop as a whole cannot be rewritten.
@@ -214,6 +207,8 @@ struct Rewriter<'a> {
     of: &'a LoopBody<'a>,
     exits: Exits,
     guarded: &'a [Guarded],
+    /// The statement behind which the guard stands, if that is not the head of the loop.
+    behind: Option<Span>,
 }
 
 impl Rewriter<'_> {
@@ -270,7 +265,7 @@ impl Rewriter<'_> {
             }
         }
         edits.extend(self.removals());
-        match head::lines(of, self.guarded) {
+        match head::lines(of, self.guarded, self.behind) {
             Ok(head) => edits.extend(head),
             Err(reason) => reasons.push(reason),
         }
@@ -457,7 +452,7 @@ impl Rewriter<'_> {
             halves.iter().all(has_run) || is_fed && is_before()
         };
         // What is left above the guard is left without it.
-        let is_above = |exit: &ExprId| own.locked.is_some_and(|lock| of.span(*exit).end <= lock.end);
+        let is_above = |exit: &ExprId| self.behind.is_some_and(|before| of.span(*exit).end <= before.end);
         let opaque = self.exits.unread.iter().filter(|id| {
             let text = of.written(**id);
             text.contains('?') || ["return", "break", "continue"].iter().any(|word| has_word(text, word))

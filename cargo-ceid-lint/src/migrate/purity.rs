@@ -9,7 +9,7 @@ use crate::types::{Callee, Resolved, TypedBody};
 
 /// What a law does beside advancing its filter, as far as it is known; a function whose code is not read does nothing else.
 pub(super) fn side_effect(program: &Program<'_>, law: FunctionId) -> Option<String> {
-    let mut seen = BTreeSet::new();
+    let (mut seen, mut dropped) = (BTreeSet::new(), BTreeSet::new());
     let mut open = vec![law];
     while let Some(id) = open.pop() {
         if !seen.insert(id) {
@@ -39,6 +39,8 @@ pub(super) fn side_effect(program: &Program<'_>, law: FunctionId) -> Option<Stri
                 _ => {}
             }
         }
+        // What a law has by value, it may drop.
+        open.extend(typed.expr_ty.iter().flat_map(|ty| destructors(program.index, ty, &mut dropped)));
         for expr in &body.exprs {
             match &expr.kind {
                 ExprKind::Macro(call) if is_output(&call.path, &call.kind) => {
@@ -49,9 +51,13 @@ pub(super) fn side_effect(program: &Program<'_>, law: FunctionId) -> Option<Stri
                 _ => {}
             }
         }
-        let is_static = |def: &&Def| matches!(def, Def::Value(id) if program.index.value(*id).item.is_static);
-        if let Some(Def::Value(id)) = typed.expr_def.values().find(is_static) {
-            return Some(format!("uses the static `{}`", program.index.value(*id).name));
+        let value = |id: u32| match typed.expr_def.get(&ExprId(id)) {
+            Some(Def::Value(id)) => Some(program.index.value(*id)),
+            _ => None,
+        };
+        let mut values = (0u32..).take(body.exprs.len()).filter_map(value);
+        if let Some(own) = values.find(|value| value.item.is_static) {
+            return Some(format!("uses the static `{}`", own.name));
         }
     }
     None
@@ -80,10 +86,34 @@ fn shared_outside(index: &Index, ty: &Ty) -> Option<String> {
     matches!(ty.peel(), Ty::External(..)).then(|| shared_part(index, ty)).flatten()
 }
 
-/// Whether a method runs that no type of the analysed code has: that of a parameter or an object.
+/// Whether a function runs that the analysed code only declares: a foreign one, or a method of a parameter or an object.
 fn is_unseen(program: &Program<'_>, body: &Body, typed: &TypedBody, call: ExprId, resolved: &Resolved) -> bool {
     let has_code = |target: &FunctionId| program.index.function(*target).function.body.is_some();
-    resolved.law.is_none() && !resolved.targets.iter().any(has_code) && is_of_a_value(body, typed, call)
+    let is_foreign = |target: &FunctionId| program.index.function(*target).owner == Owner::Module;
+    resolved.law.is_none()
+        && !resolved.targets.iter().any(has_code)
+        && (resolved.targets.iter().any(is_foreign) || is_of_a_value(body, typed, call))
+}
+
+/// What runs where values of a type are dropped.
+fn destructors(index: &Index, ty: &Ty, seen: &mut BTreeSet<TypeId>) -> Vec<FunctionId> {
+    let mut of_parts = |parts: &[Ty]| parts.iter().flat_map(|part| destructors(index, part, seen)).collect::<Vec<_>>();
+    match ty {
+        Ty::Tuple(parts) | Ty::External(_, parts) => of_parts(parts),
+        Ty::Array(inner, _) => of_parts(std::slice::from_ref(inner)),
+        Ty::Adt(id, args) => {
+            let mut found = of_parts(args);
+            if seen.insert(*id) {
+                let drop = TraitName::External("std::ops::Drop".to_owned());
+                let impls = index.impls_of(ty).into_iter().map(|id| index.impl_def(id));
+                let own = impls.filter(|def| def.implements.as_ref() == Some(&drop));
+                found.extend(own.filter_map(|def| def.methods.get("drop").copied()));
+                found.extend(fields(index, ty).iter().flat_map(|field| destructors(index, field, seen)));
+            }
+            found
+        }
+        _ => Vec::new(),
+    }
 }
 
 /// Whether a call runs what a value has brought with it: a field or variable that is called, a method of an unknown type.
@@ -207,7 +237,7 @@ pub(super) fn may_panic(program: &Program<'_>, law: FunctionId) -> bool {
 pub(super) fn panics(kind: &ExprKind) -> bool {
     match kind {
         ExprKind::Macro(call) => {
-            matches!(call.kind, MacroKind::Assert(_) | MacroKind::AssertCompare(..) | MacroKind::Diverges(_))
+            matches!(call.kind, MacroKind::Assert(..) | MacroKind::AssertCompare(..) | MacroKind::Diverges(_))
         }
         ExprKind::MethodCall { method, args, .. } => {
             matches!((method.as_str(), args.len()), ("unwrap", 0) | ("expect", 1))

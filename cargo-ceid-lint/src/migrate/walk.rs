@@ -47,12 +47,12 @@ fn operands(kind: &MacroKind) -> Vec<ExprId> {
     match kind {
         MacroKind::All(values)
         | MacroKind::Diverges(values)
-        | MacroKind::DebugOnly(values)
         | MacroKind::Logging(values)
         | MacroKind::ReturnsErr(values)
         | MacroKind::Join { operands: values, .. } => values.clone(),
-        MacroKind::Assert(value) | MacroKind::Ensure(value) => vec![*value],
-        MacroKind::AssertCompare(left, right) => vec![*left, *right],
+        MacroKind::DebugOnly(values, message) => [&values[..], message].concat(),
+        MacroKind::Assert(value, message) | MacroKind::Ensure(value, message) => [&[*value][..], message].concat(),
+        MacroKind::AssertCompare(left, right, message) => [&[*left, *right][..], message].concat(),
         MacroKind::DebugBuild => Vec::new(),
         MacroKind::Select(arms) => {
             arms.iter().flat_map(|arm| arm.future.into_iter().chain(arm.condition).chain([arm.body])).collect()

@@ -7,6 +7,7 @@ mod cfg;
 mod changes;
 mod error;
 mod features;
+mod form;
 mod load;
 mod loose;
 mod manifest;

@@ -1,6 +1,7 @@
 //! Tokens as text, and the names among them. Never keeps a token.
 
 use std::collections::HashSet;
+use std::ops::Range;
 
 use proc_macro2::{Delimiter, Spacing, TokenStream, TokenTree};
 
@@ -80,35 +81,47 @@ impl Mentions {
         }
     }
 
-    /// The names in `{name}`, `{name:?}`, `{:width$}` of a string.
     fn literal(&mut self, text: &str) {
-        let is_string = text.starts_with('"') || text.starts_with("r\"") || text.starts_with("r#");
-        if !is_string || !text.contains('{') {
-            return;
-        }
-        let mut rest = text;
-        while let Some(open) = rest.find('{') {
-            rest = &rest[open + 1..];
-            if let Some(escaped) = rest.strip_prefix('{') {
-                rest = escaped;
-                continue;
-            }
-            let Some(close) = rest.find('}') else { return };
-            let (argument, format) = rest[..close].split_once(':').unwrap_or((&rest[..close], ""));
-            let widths = format.split('$').rev().skip(1).map(|part| {
-                let start = part.rfind(|c: char| !c.is_alphanumeric() && c != '_').map_or(0, |at| at + 1);
-                part.get(start..).unwrap_or("")
-            });
-            for name in std::iter::once(argument.trim()).chain(widths) {
-                if name.starts_with(|c: char| c.is_alphabetic() || c == '_')
-                    && name.chars().all(|c| c.is_alphanumeric() || c == '_')
-                {
-                    self.name(name);
-                }
-            }
-            rest = &rest[close + 1..];
+        for name in captures(text) {
+            self.name(&text[name]);
         }
     }
+}
+
+/// Where the names stand in `{name}`, `{name:?}`, `{:width$}` of a string, as it is written.
+pub(super) fn captures(literal: &str) -> Vec<Range<usize>> {
+    let mut found = Vec::new();
+    let is_raw = literal.starts_with("r\"") || literal.starts_with("r#");
+    if !is_raw && !literal.starts_with('"') {
+        return found;
+    }
+    let is_of_word = |c: char| c.is_alphanumeric() || c == '_';
+    let mut at = 0;
+    while let Some(open) = literal[at..].find('{').map(|open| at + open) {
+        at = open + 1;
+        if literal[at..].starts_with('{') {
+            at += 1;
+            continue;
+        }
+        let Some(close) = literal[at..].find('}').map(|close| at + close) else { break };
+        // `\u{41}` is a character.
+        if is_raw || !literal[..open].ends_with("\\u") {
+            let colon = literal[at..close].find(':').map_or(close, |colon| at + colon);
+            let argument = literal[at..colon].trim();
+            let start = at + (literal[at..colon].len() - literal[at..colon].trim_start().len());
+            let widths = literal[colon..close].match_indices('$').map(|(dollar, _)| {
+                let end = colon + dollar;
+                literal[..end].trim_end_matches(is_of_word).len()..end
+            });
+            let is_name = |name: &Range<usize>| {
+                let name = &literal[name.clone()];
+                name.starts_with(|c: char| c.is_alphabetic() || c == '_') && name.chars().all(is_of_word)
+            };
+            found.extend(std::iter::once(start..start + argument.len()).chain(widths).filter(is_name));
+        }
+        at = close + 1;
+    }
+    found
 }
 
 fn is_keyword(word: &str) -> bool {
@@ -176,7 +189,7 @@ mod tests {
 
     #[test]
     fn inline_format_arguments_are_names() {
-        check(r#""{kf} {{no}} {x:?} {:w$.p$} {0}""#, &["kf", "x", "p", "w"]);
+        check(r#""{kf} {{no}} {x:?} {:w$.p$} {0} \u{ab}""#, &["kf", "x", "w", "p"]);
     }
 
     #[test]

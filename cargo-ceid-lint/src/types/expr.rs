@@ -532,19 +532,29 @@ impl Infer<'_> {
                 Ty::Never
             }
             MacroKind::DebugBuild => Ty::Bool,
-            MacroKind::DebugOnly(operands) | MacroKind::Logging(operands) => {
+            MacroKind::DebugOnly(operands, message) => {
+                for operand in operands.iter().chain(message) {
+                    self.expr(*operand, None);
+                }
+                Ty::unit()
+            }
+            MacroKind::Logging(operands) => {
                 for operand in operands {
                     self.expr(*operand, None);
                 }
                 Ty::unit()
             }
-            MacroKind::Assert(condition) | MacroKind::Ensure(condition) => {
+            MacroKind::Assert(condition, message) | MacroKind::Ensure(condition, message) => {
                 self.expr(*condition, Some(&Ty::Bool));
+                for operand in message {
+                    self.expr(*operand, None);
+                }
                 Ty::unit()
             }
-            MacroKind::AssertCompare(left, right) => {
-                self.expr(*left, None);
-                self.expr(*right, None);
+            MacroKind::AssertCompare(left, right, message) => {
+                for operand in [left, right].into_iter().chain(message) {
+                    self.expr(*operand, None);
+                }
                 Ty::unit()
             }
             MacroKind::Join { operands, .. } => {

@@ -78,6 +78,7 @@ fn a_place_that_is_no_loop_is_wrong() {
     let directory = two_loops("migrate_no_loop");
     migrate(&directory, &["src/bin/robot.rs:2"]).assert_code(2).assert_stderr("no control cycle at line 2");
     migrate(&directory, &["src/bin/robot.rs"]).assert_code(2).assert_stderr("is not FILE:LINE");
+    migrate(&directory, &["src/bin/no.rs:2"]).assert_code(2).assert_stderr("there is no file `src/bin/no.rs`");
     migrate(&directory, &["--all", "src/bin/robot.rs:8"]).assert_code(2).assert_stderr("leave out the places");
 }
 
@@ -131,6 +132,8 @@ fn a_named_loop_that_skips_on_purpose_says_so() {
     let said = migrate(&directory, &["src/bin/robot.rs:7"]);
     said.assert_code(100).assert_stderr("src/bin/robot.rs:7: `main`: not migrated");
     said.assert_stderr("`slow` runs at a slower rate").assert_stderr("`Divider`");
+    // So does the list of what could be done.
+    migrate(&directory, &[]).assert_code(0).assert_stderr("`slow` runs at a slower rate");
     migrate(&directory, &["--all"]).assert_code(0).assert_stderr("nothing to migrate");
     assert_eq!(binary(&directory, "robot"), GATED);
 }
@@ -183,4 +186,111 @@ fn main() {
     let config = b"[[filter]]\nfunction = \"robot::low_pass\"\ninstance = \"arg(0)\"\n";
     crate::support::workspace::write(&directory, "ceid-lint.toml", config);
     migrate(&directory, &["--all"]).assert_code(0).assert_stderr("the law of `state` is a function");
+}
+
+#[test]
+fn a_form_of_rustfmt_is_kept() {
+    let text = "\
+trait SampledFilter {
+    fn update(&mut self);
+}
+
+struct Ramp {
+    height: f64,
+}
+
+impl SampledFilter for Ramp {
+    fn update(&mut self) {
+        self.height += 0.1;
+    }
+}
+
+struct Robot {
+    left_shoulder: Ramp,
+}
+
+impl Robot {
+    fn run(&mut self) -> Vec<f64> {
+        let mut heights = Vec::new();
+        for step in 0..3 {
+            let scale = if step > 1 { 2.0 } else { 1.0 };
+            let sum =
+                0.5 * self.left_shoulder.height - scale * self.left_shoulder.height;
+            heights.push(sum);
+            self.left_shoulder.update();
+        }
+        heights
+    }
+}
+
+fn main() {
+    let left_shoulder = Ramp { height: 0.0 };
+    println!(\"{:?}\", Robot { left_shoulder }.run());
+}
+";
+    // A narrow width is the form of this crate.
+    let of_crate = b"max_width = 84\n";
+    let directory = package("migrate_form", &[("robot".to_owned(), text.to_owned())]);
+    crate::support::workspace::write(&directory, "rustfmt.toml", of_crate);
+    migrate(&directory, &["--all"]).assert_code(0).assert_stderr("migrated 1 of 1 loop");
+    let after = binary(&directory, "robot");
+    let line = "            let sum = 0.5 * left_shoulder.height - scale * left_shoulder.height;\n";
+    assert!(after.contains(line), "{after}");
+    // What had another form keeps that.
+    let other = text.replace("let scale = ", "let scale =  ");
+    let directory = package("migrate_other_form", &[("robot".to_owned(), other)]);
+    crate::support::workspace::write(&directory, "rustfmt.toml", of_crate);
+    migrate(&directory, &["--all"]).assert_code(0).assert_stderr("migrated 1 of 1 loop");
+    let after = binary(&directory, "robot");
+    assert!(after.contains("let scale =  if") && after.contains("let sum =\n"), "{after}");
+}
+
+#[test]
+fn a_second_loop_finds_another_name() {
+    let text = "\
+trait SampledFilter { fn update(&mut self, height: f64); }
+struct Ramp(f64);
+impl SampledFilter for Ramp { fn update(&mut self, height: f64) { self.0 += height; } }
+
+fn main() {
+    let mut ramp = Ramp(0.0);
+    for height in [1.0, 2.0] {
+        ramp.update(height);
+    }
+    for height in [3.0, 4.0] {
+        ramp.update(height);
+    }
+    println!(\"{}\", ramp.0);
+}
+";
+    let directory = package("migrate_second_loop", &[("robot".to_owned(), text.to_owned())]);
+    migrate(&directory, &["src/bin/robot.rs:10"]).assert_code(0).assert_stderr("migrated 1 of 1 loop");
+    migrate(&directory, &["src/bin/robot.rs:7"]).assert_code(0).assert_stderr("migrated 1 of 1 loop");
+    let after = binary(&directory, "robot");
+    assert!(after.contains("=> ramp = fed_ramp_2);") && after.contains("=> ramp = fed_ramp);"), "{after}");
+}
+
+#[test]
+fn the_path_of_another_package_is_wrong() {
+    let directory = two_loops("migrate_wrong_core");
+    for (path, why) in
+        [(".", "the package in `.` is not `ceid-core`"), ("src", "is not a directory with a `Cargo.toml`")]
+    {
+        migrate(&directory, &["--all", "--ceid-core-path", path]).assert_code(2).assert_stderr(why);
+    }
+    assert_eq!(binary(&directory, "robot"), TWO_LOOPS);
+}
+
+#[test]
+fn a_law_of_the_configuration_is_run_by_guards_and_no_cycle() {
+    let text = TWO_LOOPS.replace("trait SampledFilter { fn update(&mut self); }\n", "");
+    let text = text.replace("impl SampledFilter for Ramp { fn update", "impl Ramp { fn rise").replace("update", "rise");
+    let directory = package("migrate_configured", &[("robot".to_owned(), text)]);
+    let config = b"[[filter]]\ntype = \"robot::Ramp\"\nlaw = \"rise\"\n";
+    crate::support::workspace::write(&directory, "ceid-lint.toml", config);
+    let cycles = |text: &str| text.lines().filter(|line| line.starts_with("src/bin/robot.rs:")).count();
+    let before = run(&directory, ["report"]);
+    migrate(&directory, &["--all"]).assert_code(0).assert_stderr("migrated 1 of 2 loops");
+    let after = run(&directory, ["report"]);
+    assert_eq!((cycles(&before.stdout), cycles(&after.stdout)), (2, 2), "{}", after.stdout);
 }

@@ -150,7 +150,9 @@ fn whole_workspaces_are_migrated() {
         // What its own tests say of it holds before and after.
         super::compiled::cargo(&directory, &["test", "--workspace", "--quiet"]);
         fs::remove_file(directory.join("Cargo.lock")).expect("the workspace is writable");
+        workspace::write(&directory, "rustfmt.toml", b"disable_all_formatting = true\n");
         migrate(&directory, &["--all", "--ceid-core-path", &core]).assert_code(0).assert_no_panic();
+        fs::remove_file(directory.join("rustfmt.toml")).expect("the workspace is writable");
         let (mut before, mut after) = (Vec::new(), Vec::new());
         files(&path.join("before"), &path.join("before"), &mut before);
         files(&directory, &directory, &mut after);

@@ -46,6 +46,8 @@ pub(crate) fn package(name: &str, binaries: &[(String, String)]) -> PathBuf {
     for (name, text) in binaries {
         workspace::write(&directory, &format!("src/bin/{name}.rs"), text.as_bytes());
     }
+    // What the program itself makes of the lines is tested, and not what rustfmt does.
+    workspace::write(&directory, "rustfmt.toml", b"disable_all_formatting = true\n");
     // The versions are those of this workspace, so that nothing has to be looked up.
     fs::copy(root().join("Cargo.lock"), directory.join("Cargo.lock")).expect("the workspace has a lock file");
     directory

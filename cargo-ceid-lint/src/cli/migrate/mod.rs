@@ -34,6 +34,7 @@ enum Asked {
 pub(super) fn run(args: &MigrateArgs) -> Result<ExitStatus, String> {
     let console = Console::new(&args.talk);
     let asked = asked(args)?;
+    args.ceid_core_path.as_deref().map(core_directory).transpose()?;
     let mut selection = input::selection(&[], &args.scope, &args.build);
     selection.workspace = selection.packages.is_empty();
     let Ok(project) = input::project(&selection, console, Instant::now()) else { return Ok(ExitStatus::Incomplete) };
@@ -92,7 +93,8 @@ impl Run<'_> {
             self.console.error(&refusal.replace("ceid-lint fix", "ceid-lint migrate"), None);
             return Ok(ExitStatus::Incomplete);
         }
-        let revision = fix::revise(first, |report| self.offer(report, first), |path| bounds.file(path), &check);
+        let mut revision = fix::revise(first, |report| self.offer(report, first), |path| bounds.file(path), &check);
+        fix::keep_form(&mut revision.changes, |path, text| self.project.formatted(path, text));
         if self.args.diff {
             for change in &revision.changes {
                 self.console.print(&fix::diff(change, &first.sources));
@@ -145,25 +147,27 @@ impl Run<'_> {
         Ok(chosen)
     }
 
-    /// Tells why loops that were named stay as they are though no plan is about them, and whether there are any.
+    /// Tells why loops stay as they are though no plan is about them, those that were named or all where nothing is to be done yet,
+    /// and whether there are any that were named.
     fn tell_left(&self, report: &Report) -> bool {
-        let Asked::At(places) = &self.asked else { return false };
+        let line = |head: Span| report.sources.line(head);
+        let is_at = |head: Span, (path, at): &(PathBuf, u32)| {
+            line(head) == *at && same_file(&report.sources.file(head.file).path, path)
+        };
+        let is_told = |head: Span| match &self.asked {
+            Asked::Nothing => true,
+            Asked::All => false,
+            Asked::At(places) => places.iter().any(|place| is_at(head, place)),
+        };
         let mut is_any = false;
-        for (path, line) in places {
-            let is_named = |head: Span| {
-                report.sources.line(head) == *line && same_file(&report.sources.file(head.file).path, path)
-            };
-            if report.plans.iter().any(|plan| is_named(plan.head)) {
-                continue;
-            }
-            for cycle in report.cycles.iter().filter(|cycle| is_named(cycle.head)) {
-                let reasons: Vec<String> = cycle.filters.iter().filter_map(left).collect();
-                if !reasons.is_empty() {
-                    let file = &report.sources.file(cycle.head.file).name;
-                    let title = format!("{file}:{line}: `{}`: not migrated", cycle.function);
-                    self.console.warn(&[vec![title], reasons].concat().join("\n  "));
-                    is_any = true;
-                }
+        let without_plan = |cycle: &&Cycle| !report.plans.iter().any(|plan| plan.head == cycle.head);
+        for cycle in report.cycles.iter().filter(|cycle| is_told(cycle.head)).filter(without_plan) {
+            let reasons: Vec<String> = cycle.filters.iter().filter_map(left).collect();
+            if !reasons.is_empty() {
+                let file = &report.sources.file(cycle.head.file).name;
+                let title = format!("{file}:{}: `{}`: not migrated", line(cycle.head), cycle.function);
+                self.console.warn(&[vec![title], reasons].concat().join("\n  "));
+                is_any |= matches!(self.asked, Asked::At(_));
             }
         }
         is_any
@@ -398,7 +402,11 @@ fn asked(args: &MigrateArgs) -> Result<Asked, String> {
         }
         let line = numbers.last().copied().filter(|_| numbers.len() <= 2 && !parts.is_empty());
         let line = line.ok_or_else(|| format!("`{text}` is not FILE:LINE, such as `src/main.rs:12`"))?;
-        Ok((std::env::current_dir().unwrap_or_default().join(parts.join(":")), line))
+        let path = std::env::current_dir().unwrap_or_default().join(parts.join(":"));
+        if !path.is_file() {
+            return Err(format!("there is no file `{}`", parts.join(":")));
+        }
+        Ok((path, line))
     };
     args.places.iter().map(place).collect::<Result<_, String>>().map(Asked::At)
 }
@@ -414,12 +422,28 @@ fn is_no_std(report: &Report, package: &Package) -> bool {
     report.sources.files().any(|(_, file)| is_root(&file.path) && says_so(&file.text))
 }
 
+fn not_a_package(path: &Path) -> String {
+    format!("`{}` is not a directory with a `Cargo.toml`", path.display())
+}
+
+/// The directory of ceid-core's sources that was given.
+fn core_directory(given: &Path) -> Result<PathBuf, String> {
+    let core = given.canonicalize().map_err(|_| not_a_package(given))?;
+    let manifest = std::fs::read_to_string(core.join("Cargo.toml")).map_err(|_| not_a_package(given))?;
+    if migrate::is_ceid_core(&manifest) {
+        return Ok(core);
+    }
+    Err(format!(
+        "the package in `{}` is not `ceid-core`: `--ceid-core-path` names the directory of that one",
+        given.display()
+    ))
+}
+
 /// The directory `core` as the manifest at `manifest` names it.
 fn relative(core: &Path, manifest: &Path) -> Result<String, String> {
-    let missing = |path: &Path| format!("`{}` is not a directory with a `Cargo.toml`", path.display());
-    let core =
-        core.canonicalize().ok().filter(|core| core.join("Cargo.toml").is_file()).ok_or_else(|| missing(core))?;
-    let from = manifest.parent().and_then(|parent| parent.canonicalize().ok()).ok_or_else(|| missing(manifest))?;
+    let core = core_directory(core)?;
+    let from =
+        manifest.parent().and_then(|parent| parent.canonicalize().ok()).ok_or_else(|| not_a_package(manifest))?;
     let common = core.components().zip(from.components()).take_while(|(one, other)| one == other).count();
     let up = from.components().skip(common).map(|_| "..".to_owned());
     let down = core.components().skip(common).map(|part| part.as_os_str().to_string_lossy().into_owned());

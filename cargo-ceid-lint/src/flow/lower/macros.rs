@@ -27,7 +27,8 @@ impl Builder<'_> {
                 }
                 Value::default()
             }
-            MacroKind::Assert(condition) => {
+            // What the messages of assertions do is done where nothing follows.
+            MacroKind::Assert(condition, _) => {
                 let failed = self.add_node(Effect::Nothing, span);
                 self.condition(*condition, failed);
                 let holds = self.at;
@@ -38,12 +39,12 @@ impl Builder<'_> {
                 self.at = holds;
                 Value::default()
             }
-            MacroKind::AssertCompare(left, right) => {
+            MacroKind::AssertCompare(left, right, _) => {
                 self.expr(*left);
                 self.expr(*right);
                 Value::default()
             }
-            MacroKind::DebugOnly(operands) | MacroKind::Logging(operands) => {
+            MacroKind::DebugOnly(operands, _) | MacroKind::Logging(operands) => {
                 self.debug_only(id, operands, &macro_expr.path);
                 Value::default()
             }
@@ -59,11 +60,16 @@ impl Builder<'_> {
                 }
                 Value::default()
             }
-            MacroKind::Ensure(condition) => {
+            MacroKind::Ensure(condition, message) => {
                 let failed = self.add_node(Effect::Nothing, span);
                 self.condition(*condition, failed);
                 let holds = self.at;
                 self.resume_if_reached(failed);
+                if self.at.is_some() {
+                    for operand in message {
+                        self.expr(*operand);
+                    }
+                }
                 if self.at.is_some() {
                     self.return_value(Value { head: Some("-".to_owned()), ..Value::default() }, span, true);
                 }

@@ -13,8 +13,8 @@ use syn::parse::{Parse, Parser as _};
 use self::operands::{LogOperands, MatchesOperands, Operands, VecOperands};
 use super::cfg_eval::{Presence, evaluate};
 use super::lower::{BodyLowerer, Lowerer, name, path_text};
-use super::text::mentions;
-use super::tree::{ExprId, ExprKind, Item, Literal, MacroExpr, MacroKind, OpaqueMacro};
+use super::text::{captures, mentions};
+use super::tree::{ExprId, ExprKind, Item, Literal, MacroExpr, MacroKind, OpaqueMacro, Path};
 use crate::source::Span;
 pub(super) use cfg_if::CfgBranch;
 pub(super) use expand::{OwnMacros, Progress};
@@ -51,6 +51,7 @@ const KNOWN_CRATES: &[&str] = &[
 #[derive(Clone, Copy)]
 enum Shape {
     All,
+    Format,
     Harmless,
     Diverges,
     Assert,
@@ -77,12 +78,10 @@ enum Shape {
 /// The table of the known macros that stand where expressions stand.
 fn shape(name: &str) -> Option<Shape> {
     Some(match name {
-        "print" | "println" | "eprint" | "eprintln" | "format" | "write" | "writeln" | "format_args" | "dbg" => {
-            Shape::All
-        }
-        "rprint" | "rprintln" | "rdbg" | "hprint" | "hprintln" | "heprint" | "heprintln" | "hdbg" => Shape::All,
-        "uprint" | "uprintln" | "uwrite" | "uwriteln" | "udbg" => Shape::All,
-        "anyhow" | "eyre" | "format_err" | "block" | "pin" | "pin_mut" => Shape::All,
+        "print" | "println" | "eprint" | "eprintln" | "format" | "write" | "writeln" | "format_args" => Shape::Format,
+        "rprint" | "rprintln" | "hprint" | "hprintln" | "heprint" | "heprintln" => Shape::Format,
+        "uprint" | "uprintln" | "uwrite" | "uwriteln" | "anyhow" | "eyre" | "format_err" => Shape::Format,
+        "dbg" | "rdbg" | "hdbg" | "udbg" | "block" | "pin" | "pin_mut" => Shape::All,
         "concat" | "stringify" | "include_str" | "include_bytes" | "env" | "option_env" | "line" | "file"
         | "column" | "module_path" | "compile_error" | "const_format_args" => Shape::Harmless,
         "panic" | "todo" | "unimplemented" | "unreachable" => Shape::Diverges,
@@ -179,36 +178,54 @@ impl BodyLowerer<'_, '_, '_> {
         let span = self.low.path_span(&mac.path).to(self.span(mac.delimiter.span().close()));
         let kind = match shape {
             Shape::All => MacroKind::All(self.operands(mac)?),
+            Shape::Format => MacroKind::All(self.formatted(&parse(mac)?)),
             Shape::Harmless => MacroKind::All(Vec::new()),
-            Shape::Diverges => MacroKind::Diverges(self.operands(mac)?),
-            Shape::Assert => MacroKind::Assert(self.first(mac)?),
-            Shape::AssertMatches => MacroKind::Assert(self.matches(mac, span)?),
-            Shape::Ensure => MacroKind::Ensure(self.first(mac)?),
+            Shape::Diverges => MacroKind::Diverges(self.formatted(&parse(mac)?)),
+            Shape::Assert => {
+                let ([condition], message) = self.checked(mac)?;
+                MacroKind::Assert(condition, message)
+            }
+            Shape::AssertMatches => {
+                let operands = parse::<MatchesOperands>(mac)?;
+                MacroKind::Assert(self.matches(&operands, span), self.formatted(&operands.message))
+            }
+            Shape::Ensure => {
+                let ([condition], message) = self.checked(mac)?;
+                MacroKind::Ensure(condition, message)
+            }
             Shape::AssertCompare => {
-                let [left, right] = self.first_two(mac)?;
-                MacroKind::AssertCompare(left, right)
+                let ([left, right], message) = self.checked(mac)?;
+                MacroKind::AssertCompare(left, right, message)
             }
-            Shape::DebugOnly => MacroKind::DebugOnly(vec![self.first(mac)?]),
-            Shape::DebugCompare => MacroKind::DebugOnly(self.first_two(mac)?.to_vec()),
+            Shape::DebugOnly => {
+                let ([condition], message) = self.checked(mac)?;
+                MacroKind::DebugOnly(vec![condition], message)
+            }
+            Shape::DebugCompare => {
+                let (compared, message) = self.checked::<2>(mac)?;
+                MacroKind::DebugOnly(compared.to_vec(), message)
+            }
             Shape::Logging => {
-                let operands = parse::<LogOperands>(mac)?;
-                MacroKind::Logging(self.exprs(&operands.0))
+                let values = parse::<LogOperands>(mac)?.0;
+                let mut operands = self.exprs(&values);
+                operands.extend(values.iter().flat_map(|text| self.captured(text, &[])));
+                MacroKind::Logging(operands)
             }
-            Shape::ReturnsErr => MacroKind::ReturnsErr(self.operands(mac)?),
+            Shape::ReturnsErr => MacroKind::ReturnsErr(self.formatted(&parse(mac)?)),
             Shape::Join { fallible } => MacroKind::Join { operands: self.operands(mac)?, fallible },
             Shape::Select => MacroKind::Select(self.select_arms(mac)?),
             Shape::Ceid => self.ceid(mac)?,
             Shape::EachCycle => self.each_cycle(mac)?,
             Shape::Unwrap => {
                 // The value is that of the first operand, which therefore comes last.
-                let mut operands = parse::<Operands>(mac)?.0;
+                let mut operands = parse::<Operands>(mac)?.values;
                 if operands.is_empty() {
                     return None;
                 }
                 operands.rotate_left(1);
                 MacroKind::All(self.exprs(&operands))
             }
-            Shape::Matches => return self.matches(mac, span),
+            Shape::Matches => return Some(self.matches(&parse(mac)?, span)),
             Shape::Vec => return self.vec(mac, span),
             Shape::Try => {
                 let value = self.first(mac)?;
@@ -244,29 +261,55 @@ impl BodyLowerer<'_, '_, '_> {
 
     fn operands(&mut self, mac: &syn::Macro) -> Option<Vec<ExprId>> {
         let operands = parse::<Operands>(mac)?;
-        Some(self.exprs(&operands.0))
+        Some(self.exprs(&operands.values))
     }
 
-    /// The first operand; the message behind it only matters where nothing follows.
     fn first(&mut self, mac: &syn::Macro) -> Option<ExprId> {
         let operands = parse::<Operands>(mac)?;
-        Some(self.expr(operands.0.first()?))
+        Some(self.expr(operands.values.first()?))
     }
 
-    fn first_two(&mut self, mac: &syn::Macro) -> Option<[ExprId; 2]> {
-        let operands = parse::<Operands>(mac)?;
-        let (left, right) = (operands.0.first()?, operands.0.get(1)?);
-        Some([self.expr(left), self.expr(right)])
+    /// What an assertion checks, and its message.
+    fn checked<const N: usize>(&mut self, mac: &syn::Macro) -> Option<([ExprId; N], Vec<ExprId>)> {
+        let mut operands = parse::<Operands>(mac)?;
+        let message = operands.values.split_off(N.min(operands.values.len()));
+        let checked: Vec<ExprId> = operands.values.iter().map(|value| self.expr(value)).collect();
+        let message = Operands { values: message, names: operands.names };
+        Some((checked.try_into().ok()?, self.formatted(&message)))
     }
 
-    fn matches(&mut self, mac: &syn::Macro, span: Span) -> Option<ExprId> {
-        let operands = parse::<MatchesOperands>(mac)?;
+    /// The operands of a format string, with those that it names itself.
+    fn formatted(&mut self, operands: &Operands) -> Vec<ExprId> {
+        let mut ids = self.exprs(&operands.values);
+        if let Some(text) = operands.values.iter().find(|value| string(value).is_some()) {
+            ids.extend(self.captured(text, &operands.names));
+        }
+        ids
+    }
+
+    /// The variables that a format string names, but for the `given` names.
+    fn captured(&mut self, text: &syn::Expr, given: &[String]) -> Vec<ExprId> {
+        let Some(text) = string(text) else { return Vec::new() };
+        let written = text.token().to_string();
+        let whole = self.span(text.span());
+        let is_in_sight = self.low.snippet(whole) == written;
+        let at = |offset: usize| whole.start + u32::try_from(offset).unwrap_or(0);
+        let captures =
+            captures(&written).into_iter().filter(|name| !given.iter().any(|own| *own == written[name.clone()]));
+        let paths = captures.map(|name| {
+            let span = if is_in_sight { Span::new(whole.file, at(name.start), at(name.end)) } else { whole };
+            (ExprKind::Path(Path::plain(&[&written[name]])), span)
+        });
+        paths.map(|(path, span)| self.add(path, span)).collect()
+    }
+
+    fn matches(&mut self, operands: &MatchesOperands, span: Span) -> ExprId {
         let value = self.expr(&operands.value);
         let pat = self.pat(&operands.pat);
         let lhs = self.add(ExprKind::Let { pat, value }, span);
-        let Some(guard) = &operands.guard else { return Some(lhs) };
+        let Some(guard) = &operands.guard else { return lhs };
         let rhs = self.expr(guard);
-        Some(self.add(ExprKind::Binary { op: "&&", lhs, rhs }, span))
+        self.add(ExprKind::Binary { op: "&&", lhs, rhs }, span)
     }
 
     fn vec(&mut self, mac: &syn::Macro, span: Span) -> Option<ExprId> {
@@ -277,6 +320,14 @@ impl BodyLowerer<'_, '_, '_> {
             }
         };
         Some(self.add(kind, span))
+    }
+}
+
+/// The string literal that an operand is.
+fn string(operand: &syn::Expr) -> Option<&syn::LitStr> {
+    match operand {
+        syn::Expr::Lit(syn::ExprLit { lit: syn::Lit::Str(text), .. }) => Some(text),
+        _ => None,
     }
 }
 

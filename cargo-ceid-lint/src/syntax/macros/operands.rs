@@ -1,15 +1,19 @@
-//! The operands of formatting, logging and the like. Never reads format strings.
+//! The operands of formatting, logging and the like.
 
 use syn::ext::IdentExt as _;
 use syn::parse::{Parse, ParseStream};
 use syn::{Expr, Ident, Pat, Token};
 
 /// `a, b, name = c,`
-pub(super) struct Operands(pub(super) Vec<Expr>);
+pub(super) struct Operands {
+    pub(super) values: Vec<Expr>,
+    /// The names that some of them are given.
+    pub(super) names: Vec<String>,
+}
 
 impl Parse for Operands {
     fn parse(input: ParseStream<'_>) -> syn::Result<Self> {
-        let mut operands = Vec::new();
+        let (mut values, mut names) = (Vec::new(), Vec::new());
         if input.peek(Ident) && input.peek2(Token![;]) && input.fork().parse::<Ident>()? == "biased" {
             // `join!(biased; a, b)` polls in the order written.
             input.parse::<Ident>()?;
@@ -17,16 +21,16 @@ impl Parse for Operands {
         }
         while !input.is_empty() {
             if input.peek(Ident::peek_any) && input.peek2(Token![=]) && !input.peek2(Token![==]) {
-                input.call(Ident::parse_any)?;
+                names.push(input.call(Ident::parse_any)?.unraw().to_string());
                 input.parse::<Token![=]>()?;
             }
-            operands.push(input.parse()?);
+            values.push(input.parse()?);
             if input.is_empty() {
                 break;
             }
             input.parse::<Token![,]>()?;
         }
-        Ok(Self(operands))
+        Ok(Self { values, names })
     }
 }
 
@@ -115,6 +119,7 @@ pub(super) struct MatchesOperands {
     pub(super) value: Expr,
     pub(super) pat: Pat,
     pub(super) guard: Option<Expr>,
+    pub(super) message: Operands,
 }
 
 impl Parse for MatchesOperands {
@@ -128,9 +133,8 @@ impl Parse for MatchesOperands {
         };
         if !input.is_empty() {
             input.parse::<Token![,]>()?;
-            input.parse::<proc_macro2::TokenStream>()?;
         }
-        Ok(Self { value, pat, guard })
+        Ok(Self { value, pat, guard, message: input.parse()? })
     }
 }
 

@@ -16,7 +16,7 @@ fn formatting_runs_its_operands() {
 fn assertions() {
     check(
         "assert!(a, \"{}\", b); assert_eq!(a, b, \"c\"); debug_assert!(a); debug_assert_ne!(a, b);",
-        "assert!assert(a);assert_eq!compare(a, b);debug_assert!debug(a);debug_assert_ne!debug(a, b);",
+        "assert!assert(a; \"{}\", b);assert_eq!compare(a, b; \"c\");debug_assert!debug(a);debug_assert_ne!debug(a, b);",
     );
     check(
         "panic!(\"{}\", a); todo!(); unreachable!()",
@@ -28,8 +28,25 @@ fn assertions() {
     );
     check(
         "bail!(\"a\"); ensure!(a == b, \"c\"); anyhow::bail!(d)",
-        "bail!err(\"a\");ensure!ensure((a==b));anyhow::bail!err(d)",
+        "bail!err(\"a\");ensure!ensure((a==b); \"c\");anyhow::bail!err(d)",
     );
+}
+
+#[test]
+fn names_in_format_strings() {
+    check(
+        "println!(\"{a} {b:?} {:c$} {e}\", d, e = f); format!(r#\"{a}\"#);",
+        "println!all(\"{a} {b:?} {:c$} {e}\", d, f, a, b, c);format!all(\"{a}\", a);",
+    );
+    check(
+        "write!(a, \"{{b}} {c}\"); panic!(\"{a:>b$}\")",
+        "write!all(a, \"{{b}} {c}\", c);panic!diverges(\"{a:>b$}\", a, b)",
+    );
+    check(
+        "assert!(a, \"{b}\"); debug_assert_eq!(a, b, \"{c}\");",
+        "assert!assert(a; \"{b}\", b);debug_assert_eq!debug(a, b; \"{c}\", c);",
+    );
+    check("info!(target: \"t\", \"{a}\"); dbg!(\"{a}\");", "info!log(\"t\", \"{a}\", a);dbg!all(\"{a}\");");
 }
 
 #[test]
@@ -70,7 +87,7 @@ fn values_and_patterns() {
     check("matches!(a, B)", "(let B=a)");
     check("nb::block!(a.read())?; r#try!(b); pin!(c);", "nb::block!all(a.read())?;b?;pin!all(c);");
     check("core::ptr::addr_of_mut!(A.b); addr_of!(c);", "&raw mut A.b;&raw c;");
-    check("assert_matches!(a, Some(_) if b, \"c\");", "assert_matches!assert(((let Some(_)=a)&&b));");
+    check("assert_matches!(a, Some(_) if b, \"c\");", "assert_matches!assert(((let Some(_)=a)&&b); \"c\");");
     check("core::arch::asm!(\"nop\", in(reg) kf)", "unknown inline assembly(reg kf)");
 }
 

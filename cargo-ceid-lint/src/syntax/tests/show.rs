@@ -134,6 +134,10 @@ impl Show<'_> {
         format!("{}{kind}{text}", block.label.as_ref().map(|label| format!("'{label}:")).unwrap_or_default())
     }
 
+    fn message(&self, ids: &[ExprId]) -> String {
+        if ids.is_empty() { String::new() } else { format!("; {}", self.exprs(ids)) }
+    }
+
     fn macro_expr(&self, mac: &MacroExpr) -> String {
         let arm = |arm: &SelectArm| {
             let pat = arm.pat.map(|pat| format!("{}=", self.pat(pat))).unwrap_or_default();
@@ -143,13 +147,15 @@ impl Show<'_> {
         let text = match &mac.kind {
             MacroKind::All(ids) => format!("all({})", self.exprs(ids)),
             MacroKind::Diverges(ids) => format!("diverges({})", self.exprs(ids)),
-            MacroKind::Assert(id) => format!("assert({})", self.expr(*id)),
-            MacroKind::AssertCompare(a, b) => format!("compare({})", self.exprs(&[*a, *b])),
-            MacroKind::DebugOnly(ids) => format!("debug({})", self.exprs(ids)),
+            MacroKind::Assert(id, message) => format!("assert({}{})", self.expr(*id), self.message(message)),
+            MacroKind::AssertCompare(a, b, message) => {
+                format!("compare({}{})", self.exprs(&[*a, *b]), self.message(message))
+            }
+            MacroKind::DebugOnly(ids, message) => format!("debug({}{})", self.exprs(ids), self.message(message)),
             MacroKind::DebugBuild => "debug_build".to_owned(),
             MacroKind::Logging(ids) => format!("log({})", self.exprs(ids)),
             MacroKind::ReturnsErr(ids) => format!("err({})", self.exprs(ids)),
-            MacroKind::Ensure(id) => format!("ensure({})", self.expr(*id)),
+            MacroKind::Ensure(id, message) => format!("ensure({}{})", self.expr(*id), self.message(message)),
             MacroKind::Join { operands, fallible } => {
                 format!("{}join({})", if *fallible { "try_" } else { "" }, self.exprs(operands))
             }

@@ -373,24 +373,25 @@ pub struct MacroExpr {
 /// How a known macro runs its operands.
 #[derive(Clone, Debug)]
 pub enum MacroKind {
-    /// All operands, in order, always: `println!`, `format!`, `write!`, `dbg!` (whose value is the last one's).
+    /// All operands, in order, always: `println!`, `format!`, `write!`, `dbg!` (whose value is the last one's). What a format
+    /// string names is an operand behind the others.
     All(Vec<ExprId>),
     /// All operands, then never returns: `panic!`, `unreachable!`, `todo!`, `unimplemented!`, `bail!`-like ones excepted.
     Diverges(Vec<ExprId>),
-    /// `assert!(condition, …)`: a path on which it does not hold diverges.
-    Assert(ExprId),
-    /// `assert_eq!`, `assert_ne!`: both operands run.
-    AssertCompare(ExprId, ExprId),
-    /// Operands that run in debug builds only: `debug_assert!` and its kin.
-    DebugOnly(Vec<ExprId>),
+    /// `assert!(condition, message…)`: a path on which it does not hold diverges, behind the message.
+    Assert(ExprId, Vec<ExprId>),
+    /// `assert_eq!`, `assert_ne!`: both operands run, and where they fail the message.
+    AssertCompare(ExprId, ExprId, Vec<ExprId>),
+    /// Operands that run in debug builds only, and the message: `debug_assert!` and its kin.
+    DebugOnly(Vec<ExprId>, Vec<ExprId>),
     /// Operands that run only if the log level is on: `log::info!`, `tracing::debug!`, `defmt::trace!`.
     Logging(Vec<ExprId>),
     /// `cfg!(debug_assertions)`: holds in debug builds only.
     DebugBuild,
     /// `return Err(…)` after the operands: `bail!`, `anyhow::bail!`.
     ReturnsErr(Vec<ExprId>),
-    /// `ensure!(condition, …)`: a path on which it does not hold returns an error.
-    Ensure(ExprId),
+    /// `ensure!(condition, message…)`: a path on which it does not hold returns an error.
+    Ensure(ExprId, Vec<ExprId>),
     /// `join!`, `try_join!`: every operand runs.
     Join {
         /// The futures.
