@@ -10,7 +10,7 @@ use super::mentions::held;
 use super::text::{with_attributes, without_comments};
 use crate::count::Pair;
 use crate::index::{Def, FunctionId, Ty};
-use crate::syntax::tree::{BlockKind, ExprId, ExprKind, Literal, MacroKind};
+use crate::syntax::tree::{ExprId, ExprKind, Literal, MacroKind};
 use crate::types::{Callee, LocalId};
 
 /// A variable, and the fields that lead from it to a filter or to what holds filters.
@@ -115,6 +115,12 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
              `{name}` a filter whose law runs this one, with `then` of ceid-core"
         )));
     };
+    if callee.targets.iter().any(|target| is_unsafe(of, *target)) {
+        return Err(refuse(format!(
+            "the law of `{name}` is `unsafe`, and a guard runs safe ones: make it safe, with an `unsafe` block inside that says why \
+             it may"
+        )));
+    }
     let (receiver, given, inputs, method) = match of.kind(call) {
         ExprKind::MethodCall { receiver, args, method, .. } => {
             (unborrowed(of, *receiver), *receiver, args.clone(), method.clone())
@@ -202,6 +208,14 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
     Ok(site)
 }
 
+/// Whether a function is `unsafe`, by the words before its keyword.
+fn is_unsafe(of: &LoopBody<'_>, function: FunctionId) -> bool {
+    let keyword = of.program.index.function(function).function.keyword;
+    let before = &of.program.sources.file(keyword.file).text[..keyword.start as usize];
+    let is_qualifier = |word: &&str| matches!(*word, "unsafe" | "extern") || word.starts_with('"');
+    before.split_whitespace().rev().take_while(is_qualifier).any(|word| word == "unsafe")
+}
+
 /// Why a guard cannot hold what a receiver leads to, and what to do by hand.
 fn unreachable_text(of: &LoopBody<'_>, receiver: ExprId, has_inputs: bool) -> String {
     let written = of.written(receiver);
@@ -271,20 +285,9 @@ fn is_written_out(of: &LoopBody<'_>, call: ExprId, law: &str) -> bool {
 fn statement(of: &LoopBody<'_>, id: ExprId, name: &str) -> Result<Range<usize>, Reason> {
     let span = of.span(id);
     let refuse = |text: String| Err(Reason { span, text });
-    let Some((block, stmt)) = of.statement(id) else {
+    let Some((_, stmt)) = of.statement(id) else {
         return refuse(format!("what the update of `{name}` gives back is used here, in the same iteration"));
     };
-    let is_alone = block.stmts.len() + usize::from(block.tail.is_some()) == 1;
-    // An empty branch is fine; the compiler warns of an `unsafe` block or a label that nothing needs.
-    let is_empty_wrong = is_alone && (block.kind != BlockKind::Plain || block.label.is_some());
-    if is_empty_wrong
-        && of.parent(id) != Some(of.block)
-        && !of.ancestors_inside(id).any(|at| inner_loop(of, at).is_some())
-    {
-        return refuse(format!(
-            "the block that updates `{name}` does nothing else, and would be empty: take the block away"
-        ));
-    }
     let range = match stmt {
         Some(stmt) if stmt.cfg.is_some() => return refuse(format!("the update of `{name}` is conditionally compiled")),
         Some(stmt) => with_attributes(of.text, stmt.span.start as usize)..stmt.span.end as usize,
