@@ -281,7 +281,7 @@ fn is_written_out(of: &LoopBody<'_>, call: ExprId, law: &str) -> bool {
     }
 }
 
-/// The text of the statement that an expression is, if nothing uses its value and something is left beside it.
+/// The text of the statement that an expression is, if nothing uses its value.
 fn statement(of: &LoopBody<'_>, id: ExprId, name: &str) -> Result<Range<usize>, Reason> {
     let span = of.span(id);
     let refuse = |text: String| Err(Reason { span, text });
