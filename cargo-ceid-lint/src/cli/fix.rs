@@ -88,8 +88,11 @@ pub(super) fn run(args: &CheckArgs, options: &Options, printed: Format, console:
     };
     let mut revision =
         fix::revise(&before.report, offer, |path| bounds.file(path), |source| check(&whole, source).report);
-    fix::keep_form(&mut revision.changes, |path, text| project.formatted(path, text));
     let names = &before.report.sources;
+    if args.fixes.diff {
+        revision.refuse_in_old_lines(names);
+    }
+    fix::keep_form(&mut revision.changes, |path, text| project.formatted(path, text));
     if args.fixes.diff {
         return Ok(Fixed::Ended(show_diff(&revision, names, printed, console)));
     }

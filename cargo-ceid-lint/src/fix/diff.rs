@@ -13,9 +13,28 @@ pub fn diff(change: &Change, names: &SourceMap) -> String {
     diff.unified_diff().header(&format!("a/{name}"), &format!("b/{name}")).to_string()
 }
 
+/// The line of the old text in whose place a line of the new one stands.
+pub(super) fn line_before(change: &Change, line: u32) -> u32 {
+    let at = line.saturating_sub(1) as usize;
+    let diff = TextDiff::from_lines(&*change.old, &*change.new);
+    let around = diff.ops().iter().find(|op| op.new_range().contains(&at));
+    let before = around.map_or(at, |op| {
+        let old = op.old_range();
+        (old.start + (at - op.new_range().start)).min(old.end.max(old.start + 1) - 1)
+    });
+    u32::try_from(before + 1).unwrap_or(line)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_line_is_that_in_whose_place_it_stands() {
+        let change = Change { path: "/a.rs".into(), old: "a\nb\nc\nd\n".into(), new: "x\ny\na\nB\nd\n".into() };
+        let before: Vec<u32> = (1..=5).map(|line| line_before(&change, line)).collect();
+        assert_eq!(before, [1, 1, 1, 2, 4]);
+    }
 
     #[track_caller]
     fn check(old: &str, new: &str, expected: &str) {

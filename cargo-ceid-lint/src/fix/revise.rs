@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use super::diff::line_before;
 use super::{Change, Fix, News, Texts, news};
 use crate::pipeline::Report;
-use crate::source::ReadSource;
+use crate::source::{ReadSource, SourceMap};
 
 /// A fix that was removed may stand where the next one begins, so that further rounds find more. Nobody needs as many as this; the
 /// bound is for fixes that would undo each other.
@@ -28,8 +29,19 @@ pub struct Revision {
     pub changes: Vec<Change>,
     /// The fixes that are made, in their order; the lines are those before the round in which each was made.
     pub made: Vec<Fix>,
-    /// Those that were still offered at the end.
+    /// Those that were still offered at the end; the lines are those after the last round.
     pub refused: Vec<Refused>,
+}
+
+impl Revision {
+    /// Gives what is refused the lines before all rounds, for those who write nothing.
+    pub fn refuse_in_old_lines(&mut self, names: &SourceMap) {
+        for Refused { fix, .. } in &mut self.refused {
+            if let Some(change) = self.changes.iter().find(|change| names.display_name(&change.path) == fix.file) {
+                fix.line = line_before(change, fix.line);
+            }
+        }
+    }
 }
 
 /// Makes the fixes that `offer` finds in a report, round by round, in memory.

@@ -1,6 +1,7 @@
 //! A loop with what is known of its code: which expressions lie in it, in which order they run, and which exclude each other.
 
 use super::exits::diverges;
+use super::iteration::is_closure_of_a_loop;
 use super::loops::{Loops, Parents};
 use super::text::{Style, words};
 use super::walk;
@@ -141,6 +142,7 @@ impl<'a> LoopBody<'a> {
             ExprKind::If { condition, .. } => *condition != id && self.is_discarded(parent),
             ExprKind::Match { scrutinee, .. } => *scrutinee != id && self.is_discarded(parent),
             ExprKind::Loop { body, .. } | ExprKind::While { body, .. } | ExprKind::For { body, .. } => *body == id,
+            ExprKind::Closure(_) => is_closure_of_a_loop(self, id),
             _ => false,
         }
     }

@@ -153,7 +153,7 @@ fn entry(own: &Guarded) -> String {
     match &own.adaptation {
         Some(adaptation) => format!("{} = {}", own.name, adaptation.name),
         None if own.locked.is_some() => format!("{} = *{}", own.name, own.name),
-        None if own.place.fields.is_empty() || own.place.element.is_some() => own.name.clone(),
+        None if own.name == own.spelled || own.place.element.is_some() => own.name.clone(),
         None => format!("{} = {}", own.name, own.spelled),
     }
 }

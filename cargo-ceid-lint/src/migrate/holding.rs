@@ -14,7 +14,8 @@ use super::sites::{Part, Place, Site};
 use super::text::words;
 use crate::count::{Pair, Verdict};
 use crate::index::{FunctionId, Ty};
-use crate::syntax::tree::{ExprId, ExprKind};
+use crate::syntax::tree::{ExprId, ExprKind, StmtKind};
+use crate::types::LocalId;
 
 /// A filter that the loop updates or owes an update, where it lies, and where it is updated.
 pub(super) type Found<'p> = (&'p Pair, (Place, ExprId, Option<FunctionId>), Vec<Site>);
@@ -36,7 +37,7 @@ pub(super) fn guarded(
         let ty = of.typed.ty(at).clone();
         let filter =
             sites.first().map(|site| site.filter.clone()).or_else(|| held(&ty).cloned()).unwrap_or(Ty::Unknown);
-        let spelled = spelled(of, &place);
+        let spelled = spelled(of, &place, at);
         let own = Guarded {
             place: place.clone(),
             spelled,
@@ -79,7 +80,7 @@ pub(super) fn guarded(
     guarded.sort_by_key(|own| own.sites.first().map_or((true, of.span(own.at)), |site| (false, of.span(site.call))));
     let mut taken = BTreeSet::new();
     for own in &mut guarded {
-        match free_name(of, &own.place, &taken) {
+        match free_name(of, own, &taken) {
             Some(name) => {
                 taken.insert(name.clone());
                 own.name = name;
@@ -115,10 +116,18 @@ pub(super) fn guarded(
     if reasons.is_empty() { Ok(guarded) } else { Err(reasons) }
 }
 
-fn spelled(of: &LoopBody<'_>, place: &Place) -> String {
+fn spelled(of: &LoopBody<'_>, place: &Place, at: ExprId) -> String {
     let base = std::iter::once(of.typed.local(place.local).name.as_str());
-    let base = base.chain(place.fields.iter().map(String::as_str)).collect::<Vec<_>>().join(".");
+    let base = base.chain(place.fields.iter().map(String::as_str));
+    let base = base.map(|name| if is_raw(of, at, name) { format!("r#{name}") } else { name.to_owned() });
+    let base = base.collect::<Vec<_>>().join(".");
     place.element.map_or(base.clone(), |element| format!("{base}[{element}]"))
+}
+
+/// Whether a name is written `r#name` in an expression.
+fn is_raw(of: &LoopBody<'_>, at: ExprId, name: &str) -> bool {
+    let written = of.written(at);
+    words(written, name).any(|at| written[..at].ends_with("r#"))
 }
 
 /// Whether a guard can hold what lies at a place, and whether that is what the loop updates.
@@ -126,18 +135,20 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
     let Guarded { place, spelled, ty, sites, filter, .. } = own;
     let local = of.typed.local(place.local);
     if own.locked.is_none() && local.span.start > of.span(of.whole).start {
-        return Err(format!(
-            "`{spelled}` is bound in the loop itself, so that it means no instance that lives outside of it"
-        ));
+        return Err(match lent_below_the_head(of, own) {
+            Some(statement) => format!(
+                "`{spelled}` has its name only below the head of the loop, where a guard has to hold it already: put {statement} above \
+                 the loop"
+            ),
+            None => {
+                format!(
+                    "`{spelled}` is bound in the loop itself, so that it means no instance that lives outside of it"
+                )
+            }
+        });
     }
     if local.by_ref && !matches!(local.ty, Ty::Ref(..)) {
         return Err(format!("`{spelled}` is bound by `ref`, and it is not known whether it may be changed"));
-    }
-    if of.written(own.at).contains("r#") {
-        return Err(format!(
-            "`{}` has a raw name, which the guard cannot give it: rename it first",
-            of.written(own.at)
-        ));
     }
     if place.fields.is_empty() && local.name == "self" {
         return Err("the filter is `self`: guard it where the loop is called, or make it a field".to_owned());
@@ -204,6 +215,32 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
     }
 }
 
+/// The statement of the loop that gives a part of what lives outside of it its name, by a reference.
+fn lent_below_the_head(of: &LoopBody<'_>, own: &Guarded) -> Option<String> {
+    let local = of.typed.local(own.place.local);
+    let blocks =
+        of.inside.iter().filter_map(|id| if let ExprKind::Block(block) = of.kind(*id) { Some(block) } else { None });
+    let (stmt, init) = blocks.flat_map(|block| &block.stmts).find_map(|stmt| match &stmt.kind {
+        StmtKind::Let { pat, init: Some(init), .. } if of.body.pat(*pat).span.contains(local.span) => {
+            Some((stmt, *init))
+        }
+        _ => None,
+    })?;
+    let mut root = init;
+    while let ExprKind::Reference { value: inner, .. }
+    | ExprKind::Field { base: inner, .. }
+    | ExprKind::Index { base: inner, .. }
+    | ExprKind::Deref(inner) = of.kind(root)
+    {
+        root = *inner;
+    }
+    let is_outside = |local: &LocalId| of.typed.local(*local).span.start < of.span(of.whole).start;
+    let is_lent = matches!(of.typed.ty(init), Ty::Ref(true, _)) || local.by_ref;
+    let written = of.program.sources.snippet(stmt.span);
+    let statement = if written.contains('\n') { "the `let` that binds it".to_owned() } else { format!("`{written}`") };
+    (is_lent && of.typed.expr_local.get(&root).is_some_and(is_outside)).then_some(statement)
+}
+
 fn is_ref_to(ty: &Ty, inner: &Ty) -> bool {
     match ty {
         Ty::Ref(_, own) => **own == *inner,
@@ -212,9 +249,11 @@ fn is_ref_to(ty: &Ty, inner: &Ty) -> bool {
 }
 
 /// A name for a place that means nothing else in the loop.
-fn free_name(of: &LoopBody<'_>, place: &Place, taken: &BTreeSet<String>) -> Option<String> {
+fn free_name(of: &LoopBody<'_>, own: &Guarded, taken: &BTreeSet<String>) -> Option<String> {
+    let place = &own.place;
     let local = &of.typed.local(place.local).name;
-    if place.fields.is_empty() && place.element.is_none() {
+    let is_variable = place.fields.is_empty() && place.element.is_none();
+    if is_variable && !is_raw(of, own.at, local) {
         return (!taken.contains(local)).then(|| local.clone());
     }
     let element = place.element.map(|element| element.to_string());
@@ -226,6 +265,7 @@ fn free_name(of: &LoopBody<'_>, place: &Place, taken: &BTreeSet<String>) -> Opti
     let is_name = |name: &str| name.starts_with(|first: char| first.is_alphabetic() || first == '_');
     let is_free = |name: &str| {
         is_name(name)
+            && !is_raw(of, own.at, name)
             && !taken.contains(name)
             && !of.typed.locals.iter().any(|local| local.name == name)
             && words(code, name).all(|at| code[..at].trim_end().ends_with('.'))
@@ -234,6 +274,7 @@ fn free_name(of: &LoopBody<'_>, place: &Place, taken: &BTreeSet<String>) -> Opti
         .rev()
         .map(|from| all[from - 1..].join("_"))
         .map(|name| name.replace("self_", "own_"))
+        .chain(is_variable.then(|| format!("own_{local}")))
         .find(|name| is_free(name))
 }
 

@@ -8,7 +8,7 @@ use super::purity::shared_part;
 use super::sites::Site;
 use crate::index::{Index, Owner, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{ExprId, ExprKind, PatKind, TypeRef};
+use crate::syntax::tree::{ExprId, ExprKind, Literal, PatKind, TypeRef};
 
 /// An input, as it is fed.
 #[derive(Clone, Debug)]
@@ -60,6 +60,20 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
     let param = site.law.and_then(|law| index.function(law).function.params.get(number));
     let name = name(of, site, number);
     let ty = &input_type(of, site, number);
+    // Text in the source is there for ever.
+    if matches!(of.kind(id), ExprKind::Literal(Literal::Str(_)))
+        && matches!(param, Some(TypeRef::Reference { inner, .. }) if is_str(inner))
+    {
+        let before = Span { end: span.start, ..span };
+        return Ok(Input { name, before, instead: "", end: span.end, annotation: None, is_lent: false });
+    }
+    if let Some(lock) = lent_by_a_lock(of, id) {
+        return refuse(format!(
+            "{} is lent by a `{lock}` until it is given back, and cannot be kept until the end of the cycle: give the law a copy of \
+             the value",
+            what()
+        ));
+    }
     let by_reference = match param {
         Some(TypeRef::Reference { mutable: true, .. } | TypeRef::Pointer(_)) => {
             return refuse(format!("{} is lent to the law, which may change it", what()));
@@ -68,8 +82,11 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
             return refuse(format!("{} is borrowed, and cannot be kept until the end of the cycle", what()));
         }
         Some(TypeRef::Reference { .. }) => true,
-        Some(TypeRef::ImplTrait(_) | TypeRef::FnPointer(..)) => {
-            return refuse(format!("the type of {} is chosen by its caller", what()));
+        Some(TypeRef::ImplTrait(_)) => {
+            return refuse(format!(
+                "the type of {} is chosen by its caller, and a guard is fed with one type: let the law take that one",
+                what()
+            ));
         }
         Some(_) if !matches!(ty, Ty::Ref(..)) && !matches!(of.kind(id), ExprKind::Reference { .. }) => false,
         // What is generic may be a reference as well.
@@ -126,6 +143,25 @@ fn annotation(ty: &Ty) -> Option<String> {
     match ty {
         Ty::Array(_, length) => length.value.map(|length| format!("[_; {length}]")),
         Ty::External(path, _) if path == "std::vec::Vec" => Some("Vec<_>".to_owned()),
+        _ => None,
+    }
+}
+
+/// The lock that lends an input: `RefCell` for `shared.borrow()`.
+fn lent_by_a_lock<'a>(of: &LoopBody<'a>, id: ExprId) -> Option<&'a str> {
+    let ExprKind::MethodCall { receiver, method, .. } = of.kind(id) else { return None };
+    match method.as_str() {
+        "unwrap" | "expect" => lent_by_a_lock(of, *receiver),
+        "borrow" | "borrow_mut" | "lock" | "read" | "write" => lock(of.typed.ty(*receiver)),
+        _ => None,
+    }
+}
+
+fn lock(ty: &Ty) -> Option<&str> {
+    let Ty::External(path, args) = ty.peel() else { return None };
+    match path.rsplit("::").next()? {
+        name @ ("RefCell" | "Mutex" | "RwLock") => Some(name),
+        "Rc" | "Arc" | "Box" => lock(args.first()?),
         _ => None,
     }
 }
@@ -190,6 +226,10 @@ pub(super) fn is_generic(of: &LoopBody<'_>, site: &Site, number: usize) -> bool 
     site.law.is_some_and(|law| {
         let def = index.function(law);
         let Some(param) = def.function.params.get(number) else { return false };
+        // Each function has a type of its own before it becomes a pointer.
+        if matches!(param, TypeRef::FnPointer(..)) {
+            return true;
+        }
         let written = index.lower(param, &index.scope_of(law));
         let is_own = |name: &str| def.function.generics.params.iter().any(|own| own.name == name && !own.is_const);
         with_args(&written, &|name| if is_own(name) { None } else { Some(Ty::Unknown) }).is_none()

@@ -16,20 +16,50 @@ pub(super) struct Elements {
     pub(super) is_each: bool,
 }
 
-/// The inner `for` that gives a variable an element to change, or the number of one.
+/// What runs its body for each item: a `for`, or `for_each` with a closure.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Inner {
+    /// What gives the items.
+    pub(super) iterable: ExprId,
+    /// What they are called.
+    pub(super) pat: PatId,
+    /// What runs.
+    pub(super) body: ExprId,
+}
+
+/// The inner loop that an expression is.
+pub(super) fn inner_loop(of: &LoopBody<'_>, id: ExprId) -> Option<Inner> {
+    match of.kind(id) {
+        ExprKind::For { iterable, pat, body, .. } => Some(Inner { iterable: *iterable, pat: *pat, body: *body }),
+        ExprKind::MethodCall { receiver, method, args, .. } if method == "for_each" => {
+            let [closure] = args.as_slice() else { return None };
+            let ExprKind::Closure(closure) = of.kind(*closure) else { return None };
+            let [(pat, _)] = closure.params.as_slice() else { return None };
+            let is_plain = !closure.is_move && !closure.is_async;
+            is_plain.then_some(Inner { iterable: *receiver, pat: *pat, body: closure.body })
+        }
+        _ => None,
+    }
+}
+
+/// Whether an expression is what a closure gives back that `for_each` calls: nothing uses it.
+pub(super) fn is_closure_of_a_loop(of: &LoopBody<'_>, id: ExprId) -> bool {
+    let call = of.parent(id).and_then(|closure| of.parent(closure));
+    let is_closure = of.parent(id).is_some_and(|closure| matches!(of.kind(closure), ExprKind::Closure(_)));
+    is_closure && call.and_then(|call| inner_loop(of, call)).is_some_and(|inner| inner.body == id)
+}
+
+/// The inner loop that gives a variable an element to change, or the number of one.
 pub(super) fn elements(of: &LoopBody<'_>, id: ExprId, local: LocalId) -> Option<Elements> {
     let inner = binding_loop(of, id, local)?;
-    let ExprKind::For { iterable, pat, .. } = of.kind(inner) else { return None };
-    let (collection, is_each) = given(of, *iterable, *pat, local)?;
+    let Inner { iterable, pat, .. } = inner_loop(of, inner)?;
+    let (collection, is_each) = given(of, iterable, pat, local)?;
     Some(Elements { inner, collection, is_each })
 }
 
-/// The inner `for` whose pattern binds a variable.
+/// The inner loop whose pattern binds a variable.
 pub(super) fn binding_loop(of: &LoopBody<'_>, id: ExprId, local: LocalId) -> Option<ExprId> {
-    of.ancestors_inside(id).find(|at| match of.kind(*at) {
-        ExprKind::For { pat, .. } => binds(of, *pat, local),
-        _ => false,
-    })
+    of.ancestors_inside(id).find(|at| inner_loop(of, *at).is_some_and(|inner| binds(of, inner.pat, local)))
 }
 
 /// Whether a pattern of names and tuples binds a variable.

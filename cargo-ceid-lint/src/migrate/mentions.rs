@@ -190,7 +190,8 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
     if !is_element && written.split_whitespace().collect::<String>() != *spelled {
         return refuse(format!("`{spelled}` is used here by code that is written elsewhere"));
     }
-    Ok(Some((span, name)))
+    let field = shorthand(of, at).map_or(String::new(), |field| format!("{field}: "));
+    Ok(Some((span, format!("{field}{name}"))))
 }
 
 /// Whether `&mut kf` is an argument for a parameter that is a reference, so that a reference can be given as it is.
@@ -295,11 +296,29 @@ fn prefix(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> 
         ExprKind::Macro(call) if matches!(call.kind, MacroKind::AssertCompare(..) | MacroKind::DebugOnly(..)) => {
             Some(through)
         }
-        ExprKind::Call { .. } | ExprKind::MethodCall { .. } | ExprKind::Block(_) | ExprKind::Assign { .. } => {
-            by_value()
-        }
+        ExprKind::Macro(call) if call.path.ends_with("vec") => by_value(),
+        ExprKind::Call { .. }
+        | ExprKind::MethodCall { .. }
+        | ExprKind::Block(_)
+        | ExprKind::Assign { .. }
+        | ExprKind::Struct { .. }
+        | ExprKind::Tuple(_)
+        | ExprKind::Array { .. }
+        | ExprKind::Repeat { .. }
+        | ExprKind::Return(_)
+        | ExprKind::Break { .. }
+        | ExprKind::Negate(_)
+        | ExprKind::Not(_) => by_value(),
         _ => None,
     }
+}
+
+/// The name of the field, where it is that of the variable and written once: `Holder { kf }`.
+fn shorthand(of: &LoopBody<'_>, at: ExprId) -> Option<String> {
+    let ExprKind::Struct { fields, .. } = of.kind(of.parent(at)?) else { return None };
+    fields.iter().find(|(_, value)| *value == at)?;
+    let is_named = of.text[..of.span(at).start as usize].trim_end().ends_with(':');
+    (!is_named && matches!(of.kind(at), ExprKind::Path(_))).then(|| of.written(at).to_owned())
 }
 
 /// Whether a method is called here that the reference behind the guard has for itself.

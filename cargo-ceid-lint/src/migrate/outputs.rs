@@ -3,6 +3,7 @@
 use super::Reason;
 use super::body::LoopBody;
 use super::inputs::Input;
+use super::iteration::is_closure_of_a_loop;
 use super::mentions::Guarded;
 use super::sites::{Part, Site};
 use crate::index::{Index, TraitName, Ty};
@@ -37,12 +38,17 @@ pub(super) fn instead(
     let (Some(first), Some(last)) = (inputs.first(), inputs.last()) else {
         return Ok((vec![(call, format!("{name}.last_output(){rest}"))], change));
     };
-    let end = if !site.is_used && of.is_tail(site.outer) { ";" } else { "" };
+    let is_alone = !site.is_used && is_closure_of_a_loop(of, site.outer);
+    let (begin, end) = match () {
+        () if is_alone => ("{ ", "; }"),
+        () if !site.is_used && of.is_tail(site.outer) => ("", ";"),
+        () => ("", ""),
+    };
     let (open, close) = if inputs.len() + before.len() > 1 { ("(", ")") } else { ("", "") };
     let before: String = before.iter().map(|value| format!("{value}, ")).collect();
     let (open, close) = match cell {
-        Some(cell) => (format!("{cell}.set(Some({open}"), format!("{close}))")),
-        None => (format!("{name}.feed({open}"), format!("{close})")),
+        Some(cell) => (format!("{begin}{cell}.set(Some({open}"), format!("{close}))")),
+        None => (format!("{begin}{name}.feed({open}"), format!("{close})")),
     };
     let start = of.discarded_at(site.outer).filter(|_| !site.is_used).unwrap_or(call.start);
     let mut edits = vec![

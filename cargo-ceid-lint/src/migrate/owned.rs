@@ -9,6 +9,7 @@ pub(super) fn is_owned(index: &Index, scope: &TyScope<'_>, ty: &Ty) -> bool {
         Ty::Int | Ty::Float | Ty::Bool | Ty::Char | Ty::Never | Ty::FunctionItem(_) => true,
         Ty::Tuple(parts) => all(parts),
         Ty::Array(inner, _) => is_owned(index, scope, inner),
+        Ty::Function(params, output) => all(params) && is_owned(index, scope, output),
         // A type without a lifetime has none in its fields but `'static`.
         Ty::Adt(id, args) => {
             let generics = &index.type_def(*id).generics;

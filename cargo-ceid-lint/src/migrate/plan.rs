@@ -8,6 +8,7 @@ use super::effects::Effects;
 use super::exits::{Exits, exits};
 use super::head::UNKNOWN_RATE;
 use super::holding::{guarded, is_vec};
+use super::iteration::{Inner, inner_loop};
 use super::law::delegation;
 use super::loops::Loops;
 use super::mentions::{Guarded, Mention, mentions};
@@ -389,8 +390,8 @@ impl Rewriter<'_> {
     }
 
     fn is_iterable_of(&self, at: ExprId, inner: ExprId) -> bool {
-        let ExprKind::For { iterable, .. } = self.of.kind(inner) else { return false };
-        std::iter::once(at).chain(self.of.ancestors_inside(at)).any(|around| around == *iterable)
+        let Some(Inner { iterable, .. }) = inner_loop(self.of, inner) else { return false };
+        std::iter::once(at).chain(self.of.ancestors_inside(at)).any(|around| around == iterable)
     }
 
     /// Whether a place is indexed by the same variable as the updated element.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::Reason;
 use super::body::LoopBody;
-use super::iteration::{Elements, binding_loop, elements};
+use super::iteration::{Elements, Inner, binding_loop, elements, inner_loop, is_closure_of_a_loop};
 use super::locks::locked;
 use super::mentions::held;
 use super::text::{with_attributes, without_comments};
@@ -111,9 +111,16 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
     }
     let Some(half) = callee.law else {
         return Err(refuse(format!(
-            "`{name}` is updated inside the function that is called here, not in the loop itself"
+            "`{name}` is updated inside the function that is called here, not in the loop itself: write its body here, or make what owns \
+             `{name}` a filter whose law runs this one, with `then` of ceid-core"
         )));
     };
+    if callee.targets.iter().any(|target| is_unsafe(of, *target)) {
+        return Err(refuse(format!(
+            "the law of `{name}` is `unsafe`, and a guard runs safe ones: make it safe, with an `unsafe` block inside that says why \
+             it may"
+        )));
+    }
     let (receiver, given, inputs, method) = match of.kind(call) {
         ExprKind::MethodCall { receiver, args, method, .. } => {
             (unborrowed(of, *receiver), *receiver, args.clone(), method.clone())
@@ -135,25 +142,26 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
     let outer = opened(of, call);
     // What feeds a law gives something back, which an arm would have to throw away.
     let arm = lone_arm(of, outer).filter(|_| inputs.is_empty());
-    let is_used = of.statement(outer).is_none() && arm.is_none();
+    let is_used = of.statement(outer).is_none() && arm.is_none() && !is_closure_of_a_loop(of, outer);
     let outer = if is_used { call } else { outer };
     let tail = of.text[of.span(call).end as usize..of.span(outer).end as usize].to_owned();
     let stays = is_used || !inputs.is_empty();
-    let (stmt, emptied) = match (stays, arm) {
-        (true, _) => (None, None),
-        (false, Some(arm)) => (Some(arm), Some("{}")),
-        (false, None) => match lone_branch(of, outer) {
-            Some((branch, left)) => (Some(branch), Some(left)),
-            None => (Some(statement(of, outer, name)?), None),
-        },
-    };
     let filter = callee.self_ty.clone();
     let targets = callee.targets.clone();
     let law = if let [law] = targets.as_slice() { Some(*law) } else { None };
     let (place, part, at, inner) =
         target(of, receiver).ok_or_else(|| refuse(unreachable_text(of, receiver, !inputs.is_empty())))?;
-    let gone = if stays { given } else { outer };
-    let mut site = Site {
+    let lone = inner.filter(|inner| !stays && is_lone(of, *inner, outer));
+    let (gone, stmt, emptied) = match (lone, arm) {
+        _ if stays => (given, None, None),
+        (Some(inner), _) => (inner, Some(statement(of, inner, name)?), None),
+        (None, Some(arm)) => (outer, Some(arm), Some("{}")),
+        (None, None) => match lone_branch(of, outer) {
+            Some((branch, left)) => (outer, Some(branch), Some(left)),
+            None => (outer, Some(statement(of, outer, name)?), None),
+        },
+    };
+    let site = Site {
         place,
         part,
         at,
@@ -173,22 +181,13 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
         outer,
         is_used,
     };
-    if let Some(inner) = inner.filter(|_| !stays) {
-        let ExprKind::For { body, .. } = of.kind(inner) else { return Err(refuse("not a loop".to_owned())) };
-        if let ExprKind::Block(block) = of.kind(*body)
-            && block.stmts.len() + usize::from(block.tail.is_some()) == 1
-            && block.items.is_empty()
-            && !of.written(*body).contains("//")
-        {
-            (site.stmt, site.gone) = (Some(statement(of, inner, name)?), inner);
-        }
-    }
     let is_repeated = |at: &ExprId| {
         Some(*at) != site.inner
             && matches!(of.kind(*at), ExprKind::Loop { .. } | ExprKind::While { .. } | ExprKind::For { .. })
     };
     let is_later = |at: &ExprId| match of.kind(*at) {
-        ExprKind::Closure(_) => true,
+        // The closure of the inner loop runs at once.
+        ExprKind::Closure(_) => site.inner.is_none() || of.parent(*at) != site.inner,
         // What a macro prints is evaluated where it stands.
         ExprKind::Macro(call) => !matches!(call.kind, MacroKind::All(_)),
         _ => false,
@@ -209,6 +208,14 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
     Ok(site)
 }
 
+/// Whether a function is `unsafe`, by the words before its keyword.
+fn is_unsafe(of: &LoopBody<'_>, function: FunctionId) -> bool {
+    let keyword = of.program.index.function(function).function.keyword;
+    let before = &of.program.sources.file(keyword.file).text[..keyword.start as usize];
+    let is_qualifier = |word: &&str| matches!(*word, "unsafe" | "extern") || word.starts_with('"');
+    before.split_whitespace().rev().take_while(is_qualifier).any(|word| word == "unsafe")
+}
+
 /// Why a guard cannot hold what a receiver leads to, and what to do by hand.
 fn unreachable_text(of: &LoopBody<'_>, receiver: ExprId, has_inputs: bool) -> String {
     let written = of.written(receiver);
@@ -226,11 +233,11 @@ fn unreachable_text(of: &LoopBody<'_>, receiver: ExprId, has_inputs: bool) -> St
             .to_owned();
     }
     let inner = of.typed.expr_local.get(&receiver).and_then(|local| binding_loop(of, receiver, *local));
-    if let Some(ExprKind::For { iterable, .. }) = inner.map(|inner| of.kind(inner)) {
+    if let Some(Inner { iterable, .. }) = inner.and_then(|inner| inner_loop(of, inner)) {
         return format!(
             "`{written}` comes from `{}`, and a guard updates all elements of one collection: let the filter keep its input, \
              as in ceid-core's `Sample`, and its law take none",
-            of.written(*iterable)
+            of.written(iterable)
         );
     }
     format!("`{written}` is neither a variable nor a field: it is not known what it leads to")
@@ -274,17 +281,13 @@ fn is_written_out(of: &LoopBody<'_>, call: ExprId, law: &str) -> bool {
     }
 }
 
-/// The text of the statement that an expression is, if nothing uses its value and something is left beside it.
+/// The text of the statement that an expression is, if nothing uses its value.
 fn statement(of: &LoopBody<'_>, id: ExprId, name: &str) -> Result<Range<usize>, Reason> {
     let span = of.span(id);
     let refuse = |text: String| Err(Reason { span, text });
-    let Some((block, stmt)) = of.statement(id) else {
+    let Some((_, stmt)) = of.statement(id) else {
         return refuse(format!("what the update of `{name}` gives back is used here, in the same iteration"));
     };
-    let is_alone = block.stmts.len() + usize::from(block.tail.is_some()) == 1;
-    if is_alone && of.parent(id) != Some(of.block) && !of.ancestors_inside(id).any(|at| is_for(of, at)) {
-        return refuse(format!("the branch that updates `{name}` does nothing else, and would be empty"));
-    }
     let range = match stmt {
         Some(stmt) if stmt.cfg.is_some() => return refuse(format!("the update of `{name}` is conditionally compiled")),
         Some(stmt) => with_attributes(of.text, stmt.span.start as usize)..stmt.span.end as usize,
@@ -331,8 +334,13 @@ fn lone_branch(of: &LoopBody<'_>, id: ExprId) -> Option<(Range<usize>, &'static 
     }
 }
 
-fn is_for(of: &LoopBody<'_>, id: ExprId) -> bool {
-    matches!(of.kind(id), ExprKind::For { .. })
+/// Whether an inner loop does nothing but update its element.
+fn is_lone(of: &LoopBody<'_>, inner: ExprId, update: ExprId) -> bool {
+    let Some(Inner { body, .. }) = inner_loop(of, inner) else { return false };
+    let ExprKind::Block(block) = of.kind(body) else { return body == update };
+    let is_whole = of.statement(update).is_some_and(|(around, _)| std::ptr::eq(around, block));
+    let is_alone = block.stmts.len() + usize::from(block.tail.is_some()) == 1 && block.items.is_empty();
+    is_whole && is_alone && !of.written(body).contains("//")
 }
 
 fn unborrowed(of: &LoopBody<'_>, id: ExprId) -> ExprId {

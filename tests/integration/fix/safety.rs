@@ -205,6 +205,33 @@ pub fn run(mut kf: Kalman) {
 }
 
 #[test]
+fn what_is_not_fixed_is_told_with_its_line_on_the_disk() {
+    let own = "\
+use super::{Kalman, SampledFilter};
+pub fn run(mut kf: Kalman) {
+    loop {
+        kf.update();
+        kf.update();
+    }
+}
+pub fn host(mut kf: Kalman, mut plugin: impl FnMut(&mut Kalman)) {
+    loop {
+        kf.update();
+        plugin(&mut kf);
+        kf.update();
+    }
+}
+";
+    let lib = SUPPRESSED.lines().take(3).map(|line| format!("{line}\n")).collect::<String>() + "mod own;\n";
+    let directory =
+        repository("fix_lines_of_a_diff", &[("src/lib.rs", lib.as_bytes()), ("src/own.rs", own.as_bytes())]);
+    let shown = fix(&directory, &["--unsafe-fixes", "--diff"]);
+    shown.assert_code(100).assert_stderr("src/own.rs:12: not fixed (ceid::repeated_update): ");
+    let done = fix(&directory, &["--unsafe-fixes"]);
+    done.assert_code(100).assert_stderr("src/own.rs:11: not fixed (ceid::repeated_update): ");
+}
+
+#[test]
 fn flags_that_do_not_go_together_are_wrong_usage() {
     let directory = temporary_package("fix_usage", &[("src/lib.rs", b"")]);
     for args in [

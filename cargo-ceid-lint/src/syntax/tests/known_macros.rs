@@ -6,7 +6,7 @@ use super::{check_code as check, check_items, parse_ok, show};
 fn formatting_runs_its_operands() {
     check(
         "println!(\"{a} {}\", kf.update(x)); write!(w, \"{}\", n = b)?;",
-        "println!all(\"{a} {}\", kf.update(x));write!all(w, \"{}\", b)?;",
+        "println!all(\"{a} {}\", kf.update(x), a);write!all(w, \"{}\", b)?;",
     );
     check("std::format!(\"\"); dbg!(a, b);", "std::format!all(\"\");dbg!all(a, b);");
     check("concat!(a, b); line!();", "concat!all();line!all();");
