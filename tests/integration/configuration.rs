@@ -101,6 +101,23 @@ fn a_method_that_is_not_there_has_the_nearest_right_spelling() {
 }
 
 #[test]
+fn what_a_function_of_an_unread_type_gives_is_a_filter_where_it_is_used_as_one() {
+    let code = "\
+pub fn run(read: fn() -> f32, write: fn(f32)) {
+    let mut low = pid::Pid::lowpass(1.0);
+    loop {
+        let bound = pid::Pid::limit(read(), 1.0);
+        write(low.calc(read(), bound));
+    }
+}
+";
+    let run = run(&package(code, "[[filter]]\ntype = \"pid::Pid\"\nlaw = \"calc\"\n"), [""; 0]);
+    run.assert_code(0);
+    let said = format!("{}{}", run.stdout, run.stderr);
+    assert!(said.contains("1 proved") && !said.contains("unregistered_filter"), "{said}");
+}
+
+#[test]
 fn an_argument_that_no_call_of_the_law_has_is_refused() {
     let entry = |rest: &str| format!("[[filter]]\ntype = \"crate::control::Pid\"\nlaw = \"calc\"\n{rest}\n");
     let only_one = "`calc` has only argument 0";

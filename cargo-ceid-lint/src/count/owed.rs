@@ -204,7 +204,10 @@ impl Context<'_> {
         // Whatever is fed is there.
         let is_fed = || uses.fed && !instances::is_in_map(index, graph, place);
         let is_absent = || leaf.is_uncertain && !uses.copied && !is_fed() && !self.is_beside_updated(facts, place);
-        if uses.is_snapshot || uses.leaves || is_absent() {
+        let is_read_only = (uses.read || uses.looked_into) && !uses.fed && !uses.written;
+        // A clone that is only read shows what the other one was.
+        let is_snapshot = uses.is_snapshot || is_read_only && var.is_some_and(|var| is_clone(graph, var));
+        if is_snapshot || uses.leaves || is_absent() {
             return;
         }
         // A cycle that updates a sibling owes this one an update, too.
@@ -238,8 +241,7 @@ impl Context<'_> {
             self.push_missed(facts, place, 0, CycleId::Loop(id), pairs);
             return;
         }
-        let is_read_only = uses.looked_into && !uses.fed && !uses.written;
-        let is_built = |var: &Var| self.is_built_here(graph, *var) && !(is_read_only && is_clone(graph, *var));
+        let is_built = |var: &Var| self.is_built_here(graph, *var);
         let Some(var) = var.filter(|var| !is_param && is_built(var) && !uses.copied) else { return };
         // Its scope holds a loop that never ends.
         let endless = (0u32..).map(LoopId).zip(&graph.loops).find(|(id, own)| {
@@ -456,7 +458,8 @@ fn is_clone(graph: &ControlFlowGraph, var: Var) -> bool {
     let is_copy = |from: &Place| {
         given(from).iter().any(|set| set.transfer == Transfer::Copy && is_named(graph, set.from.as_ref()))
     };
-    given(&Place::var(var)).iter().any(|set| set.from.as_ref().is_some_and(is_copy))
+    let own = Place::var(var);
+    is_copy(&own) || given(&own).iter().any(|set| set.from.as_ref().is_some_and(is_copy))
 }
 
 /// Whether a place has a name in the source, and is no value in between.

@@ -14,9 +14,11 @@ pub(super) fn skip_place(search: &Search<'_>, exploration: &Exploration, end: &E
     let nodes: Vec<NodeId> = exploration.path(end.at).iter().map(|at| exploration.states[*at].node).collect();
     let from = nodes.iter().position(|node| *node == decided)?;
     let behind = &nodes[from..];
-    let way_out = behind.iter().rev().find(|node| {
-        matches!(search.graph.node(**node).effect, Effect::Mark(Mark::Continue | Mark::Return | Mark::Break))
+    let way_out = (0..behind.len()).rev().find(|at| {
+        matches!(search.graph.node(behind[*at]).effect, Effect::Mark(Mark::Continue | Mark::Return | Mark::Break))
+            && !stays_beside(search, &behind[*at..])
     });
+    let way_out = way_out.map(|at| &behind[at]);
     let arm = behind.iter().find(|node| matches!(search.graph.node(**node).effect, Effect::Mark(Mark::Arm)));
     let is_match = matches!(&search.graph.node(decided).effect, Effect::Branch(test) if test.text.contains(" is "));
     let shown = match skips_by_itself(search, exploration, end) {
@@ -26,6 +28,31 @@ pub(super) fn skip_place(search: &Search<'_>, exploration: &Exploration, end: &E
     let span = search.graph.node(shown).span;
     let inner = skip_inside(search, shown);
     Some(inner.map_or((span, None), |inner| (inner.primary, Some(span))))
+}
+
+/// Whether the way out at the beginning of a path leads out of nothing but rounds or loops in which the instance is not updated, so
+/// that it skips nothing.
+pub(super) fn stays_beside(search: &Search<'_>, path: &[NodeId]) -> bool {
+    let graph = search.graph;
+    let Some((at, behind)) = path.split_first() else { return false };
+    let updating = search.updating();
+    let updates = |id: LoopId| updating.iter().any(|node| graph.is_within(graph.node(*node).in_loop, id));
+    let around: Vec<LoopId> = graph.loops_around(*at).collect();
+    let head = behind.iter().find_map(|node| match graph.node(*node).effect {
+        Effect::LoopHead(id) => Some(id),
+        _ => None,
+    });
+    if matches!(graph.node(*at).effect, Effect::Mark(Mark::Break)) {
+        let inner = around.first().copied();
+        let left = behind
+            .iter()
+            .map(|node| graph.node(*node).in_loop)
+            .find(|id| !inner.is_some_and(|inner| graph.is_within(*id, inner)));
+        let Some(left) = left else { return false };
+        let ended: Vec<LoopId> = around.into_iter().take_while(|id| left != Some(*id)).collect();
+        return !ended.is_empty() && !ended.into_iter().any(updates);
+    }
+    head.is_some_and(|id| around.contains(&id) && !updates(id))
 }
 
 /// Whether a way skips inside what it calls, and the way out that follows is not why: nothing asks for it, or other ways that skip

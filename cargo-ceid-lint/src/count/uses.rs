@@ -2,7 +2,7 @@
 
 use super::analyse::{Context, FunctionFacts};
 use super::instances;
-use crate::flow::{Assignment, CallSite, Effect, Place, Transfer};
+use crate::flow::{Assignment, CallSite, ControlFlowGraph, Effect, Place, Transfer};
 use crate::index::FunctionId;
 use crate::syntax::tree::{Receiver, TypeRef};
 
@@ -66,7 +66,8 @@ impl Context<'_> {
                     uses.copied |= leaves;
                 }
                 Effect::Return(value) => {
-                    uses.leaves |= gives_filter && value.place.as_ref().is_some_and(&holds);
+                    let given = value.place.as_ref().map(|place| originals(facts.graph, place));
+                    uses.leaves |= gives_filter && given.iter().flatten().any(&holds);
                 }
                 Effect::Use { place: used } => {
                     uses.read |= holds(used);
@@ -75,6 +76,12 @@ impl Context<'_> {
                 }
                 Effect::Call(site) => {
                     for (number, arg) in site.args.iter().enumerate() {
+                        // A copy goes on in what is made of it.
+                        let makes = || {
+                            let made = &facts.graph.var(site.result).ty;
+                            arg.is_copy && instances::may_hold_filter(self.program.index, made)
+                        };
+                        uses.leaves |= arg.value_of.as_ref().is_some_and(&holds) && makes();
                         let Some(own) = &arg.place else { continue };
                         if !holds(own) {
                             continue;
@@ -95,6 +102,7 @@ impl Context<'_> {
                 _ => {}
             }
         }
+        uses.fed |= facts.graph.lent.iter().any(&holds);
         // A copy that leaves nothing behind is a move.
         uses.leaves |= uses.copied && is_emptied;
         // A template lives on in its clones, and in what its state is assigned to.
@@ -145,4 +153,23 @@ impl Context<'_> {
                 .iter()
                 .all(|target| self.program.index.function(*target).function.receiver == Some(Receiver::Shared))
     }
+}
+
+/// A place, and those whose values are copied into it on the way to where a function gives it back.
+fn originals(graph: &ControlFlowGraph, place: &Place) -> Vec<Place> {
+    let mut found = vec![place.clone()];
+    let mut seen = 0;
+    while let Some(base) = found.get(seen).map(|place| place.base) {
+        seen += 1;
+        for node in &graph.nodes {
+            let Effect::Set(set) = &node.effect else { continue };
+            if let (true, Transfer::Copy | Transfer::RoundTrip, Some(from)) =
+                (set.place.base == base, set.transfer, &set.from)
+                && !found.contains(from)
+            {
+                found.push(from.clone());
+            }
+        }
+    }
+    found
 }

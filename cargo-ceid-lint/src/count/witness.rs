@@ -3,7 +3,7 @@
 use super::counts::Count;
 use super::decide::{head_of, inner_repeat};
 use super::search::{End, Exploration, Region, Search};
-use super::skips::{skip_inside, skips_by_itself};
+use super::skips::{skip_inside, skips_by_itself, stays_beside};
 use crate::diagnostic::WitnessStep;
 use crate::flow::{Effect, Mark, NodeId};
 
@@ -17,6 +17,7 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
     let head = head_of(search, region);
     steps.push(WitnessStep { span: head, message: "one control cycle begins here".to_owned() });
     let path = exploration.path(end.at);
+    let nodes: Vec<NodeId> = path.iter().map(|at| exploration.states[*at].node).collect();
     let updating = search.updating();
     let mut updates = 0;
     for (number, at) in path.iter().enumerate() {
@@ -82,7 +83,7 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
                     steps.push(WitnessStep { span: node.span, message: "the closure runs here".to_owned() });
                 }
             }
-            Effect::Mark(Mark::Continue) => {
+            Effect::Mark(Mark::Continue) if !stays_beside(search, &nodes[number..]) => {
                 let message = match end.state.count {
                     Count::Zero => "`continue` ends the iteration without an update".to_owned(),
                     _ => "`continue` ends the iteration".to_owned(),

@@ -75,6 +75,8 @@ pub struct ControlFlowGraph {
     pub kept: Vec<(Place, Cause)>,
     /// Filters, and owners of filters, that are cloned somewhere.
     pub cloned: Vec<Place>,
+    /// The elements of collections that are lent to the closures of an iterator, whether or not it is consumed.
+    pub lent: Vec<Place>,
     /// Set if the function was too large or too deep to be followed to its end.
     pub truncated: Option<Cause>,
 }

@@ -398,11 +398,8 @@ impl Infer<'_> {
             return given.first().map_or(Ty::Unknown, |first| first.peel().clone());
         }
         let is_set = |id: TypeId| self.index.type_def(id).attributes.iter().any(|own| own.path == "ceid_core::filters");
-        let makes_itself = (name == "register" && matches!(ty, Ty::Adt(id, _) if is_set(id)))
-            || matches!(name, "new" | "default" | "pin" | "const_new" | "init" | "create" | "builder" | "now")
-            || name.starts_with("new_")
-            || name.starts_with("with_")
-            || name.starts_with("from");
+        let makes_itself =
+            (name == "register" && matches!(ty, Ty::Adt(id, _) if is_set(id))) || names_constructor(name);
         // `File::open(…)?` and its kin: the function is known although its crate is not read.
         if builtin::may_fail(&path, name) {
             return Ty::std("std::result::Result", vec![ty, Ty::Unknown]);
@@ -450,6 +447,13 @@ impl Infer<'_> {
         }
         ty
     }
+}
+
+/// Whether an associated function of that name gives its type, as far as a name tells.
+#[must_use]
+pub fn names_constructor(name: &str) -> bool {
+    matches!(name, "new" | "default" | "pin" | "const_new" | "init" | "create" | "builder" | "now")
+        || ["new_", "with_", "from"].iter().any(|prefix| name.starts_with(prefix))
 }
 
 /// The parameters and the output of a type that can only be called: `impl FnMut(A) -> B`, `F: Fn(A)`, `&mut dyn FnMut(A)`.

@@ -23,7 +23,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 pub(super) use called::Called;
 use modes::Age;
 pub(super) use modes::Mode;
-use names::{covering_loops, indexes_instance};
+use names::{covering_loops, indexes_instance, lends_some};
 use run::Run;
 
 use super::aliases::Aliases;
@@ -212,7 +212,10 @@ impl<'a> Search<'a> {
 
     /// Whether a loop binds the instance or its index, so that it is no cycle of it.
     pub(super) fn binds(&self, id: LoopId) -> bool {
-        self.covers(id) || indexes_instance(self.aliases, self.graph.loop_info(id), self.instance)
+        let info = self.graph.loop_info(id);
+        self.covers(id)
+            || indexes_instance(self.aliases, info, self.instance)
+            || lends_some(self.aliases, info, self.instance)
     }
 
     /// The branches that decide whether a node is reached.

@@ -200,6 +200,14 @@ fn element_rest(source: &Place, name: &Place) -> Option<Vec<Projection>> {
     matches.then_some(rest)
 }
 
+/// Whether a loop runs over elements among which the instance may be or not.
+pub(super) fn lends_some(aliases: &Aliases, info: &crate::flow::LoopInfo, instance: &Place) -> bool {
+    let is_some = |root: &Place| {
+        root.steps.iter().any(|step| matches!(step.key(), Some(IndexKey::EachIn(_)))) && root.overlaps(instance)
+    };
+    info.items.iter().any(|(_, source)| aliases.parts(source).iter().any(|(_, root)| is_some(root)))
+}
+
 /// A place as it is in the round of the loops around in which their counters are the instance's own indexes.
 fn in_each_round(graph: &ControlFlowGraph, place: &Place, instance: &Place) -> Place {
     let is_counter = |var: Var| graph.loops.iter().any(|info| info.counter.is_some_and(|(counter, _)| counter == var));
@@ -224,12 +232,17 @@ pub(super) fn indexes_instance(aliases: &Aliases, info: &crate::flow::LoopInfo, 
     })
 }
 
-/// Whether a loop's counter begins behind the element that the instance is.
-fn begins_behind(aliases: &Aliases, info: &crate::flow::LoopInfo, instance: &Place) -> bool {
-    let Some((_, Some(first))) = info.counter else { return false };
+/// Whether a loop's counter may begin behind the element that the instance is, or behind one that it stands for.
+fn may_begin_behind(aliases: &Aliases, info: &crate::flow::LoopInfo, instance: &Place) -> bool {
+    let first = info.counter.and_then(|(_, first)| first);
+    let is_behind = |key: &IndexKey| match (first, key) {
+        (None, _) => true,
+        (Some(first), IndexKey::Number(number)) => *number < first,
+        (Some(first), _) => first > 0,
+    };
     aliases.indexed_by(info).flat_map(|collection| aliases.roots(collection)).any(|root| {
         let step = instance.steps.get(root.steps.len()).filter(|_| root.base == instance.base);
-        matches!(step.and_then(Projection::key), Some(IndexKey::Number(number)) if *number < first)
+        step.and_then(Projection::key).is_some_and(is_behind)
     })
 }
 
@@ -243,7 +256,8 @@ pub(super) fn covering_loops(graph: &ControlFlowGraph, aliases: &Aliases, instan
         let exact = matches!(info.rounds, Rounds::Constant(count) if count <= MAX_ROUNDS)
             && info.counter.is_some_and(|(_, first)| first.is_some())
             && !instance.stands_for_each();
-        let of_index = !exact && indexes_instance(aliases, info, instance) && !begins_behind(aliases, info, instance);
+        let of_index =
+            !exact && indexes_instance(aliases, info, instance) && !may_begin_behind(aliases, info, instance);
         if (of_items || of_index) && info.rounds != Rounds::Unbounded {
             found.insert(LoopId(number));
         }

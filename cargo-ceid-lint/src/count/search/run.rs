@@ -324,10 +324,17 @@ impl<'s, 'a> Run<'s, 'a> {
             let cause = || Cause::Index(self.search.graph.place_name(self.search.program.index, place));
             return (!self.is_other_round(state, place)).then(cause);
         }
-        // A name for an element that data decides is no name of the instance, and may be one.
+        // A name for an element that data decides, or for one of some, is no name of the instance, and may be one.
+        let graph = self.search.graph;
+        let lender = graph.loops_around(state.node).find(|id| !graph.loop_info(*id).items.is_empty());
+        let is_covered = lender.is_some_and(|id| self.search.covers(id));
+        let may_be = |key: &IndexKey| match key {
+            IndexKey::EachIn(_) => !is_covered,
+            key => matches!(key, IndexKey::Data(_)),
+        };
         let roots = self.search.aliases.shared_roots(place);
         let root = roots.iter().find(|root| {
-            root.steps.iter().any(|step| matches!(step.key(), Some(IndexKey::Data(_))))
+            root.steps.iter().any(|step| step.key().is_some_and(may_be))
                 && is_doubt(&root.relate(self.search.instance, &|var| self.number(state, var)))
         })?;
         Some(Cause::Index(self.search.graph.place_name(self.search.program.index, root)))

@@ -114,7 +114,11 @@ impl Builder<'_> {
                 _ => Rounds::Bounded,
             }
         };
-        Source { item, rounds, over, ..Source::bounded() }
+        let length = match ty {
+            Ty::Array(_, length) => Some(length.clone()),
+            _ => None,
+        };
+        Source { item, rounds, over, length, ..Source::bounded() }
     }
 
     fn range(&mut self, start: Option<ExprId>, end: Option<ExprId>, inclusive: bool) -> Source {
@@ -207,7 +211,11 @@ impl Builder<'_> {
             _ => Rounds::Bounded,
         };
         let in_order = source.in_order && other.in_order;
-        let [source, other] = [source, other].map(|source| source.shortened(&rounds));
+        let may_end_first = source.may_outlast(&other);
+        let [source, other] = [source, other].map(|source| match may_end_first {
+            true => source.cut_somewhere(".."),
+            false => source.shortened(&rounds),
+        });
         let passes_over = source.passes_over || other.passes_over;
         let item = Item::Tuple(vec![source.staged(), other.staged()]);
         Source { item, rounds, passes_over, in_order, ..Source::bounded() }
@@ -577,10 +585,15 @@ impl Builder<'_> {
         if self.at.is_none() {
             return;
         }
-        let is_filtered = source.stages.iter().any(|stage| matches!(stage, Stage::Filter(_)));
+        let any = |is: fn(&Stage) -> bool| source.stages.iter().any(is);
+        let is_filtered = any(|stage| matches!(stage, Stage::Filter(_)));
+        let is_numbered = any(|stage| matches!(stage, Stage::Number));
+        let is_flattened = any(|stage| matches!(stage, Stage::Flatten(_)));
         let rounds = match &source.rounds {
-            // How many of the items pass is not known.
-            Rounds::Constant(_) if is_filtered && !source.item.is_lent() => Rounds::Bounded,
+            // How many of the items pass, or come of each, is not known.
+            Rounds::Constant(_) if is_filtered && (!source.item.is_lent() || is_numbered) || is_flattened => {
+                Rounds::Bounded
+            }
             rounds => rounds.clone(),
         };
         let info = LoopInfo {
@@ -760,7 +773,7 @@ impl Builder<'_> {
 
     /// The number of the round, with its item.
     fn numbered(&mut self, id: LoopId, item: Value, span: Span) -> Value {
-        let number = self.item_value(id, &Item::Counter(None), &[], span);
+        let number = self.item_value(id, &Item::Counter(Some(0)), &[], span);
         self.tuple_value(vec![number, item], span)
     }
 

@@ -16,7 +16,23 @@ impl Builder<'_> {
             return None;
         }
         let source = self.source(id);
+        self.note_lent_elements(&source, receiver);
         Some(self.iterator_value(source))
+    }
+
+    /// Whoever consumes the iterator would do something to each element; where nobody does, they are in use all the same.
+    fn note_lent_elements(&mut self, source: &Source, receiver: ExprId) {
+        let is_lent = matches!(self.ty(receiver), Ty::External(_, args)
+            if matches!(args.first(), Some(Ty::Ref(true, own)) if self.may_hold_filter(own)));
+        if let Item::Element(place) = &source.item
+            && is_lent
+            && !source.stages.is_empty()
+            && self.at.is_some()
+        {
+            let element = place.element(IndexKey::Each);
+            self.graph.lent.push(element.clone());
+            self.emit(Effect::Use { place: element }, self.span(receiver));
+        }
     }
 
     /// An iterator that is made here.

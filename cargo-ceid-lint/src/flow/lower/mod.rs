@@ -234,6 +234,7 @@ impl<'a> Builder<'a> {
             steps: std::collections::BTreeMap::new(),
             kept: Vec::new(),
             cloned: Vec::new(),
+            lent: Vec::new(),
             truncated: None,
         };
         Self {

@@ -2,7 +2,7 @@
 
 use super::ClosureRef;
 use crate::flow::{Computed, IndexKey, LoopId, Place, Rounds, Section, Var};
-use crate::index::Ty;
+use crate::index::{Length, Ty};
 
 /// What an iterator gives in each round.
 #[derive(Clone, Debug)]
@@ -98,6 +98,8 @@ pub(super) struct Source {
     pub(super) reads: Vec<Var>,
     /// The collection that it begins with, if it has a name.
     pub(super) over: Option<Place>,
+    /// The length of the array that it begins with.
+    pub(super) length: Option<Length>,
 }
 
 /// What an adaptor does with each item, most of them by a closure.
@@ -150,6 +152,22 @@ impl Source {
         self
     }
 
+    /// Whether its array and that of another one may have different lengths, of which one is not known.
+    pub(super) fn may_outlast(&self, other: &Self) -> bool {
+        match (&self.length, &other.length) {
+            (Some(own), Some(other)) => own != other && (own.value.is_none() || other.value.is_none()),
+            _ => false,
+        }
+    }
+
+    /// Some of its elements, and which ones is not known.
+    pub(super) fn cut_somewhere(self, text: &str) -> Self {
+        match &self.item {
+            Item::Element(place) => Self { item: Item::Element(place.slice(Section::unknown(text))), ..self },
+            _ => self,
+        }
+    }
+
     pub(super) fn bounded() -> Self {
         Self {
             item: Item::Opaque,
@@ -163,6 +181,7 @@ impl Source {
             text: String::new(),
             reads: Vec::new(),
             over: None,
+            length: None,
         }
     }
 }

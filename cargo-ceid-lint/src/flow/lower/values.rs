@@ -5,6 +5,7 @@ use crate::flow::{Effect, NodeId, Place, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{Block, BlockKind, CfgKey, ExprId, PatKind, Stmt, StmtKind};
+use crate::types::Callee;
 
 /// Branches that meet again, with the variable that holds the value.
 pub(super) struct Join {
@@ -173,9 +174,24 @@ impl Builder<'_> {
             return;
         }
         self.bind_pattern(pat, &value);
+        if self.is_presumed_filter(init) {
+            self.note_handed(pat);
+        }
         if matches!(self.body().pat(pat).kind, PatKind::Bind { .. }) {
             self.note_copy(init);
         }
+    }
+
+    /// Whether only what is done with a value can tell that it is a filter: any function of a type that is not read may have
+    /// given it.
+    fn is_presumed_filter(&self, init: ExprId) -> bool {
+        let Some(Callee::External(path)) = self.typed().callees.get(&init) else { return false };
+        let name = path.rsplit("::").next().unwrap_or("");
+        !path.starts_with("std::")
+            && !crate::types::names_constructor(name)
+            && self.program.index.made_by(path).is_none()
+            && matches!(self.ty(init), Ty::External(..))
+            && self.program.index.law_spec(self.ty(init)).is_some()
     }
 
     fn let_else(&mut self, pat: crate::syntax::tree::PatId, init: ExprId, otherwise: ExprId) {
