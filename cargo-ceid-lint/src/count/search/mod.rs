@@ -395,6 +395,7 @@ impl<'a> Search<'a> {
         let gates = super::gates::Gates::of_helper(self);
         let mut outcomes: BTreeSet<Outcome> = BTreeSet::new();
         for end in &exploration.ends {
+            let gate = gates.of_end(&exploration, end);
             outcomes.insert(Outcome {
                 count: end.state.count,
                 ahead: end.ahead,
@@ -403,7 +404,8 @@ impl<'a> Search<'a> {
                 unknown: end.state.unknown.map(|cause| exploration.causes[cause as usize].clone()),
                 direct: end.state.direct,
                 returned: returned::of_function(self.program, self.graph.function, end.returned),
-                gate: gates.of_end(&exploration, end),
+                gate,
+                modes: if gate == Some(Gate::Mode) { gates.kept_modes(end) } else { Vec::new() },
                 attempted: end.state.attempted,
                 asks: gates.asks(&exploration, end),
                 assumed: end.assumed.clone(),
