@@ -1,7 +1,5 @@
 //! Every way through a region, for one instance: how often it is updated, and what else happens to it.
-//!
-//! The ways are those of the control-flow graph, told apart by the count so far, the names that the instance has, and what is
-//! known of the conditions that matter. A breadth-first search makes the first way that is found the shortest witness.
+//! They are told apart by count, names and known conditions. A breadth-first search finds the shortest witness first.
 
 mod called;
 mod choice;

@@ -292,20 +292,6 @@ impl Builder<'_> {
         result
     }
 
-    /// The types of the arguments of a call, where they decide what runs.
-    fn deciding_types(&self, id: ExprId, targets: &[FunctionId], exprs: &[ExprId]) -> Vec<Ty> {
-        if targets.len() < 2 && !targets.iter().any(|target| self.program.index.is_generic(*target)) {
-            return Vec::new();
-        }
-        let mut types: Vec<Ty> = exprs.iter().map(|expr| self.ty(*expr).clone()).collect();
-        if let (Some(Callee::Resolved(resolved)), Some(first)) = (self.typed().callees.get(&id), types.first_mut())
-            && resolved.has_receiver
-        {
-            *first = resolved.self_ty.clone();
-        }
-        types
-    }
-
     /// Whether a function gets what an argument names, or a copy of it, and not a reference to it.
     fn is_passed_by_value(
         &self,
