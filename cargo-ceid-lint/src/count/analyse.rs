@@ -111,7 +111,9 @@ pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -
     let called = called_functions(program.index, graphs);
     let in_cycle = reached_from_cycles(program, graphs, &summaries, &called);
     let mut facts = Vec::new();
-    for graph in graphs.iter().flatten() {
+    // What is written is judged once; its instances are what calls of it do.
+    let is_written = |graph: &&ControlFlowGraph| program.index.origin(graph.function) == graph.function;
+    for graph in graphs.iter().flatten().filter(is_written) {
         let kind = function_kind(program, graph, &summaries, &called);
         facts.push(function_facts(program, graph, &summaries, kind, &in_cycle));
     }

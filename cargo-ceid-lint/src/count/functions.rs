@@ -33,7 +33,8 @@ pub(super) fn called_functions(index: &Index, graphs: &[Option<ControlFlowGraph>
             callees(graph)
                 .into_iter()
                 .map(|callee| FunctionId(u32::try_from(callee).unwrap_or(u32::MAX)))
-                .filter(move |callee| *callee != own)
+                .flat_map(|callee| [callee, index.origin(callee)])
+                .filter(move |callee| index.origin(*callee) != index.origin(own))
         })
         .collect()
 }
@@ -67,6 +68,7 @@ pub(super) fn reached_from_cycles(
         if reached.insert(id)
             && let Some(graph) = &graphs[id.0 as usize]
         {
+            open.push(program.index.origin(id));
             open.extend(callees(graph).into_iter().map(|callee| FunctionId(u32::try_from(callee).unwrap_or(u32::MAX))));
         }
     }

@@ -8,6 +8,7 @@ use super::answers::{Answers, answers};
 use super::assumed::Assumed;
 use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
+use super::gates::KeptMode;
 use super::given::{Given, GivenBase, MAX_PLACES, bound, given, instance_of, place_of, steps_at, with_wholes};
 use super::handed;
 use super::returned;
@@ -15,7 +16,7 @@ use super::search::{Region, Search};
 use super::shown::Shown;
 use super::slice::ControlDependence;
 use super::verdict::Gate;
-use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, Place, Program, Projection, Transfer};
+use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, Head, Place, Program, Projection, Transfer};
 use crate::index::FunctionId;
 
 /// One way through a function, as far as one place goes.
@@ -33,6 +34,8 @@ pub(super) struct Outcome {
     pub(super) returned: returned::Heads,
     /// Why the way does not update, if it does so on purpose.
     pub(super) gate: Option<Gate>,
+    /// The states for which it pauses, where its gate is a mode.
+    pub(super) modes: Vec<KeptMode>,
     /// Whether an update failed and left the filter as it was.
     pub(super) attempted: bool,
     /// What the way does not update for, if that is something of the caller's.
@@ -58,6 +61,7 @@ impl Outcome {
             direct: true,
             returned: returned::ANY,
             gate: None,
+            modes: Vec::new(),
             attempted: false,
             asks: None,
             assumed: Assumed::new(),
@@ -85,6 +89,8 @@ pub(super) struct Summary {
     pub(super) returns: BTreeSet<Borrow>,
     /// What it writes, for conditions that read it.
     pub(super) writes: BTreeSet<Given>,
+    /// With which heads, where they are known.
+    pub(super) sets: BTreeSet<(Given, Option<Head>)>,
     /// The heads that its result may have.
     pub(super) heads: returned::Heads,
     /// The same, where it depends on what its callers know.
@@ -254,6 +260,9 @@ impl Summaries {
                 Effect::Call(site) => self.add_call(graph, &aliases, site, &mut summary, &mut touched, &mut unknown),
                 Effect::Write(write) => {
                     note(graph, &aliases, &write.place, &mut summary.writes);
+                    let written = aliases.shared_roots(&write.place);
+                    let written = written.iter().filter_map(|root| given(graph, root));
+                    summary.sets.extend(written.map(|given| (given, write.head.clone())));
                     if holds_filter_at(program, graph, &write.place) {
                         note(graph, &aliases, &write.place, &mut touched);
                     }
@@ -281,6 +290,9 @@ impl Summaries {
         }
         bound(&mut summary.uses);
         bound(&mut summary.writes);
+        if summary.sets.len() > MAX_PLACES {
+            summary.sets = summary.writes.iter().map(|given| (given.clone(), None)).collect();
+        }
         for update in debug_only::updates(graph, &aliases, self) {
             if let Some(given) = given(graph, &update.place)
                 && debug_only::is_callers(graph, update.node)
@@ -351,6 +363,13 @@ impl Summaries {
                     }
                     _ => note(graph, aliases, &place, touched),
                 }
+            }
+            for (set, head) in &callee.sets {
+                let mut written = BTreeSet::new();
+                if let Some(place) = place_of(set, site) {
+                    note(graph, aliases, &place, &mut written);
+                }
+                summary.sets.extend(written.into_iter().map(|given| (given, head.clone())));
             }
             for (from, into) in [(&callee.writes, &mut summary.writes), (&callee.uses, &mut summary.uses)] {
                 for place in from.iter().filter_map(|given| place_of(given, site)) {

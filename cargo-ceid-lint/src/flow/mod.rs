@@ -39,7 +39,7 @@ pub struct LoopId(pub u32);
 pub struct GuardId(pub u32);
 
 /// The control flow of one function.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct ControlFlowGraph {
     /// The function.
     pub function: FunctionId,
@@ -91,7 +91,7 @@ pub struct Computed {
 }
 
 /// A point of the control flow.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Node {
     /// What happens.
     pub effect: Effect,
@@ -315,6 +315,8 @@ pub struct CallSite {
     pub targets: Vec<FunctionId>,
     /// The arguments, `self` first.
     pub args: Vec<Argument>,
+    /// The types of the arguments, that of `self` behind references, where they decide what runs.
+    pub types: Vec<Ty>,
     /// The variable that holds the result.
     pub result: Var,
     /// The argument whose state the function hands through, and where its result has it.
@@ -421,7 +423,7 @@ impl<'a> Program<'a> {
     /// The types of a function's body.
     #[must_use]
     pub fn typed(&self, id: FunctionId) -> Option<&'a TypedBody> {
-        self.bodies.get(id.0 as usize)?.as_ref()
+        self.bodies.get(self.index.origin(id).0 as usize)?.as_ref()
     }
 
     /// What a comment says of the cycle or gate at a place.

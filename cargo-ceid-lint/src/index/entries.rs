@@ -266,7 +266,7 @@ impl Index {
     pub fn is_declared_cycle(&self, id: FunctionId) -> bool {
         let def = self.function(id);
         self.cycles.iter().any(|spec| match spec {
-            CycleSpec::Function(own) => *own == id,
+            CycleSpec::Function(own) => *own == self.origin(id),
             CycleSpec::Method(of, name) => {
                 let of_function = match def.owner {
                     Owner::Impl(owner) => self.impl_def(owner).implements.clone(),

@@ -162,10 +162,7 @@ impl Index {
     /// What the parameters of an impl stand for when its type is this one.
     #[must_use]
     pub fn impl_args(&self, id: ImplId, ty: &Ty) -> Vec<(String, Ty)> {
-        let def = self.impl_def(id);
-        let mut map = Vec::new();
-        match_params(&def.self_ty, ty, &mut map);
-        map
+        self.impl_def(id).self_ty.bindings(ty)
     }
 
     /// The methods of that name of a type: inherent ones, then those of its traits.
@@ -296,24 +293,6 @@ impl Index {
     #[must_use]
     pub fn is_blanket(&self, id: ImplId) -> bool {
         matches!(self.impl_def(id).self_ref, TypeRef::Path(_)) && matches!(self.impl_def(id).self_ty, Ty::Param(_))
-    }
-}
-
-/// Binds the parameters of a pattern type to the parts of a type.
-fn match_params(pattern: &Ty, ty: &Ty, map: &mut Vec<(String, Ty)>) {
-    match (pattern, ty) {
-        (Ty::Param(param), ty) if *ty != Ty::Unknown => map.push((param.name.clone(), ty.clone())),
-        (Ty::Adt(_, left), Ty::Adt(_, right))
-        | (Ty::External(_, left), Ty::External(_, right))
-        | (Ty::Tuple(left), Ty::Tuple(right)) => {
-            for (left, right) in left.iter().zip(right) {
-                match_params(left, right, map);
-            }
-        }
-        (Ty::Ref(_, left), Ty::Ref(_, right))
-        | (Ty::Array(left, _), Ty::Array(right, _))
-        | (Ty::Slice(left), Ty::Slice(right)) => match_params(left, right, map),
-        _ => {}
     }
 }
 

@@ -6,6 +6,7 @@ mod entry_arguments;
 mod entry_errors;
 mod filters;
 mod function_places;
+mod generics;
 mod known;
 mod lookup;
 mod names;
@@ -76,6 +77,8 @@ pub struct Index {
     pub impls: Vec<ImplDef>,
     /// The functions.
     pub functions: Vec<FunctionDef>,
+    /// The generic functions of which there are instances for certain types; the numbers of these go on behind the functions.
+    pub instances: Vec<FunctionId>,
     /// The constants and statics.
     pub values: Vec<ValueDef>,
     /// The modules of blocks that hold items, by the function or value whose body the block lies in.
@@ -350,7 +353,14 @@ impl Index {
     /// The function with that id.
     #[must_use]
     pub fn function(&self, id: FunctionId) -> &FunctionDef {
-        &self.functions[id.0 as usize]
+        &self.functions[self.origin(id).0 as usize]
+    }
+
+    /// The function as it is written: another one where the id is that of an instance of it.
+    #[must_use]
+    pub fn origin(&self, id: FunctionId) -> FunctionId {
+        let instance = (id.0 as usize).checked_sub(self.functions.len());
+        instance.and_then(|at| self.instances.get(at)).copied().unwrap_or(id)
     }
 
     /// The type with that id.

@@ -85,7 +85,7 @@ impl Index {
             Owner::Impl(owner) => {
                 self.law_spec(&self.impl_def(owner).self_ty).filter(|spec| spec.group(&def.name).is_some())
             }
-            _ => self.function_spec(&Def::Function(id)),
+            _ => self.function_spec(&Def::Function(self.origin(id))),
         };
         match spec?.instance {
             InstancePlace::Argument(number) => Some(number as usize + usize::from(def.function.receiver.is_some())),

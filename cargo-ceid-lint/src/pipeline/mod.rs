@@ -27,7 +27,7 @@ use self::memory::Judged;
 use self::parse::Part;
 use crate::baseline::Comparison;
 use crate::config::{self, Config, ConfigError, Preset};
-use crate::count::{Cycle, Pair, analyse};
+use crate::count::{Cycle, Pair, analyse, monomorphise};
 use crate::diagnostic::{Diagnostic, Level, Problem};
 use crate::flow::{Program, lower_function};
 use crate::index::{CrateInput, FunctionPlaces, Index};
@@ -345,6 +345,8 @@ impl Run<'_> {
         lap(Stage::Types);
         let program = Program { index: &index, bodies: &bodies, sources: &sources, directives: &directives };
         let mut graphs: Vec<_> = index.function_ids().map(|id| lower_function(&program, id)).collect();
+        index.instances = monomorphise(&program, &mut graphs);
+        let program = Program { index: &index, bodies: &bodies, sources: &sources, directives: &directives };
         lap(Stage::Flow);
         let mut analysis = analyse(&program, &mut graphs);
         lap(Stage::Count);

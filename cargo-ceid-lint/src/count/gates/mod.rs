@@ -14,6 +14,7 @@ use std::cell::{OnceCell, RefCell};
 use std::collections::BTreeMap;
 
 pub(super) use helper::Asks;
+pub(super) use mode::KeptMode;
 pub(super) use sample::fed_params;
 use sources::{Assignments, Sources};
 
@@ -113,6 +114,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             Effect::Call(site) => match end.state.helper_gate {
                 // The variant that a helper finds may be one of many that its caller makes.
                 Some(Gate::Config) if self.changes_owner() => Some(Gate::Mode),
+                Some(Gate::Mode) if !self.leaves_modes(site, at) => None,
                 gate => gate.or_else(|| self.of_call(site, at, &way)),
             },
             Effect::LoopHead(id) => self.of_loop(*id).or_else(|| self.of_rounds(*id, &way)),

@@ -1,11 +1,27 @@
 //! Modes: states in which a filter pauses, with a reset before it runs again.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Gates, Way};
-use crate::count::search::Mode;
+use crate::count::given::{Given, given, given_subject, place_of};
+use crate::count::search::{End, Mode};
+use crate::count::summary::Outcome;
 use crate::count::verdict::Gate;
-use crate::flow::{Effect, OTHER_HEADS, Place, Projection, Subject, SubjectId, Test};
+use crate::flow::{CallSite, Effect, Head, NodeId, OTHER_HEADS, Place, Projection, Relation, Subject, SubjectId, Test};
+
+/// A state of the caller's for which a helper pauses, with a reset before it updates again.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(in crate::count) struct KeptMode {
+    place: Given,
+    /// The heads that others may give it, so that each pause still goes with a reset.
+    bears: Vec<Head>,
+}
+
+impl KeptMode {
+    fn bears_with(&self, head: Option<&Head>) -> bool {
+        head.is_some_and(|head| self.bears.contains(head))
+    }
+}
 
 impl Gates<'_, '_> {
     /// Whether a state decides over the updates, and every pause that it makes goes with a reset.
@@ -25,8 +41,94 @@ impl Gates<'_, '_> {
             return false;
         }
         self.updating(subject).is_some_and(|updating| {
-            self.search.resets_in_pauses(self.region, Mode { subject, updating, asked_by: None })
+            self.search.resets_in_pauses(self.region, Mode { subject, updating, asked_by: None, foreign: 0 })
         })
+    }
+
+    /// The states of the caller's for which a helper was found to pause, itself or in what it calls.
+    pub(in crate::count) fn kept_modes(&self, end: &End) -> Vec<KeptMode> {
+        let graph = self.search.graph;
+        if let Some(Effect::Call(site)) = end.state.skipped_at.map(|at| &graph.node(at).effect) {
+            let passed_on = self.modes_of(site).into_iter().filter_map(|mode| {
+                Some(KeptMode { place: given(graph, &place_of(&mode.place, site)?)?, ..mode.clone() })
+            });
+            return passed_on.collect();
+        }
+        let modes = self.modes.borrow();
+        let kept = modes.iter().filter(|(_, is_mode)| **is_mode).filter_map(|(id, _)| {
+            let subject = &graph.subjects[id.0 as usize];
+            let place = given_subject(graph, subject)?;
+            let updating = self.updating(*id)?;
+            let bears = |head: &&Head| {
+                let mode = Mode { subject: *id, updating, asked_by: None, foreign: subject.bit(head) };
+                self.search.resets_in_pauses(self.region, mode)
+            };
+            Some(KeptMode { place, bears: subject.heads.iter().filter(bears).cloned().collect() })
+        });
+        kept.collect()
+    }
+
+    /// Whether the cycle leaves the states alone for which a helper pauses, as far as that can do harm: it gives them only heads that
+    /// the helper bears with, or resets the filter as well.
+    pub(super) fn leaves_modes(&self, site: &CallSite, at: NodeId) -> bool {
+        self.modes_of(site).into_iter().all(|mode| {
+            let Some(place) = place_of(&mode.place, site) else { return false };
+            self.nodes().filter(|id| *id != at).all(|id| match &self.search.graph.node(id).effect {
+                Effect::Write(write) | Effect::Set(write) if write.place.overlaps(&place) => {
+                    (write.place == place && mode.bears_with(write.head.as_ref())) || self.resets_around(id)
+                }
+                Effect::Call(other) if self.call_writes(other, &place) => {
+                    let is_same = other.targets.iter().all(|target| site.targets.contains(target));
+                    is_same || self.sets_only(other, &place, mode) || self.resets_around(id)
+                }
+                _ => true,
+            })
+        })
+    }
+
+    /// The states for which a helper pauses.
+    fn modes_of(&self, site: &CallSite) -> BTreeSet<&KeptMode> {
+        let summaries = site.targets.iter().filter_map(|target| self.search.summaries.get(*target));
+        let outcomes = summaries.flat_map(|summary| summary.outcomes(self.search.law)).flat_map(|(_, ways)| ways);
+        outcomes.flat_map(|outcome| &outcome.modes).collect()
+    }
+
+    /// Whether a call gives a state only heads that a helper bears with.
+    fn sets_only(&self, site: &CallSite, place: &Place, mode: &KeptMode) -> bool {
+        let mut summaries = site.targets.iter().filter_map(|target| self.search.summaries.get(*target));
+        summaries.all(|summary| {
+            let is_it = |given: &Given| place_of(given, site).is_some_and(|written| written.overlaps(place));
+            summary.writes.iter().filter(|given| is_it(given)).all(|given| {
+                let mut heads = summary.sets.iter().filter(|(set, _)| set == given).peekable();
+                heads.peek().is_some() && heads.all(|(_, head)| mode.bears_with(head.as_ref()))
+            })
+        })
+    }
+
+    /// Whether each iteration that comes by a node resets the filter there, before or behind it.
+    fn resets_around(&self, at: NodeId) -> bool {
+        let is_free = |node: NodeId| !self.resets(node, |ways| ways.iter().all(|way| way.reset));
+        // A helper that sets the state and resets does both on the same way.
+        self.resets(at, |ways| ways.iter().any(|way| way.reset))
+            || !self.reached(|node, _| is_free(node))[at.0 as usize]
+            || !self.completes(at, |node, _| is_free(node))
+    }
+
+    /// Whether a node resets the filter, or calls a function whose ways do.
+    fn resets(&self, node: NodeId, do_ways: impl Fn(&[Outcome]) -> bool) -> bool {
+        let instance = self.search.instance;
+        let is_whole = |root: &Place| matches!(root.relate(instance, &|_| None), Relation::Holds(_));
+        let holds = |place: &Place| self.search.aliases.shared_roots(place).iter().any(is_whole);
+        match &self.search.graph.node(node).effect {
+            Effect::Reset { place, full } => *full && holds(place),
+            Effect::Write(write) | Effect::Set(write) => holds(&write.place),
+            Effect::Call(site) => {
+                let summaries = site.targets.iter().filter_map(|target| self.search.summaries.get(*target));
+                let mut ways = summaries.flat_map(|summary| summary.outcomes(self.search.law));
+                ways.any(|(given, ways)| do_ways(ways) && place_of(given, site).is_some_and(|place| holds(&place)))
+            }
+            _ => false,
+        }
     }
 
     /// A way on which a mode is left without an update.

@@ -1,7 +1,5 @@
 //! Every way through a region, for one instance: how often it is updated, and what else happens to it.
-//!
-//! The ways are those of the control-flow graph, told apart by the count so far, the names that the instance has, and what is
-//! known of the conditions that matter. A breadth-first search makes the first way that is found the shortest witness.
+//! They are told apart by count, names and known conditions. A breadth-first search finds the shortest witness first.
 
 mod called;
 mod choice;
@@ -398,6 +396,7 @@ impl<'a> Search<'a> {
         let gates = super::gates::Gates::of_helper(self);
         let mut outcomes: BTreeSet<Outcome> = BTreeSet::new();
         for end in &exploration.ends {
+            let gate = gates.of_end(&exploration, end);
             outcomes.insert(Outcome {
                 count: end.state.count,
                 ahead: end.ahead,
@@ -406,7 +405,8 @@ impl<'a> Search<'a> {
                 unknown: end.state.unknown.map(|cause| exploration.causes[cause as usize].clone()),
                 direct: end.state.direct,
                 returned: returned::of_function(self.program, self.graph.function, end.returned),
-                gate: gates.of_end(&exploration, end),
+                gate,
+                modes: if gate == Some(Gate::Mode) { gates.kept_modes(end) } else { Vec::new() },
                 attempted: end.state.attempted,
                 asks: gates.asks(&exploration, end),
                 assumed: end.assumed.clone(),

@@ -35,6 +35,8 @@ pub(in crate::count) struct Mode {
     pub(in crate::count) updating: u32,
     /// The call of the helper that asks for it, if one does.
     pub(in crate::count) asked_by: Option<NodeId>,
+    /// The heads that others may give it between two calls of the function.
+    pub(in crate::count) foreign: u32,
 }
 
 impl Search<'_> {
@@ -119,7 +121,8 @@ impl Run<'_, '_> {
                 let subject = &graph.subjects[id.0 as usize];
                 // What the function only reads is for others to change between two calls.
                 let is_own = subject.reads.iter().all(outlives) && !self.search.writers_of(*id).is_empty();
-                if is_own { mask } else { subject.anything() }
+                let foreign = self.mode.filter(|mode| mode.subject == *id).map_or(0, |mode| mode.foreign);
+                if is_own { mask | foreign } else { subject.anything() }
             })
             .collect();
         let masks = self.masks.intern(masks);
@@ -180,7 +183,7 @@ impl Run<'_, '_> {
 
     /// What is known of a mode that a helper asks for, where a way through the helper is taken; `None` if it cannot be.
     pub(super) fn asked(&mut self, state: &State, outcome: &Outcome, site: &CallSite) -> Option<u32> {
-        let Some(Mode { subject, updating, asked_by: Some(call) }) = self.mode else { return Some(state.masks) };
+        let Some(Mode { subject, updating, asked_by: Some(call), .. }) = self.mode else { return Some(state.masks) };
         let is_asked = |asks: &Asks| asks.subject(self.search.graph, site) == Some(subject);
         if call != state.node || (outcome.count == Count::Zero && !outcome.asks.as_ref().is_some_and(is_asked)) {
             return Some(state.masks);

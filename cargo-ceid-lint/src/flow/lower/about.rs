@@ -3,8 +3,8 @@
 use super::Builder;
 use super::received::received_by;
 use crate::flow::{About, Var};
-use crate::index::Def;
-use crate::syntax::tree::{Body, ExprId, ExprKind, Literal};
+use crate::index::{Def, Ty};
+use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, PatKind, StmtKind};
 use crate::types::LocalId;
 
 impl Builder<'_> {
@@ -39,6 +39,7 @@ impl Builder<'_> {
         }
         if let Some(place) = self.static_place(id) {
             about.reads.push(place);
+            self.collect_declared(id, about);
             return;
         }
         let received_by = received_by(*self.program, self.typed().callees.get(&id));
@@ -118,6 +119,23 @@ impl Builder<'_> {
         }
     }
 
+    /// What the function compares that a truth value was declared with: `let due = every(ticks, 10); if due { … }`.
+    fn collect_declared(&mut self, id: ExprId, about: &mut About) {
+        if *self.ty(id) != Ty::Bool {
+            return;
+        }
+        let Some(init) = self.constants().initial(id) else { return };
+        let body = self.body();
+        match &body.expr(init).kind {
+            ExprKind::Call { args, .. } => self.collect_remainder(init, args, about),
+            ExprKind::MethodCall { receiver, args, .. } => {
+                let given: Vec<ExprId> = std::iter::once(*receiver).chain(args.iter().copied()).collect();
+                self.collect_remainder(init, &given, about);
+            }
+            _ => {}
+        }
+    }
+
     /// What a function that only compares a remainder divides: `fn every(&self, ratio: u32) -> bool { self.ticks % ratio == 0 }`.
     fn collect_remainder(&mut self, id: ExprId, given: &[ExprId], about: &mut About) {
         let Some(target) = self.only_target(id) else { return };
@@ -151,20 +169,43 @@ impl Builder<'_> {
     }
 }
 
-/// What a function divides, and by what, if it does nothing but compare the remainder.
+/// What a function divides, and by what, if it does nothing but compare the remainder, which may have a name.
 fn compared_remainder(body: &Body) -> Option<(ExprId, ExprId)> {
     let mut at = body.root;
+    let mut named: Option<(&str, ExprId)> = None;
     while let ExprKind::Block(block) = &body.expr(at).kind {
-        at = block.tail.filter(|_| block.stmts.is_empty())?;
+        named = match block.stmts.as_slice() {
+            [] => named,
+            [only] if named.is_none() => Some(declared(body, &only.kind)?),
+            _ => return None,
+        };
+        at = block.tail?;
     }
+    let value_of = |id: ExprId| match (&body.expr(id).kind, named) {
+        (ExprKind::Path(path), Some((name, init))) if path.ident() == Some(name) => init,
+        _ => id,
+    };
     match &body.expr(at).kind {
-        ExprKind::Binary { op: "==" | "!=" | "<" | "<=" | ">" | ">=", lhs, .. } => match &body.expr(*lhs).kind {
-            ExprKind::Binary { op: "%", lhs, rhs } => Some((*lhs, *rhs)),
-            _ => None,
-        },
+        ExprKind::Binary { op: "==" | "!=" | "<" | "<=" | ">" | ">=", lhs, .. } => {
+            match &body.expr(value_of(*lhs)).kind {
+                ExprKind::Binary { op: "%", lhs, rhs } => Some((*lhs, *rhs)),
+                _ => None,
+            }
+        }
         ExprKind::MethodCall { receiver, method, args, .. } if method == "is_multiple_of" => {
             Some((*receiver, *args.first()?))
         }
+        _ => None,
+    }
+}
+
+/// The name that a statement declares, and its value.
+fn declared<'b>(body: &'b Body, kind: &StmtKind) -> Option<(&'b str, ExprId)> {
+    match kind {
+        StmtKind::Let { pat, init: Some(init), .. } => match &body.pat(*pat).kind {
+            PatKind::Bind { name, mutable: false, .. } => Some((name, *init)),
+            _ => None,
+        },
         _ => None,
     }
 }

@@ -285,8 +285,9 @@ impl Builder<'_> {
             let whole = Place::var(result);
             (at, part.map_or(whole.clone(), |part| whole.field(&part.to_string())))
         });
-        let site =
-            CallSite { targets: targets.to_vec(), args, result, hands, text, law_of, is_dispatched, fed, into, from };
+        let types = self.deciding_types(id, targets, exprs);
+        let targets = targets.to_vec();
+        let site = CallSite { targets, args, types, result, hands, text, law_of, is_dispatched, fed, into, from };
         self.emit(Effect::Call(Box::new(site)), span);
         result
     }

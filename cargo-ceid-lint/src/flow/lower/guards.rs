@@ -115,6 +115,7 @@ impl Builder<'_> {
             targets: vec![destructor],
             args: vec![Argument { place: Some(place), ..Argument::default() }],
             result,
+            types: Vec::new(),
             text: "drop".to_owned(),
             law_of: None,
             is_dispatched: false,

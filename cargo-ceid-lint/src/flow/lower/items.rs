@@ -56,6 +56,7 @@ impl Builder<'_> {
             args: given.collect(),
             result: Var(0),
             hands: None,
+            types: Vec::new(),
             text: path.text(),
             law_of: at,
             is_dispatched: false,

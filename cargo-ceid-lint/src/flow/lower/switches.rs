@@ -165,6 +165,20 @@ impl Builder<'_> {
         }
     }
 
+    /// The types of the arguments of a call, where they decide what runs.
+    pub(super) fn deciding_types(&self, id: ExprId, targets: &[FunctionId], exprs: &[ExprId]) -> Vec<Ty> {
+        if targets.len() < 2 && !targets.iter().any(|target| self.program.index.is_generic(*target)) {
+            return Vec::new();
+        }
+        let mut types: Vec<Ty> = exprs.iter().map(|expr| self.ty(*expr).clone()).collect();
+        if let (Some(Callee::Resolved(resolved)), Some(first)) = (self.typed().callees.get(&id), types.first_mut())
+            && resolved.has_receiver
+        {
+            *first = resolved.self_ty.clone();
+        }
+        types
+    }
+
     /// Whether a function is a small one that switches a state and runs no law: what it sets must be seen by its callers.
     fn switches_state(&self, resolved: &Resolved) -> bool {
         let [target] = resolved.targets.as_slice() else { return false };
