@@ -350,7 +350,7 @@ impl Context<'_> {
         self.owed_elements(facts, &mut pairs);
         self.owed_halves(facts, &mut pairs);
         self.owed(facts, &mut pairs, analysis);
-        super::guards::add(self.program, facts, &mut pairs, analysis);
+        super::guards::add(self.program, self.summaries, facts, &mut pairs, analysis);
         super::remarks::add(self, facts, &mut pairs, analysis);
         let def = index.function(graph.function);
         let info = index.crate_of(def.module);

@@ -117,7 +117,7 @@ pub(super) fn function_kind(
 
 /// Whether a loop that is no count is only passed through on the way: it asks for nothing but a condition, has a way out, and has
 /// nothing to do with filters, as one that brings an angle into its range or waits for a flag.
-fn is_passed(index: &Index, graph: &ControlFlowGraph, summaries: &Summaries, id: LoopId) -> bool {
+pub(super) fn is_passed(index: &Index, graph: &ControlFlowGraph, summaries: &Summaries, id: LoopId) -> bool {
     let info = graph.loop_info(id);
     let is_inside = |node: NodeId| graph.is_within(graph.node(node).in_loop, id);
     let holds_filter = |place: &Place| place_ty(index, graph, place).is_none_or(|ty| may_hold_filter(index, &ty));

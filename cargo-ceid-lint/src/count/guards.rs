@@ -3,19 +3,23 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::analyse::{Analysis, CycleId, FunctionFacts, GuardDefect, filters_at};
+use super::functions::is_passed;
 use super::remarks::note;
+use super::summary::Summaries;
 use super::verdict::{Pair, Verdict};
 use crate::flow::{ControlFlowGraph, Effect, GuardInfo, LoopId, NodeId, Program};
+use crate::index::{FunctionId, Index, Owner};
 use crate::source::Span;
 
 /// Finds the defects of a function's guards, and adds their rules to the pairs of what they hold.
 pub(super) fn add(
     program: &Program<'_>,
+    summaries: &Summaries,
     facts: &FunctionFacts<'_>,
     pairs: &mut BTreeMap<CycleId, Vec<Pair>>,
     analysis: &mut Analysis,
 ) {
-    for (guard, defect) in defects(program, facts) {
+    for (guard, defect) in defects(program, summaries, facts) {
         let of_places = |place| filters_at(program.index, facts.graph, &facts.aliases, place);
         let held: Vec<String> = guard
             .updates
@@ -40,7 +44,11 @@ pub(super) fn add(
     }
 }
 
-fn defects<'f>(program: &Program<'_>, facts: &'f FunctionFacts<'_>) -> Vec<(&'f GuardInfo, GuardDefect)> {
+fn defects<'f>(
+    program: &Program<'_>,
+    summaries: &Summaries,
+    facts: &'f FunctionFacts<'_>,
+) -> Vec<(&'f GuardInfo, GuardDefect)> {
     let mut found = Vec::new();
     let graph = facts.graph;
     let index = program.index;
@@ -81,8 +89,12 @@ fn defects<'f>(program: &Program<'_>, facts: &'f FunctionFacts<'_>) -> Vec<(&'f 
             .filter(|id| matches!(graph.node(*id).effect, Effect::GuardEnd(own) if own.0 == number))
             .last();
         let Some(start) = start else { continue };
-        let inside = (0u32..).map(LoopId).zip(&graph.loops).find(|(_, own)| {
-            own.parent == guard.in_loop && own.is_endless() && own.head > start && end.is_none_or(|end| own.head < end)
+        let inside = (0u32..).map(LoopId).zip(&graph.loops).find(|(id, own)| {
+            own.parent == guard.in_loop
+                && own.is_endless()
+                && own.head > start
+                && end.is_none_or(|end| own.head < end)
+                && (!is_passed(index, graph, summaries, *id) || asks_filters(index, graph, *id))
         });
         if let Some((_, own)) = inside {
             defect.rule = "guard_outside_cycle";
@@ -98,6 +110,16 @@ fn defects<'f>(program: &Program<'_>, facts: &'f FunctionFacts<'_>) -> Vec<(&'f 
         }
     }
     found
+}
+
+/// Whether methods of filters are called within a loop.
+fn asks_filters(index: &Index, graph: &ControlFlowGraph, id: LoopId) -> bool {
+    let is_of_filter = |target: &FunctionId| match index.function(*target).owner {
+        Owner::Impl(owner) => index.holds_filter(&index.impl_def(owner).self_ty),
+        _ => false,
+    };
+    let mut inside = graph.node_ids().map(|node| graph.node(node)).filter(|node| graph.is_within(node.in_loop, id));
+    inside.any(|node| matches!(&node.effect, Effect::Call(site) if site.targets.iter().any(is_of_filter)))
 }
 
 /// Where the block of a guard ends, if the cycle goes on behind it.

@@ -56,6 +56,12 @@ pub fn monomorphise(program: &Program<'_>, graphs: &mut Vec<Option<ControlFlowGr
 }
 
 impl Instances {
+    /// The function that one is an instance of, or itself.
+    fn origin(&self, id: FunctionId, graphs: usize) -> FunctionId {
+        let functions = graphs - self.origins.len();
+        (id.0 as usize).checked_sub(functions).map_or(id, |instance| self.origins[instance])
+    }
+
     /// The instance of a function for these types; `None` if there are too many.
     fn of(
         &mut self,
@@ -72,8 +78,14 @@ impl Instances {
             return None;
         }
         let id = FunctionId(u32::try_from(graphs.len()).ok()?);
-        let instance = instance(index, graphs[origin.0 as usize].as_ref()?, id, &key.1);
-        graphs.push(Some(instance));
+        let mut written = graphs[origin.0 as usize].clone()?;
+        // Its calls may have been told their instances already: those of its own types.
+        for node in &mut written.nodes {
+            if let Effect::Call(site) = &mut node.effect {
+                site.targets.iter_mut().for_each(|target| *target = self.origin(*target, graphs.len()));
+            }
+        }
+        graphs.push(Some(instance(index, written, id, &key.1)));
         self.origins.push(origin);
         self.known.insert(key, id);
         Some(id)
@@ -149,12 +161,12 @@ fn hidden(number: usize) -> String {
 }
 
 /// The function with these types.
-fn instance(index: &Index, of: &ControlFlowGraph, id: FunctionId, types: &Types) -> ControlFlowGraph {
-    let function = &index.function(of.function).function;
+fn instance(index: &Index, mut graph: ControlFlowGraph, id: FunctionId, types: &Types) -> ControlFlowGraph {
+    let function = &index.function(graph.function).function;
     let body = function.body.as_ref().map_or(function.head, |body| body.expr(body.root).span);
     // What was inlined has parameters of its own, which may have the same names.
     let is_own = |span: Span| body.contains(span);
-    let mut graph = ControlFlowGraph { function: id, ..of.clone() };
+    graph.function = id;
     let given = |number: usize| types.iter().find(|(name, _)| *name == hidden(number)).map(|(_, ty)| ty);
     for var in graph.vars.iter_mut().filter(|var| var.param.is_some() || is_own(var.span)) {
         var.ty = match var.param.and_then(given) {
@@ -162,7 +174,7 @@ fn instance(index: &Index, of: &ControlFlowGraph, id: FunctionId, types: &Types)
             None => var.ty.substitute(types),
         };
     }
-    let params = &of.params;
+    let params = graph.params.clone();
     for node in graph.nodes.iter_mut().filter(|node| is_own(node.span)) {
         let Effect::Call(site) = &mut node.effect else { continue };
         let was_bounded = matches!(site.types.first(), Some(Ty::Param(_) | Ty::Opaque(_)));

@@ -5,11 +5,13 @@ mod called;
 mod choice;
 mod effects;
 mod entry;
+mod exploration;
 mod hash;
 mod interner;
 mod modes;
 mod names;
 mod reach;
+mod rounds;
 mod run;
 mod settled;
 mod shared;
@@ -19,13 +21,14 @@ use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 pub(super) use called::Called;
+pub(super) use exploration::{End, EndKind, Exploration};
 use modes::Age;
 pub(super) use modes::Mode;
 use names::{covering_loops, indexes_instance, lends_some};
 use run::Run;
 
 use super::aliases::Aliases;
-use super::assumed::{Assumed, merged};
+use super::assumed::merged;
 use super::counts::Count;
 use super::given::{Given, place_of};
 use super::returned;
@@ -74,68 +77,6 @@ pub(super) struct State {
     versions: u32,
     masks: u32,
     rounds: u32,
-}
-
-/// How a way ends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum EndKind {
-    /// The next iteration follows.
-    Completes,
-    /// The loop or function is left for good.
-    Exits,
-}
-
-/// A way's end.
-#[derive(Clone, Debug)]
-pub(super) struct End {
-    pub(super) kind: EndKind,
-    pub(super) state: State,
-    /// The number of the state in [`Exploration::states`].
-    pub(super) at: usize,
-    pub(super) returned: returned::Heads,
-    /// How far the state that is given back is ahead of the instance.
-    pub(super) ahead: Count,
-    /// With which conditions of a caller's it is taken, where callers are to know.
-    pub(super) assumed: Assumed,
-}
-
-/// All ways through a region.
-#[derive(Debug)]
-pub(super) struct Exploration {
-    pub(super) states: Vec<State>,
-    parents: Vec<Option<usize>>,
-    /// How many states come before each on its way.
-    depths: Vec<u32>,
-    pub(super) ends: Vec<End>,
-    pub(super) causes: Vec<Cause>,
-    /// Set if the search gave up.
-    pub(super) limit: bool,
-    /// Conditions that could not be told apart, because there are too many.
-    pub(super) dropped: BTreeSet<SubjectId>,
-}
-
-impl Exploration {
-    /// The state before one on its way.
-    pub(super) fn parent(&self, at: usize) -> Option<usize> {
-        self.parents[at]
-    }
-
-    /// How long the way to a state is.
-    pub(super) fn depth(&self, at: usize) -> u32 {
-        self.depths[at]
-    }
-
-    /// The states of the way to one, in order.
-    pub(super) fn path(&self, at: usize) -> Vec<usize> {
-        let mut path = vec![at];
-        let mut at = at;
-        while let Some(parent) = self.parents[at] {
-            path.push(parent);
-            at = parent;
-        }
-        path.reverse();
-        path
-    }
 }
 
 /// What is searched for.

@@ -6,11 +6,11 @@ use super::entry::Known;
 use super::hash::BuildHasher;
 use super::interner::Interner;
 use super::versions::Versions;
-use super::{End, EndKind, Exploration, MAX_ROUNDS, MAX_STATES, Region, Search, State};
+use super::{End, EndKind, Exploration, MAX_STATES, Region, Search, State};
 use crate::count::counts::Count;
 use crate::count::returned;
 use crate::count::slice::Tracked;
-use crate::flow::{Cause, Effect, IndexKey, LoopId, NodeId, Place, Relation, Rounds, RunBy, Test, Update, Var};
+use crate::flow::{Cause, Effect, IndexKey, LoopId, NodeId, Place, Relation, RunBy, Test, Update, Var};
 
 /// The round of a loop whose counter has passed every number that is asked for.
 pub(super) const BEYOND: u64 = u64::MAX;
@@ -102,7 +102,7 @@ impl<'s, 'a> Run<'s, 'a> {
     }
 
     /// Follows an edge: the way may end with it.
-    fn follow(&mut self, at: usize, state: State, to: NodeId) {
+    pub(super) fn follow(&mut self, at: usize, state: State, to: NodeId) {
         let graph = self.search.graph;
         if graph.node(to).debug_only.is_some() {
             return;
@@ -414,93 +414,6 @@ impl<'s, 'a> Run<'s, 'a> {
             if let Some(masks) = self.compared(after.masks, test, number == 0) {
                 self.follow(at, State { masks, ..after }, to);
             }
-        }
-    }
-
-    /// Another round of a loop, or no more.
-    fn head(&mut self, at: usize, state: &State, id: LoopId) {
-        let graph = self.search.graph;
-        let info = graph.loop_info(id);
-        let next = graph.node(state.node).next.clone();
-        let [round, rest @ ..] = next.as_slice() else { return };
-        let names = self.names.get(state.names).clone();
-        let plain = self.search.without_items(&names, id);
-        let plain_id = self.names.intern(plain.clone());
-        let state = State { names: plain_id, ..state.clone() };
-        let mut rounds = self.rounds.get(state.rounds).clone();
-        let done = rounds.iter().find(|(open, _)| *open == id).map_or(0, |(_, done)| *done);
-        let is_region = self.region == Region::Loop(id);
-        if self.search.covers(id) && !is_region {
-            let own = self.search.with_items(&plain, id);
-            let own = self.names.intern(own);
-            // The rounds before the instance's own: their number if it is known, or else any.
-            let before = self.search.rounds_before(&plain, id).filter(|before| *before < MAX_ROUNDS);
-            rounds.retain(|(open, _)| *open != id);
-            // Which number the instance's own round has is known where those before it are; that of a later one never is.
-            let passed = self.rounds.intern(rounds.iter().copied().chain([(id, BEYOND)]).collect());
-            rounds.push((id, if before.is_some() { done.saturating_add(1) } else { BEYOND }));
-            let more = self.rounds.intern(rounds);
-            if done == before.unwrap_or(0) {
-                self.follow(at, State { names: own, rounds: more, ..state.clone() }, *round);
-            }
-            match before {
-                Some(before) if done < before => self.follow(at, State { rounds: more, ..state.clone() }, *round),
-                Some(before) if done == before => {}
-                None if done == 0 => self.follow(at, state.clone(), *round),
-                _ => self.follow(at, State { rounds: passed, ..state.clone() }, *round),
-            }
-            if done > before.unwrap_or(0) || info.passes_over {
-                for to in rest {
-                    self.follow(at, state.clone(), *to);
-                }
-            }
-            return;
-        }
-        if let Rounds::Constant(count) = info.rounds
-            && !is_region
-        {
-            let last = count.min(MAX_ROUNDS);
-            if done < last || (count > MAX_ROUNDS && done == last) {
-                let now = (done + 1).min(last);
-                rounds.retain(|(open, _)| *open != id);
-                rounds.push((id, now));
-                let more = self.rounds.intern(rounds);
-                let mut after = State { rounds: more, ..state.clone() };
-                if let Some((counter, first)) = info.counter {
-                    after.masks = self.killed(after.masks, &Place::var(counter));
-                    if count <= MAX_ROUNDS
-                        && let Some(first) = first
-                    {
-                        after.masks = self.with_number(after.masks, counter, first + now - 1);
-                    }
-                }
-                self.follow(at, after, *round);
-            }
-            if done >= last || (info.passes_over) {
-                for to in rest {
-                    self.follow(at, state.clone(), *to);
-                }
-            }
-            return;
-        }
-        let mut after = state.clone();
-        if let Some((counter, first)) = info.counter {
-            after.masks = self.killed(after.masks, &Place::var(counter));
-            if let (Some(first), Some(last), false) = (first, self.last_asked(counter), is_region || !info.in_order) {
-                // Behind the last number that is asked for, no such question holds.
-                let now = if done < MAX_ROUNDS && first.saturating_add(done) <= last { done + 1 } else { BEYOND };
-                rounds.retain(|(open, _)| *open != id);
-                rounds.push((id, now));
-                after.rounds = self.rounds.intern(rounds);
-                after.masks = match now {
-                    BEYOND => self.without_numbers(after.masks, counter, MAX_ROUNDS),
-                    now => self.with_number(after.masks, counter, first + now - 1),
-                };
-            }
-        }
-        self.follow(at, after, *round);
-        for to in rest {
-            self.follow(at, state.clone(), *to);
         }
     }
 }

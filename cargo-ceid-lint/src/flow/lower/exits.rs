@@ -1,10 +1,32 @@
 //! Ways out: the ends of blocks, `break`, `continue`, `return`, `?`, and the bodies they leave.
 
-use super::{Builder, Scope, ScopeKind, Value};
-use crate::flow::{Effect, GuardId, Mark, NodeId, Returned};
+use super::{Builder, Value};
+use crate::flow::{Effect, GuardId, Mark, NodeId, Returned, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{Block, ExprId};
+
+/// Something that is left by `return`, `break` or `?`.
+pub(super) struct Scope {
+    pub(super) kind: ScopeKind,
+    pub(super) guards: Vec<GuardId>,
+}
+
+pub(super) enum ScopeKind {
+    /// A block: its guards end with it.
+    Block,
+    /// A loop, or a block with a label: where `break` and `continue` go, and what holds the value.
+    Breakable {
+        label: Option<String>,
+        is_loop: bool,
+        frame_depth: u32,
+        after: NodeId,
+        again: Option<NodeId>,
+        value: Var,
+    },
+    /// The body of a function or closure that is inlined, or of a `try` or `async` block: where `return` or `?` goes.
+    Body { catches_return: bool, after: NodeId, value: Var },
+}
 
 impl Builder<'_> {
     pub(super) fn open_block(&mut self) {
@@ -98,7 +120,7 @@ impl Builder<'_> {
     }
 
     /// The scope that a `break` or `continue` leaves, where it goes, and what holds its value.
-    fn target(&self, label: Option<&String>, again: bool) -> Option<(usize, NodeId, crate::flow::Var)> {
+    fn target(&self, label: Option<&String>, again: bool) -> Option<(usize, NodeId, Var)> {
         self.scopes.iter().enumerate().rev().find_map(|(at, scope)| match &scope.kind {
             ScopeKind::Breakable { label: own, is_loop, frame_depth, after, again: back, value }
                 if *frame_depth == self.depth

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::{Builder, Scope, ScopeKind, Value};
+use super::exits::{Scope, ScopeKind};
+use super::{Builder, Value};
 use crate::flow::{Caller, CycleKind, Effect, LoopId, LoopInfo, NodeId, Place, Rounds, Var};
 use crate::index::Ty;
 use crate::source::Span;

@@ -113,28 +113,6 @@ struct ClosureRef {
     expr: ExprId,
 }
 
-/// Something that is left by `return`, `break` or `?`.
-struct Scope {
-    kind: ScopeKind,
-    guards: Vec<GuardId>,
-}
-
-enum ScopeKind {
-    /// A block: its guards end with it.
-    Block,
-    /// A loop, or a block with a label: where `break` and `continue` go, and what holds the value.
-    Breakable {
-        label: Option<String>,
-        is_loop: bool,
-        frame_depth: u32,
-        after: NodeId,
-        again: Option<NodeId>,
-        value: Var,
-    },
-    /// The body of a function or closure that is inlined, or of a `try` or `async` block: where `return` or `?` goes.
-    Body { catches_return: bool, after: NodeId, value: Var },
-}
-
 /// What an expression evaluates to, as far as filters go.
 #[derive(Clone, Debug, Default)]
 struct Value {
@@ -160,7 +138,7 @@ struct Builder<'a> {
     frames: Vec<Frame<'a>>,
     frame: usize,
     depth: u32,
-    scopes: Vec<Scope>,
+    scopes: Vec<exits::Scope>,
     loops: Vec<LoopId>,
     /// The node to which the next one is linked; `None` where nothing leads any more.
     at: Option<NodeId>,

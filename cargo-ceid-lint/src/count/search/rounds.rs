@@ -1,0 +1,94 @@
+//! The rounds of the loops that a way goes through.
+
+use super::run::{BEYOND, Run};
+use super::{MAX_ROUNDS, Region, State};
+use crate::flow::{LoopId, Place, Rounds};
+
+impl Run<'_, '_> {
+    /// Another round of a loop, or no more.
+    pub(super) fn head(&mut self, at: usize, state: &State, id: LoopId) {
+        let graph = self.search.graph;
+        let info = graph.loop_info(id);
+        let next = graph.node(state.node).next.clone();
+        let [round, rest @ ..] = next.as_slice() else { return };
+        let names = self.names.get(state.names).clone();
+        let plain = self.search.without_items(&names, id);
+        let plain_id = self.names.intern(plain.clone());
+        let state = State { names: plain_id, ..state.clone() };
+        let mut rounds = self.rounds.get(state.rounds).clone();
+        let done = rounds.iter().find(|(open, _)| *open == id).map_or(0, |(_, done)| *done);
+        let is_region = self.region == Region::Loop(id);
+        if self.search.covers(id) && !is_region {
+            let own = self.search.with_items(&plain, id);
+            let own = self.names.intern(own);
+            // The rounds before the instance's own: their number if it is known, or else any.
+            let before = self.search.rounds_before(&plain, id).filter(|before| *before < MAX_ROUNDS);
+            rounds.retain(|(open, _)| *open != id);
+            // Which number the instance's own round has is known where those before it are; that of a later one never is.
+            let passed = self.rounds.intern(rounds.iter().copied().chain([(id, BEYOND)]).collect());
+            rounds.push((id, if before.is_some() { done.saturating_add(1) } else { BEYOND }));
+            let more = self.rounds.intern(rounds);
+            if done == before.unwrap_or(0) {
+                self.follow(at, State { names: own, rounds: more, ..state.clone() }, *round);
+            }
+            match before {
+                Some(before) if done < before => self.follow(at, State { rounds: more, ..state.clone() }, *round),
+                Some(before) if done == before => {}
+                None if done == 0 => self.follow(at, state.clone(), *round),
+                _ => self.follow(at, State { rounds: passed, ..state.clone() }, *round),
+            }
+            if done > before.unwrap_or(0) || info.passes_over {
+                for to in rest {
+                    self.follow(at, state.clone(), *to);
+                }
+            }
+            return;
+        }
+        if let Rounds::Constant(count) = info.rounds
+            && !is_region
+        {
+            let last = count.min(MAX_ROUNDS);
+            if done < last || (count > MAX_ROUNDS && done == last) {
+                let now = (done + 1).min(last);
+                rounds.retain(|(open, _)| *open != id);
+                rounds.push((id, now));
+                let more = self.rounds.intern(rounds);
+                let mut after = State { rounds: more, ..state.clone() };
+                if let Some((counter, first)) = info.counter {
+                    after.masks = self.killed(after.masks, &Place::var(counter));
+                    if count <= MAX_ROUNDS
+                        && let Some(first) = first
+                    {
+                        after.masks = self.with_number(after.masks, counter, first + now - 1);
+                    }
+                }
+                self.follow(at, after, *round);
+            }
+            if done >= last || (info.passes_over) {
+                for to in rest {
+                    self.follow(at, state.clone(), *to);
+                }
+            }
+            return;
+        }
+        let mut after = state.clone();
+        if let Some((counter, first)) = info.counter {
+            after.masks = self.killed(after.masks, &Place::var(counter));
+            if let (Some(first), Some(last), false) = (first, self.last_asked(counter), is_region || !info.in_order) {
+                // Behind the last number that is asked for, no such question holds.
+                let now = if done < MAX_ROUNDS && first.saturating_add(done) <= last { done + 1 } else { BEYOND };
+                rounds.retain(|(open, _)| *open != id);
+                rounds.push((id, now));
+                after.rounds = self.rounds.intern(rounds);
+                after.masks = match now {
+                    BEYOND => self.without_numbers(after.masks, counter, MAX_ROUNDS),
+                    now => self.with_number(after.masks, counter, first + now - 1),
+                };
+            }
+        }
+        self.follow(at, after, *round);
+        for to in rest {
+            self.follow(at, state.clone(), *to);
+        }
+    }
+}
