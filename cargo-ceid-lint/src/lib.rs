@@ -5,6 +5,8 @@
 //! Data flows from the first module of this list to the last; a module imports only from those above it.
 #![forbid(unsafe_code)]
 
+pub mod parallel;
+
 pub mod source;
 
 pub mod diagnostic;

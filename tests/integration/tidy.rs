@@ -8,6 +8,7 @@ use crate::support::{RULES, root};
 
 /// The modules from the lowest floor up: each imports only from lower ones and from itself.
 const FLOORS: &[&str] = &[
+    "parallel",
     "source",
     "diagnostic",
     "config",

@@ -2,7 +2,7 @@
 
 use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::rc::Rc;
+use std::sync::Arc;
 
 use super::given::{Given, place_of};
 use super::instances::{may_hold_filter, place_ty};
@@ -31,11 +31,11 @@ pub(super) struct Aliases {
     /// Collections of which a call is told the number of an element by a variable.
     indexed: Vec<(Var, Place)>,
     /// The roots of the places that were asked for.
-    known: RefCell<HashMap<Place, Rc<[Place]>>>,
+    known: RefCell<HashMap<Place, Arc<[Place]>>>,
     /// What the calls that were asked for have to do with, by their results.
-    calls: RefCell<HashMap<Var, Rc<[CalledPlace]>>>,
+    calls: RefCell<HashMap<Var, Arc<[CalledPlace]>>>,
     /// What calls mean to an instance that they have nothing to do with, by their results.
-    beside: RefCell<HashMap<Var, Rc<Called>>>,
+    beside: RefCell<HashMap<Var, Arc<Called>>>,
     /// The nodes at which something happens to what a base has.
     near: OnceCell<HashMap<Base, Vec<NodeId>>>,
     /// Whether there were more names than are followed, so that a place may be one of another that is not known.
@@ -47,7 +47,7 @@ pub(super) struct Aliases {
 pub(super) enum Roots<'a> {
     /// It is a name of nothing else.
     Itself(&'a Place),
-    Others(Rc<[Place]>),
+    Others(Arc<[Place]>),
 }
 
 impl std::ops::Deref for Roots<'_> {
@@ -71,7 +71,7 @@ pub(super) struct CalledPlace {
     /// The place here.
     pub(super) place: Place,
     /// The places that it may be a name of, unless that is only itself.
-    others: Option<Rc<[Place]>>,
+    others: Option<Arc<[Place]>>,
 }
 
 impl CalledPlace {
@@ -311,7 +311,7 @@ impl Aliases {
             return Roots::Itself(place);
         }
         if let Some(known) = self.known.borrow().get(place) {
-            return Roots::Others(Rc::clone(known));
+            return Roots::Others(Arc::clone(known));
         }
         let mut found = BTreeSet::new();
         let mut seen = BTreeSet::new();
@@ -321,15 +321,15 @@ impl Aliases {
         if place.base_var().is_some_and(|var| self.plain.contains(&var)) {
             self.is_cut_off.set(is_cut_off);
         }
-        let roots: Rc<[Place]> = found.into_iter().collect();
-        self.known.borrow_mut().insert(place.clone(), Rc::clone(&roots));
+        let roots: Arc<[Place]> = found.into_iter().collect();
+        self.known.borrow_mut().insert(place.clone(), Arc::clone(&roots));
         Roots::Others(roots)
     }
 
     /// The places that the targets of a call have ways for, by target: each search asks for them anew.
-    pub(super) fn called_places(&self, site: &CallSite, summaries: &Summaries) -> Rc<[CalledPlace]> {
+    pub(super) fn called_places(&self, site: &CallSite, summaries: &Summaries) -> Arc<[CalledPlace]> {
         if let Some(known) = self.calls.borrow().get(&site.result) {
-            return Rc::clone(known);
+            return Arc::clone(known);
         }
         let mut places = Vec::new();
         for (target, summary) in site.targets.iter().filter_map(|target| Some((*target, summaries.get(*target)?))) {
@@ -345,8 +345,8 @@ impl Aliases {
                 }
             }
         }
-        let places: Rc<[CalledPlace]> = places.into();
-        self.calls.borrow_mut().insert(site.result, Rc::clone(&places));
+        let places: Arc<[CalledPlace]> = places.into();
+        self.calls.borrow_mut().insert(site.result, Arc::clone(&places));
         places
     }
 
@@ -383,12 +383,12 @@ impl Aliases {
     }
 
     /// What a call means to an instance that it has nothing to do with: each search asks for that anew.
-    pub(super) fn call_beside(&self, site: &CallSite, find: impl FnOnce() -> Called) -> Rc<Called> {
+    pub(super) fn call_beside(&self, site: &CallSite, find: impl FnOnce() -> Called) -> Arc<Called> {
         if let Some(known) = self.beside.borrow().get(&site.result) {
-            return Rc::clone(known);
+            return Arc::clone(known);
         }
-        let called = Rc::new(find());
-        self.beside.borrow_mut().insert(site.result, Rc::clone(&called));
+        let called = Arc::new(find());
+        self.beside.borrow_mut().insert(site.result, Arc::clone(&called));
         called
     }
 

@@ -1,9 +1,10 @@
 //! Which cycles there are, which filters each of them updates or owes an update, and what is decided for each pair.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::rc::Rc;
+use std::sync::Mutex;
 
 use super::aliases::Aliases;
+use super::analysis::{Analysis, Presumed};
 use super::cycles::{Instance, choose_cycles};
 use super::debug_only;
 use super::decide::{self, Decision};
@@ -12,7 +13,7 @@ use super::fields::Fields;
 use super::functions::{FunctionKind, called_functions, function_kind, is_law, reached_from_cycles};
 use super::given::place_of;
 use super::instances::{leaves, place_ty, settle_elements};
-use super::remarks::{Remark, Steps, Waiting};
+use super::remarks::{Steps, Waiting};
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
 use super::summary::Summaries;
@@ -22,79 +23,11 @@ use crate::flow::{Base, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, Nod
 use crate::index::{FunctionId, Index, Shape, Ty};
 use crate::source::Span;
 
-/// What the analysis found out about a workspace.
-#[derive(Debug, Default)]
-pub struct Analysis {
-    /// The cycles with their pairs.
-    pub cycles: Vec<Cycle>,
-    /// Filters that no cycle has to do with and that nothing updates.
-    pub unregistered: Vec<Unregistered>,
-    /// Guards that do not do what they are there for.
-    pub guards: Vec<GuardDefect>,
-    /// What further rules say of the pairs and cycles.
-    pub remarks: Vec<Remark>,
-    /// Functions that nothing calls and in which only repetitions are looked for, without one.
-    pub presumed: Vec<Presumed>,
-}
-
-/// A function that reaches filters and may or may not be called once per cycle.
-#[derive(Clone, Copy, Debug)]
-pub struct Presumed {
-    /// Index into the project's packages.
-    pub package: usize,
-    /// Index into the package's targets.
-    pub target: usize,
-    /// Its `fn`.
-    pub head: Span,
-}
-
-/// A filter that is built and then neither registered, updated, moved nor returned.
-#[derive(Clone, Debug)]
-pub struct Unregistered {
-    /// Index into the project's packages.
-    pub package: usize,
-    /// Index into the package's targets.
-    pub target: usize,
-    /// The name of the variable.
-    pub name: String,
-    /// The name of its type.
-    pub filter_type: String,
-    /// Where it is built.
-    pub span: Span,
-    /// The function.
-    pub function: String,
-    /// The cycle that is there beside it, if there is one.
-    pub cycle: Option<Span>,
-}
-
-/// What is wrong with a guard.
-#[derive(Clone, Debug)]
-pub struct GuardDefect {
-    /// Index into the project's packages.
-    pub package: usize,
-    /// Index into the package's targets.
-    pub target: usize,
-    /// The rule: `guard_outside_cycle`, `guard_dropped_early`, `forgotten_guard`.
-    pub rule: &'static str,
-    /// Where the guard is made.
-    pub made: Span,
-    /// Where it goes wrong.
-    pub span: Span,
-    /// What goes wrong there.
-    pub what: String,
-    /// What it guards as the source spells it, as far as it is known.
-    pub names: Vec<String>,
-    /// The function.
-    pub function: String,
-    /// The head of the cycle it belongs to.
-    pub cycle: Option<Span>,
-}
-
 /// A function with what is known of it.
 pub(super) struct FunctionFacts<'a> {
     pub(super) graph: &'a ControlFlowGraph,
     pub(super) aliases: Aliases,
-    pub(super) dependence: Rc<ControlDependence>,
+    pub(super) dependence: ControlDependence,
     /// The cycles of each instance that the function updates.
     pub(super) updated: Vec<Instance>,
     pub(super) kind: FunctionKind,
@@ -110,32 +43,39 @@ pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -
     let summaries = Summaries::compute(program, graphs);
     let called = called_functions(program.index, graphs);
     let in_cycle = reached_from_cycles(program, graphs, &summaries, &called);
-    let mut facts = Vec::new();
     // What is written is judged once; its instances are what calls of it do.
     let is_written = |graph: &&ControlFlowGraph| program.index.origin(graph.function) == graph.function;
-    for graph in graphs.iter().flatten().filter(is_written) {
-        let kind = function_kind(program, graph, &summaries, &called);
-        facts.push(function_facts(program, graph, &summaries, kind, &in_cycle));
-    }
+    let written: Vec<&ControlFlowGraph> = graphs.iter().flatten().filter(is_written).collect();
+    let facts = program.cores.deeply(written.len(), |at| {
+        let kind = function_kind(program, written[at], &summaries, &called);
+        function_facts(program, written[at], &summaries, kind, &in_cycle)
+    });
     let fields = updated_fields(program.index, &facts, &in_cycle);
     let anywhere = touched_fields(program.index, &facts);
     let waiting = super::remarks::waiting(program, graphs);
     let steps = Steps::of(program, graphs);
-    let mut analysis = Analysis::default();
-    for function in &facts {
-        if function.kind == FunctionKind::Outside {
-            continue;
+    let facts: Vec<Mutex<FunctionFacts<'_>>> = facts.into_iter().map(Mutex::new).collect();
+    let parts = program.cores.deeply(facts.len(), |at| {
+        let mut analysis = Analysis::default();
+        // Each is taken once.
+        let Ok(function) = facts[at].lock() else { return analysis };
+        if function.kind != FunctionKind::Outside {
+            let context = Context {
+                program,
+                summaries: &summaries,
+                fields: &fields,
+                anywhere: &anywhere,
+                waiting: &waiting,
+                steps: &steps,
+                effort: Effort::default(),
+            };
+            context.function(&function, &mut analysis);
         }
-        let context = Context {
-            program,
-            summaries: &summaries,
-            fields: &fields,
-            anywhere: &anywhere,
-            waiting: &waiting,
-            steps: &steps,
-            effort: Effort::default(),
-        };
-        context.function(function, &mut analysis);
+        analysis
+    });
+    let mut analysis = Analysis::default();
+    for part in parts {
+        analysis.add(part);
     }
     analysis.cycles.sort_by_key(|cycle| (cycle.head, cycle.package, cycle.target));
     analysis
@@ -149,7 +89,7 @@ fn function_facts<'a>(
     in_cycle: &BTreeSet<FunctionId>,
 ) -> FunctionFacts<'a> {
     let aliases = Aliases::of(program.index, graph, summaries);
-    let dependence = Rc::new(ControlDependence::of(graph));
+    let dependence = ControlDependence::of(graph);
     let mut places: BTreeSet<Place> = BTreeSet::new();
     // A law may have its state in an argument, whatever the argument's type.
     let mut states: BTreeSet<Place> = BTreeSet::new();
@@ -191,7 +131,7 @@ fn function_facts<'a>(
         let halves =
             place_ty(program.index, graph, &place).and_then(|ty| Some(program.index.filter_spec(&ty)?.law.len()));
         for law in 0..halves.unwrap_or_else(|| program.index.halves()) {
-            let dependence = Rc::clone(&dependence);
+            let dependence = &dependence;
             let search = Search::with_dependence(program, graph, &aliases, summaries, &place, law, dependence);
             let instance = choose_cycles(graph, &aliases, summaries, &search, kind, in_cycle);
             // How many halves there are of a state that lies in an argument, its calls tell.
@@ -379,7 +319,7 @@ impl Context<'_> {
 
     /// The search for the updates of an instance.
     pub(super) fn search<'s>(&'s self, facts: &'s FunctionFacts<'_>, instance: &'s Instance) -> Search<'s> {
-        let dependence = Rc::clone(&facts.dependence);
+        let dependence = &facts.dependence;
         let (place, law) = (&instance.place, instance.law);
         let mut search =
             Search::with_dependence(self.program, facts.graph, &facts.aliases, self.summaries, place, law, dependence);

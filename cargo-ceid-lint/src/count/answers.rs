@@ -2,7 +2,6 @@
 //! learns nothing new from a helper that gives `true` while it holds. Knows no filters.
 
 use std::collections::BTreeMap;
-use std::rc::Rc;
 
 use super::aliases::Aliases;
 use super::assumed::Assumed;
@@ -34,11 +33,11 @@ pub(super) fn answers(
         _ => None,
     });
     let Some(first) = asked.next() else { return Answers::new() };
-    let dependence = Rc::new(ControlDependence::of(graph));
+    let dependence = ControlDependence::of(graph);
     for id in std::iter::once(first).chain(asked) {
         let Some(place) = &graph.subjects[id.0 as usize].whole else { continue };
         // What is asked for is followed as an instance that nothing happens to: its ways are all there are.
-        let search = Search::with_dependence(program, graph, aliases, summaries, place, 0, Rc::clone(&dependence));
+        let search = Search::with_dependence(program, graph, aliases, summaries, place, 0, &dependence);
         if search.of_caller(id).is_some() {
             return by_assumption(&search);
         }

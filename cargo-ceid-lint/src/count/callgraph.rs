@@ -25,6 +25,25 @@ pub(super) fn components(graphs: &[Option<ControlFlowGraph>]) -> Vec<Vec<Functio
     state.found
 }
 
+/// The components by levels: what one of a level calls is in itself or on a level before.
+pub(super) fn levels(graphs: &[Option<ControlFlowGraph>]) -> Vec<Vec<Vec<FunctionId>>> {
+    let mut levels: Vec<Vec<Vec<FunctionId>>> = Vec::new();
+    // One more than the level of each function that was placed.
+    let mut above = vec![0; graphs.len()];
+    for component in components(graphs) {
+        let called = component.iter().flat_map(|id| graphs[id.0 as usize].iter().flat_map(callees));
+        let level = called.map(|callee| above[callee]).max().unwrap_or(0);
+        for id in &component {
+            above[id.0 as usize] = level + 1;
+        }
+        if levels.len() <= level {
+            levels.resize_with(level + 1, Vec::new);
+        }
+        levels[level].push(component);
+    }
+    levels
+}
+
 /// The functions that a graph calls.
 pub(super) fn callees(graph: &ControlFlowGraph) -> Vec<usize> {
     let mut found: Vec<usize> = graph

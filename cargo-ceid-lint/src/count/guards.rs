@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::analyse::{Analysis, CycleId, FunctionFacts, GuardDefect, filters_at};
+use super::analyse::{CycleId, FunctionFacts, filters_at};
+use super::analysis::{Analysis, GuardDefect};
 use super::functions::is_passed;
 use super::remarks::note;
 use super::summary::Summaries;

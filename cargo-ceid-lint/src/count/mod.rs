@@ -2,9 +2,11 @@
 
 mod aliases;
 mod analyse;
+mod analysis;
 mod answers;
 mod assumed;
 mod behind;
+mod bottom_up;
 mod callgraph;
 mod conditions;
 mod counts;
@@ -32,7 +34,8 @@ mod uses;
 mod verdict;
 mod witness;
 
-pub use analyse::{Analysis, GuardDefect, Unregistered, analyse};
+pub use analyse::analyse;
+pub use analysis::{Analysis, GuardDefect, Unregistered};
 pub use counts::Count;
 pub use functions::is_cycle_function;
 pub use monomorphise::monomorphise;

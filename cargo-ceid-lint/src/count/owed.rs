@@ -1,9 +1,9 @@
 //! Which filters a cycle owes an update although no path of it updates them.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::rc::Rc;
 
-use super::analyse::{Analysis, Context, CycleId, FunctionFacts, Unregistered};
+use super::analyse::{Context, CycleId, FunctionFacts};
+use super::analysis::{Analysis, Unregistered};
 use super::counts::Count;
 use super::decide::{self, Decision};
 use super::fields::Fields;
@@ -353,7 +353,7 @@ impl Context<'_> {
             self.summaries,
             place,
             law,
-            Rc::clone(&facts.dependence),
+            &facts.dependence,
         );
         let region = match id {
             CycleId::Loop(id) => Region::Loop(id),

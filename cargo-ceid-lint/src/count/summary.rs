@@ -1,7 +1,6 @@
 //! What a call of a function does to the places it gets: callees first, recursion to a fixpoint.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::rc::Rc;
 
 use super::aliases::Aliases;
 use super::answers::{Answers, answers};
@@ -84,7 +83,7 @@ pub(super) struct Borrow {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Summary {
     /// The ways through it, by the half of the law and the place; a place that is not listed is left alone.
-    halves: Vec<BTreeMap<Given, Vec<Outcome>>>,
+    pub(super) halves: Vec<BTreeMap<Given, Vec<Outcome>>>,
     /// The parts of its parameters that its result may borrow.
     pub(super) returns: BTreeSet<Borrow>,
     /// What it writes, for conditions that read it.
@@ -144,22 +143,17 @@ impl Summary {
 /// The summaries of all functions.
 #[derive(Debug, Default)]
 pub(super) struct Summaries {
-    of: HashMap<FunctionId, Summary>,
+    pub(super) of: HashMap<FunctionId, Summary>,
     /// The functions that call each other and are summarised at the moment.
-    open: BTreeSet<FunctionId>,
+    pub(super) open: BTreeSet<FunctionId>,
     /// Whether they call each other at all, or themselves.
-    is_recursion: bool,
-    /// How many states the searches of the functions at hand have had.
-    states: std::cell::Cell<usize>,
+    pub(super) is_recursion: bool,
 }
 
-/// How often a cycle of calls is gone round.
-const MAX_ROUNDS: u32 = 8;
-
-const TOO_RECURSIVE: &str = "the recursion is too deep to be followed";
+pub(super) const TOO_RECURSIVE: &str = "the recursion is too deep to be followed";
 
 /// How many states the searches of all functions that call each other may have together.
-const MAX_STATES: usize = 400_000;
+pub(super) const MAX_STATES: usize = 400_000;
 
 impl Summaries {
     pub(super) fn get(&self, id: FunctionId) -> Option<&Summary> {
@@ -192,48 +186,7 @@ impl Summaries {
         )
     }
 
-    /// Computes the summaries of all functions, callees first.
-    pub(super) fn compute(program: &Program<'_>, graphs: &[Option<ControlFlowGraph>]) -> Self {
-        let mut summaries = Self::default();
-        for component in super::callgraph::components(graphs) {
-            let component = super::callgraph::by_return(graphs, component);
-            summaries.open = component.iter().copied().collect();
-            summaries.is_recursion =
-                component.len() > 1 || component.iter().any(|id| super::callgraph::calls_itself(graphs, *id));
-            summaries.states.set(0);
-            for round in 0..MAX_ROUNDS {
-                let mut changed = false;
-                for id in &component {
-                    let Some(graph) = &graphs[id.0 as usize] else { continue };
-                    let summary = summaries.summarise(program, graph);
-                    if summaries.of.get(id) != Some(&summary) {
-                        summaries.of.insert(*id, summary);
-                        changed = true;
-                    }
-                }
-                if !changed || !summaries.is_recursion {
-                    break;
-                }
-                if round + 1 == MAX_ROUNDS || summaries.states.get() > MAX_STATES {
-                    summaries.give_up(&component);
-                    break;
-                }
-            }
-        }
-        summaries
-    }
-
-    /// A recursion that does not settle: nothing is known of what it touches.
-    fn give_up(&mut self, component: &[FunctionId]) {
-        for id in component {
-            let Some(summary) = self.of.get_mut(id) else { continue };
-            for outcomes in summary.halves.iter_mut().flat_map(BTreeMap::values_mut) {
-                *outcomes = vec![Outcome::unknown(Cause::Limit(TOO_RECURSIVE.to_owned()))];
-            }
-        }
-    }
-
-    fn summarise(&self, program: &Program<'_>, graph: &ControlFlowGraph) -> Summary {
+    pub(super) fn summarise(&self, program: &Program<'_>, graph: &ControlFlowGraph, searched: &mut usize) -> Summary {
         let aliases = Aliases::of(program.index, graph, self);
         let halves = vec![BTreeMap::new(); program.index.halves()];
         let mut summary = Summary { halves, ..Summary::default() };
@@ -306,7 +259,7 @@ impl Summaries {
                 note_unknown(graph, &aliases, &Place::var(*param), &cause, &mut unknown);
             }
         }
-        self.judge(program, graph, &aliases, touched, unknown, &mut summary);
+        self.judge(program, graph, &aliases, (touched, unknown), &mut summary, searched);
         // Answers decide nothing that a recursion has to settle.
         if !self.is_recursion {
             summary.answers = answers(program, graph, &aliases, self);
@@ -385,9 +338,9 @@ impl Summaries {
         program: &Program<'_>,
         graph: &ControlFlowGraph,
         aliases: &Aliases,
-        mut touched: BTreeSet<Given>,
-        mut unknown: BTreeMap<Given, Cause>,
+        (mut touched, mut unknown): (BTreeSet<Given>, BTreeMap<Given, Cause>),
         summary: &mut Summary,
+        searched: &mut usize,
     ) {
         let ty_of = |given: &Given| super::instances::place_ty(program.index, graph, &instance_of(graph, given));
         let may_matter =
@@ -407,7 +360,7 @@ impl Summaries {
         if touched.is_empty() {
             return;
         }
-        let dependence = Rc::new(ControlDependence::of(graph));
+        let dependence = ControlDependence::of(graph);
         touched = touched.into_iter().flat_map(Given::numbered).collect();
         // Where one element is named, each of the others is another instance.
         let places = touched.iter().map(|given| instance_of(graph, given)).collect();
@@ -441,7 +394,7 @@ impl Summaries {
                 continue;
             }
             for law in 0..program.index.halves() {
-                let dependence = Rc::clone(&dependence);
+                let dependence = &dependence;
                 let search = Search::with_dependence(program, graph, aliases, self, &instance, law, dependence);
                 if search.updating().is_empty() {
                     if let Some(cause) = search.unknown_cause() {
@@ -452,11 +405,11 @@ impl Summaries {
                         continue;
                     }
                 }
-                let outcomes = if self.states.get() > MAX_STATES {
+                let outcomes = if *searched > MAX_STATES {
                     vec![Outcome::unknown(Cause::Limit(TOO_RECURSIVE.to_owned()))]
                 } else {
                     let ways = search.ways(Region::Function);
-                    self.states.set(self.states.get() + ways.states);
+                    *searched += ways.states;
                     summary.shown.repeats.extend(ways.repeat.map(|repeat| ((given.clone(), law), repeat)));
                     summary.shown.skips.extend(ways.skip.map(|skip| ((given.clone(), law), skip)));
                     if !self.is_recursion && !ways.outcomes.is_empty() {

@@ -9,6 +9,7 @@ mod test;
 mod waits;
 
 use crate::index::{BodyOwner, FunctionId, Index, Ty};
+use crate::parallel::Cores;
 use crate::source::Span;
 use crate::syntax::{CycleDirective, Directives};
 use crate::types::TypedBody;
@@ -417,6 +418,8 @@ pub struct Program<'a> {
     pub sources: &'a crate::source::SourceMap,
     /// What comments say of loops, functions and gates.
     pub directives: &'a Directives,
+    /// How many cores the analysis may take.
+    pub cores: Cores,
 }
 
 impl<'a> Program<'a> {
@@ -434,8 +437,9 @@ impl<'a> Program<'a> {
 
     /// Infers the types of all functions of an index.
     #[must_use]
-    pub fn infer_all(index: &Index) -> Vec<Option<TypedBody>> {
-        index.function_ids().map(|id| crate::types::infer(index, BodyOwner::Function(id))).collect()
+    pub fn infer_all(index: &Index, cores: Cores) -> Vec<Option<TypedBody>> {
+        let functions: Vec<FunctionId> = index.function_ids().collect();
+        cores.deeply(functions.len(), |at| crate::types::infer(index, BodyOwner::Function(functions[at])))
     }
 }
 

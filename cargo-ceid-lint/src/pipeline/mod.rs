@@ -30,15 +30,16 @@ use crate::config::{self, Config, ConfigError, Preset};
 use crate::count::{Cycle, Pair, analyse, monomorphise};
 use crate::diagnostic::{Diagnostic, Level, Problem};
 use crate::flow::{Program, lower_function};
-use crate::index::{CrateInput, FunctionPlaces, Index};
+use crate::index::{CrateInput, FunctionId, FunctionPlaces, Index};
 use crate::migrate::{self, Plan};
+use crate::parallel::{Cores, biggest_first, with_large_stack};
 use crate::project::Project;
-use crate::relevance::{self, Names, ReadAhead, biggest_first};
+use crate::relevance::{self, Names, ReadAhead};
 use crate::rules::{self, Known, RULES};
 use crate::source::{DiskSource, ReadSource, SourceMap, Span};
 use crate::suggest;
 use crate::suppress::{Crate, Suppressions};
-use crate::syntax::{Directives, with_large_stack};
+use crate::syntax::Directives;
 
 /// What a run found out.
 #[derive(Clone, Debug, Default)]
@@ -206,9 +207,12 @@ fn check_timed(
     watch.lap(Stage::Parse);
     let sizes: Vec<u64> = parts.iter().map(Part::bytes).collect();
     let parts: Vec<Mutex<Option<Part>>> = parts.into_iter().map(|part| Mutex::new(Some(part))).collect();
+    let total: u64 = sizes.iter().sum();
     let judged = biggest_first(&sizes, |at| {
         let part = parts[at].lock().ok().and_then(|mut part| part.take()).unwrap_or_default();
-        run.part(part)
+        // What is more than half of all would be alone at work in the end.
+        let cores = if sizes[at] > total / 2 { Cores::all() } else { Cores::OWN };
+        run.part(part, cores)
     });
     let mut report = Report::default();
     let mut ledger = Ledger::of(config);
@@ -268,7 +272,7 @@ impl Run<'_> {
         let packages: Vec<usize> = (0..self.project.packages.len()).collect();
         let part = parse::parse(self.project, source, &packages);
         watch.lap(Stage::Parse);
-        let (mut report, _) = self.analysed(part, |index, is_partial| {
+        let (mut report, _) = self.analysed(part, Cores::all(), |index, is_partial| {
             entries::add_all(self.project, self.config, index, is_partial)?;
             entries::add_presets(self.presets, &self.project.graph, index)?;
             Ok(Vec::new())
@@ -280,11 +284,11 @@ impl Run<'_> {
     }
 
     /// Analyses packages that are linked.
-    fn part(&self, mut part: Part) -> Result<Judged, ConfigError> {
+    fn part(&self, mut part: Part, cores: Cores) -> Result<Judged, ConfigError> {
         let (packages, read, can_matter) = (part.packages.clone(), std::mem::take(&mut part.read), part.can_matter);
         let (report, named) = if can_matter {
             let graph = entries::graph_around(self.project, &packages);
-            self.analysed(part, |index, is_partial| {
+            self.analysed(part, cores, |index, is_partial| {
                 let named = entries::add_some(self.project, self.config, &graph, index, is_partial)?;
                 entries::add_presets(self.presets, &graph, index)?;
                 Ok(named)
@@ -301,6 +305,7 @@ impl Run<'_> {
     fn analysed(
         &self,
         part: Part,
+        cores: Cores,
         add_entries: impl FnOnce(&mut Index, bool) -> Result<Named, ConfigError> + Send,
     ) -> Result<(Report, Named), ConfigError> {
         let Part { packages, mut inputs, sources, problems, left_out, checked, .. } = part;
@@ -308,7 +313,7 @@ impl Run<'_> {
         let is_partial = !problems.is_empty() || !self.project.problems.is_empty();
         let add = |index: &mut Index| add_entries(index, is_partial);
         // Expressions nest as deep as the parser allows, and the walks over them with them.
-        let (mut report, named) = with_large_stack(|| self.analyse(&packages, inputs, sources, add))?;
+        let (mut report, named) = with_large_stack(|| self.analyse(&packages, inputs, sources, cores, add))?;
         report.add_problems(problems);
         report.left_out = left_out;
         report.checked = checked;
@@ -320,6 +325,7 @@ impl Run<'_> {
         packages: &[usize],
         inputs: Vec<CrateInput>,
         sources: SourceMap,
+        cores: Cores,
         add_entries: impl FnOnce(&mut Index) -> Result<Named, ConfigError>,
     ) -> Result<(Report, Named), ConfigError> {
         let (project, config) = (self.project, self.config);
@@ -341,12 +347,13 @@ impl Run<'_> {
         let mut index = Index::build(inputs, entries::paths_outside(config, self.presets));
         let named = add_entries(&mut index)?;
         lap(Stage::Index);
-        let bodies = Program::infer_all(&index);
+        let bodies = Program::infer_all(&index, cores);
         lap(Stage::Types);
-        let program = Program { index: &index, bodies: &bodies, sources: &sources, directives: &directives };
-        let mut graphs: Vec<_> = index.function_ids().map(|id| lower_function(&program, id)).collect();
+        let program = Program { index: &index, bodies: &bodies, sources: &sources, directives: &directives, cores };
+        let functions: Vec<FunctionId> = index.function_ids().collect();
+        let mut graphs = cores.deeply(functions.len(), |at| lower_function(&program, functions[at]));
         index.instances = monomorphise(&program, &mut graphs);
-        let program = Program { index: &index, bodies: &bodies, sources: &sources, directives: &directives };
+        let program = Program { index: &index, bodies: &bodies, sources: &sources, directives: &directives, cores };
         lap(Stage::Flow);
         let mut analysis = analyse(&program, &mut graphs);
         lap(Stage::Count);

@@ -11,9 +11,10 @@ use crate::config::{self, Config, ConfigError};
 use crate::diagnostic::Problem;
 use crate::flow::Program;
 use crate::index::{CrateInput, Index};
+use crate::parallel::{Cores, with_large_stack};
 use crate::project::Project;
 use crate::source::{DiskSource, ReadSource, SourceMap};
-use crate::syntax::{Directives, with_large_stack};
+use crate::syntax::Directives;
 
 /// What was found for a first configuration.
 #[derive(Debug, Default)]
@@ -51,8 +52,9 @@ fn prospect_all(
     let directives = Directives::read(&sources);
     let mut index = Index::build(inputs, paths_outside(&config, &presets));
     entries::add_presets(&presets, &project.graph, &mut index)?;
-    let bodies = Program::infer_all(&index);
-    let program = Program { index: &index, bodies: &bodies, sources: &sources, directives: &directives };
+    let cores = Cores::all();
+    let bodies = Program::infer_all(&index, cores);
+    let program = Program { index: &index, bodies: &bodies, sources: &sources, directives: &directives, cores };
     let mut workspaces = BTreeMap::new();
     let reported = || project.packages.iter().enumerate().filter(|(_, package)| package.is_reported);
     for (_, package) in reported() {

@@ -11,9 +11,7 @@ mod files;
 mod links;
 mod names;
 
-use std::cmp::Reverse;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub use ahead::{ReadAhead, Reader};
 pub use names::Names;
@@ -21,6 +19,7 @@ pub use names::Names;
 use self::ahead::FileFacts;
 use self::files::{Listing, list};
 use self::links::Link;
+use crate::parallel::in_parallel;
 use crate::project::Project;
 
 /// Packages that dependencies or common files link.
@@ -156,41 +155,6 @@ fn scan(project: &Project, names: &Names, ahead: &ReadAhead) -> Vec<Facts> {
         }
     }
     facts
-}
-
-/// The results of `work` for each number below `count`, in their order, made on all cores.
-pub fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let cores = std::thread::available_parallelism().map_or(1, usize::from).min(count);
-    if cores <= 1 {
-        return (0..count).map(work).collect();
-    }
-    let next = AtomicUsize::new(0);
-    let take = || {
-        let mut done = Vec::new();
-        loop {
-            let number = next.fetch_add(1, Ordering::Relaxed);
-            if number >= count {
-                return done;
-            }
-            done.push((number, work(number)));
-        }
-    };
-    let mut results: Vec<(usize, T)> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(take)).collect();
-        let joined = workers.into_iter().map(std::thread::ScopedJoinHandle::join);
-        joined.flat_map(|done| done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
-    });
-    results.sort_by_key(|(number, _)| *number);
-    results.into_iter().map(|(_, result)| result).collect()
-}
-
-/// The same for pieces of work whose sizes are known: the largest are begun first, so that none is left for one core at the end.
-pub fn biggest_first<T: Send>(sizes: &[u64], work: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let mut order: Vec<usize> = (0..sizes.len()).collect();
-    order.sort_by_key(|at| Reverse(sizes[*at]));
-    let mut results = in_parallel(order.len(), |at| (order[at], work(order[at])));
-    results.sort_by_key(|(number, _)| *number);
-    results.into_iter().map(|(_, result)| result).collect()
 }
 
 /// Numbers that were joined to sets.

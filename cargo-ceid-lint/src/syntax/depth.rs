@@ -28,7 +28,7 @@ pub enum Excess {
     Links,
 }
 
-/// Whether `text` can be parsed within the stack of [`with_large_stack`](super::with_large_stack).
+/// Whether `text` can be parsed within the stack of [`with_large_stack`](crate::parallel::with_large_stack).
 ///
 /// # Errors
 /// Where and why it cannot.

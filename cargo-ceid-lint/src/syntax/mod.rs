@@ -13,7 +13,6 @@ mod lower;
 mod macros;
 mod modules;
 mod outline;
-mod stack;
 mod text;
 
 #[cfg(test)]
@@ -24,6 +23,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::diagnostic::Problem;
+use crate::parallel::with_large_stack;
 use crate::project::CfgValues;
 use crate::source::{FileId, FileSet, MemorySource, SourceMap};
 pub use depth::{Excess, MAX_LINKS, MAX_NESTING, TooDeep, check_depth};
@@ -31,7 +31,6 @@ pub use directives::{CycleDirective, Directive, DirectiveKind, Directives, NearM
 pub(crate) use lex::{Lexer, Token, TokenKind};
 use modules::Loader;
 pub use outline::{Enclosure, Outline};
-pub use stack::with_large_stack;
 use tree::{Attribute, Item};
 
 /// A crate whose module tree was followed from its root.

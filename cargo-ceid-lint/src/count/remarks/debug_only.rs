@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Fact, Remark, head, note};
-use crate::count::analyse::{Analysis, Context, CycleId, FunctionFacts, is_debug_only};
+use crate::count::analyse::{Context, CycleId, FunctionFacts, is_debug_only};
+use crate::count::analysis::Analysis;
 use crate::count::debug_only::{self, DebugUpdate};
 use crate::count::functions::FunctionKind;
 use crate::count::instances::place_ty;

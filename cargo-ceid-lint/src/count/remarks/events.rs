@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Fact, Remark, note};
 use crate::config::TimeBase;
-use crate::count::analyse::{Analysis, Context, CycleId, FunctionFacts};
+use crate::count::analyse::{Context, CycleId, FunctionFacts};
+use crate::count::analysis::Analysis;
 use crate::count::counts::Count;
 use crate::count::cycles::Instance;
 use crate::count::gates::is_received;

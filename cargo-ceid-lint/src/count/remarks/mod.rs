@@ -8,7 +8,8 @@ mod time;
 
 use std::collections::BTreeMap;
 
-use super::analyse::{Analysis, Context, CycleId, FunctionFacts};
+use super::analyse::{Context, CycleId, FunctionFacts};
+use super::analysis::Analysis;
 use super::functions::FunctionKind;
 use super::verdict::{Pair, Verdict};
 use crate::diagnostic::WitnessStep;

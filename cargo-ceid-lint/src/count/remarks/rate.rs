@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::{Fact, Remark, head, note};
-use crate::count::analyse::{Analysis, Context, CycleId, FunctionFacts};
+use crate::count::analyse::{Context, CycleId, FunctionFacts};
+use crate::count::analysis::Analysis;
 use crate::count::fields::{FieldKey, field_key};
 use crate::count::verdict::{Pair, Verdict};
 use crate::diagnostic::WitnessStep;

@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Fact, Remark, head};
-use crate::count::analyse::{Analysis, Context, CycleId, FunctionFacts};
+use crate::count::analyse::{Context, CycleId, FunctionFacts};
+use crate::count::analysis::Analysis;
 use crate::count::functions::FunctionKind;
 use crate::count::verdict::Pair;
 use crate::diagnostic::WitnessStep;

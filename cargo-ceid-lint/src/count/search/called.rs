@@ -1,7 +1,7 @@
 //! What a call means to one instance: many targets come down to few different effects.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::rc::Rc;
+use std::sync::Arc;
 
 use super::Search;
 use crate::count::aliases::CalledPlace;
@@ -38,9 +38,9 @@ pub(super) struct Effect {
 
 impl Search<'_> {
     /// What a call does, as far as the instance is concerned.
-    pub(super) fn called(&self, site: &CallSite) -> Rc<Called> {
+    pub(super) fn called(&self, site: &CallSite) -> Arc<Called> {
         if let Some(known) = self.called.borrow().get(&site.result) {
-            return Rc::clone(known);
+            return Arc::clone(known);
         }
         let places = self.aliases.called_places(site, self.summaries);
         let is_own = |called: &CalledPlace| called.law == self.law && self.is_among(called.roots(), false);
@@ -49,8 +49,8 @@ impl Search<'_> {
             return self.aliases.call_beside(site, || self.called_with(site, &[]));
         }
         let own: Vec<&CalledPlace> = places.iter().filter(|called| is_own(called)).collect();
-        let called = Rc::new(self.called_with(site, &own));
-        self.called.borrow_mut().insert(site.result, Rc::clone(&called));
+        let called = Arc::new(self.called_with(site, &own));
+        self.called.borrow_mut().insert(site.result, Arc::clone(&called));
         called
     }
 

@@ -95,9 +95,9 @@ pub(super) struct Search<'a> {
     is_one_of_many: bool,
     /// Loops that visit each element of the collection that the instance is an element of.
     covering: BTreeSet<LoopId>,
-    dependence: std::rc::Rc<ControlDependence>,
+    dependence: &'a ControlDependence,
     /// What the calls do that were asked for, by their results.
-    called: RefCell<HashMap<Var, std::rc::Rc<Called>>>,
+    called: RefCell<HashMap<Var, std::sync::Arc<Called>>>,
     /// What subjects read, as far as it was asked.
     reads: RefCell<HashMap<SubjectId, std::rc::Rc<settled::Reads>>>,
     /// The nodes that may update it.
@@ -114,7 +114,7 @@ impl<'a> Search<'a> {
         summaries: &'a Summaries,
         instance: &'a Place,
         law: usize,
-        dependence: std::rc::Rc<ControlDependence>,
+        dependence: &'a ControlDependence,
     ) -> Self {
         let covering = covering_loops(graph, aliases, instance);
         let mut search = Self {

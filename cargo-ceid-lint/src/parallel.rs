@@ -1,0 +1,127 @@
+//! Work on all cores, and on stacks that are large enough for the longest expression that is read. Knows nothing of the work.
+
+use std::cmp::Reverse;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread::{Builder, Scope, ScopedJoinHandle};
+
+/// The stack of a deep thread in bytes: in a debug build, the longest input that is read takes less than half of it. Pages that
+/// are not touched cost nothing but addresses.
+const STACK_BYTES: usize = if cfg!(target_pointer_width = "64") { 512 * 1024 * 1024 } else { 256 * 1024 * 1024 };
+
+/// As many pieces of deep work as are worth threads of their own.
+const MANY: usize = 256;
+
+/// Runs `work` on a thread with a stack for deeply nested code, and waits for it.
+///
+/// The parser and everything that walks expressions by recursion belongs in here.
+///
+/// # Panics
+/// If `work` panics, or if the system refuses a thread.
+pub fn with_large_stack<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    std::thread::scope(|scope| result_of(start(scope, Kind::Deep, work)))
+}
+
+/// The results of `work` for each number below `count`, in their order, made on all cores.
+pub fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    on_threads(Cores::all().0, Kind::Plain, count, work)
+}
+
+/// The same for pieces of work whose sizes are known: the largest are begun first, so that none is left for one core at the end.
+pub fn biggest_first<T: Send>(sizes: &[u64], work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let mut order: Vec<usize> = (0..sizes.len()).collect();
+    order.sort_by_key(|at| Reverse(sizes[*at]));
+    let mut results = in_parallel(order.len(), |at| (order[at], work(order[at])));
+    results.sort_by_key(|(number, _)| *number);
+    results.into_iter().map(|(_, result)| result).collect()
+}
+
+/// How many cores deep work may take.
+#[derive(Clone, Copy, Debug)]
+pub struct Cores(usize);
+
+impl Cores {
+    /// The one that is at work.
+    pub const OWN: Self = Self(1);
+
+    /// All that the process may use.
+    #[must_use]
+    pub fn all() -> Self {
+        Self(std::thread::available_parallelism().map_or(1, usize::from))
+    }
+
+    /// The results of `work` for each number below `count`, in their order, made with large stacks; the caller has one.
+    ///
+    /// # Panics
+    /// If `work` panics, or if the system refuses a thread.
+    pub fn deeply<T: Send>(self, count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+        let cores = if count < MANY { 1 } else { self.0 };
+        on_threads(cores, Kind::Deep, count, work)
+    }
+}
+
+fn on_threads<T: Send>(threads: usize, kind: Kind, count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let threads = threads.min(count);
+    if threads <= 1 {
+        return (0..count).map(work).collect();
+    }
+    let next = AtomicUsize::new(0);
+    let take = || {
+        let mut done = Vec::new();
+        loop {
+            let number = next.fetch_add(1, Ordering::Relaxed);
+            if number >= count {
+                return done;
+            }
+            done.push((number, work(number)));
+        }
+    };
+    let mut results: Vec<(usize, T)> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|_| start(scope, kind, &take)).collect();
+        workers.into_iter().flat_map(result_of).collect()
+    });
+    results.sort_unstable_by_key(|(number, _)| *number);
+    results.into_iter().map(|(_, result)| result).collect()
+}
+
+/// Which stack a thread has.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Plain,
+    Deep,
+}
+
+fn start<'s, T: Send + 's>(
+    scope: &'s Scope<'s, '_>,
+    kind: Kind,
+    work: impl FnOnce() -> T + Send + 's,
+) -> ScopedJoinHandle<'s, T> {
+    let thread = match kind {
+        Kind::Plain => Builder::new(),
+        Kind::Deep => Builder::new().name("deep".to_owned()).stack_size(STACK_BYTES),
+    };
+    thread.spawn_scoped(scope, work).expect("a thread can be started")
+}
+
+fn result_of<T>(thread: ScopedJoinHandle<'_, T>) -> T {
+    thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_are_in_order() {
+        let squares: Vec<usize> = (0..1000).map(|number| number * number).collect();
+        assert_eq!(in_parallel(1000, |number| number * number), squares);
+        assert_eq!(Cores(3).deeply(1000, |number| number * number), squares);
+        assert_eq!(Cores::OWN.deeply(1000, |number| number * number), squares);
+        assert_eq!(biggest_first(&[1, 3, 2], |at| at), [0, 1, 2]);
+    }
+
+    #[test]
+    fn a_panic_reaches_the_caller() {
+        let caught = std::panic::catch_unwind(|| Cores(2).deeply(MANY, |number| assert_ne!(number, 7)));
+        assert!(caught.is_err());
+    }
+}
