@@ -76,7 +76,7 @@ fn on_threads<T: Send>(threads: usize, kind: Kind, count: usize, work: impl Fn(u
         }
     };
     let mut results: Vec<(usize, T)> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads).map(|_| start(scope, kind, &take)).collect();
+        let workers: Vec<_> = (0..threads).map(|_| start(scope, kind, take)).collect();
         workers.into_iter().flat_map(result_of).collect()
     });
     results.sort_unstable_by_key(|(number, _)| *number);

@@ -95,7 +95,8 @@ impl Outcome {
 #[derive(Debug)]
 pub(super) struct Judged {
     pub(super) project: Arc<Project>,
-    pub(super) report: Report,
+    /// By parts that have nothing to do with each other: those in which nothing has changed are those of the check before.
+    pub(super) reports: Vec<Arc<Report>>,
     /// What the user should know about how the project was loaded, if it was loaded now.
     pub(super) notices: Vec<String>,
 }

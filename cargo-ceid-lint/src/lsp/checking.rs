@@ -1,5 +1,6 @@
 //! When the code is checked, and what its checks tell: newest first, and everything that is shown is of one state.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -8,7 +9,7 @@ use super::check::{Checked, Extent, Job, Outcome, Scope, Task};
 use super::documents::identity;
 use super::findings;
 use super::server::{Phase, Progress, Server};
-use super::view::Unit;
+use super::view::{Part, Unit};
 
 /// How long the code stays as it is before it is checked: shorter than the pause between two words.
 pub(super) const PAUSE: Duration = Duration::from_millis(50);
@@ -35,7 +36,7 @@ impl Server {
             let mut directories = self.elsewhere.iter().filter_map(|file| file.parent());
             let is_beside = *scope == Scope::Elsewhere
                 && (!is_rust(path) || directories.any(|directory| path.starts_with(directory)));
-            is_below || is_beside || self.units.0.get(scope).is_some_and(|unit| unit.files.contains_key(path))
+            is_below || is_beside || self.units.get(scope).is_some_and(|unit| unit.reads(path))
         };
         scopes.filter(reads).collect()
     }
@@ -94,7 +95,7 @@ impl Server {
             // What has changed since is checked again.
             if !self.stale.contains_key(&scope) && self.is_known(&scope) {
                 let unit = self.unit(&scope, outcome);
-                self.units.0.insert(scope, unit);
+                self.units.insert(scope, unit);
             }
         }
         self.settle();
@@ -113,24 +114,27 @@ impl Server {
                 for notice in &judged.notices {
                     self.log(2, notice);
                 }
-                let diagnostics = findings::of_judged(&judged, &self.client, &self.documents);
-                Unit::of_judged(judged, diagnostics)
+                let root = &judged.project.root;
+                Unit::of_judged(&judged, self.units.get(scope), |report| {
+                    let diagnostics = findings::of_report(report, root, &self.client, &self.documents);
+                    Part::new(Arc::clone(report), diagnostics)
+                })
             }
             Outcome::Nothing => Unit::default(),
             Outcome::NotLoaded { message } => {
                 self.log(1, &message);
-                let mut unit = Unit { is_failed: true, ..Unit::default() };
+                let mut diagnostics = BTreeMap::new();
                 if let Scope::Folder(folder) = scope {
                     let manifests = folder.ancestors().map(|directory| directory.join("Cargo.toml"));
                     let manifest = manifests.into_iter().find(|manifest| manifest.is_file());
                     let error = findings::of_whole_file(message);
-                    unit.diagnostics.extend(manifest.map(|manifest| (identity(&manifest), vec![error])));
+                    diagnostics.extend(manifest.map(|manifest| (identity(&manifest), vec![error])));
                 }
-                unit
+                Unit::failed(diagnostics)
             }
             Outcome::Panicked { message } => {
                 self.log_bug(&message);
-                Unit { is_failed: true, ..Unit::default() }
+                Unit::failed(BTreeMap::new())
             }
         }
     }
@@ -143,18 +147,19 @@ impl Server {
         let elsewhere = self.uncovered();
         if elsewhere != self.elsewhere {
             self.elsewhere = elsewhere;
-            self.units.0.remove(&Scope::Elsewhere);
+            self.units.remove(&Scope::Elsewhere);
             if !self.elsewhere.is_empty() {
                 self.recheck(Scope::Elsewhere, Extent::Disk);
                 return;
             }
         }
-        self.publish();
+        let changed = self.units.take_changed();
+        self.publish(&changed);
         for (id, question) in std::mem::take(&mut self.waiting) {
             let answer = self.answer_or_bug(&question);
             self.answer(&id, answer);
         }
-        self.refresh();
+        self.refresh(&changed);
         match std::mem::replace(&mut self.progress, Progress::Over) {
             Progress::Shown => self.end_progress(),
             Progress::Due | Progress::Over => {}
@@ -164,7 +169,7 @@ impl Server {
     /// The open Rust files on the disk that no folder's check reads.
     fn uncovered(&self) -> Vec<PathBuf> {
         let is_covered = |path: &Path| {
-            self.units.0.iter().any(|(scope, unit)| match scope {
+            self.units.iter().any(|(scope, unit)| match scope {
                 Scope::Elsewhere => false,
                 // What could not be checked with its folder cannot be checked alone.
                 Scope::Folder(folder) => unit.covers(path) || (unit.is_failed && path.starts_with(folder)),

@@ -1,16 +1,16 @@
 //! From findings to the diagnostics of the protocol.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use super::check::Judged;
 use super::client::Client;
 use super::documents::{Documents, identity};
 use super::protocol::{Diagnostic, Position, Range, RelatedInformation};
 use super::view::View;
 use crate::diagnostic::{self as found, Problem, Severity};
+use crate::pipeline::Report;
 use crate::report::text::level_note;
 use crate::source::FileId;
 
@@ -25,9 +25,13 @@ const WARNING: u32 = 2;
 /// Shown at its place, and in no list: what is known is for whoever works on that line.
 const HINT: u32 = 4;
 
-/// What was found, by file.
-pub(super) fn of_judged(judged: &Judged, client: &Client, documents: &Documents) -> BTreeMap<PathBuf, Vec<Diagnostic>> {
-    let report = &judged.report;
+/// What was found, by file. The names of files are relative to the root where they can be.
+pub(super) fn of_report(
+    report: &Report,
+    root: &Path,
+    client: &Client,
+    documents: &Documents,
+) -> BTreeMap<PathBuf, Vec<Diagnostic>> {
     let mut all: BTreeMap<PathBuf, Vec<Diagnostic>> = BTreeMap::new();
     let mut by_file: BTreeMap<FileId, Vec<Diagnostic>> = BTreeMap::new();
     let mut views: BTreeMap<FileId, View<'_>> = BTreeMap::new();
@@ -44,9 +48,8 @@ pub(super) fn of_judged(judged: &Judged, client: &Client, documents: &Documents)
                 .entry(span.file)
                 .or_default()
                 .push(view(span.file, &mut |view| of_problem(problem, view.range(span)))),
-            // The name of a file is relative to the root where it can be.
             None => {
-                let path = identity(&judged.project.root.join(&problem.file));
+                let path = identity(&root.join(&problem.file));
                 all.entry(path).or_default().push(of_problem(problem, FIRST_LINE));
             }
         }

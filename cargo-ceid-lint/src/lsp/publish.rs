@@ -32,25 +32,25 @@ struct Sent {
 }
 
 impl Server {
-    /// Sends what is new, and takes back what is no longer so.
-    pub(super) fn publish(&mut self) {
-        let found = self.units.diagnostics();
-        let mut paths: BTreeSet<&Path> = found.keys().copied().collect();
-        paths.extend(self.documents.iter().map(|(path, _)| path.as_path()));
-        paths.extend(self.published.sent.keys().map(PathBuf::as_path));
+    /// Sends what is new, and takes back what is no longer so. Of files that are neither open nor among those that changed, all
+    /// is as it was.
+    pub(super) fn publish(&mut self, changed: &BTreeSet<PathBuf>) {
+        let mut paths: BTreeSet<PathBuf> = changed.clone();
+        paths.extend(self.documents.iter().map(|(path, _)| path.clone()));
+        let was_open = self.published.sent.iter().filter(|(_, sent)| sent.version.is_some());
+        paths.extend(was_open.map(|(path, _)| path.clone()));
         let mut messages = Vec::new();
-        let mut sent = BTreeMap::new();
         for path in paths {
-            let before = self.published.sent.get(path);
-            if self.client.pulls_diagnostics && is_rust(path) {
+            let before = self.published.sent.get(&path);
+            if self.client.pulls_diagnostics && is_rust(&path) {
                 continue;
             }
-            let document = self.documents.get(path);
-            let diagnostics = found.get(path).map_or(&[][..], Vec::as_slice);
+            let document = self.documents.get(&path);
+            let diagnostics = self.units.diagnostics_of(&path);
             let now = Sent {
-                uri: self.documents.uri_of(path),
+                uri: self.documents.uri_of(&path),
                 version: document.map(|document| document.version),
-                result: result_of(diagnostics),
+                result: result_of(&diagnostics),
                 is_empty: diagnostics.is_empty(),
             };
             // A client knows a file by its address: what it was told under another one is taken back.
@@ -68,10 +68,11 @@ impl Server {
                 messages.push(message);
             }
             if document.is_some() || !now.is_empty {
-                sent.insert(path.to_owned(), now);
+                self.published.sent.insert(path, now);
+            } else {
+                self.published.sent.remove(&path);
             }
         }
-        self.published.sent = sent;
         for message in messages {
             self.notify("textDocument/publishDiagnostics", &message);
         }
@@ -117,19 +118,20 @@ impl Server {
     }
 
     /// Asks the client to ask again, where an answer that it has would be another one now.
-    pub(super) fn refresh(&mut self) {
+    pub(super) fn refresh(&mut self, changed: &BTreeSet<PathBuf>) {
         if self.client.pulls_diagnostics && self.client.refreshes_diagnostics {
             let mut outdated: Vec<(PathBuf, String)> = Vec::new();
-            for (path, result) in &self.published.answered {
-                let now = result_of(&self.units.diagnostics_of(path));
-                if now != *result {
+            for path in changed {
+                let found = self.units.diagnostics_of(path);
+                let now = result_of(&found);
+                let is_outdated = match self.published.answered.get(path) {
+                    Some(result) => now != *result,
+                    None => self.published.is_whole && is_rust(path) && !found.is_empty(),
+                };
+                if is_outdated {
                     outdated.push((path.clone(), now));
                 }
             }
-            let found = self.units.diagnostics();
-            let is_new = |path: &Path| is_rust(path) && !self.published.answered.contains_key(path);
-            let unheard = found.keys().filter(|path| self.published.is_whole && is_new(path));
-            outdated.extend(unheard.map(|path| (path.to_path_buf(), String::new())));
             if !outdated.is_empty() {
                 // It is told once of each change, whether it asks again or not.
                 self.published.answered.extend(outdated);
@@ -146,11 +148,10 @@ impl Server {
 
     /// What all hints are made of.
     fn hints_result(&self) -> String {
-        let judged = self.units.0.values().filter_map(|unit| unit.judged.as_deref());
-        let cycles = judged.flat_map(|judged| judged.report.cycles.iter().map(move |cycle| (judged, cycle)));
-        let cycles = cycles.map(|(judged, cycle)| {
+        let cycles = self.units.reports().flat_map(|report| report.cycles.iter().map(move |cycle| (report, cycle)));
+        let cycles = cycles.map(|(report, cycle)| {
             let pairs: Vec<_> = cycle.filters.iter().map(|pair| (&pair.name, pair.verdict)).collect();
-            format!("{}:{}{pairs:?}", judged.report.sources.file(cycle.head.file).name, cycle.head.start)
+            format!("{}:{}{pairs:?}", report.sources.file(cycle.head.file).name, cycle.head.start)
         });
         name_of(&cycles.collect::<String>())
     }

@@ -324,7 +324,7 @@ impl Server {
         for folder in paths(removed) {
             self.folders.remove(&folder);
             let scope = Scope::Folder(folder);
-            self.units.0.remove(&scope);
+            self.units.remove(&scope);
             self.stale.remove(&scope);
         }
         for folder in paths(added) {

@@ -10,7 +10,7 @@ use walkdir::WalkDir;
 use super::check::{Extent, Judged, Outcome, Scope, Task};
 use super::documents::identity;
 use super::settings::Settings;
-use crate::pipeline::{self, Configured, Memory, Options};
+use crate::pipeline::{self, Again, Memory, Options};
 use crate::project::{self, LoadError, Project};
 use crate::source::ReadSource;
 
@@ -92,17 +92,19 @@ pub(super) fn check(task: &Task, loaded: &mut Option<Loaded>, source: &dyn Fn() 
         checked = pipeline::check_again(project, &Options::default(), source(), memory);
     }
     let notices = if is_known { Vec::new() } else { project.notices.clone() };
-    Outcome::Checked(Box::new(Judged { project: Arc::clone(project), report: checked.report, notices }))
+    Outcome::Checked(Box::new(Judged { project: Arc::clone(project), reports: checked.parts, notices }))
 }
 
 /// The files that were named and that no target reads: they are checked on their own.
-fn files_of_no_target(task: &Task, checked: &Configured) -> Vec<PathBuf> {
+fn files_of_no_target(task: &Task, checked: &Again) -> Vec<PathBuf> {
     if checked.is_config_wrong || task.files.is_empty() {
         return Vec::new();
     }
-    let report = &checked.report;
-    let read: BTreeSet<PathBuf> = report.sources.files().map(|(_, file)| identity(&file.path)).collect();
-    let is_left_out = |file: &PathBuf| file.ancestors().any(|above| report.left_out.contains(above));
+    let files = checked.parts.iter().flat_map(|report| report.sources.files());
+    let read: BTreeSet<PathBuf> = files.map(|(_, file)| identity(&file.path)).collect();
+    let is_left_out = |file: &PathBuf| {
+        checked.parts.iter().any(|report| file.ancestors().any(|above| report.left_out.contains(above)))
+    };
     task.files.iter().filter(|file| !read.contains(*file) && !is_left_out(file)).cloned().collect()
 }
 

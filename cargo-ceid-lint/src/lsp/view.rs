@@ -1,7 +1,8 @@
 //! What was found, as the client wants to see it: which checks read a file, and where places are in it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::check::{Judged, Scope};
 use super::client::Client;
@@ -9,76 +10,154 @@ use super::documents::{Documents, identity};
 use super::protocol::{Diagnostic, Location, Range};
 use super::text::Lines;
 use crate::pipeline::Report;
+use crate::project::Project;
 use crate::source::{FileId, Span};
 
 /// What is known of a scope since its last check.
 #[derive(Debug, Default)]
 pub(super) struct Unit {
-    /// What was found; nothing if there is no code, or if it could not be loaded.
-    pub(super) judged: Option<Box<Judged>>,
-    /// The files that were read.
-    pub(super) files: BTreeMap<PathBuf, FileId>,
-    /// What the client is shown.
-    pub(super) diagnostics: BTreeMap<PathBuf, Vec<Diagnostic>>,
+    /// What was loaded, if there is code and it could be.
+    project: Option<Arc<Project>>,
+    parts: Vec<Arc<Part>>,
     /// Whether it could not be checked, so that nothing is known of its files.
     pub(super) is_failed: bool,
 }
 
+/// What is known of packages that have nothing to do with others.
+#[derive(Debug, Default)]
+pub(super) struct Part {
+    report: Arc<Report>,
+    /// The files that were read.
+    files: BTreeMap<PathBuf, FileId>,
+    /// What the client is shown.
+    diagnostics: BTreeMap<PathBuf, Vec<Diagnostic>>,
+}
+
+impl Part {
+    pub(super) fn new(report: Arc<Report>, diagnostics: BTreeMap<PathBuf, Vec<Diagnostic>>) -> Self {
+        let files = report.sources.files().map(|(id, file)| (identity(&file.path), id)).collect();
+        Self { report, files, diagnostics }
+    }
+}
+
 impl Unit {
-    pub(super) fn of_judged(judged: Box<Judged>, diagnostics: BTreeMap<PathBuf, Vec<Diagnostic>>) -> Self {
-        let files = judged.report.sources.files().map(|(id, file)| (identity(&file.path), id)).collect();
-        Self { judged: Some(judged), files, diagnostics, is_failed: false }
+    /// The unit of a check; `part` makes those that are not in the unit of the check before.
+    pub(super) fn of_judged(judged: &Judged, before: Option<&Self>, part: impl Fn(&Arc<Report>) -> Part) -> Self {
+        let known = before.iter().flat_map(|unit| &unit.parts);
+        let known: BTreeMap<*const Report, &Arc<Part>> = known.map(|part| (Arc::as_ptr(&part.report), part)).collect();
+        let part =
+            |report| known.get(&Arc::as_ptr(report)).map_or_else(|| Arc::new(part(report)), |part| Arc::clone(part));
+        let parts = judged.reports.iter().map(part).collect();
+        Self { project: Some(Arc::clone(&judged.project)), parts, is_failed: false }
+    }
+
+    /// A check that failed, with what is to be said of it.
+    pub(super) fn failed(diagnostics: BTreeMap<PathBuf, Vec<Diagnostic>>) -> Self {
+        let part = Part { diagnostics, ..Part::default() };
+        Self { parts: vec![Arc::new(part)], is_failed: true, ..Self::default() }
+    }
+
+    /// What was found in a file that was read, with the file's number there.
+    fn of_file(&self, path: &Path) -> Option<(&Report, FileId)> {
+        self.parts.iter().find_map(|part| Some((&*part.report, *part.files.get(path)?)))
+    }
+
+    /// Whether a file was read.
+    pub(super) fn reads(&self, path: &Path) -> bool {
+        self.of_file(path).is_some()
     }
 
     /// Whether findings in a file are told by this check: it was read, and its package is reported.
     pub(super) fn covers(&self, path: &Path) -> bool {
-        let (Some(judged), Some(id)) = (&self.judged, self.files.get(path)) else { return false };
-        let path = &judged.report.sources.file(*id).path;
+        let (Some(project), Some((report, id))) = (&self.project, self.of_file(path)) else { return false };
+        let path = &report.sources.file(id).path;
         let is_in = |package: &crate::project::Package| {
             let directory = package.manifest_path.parent().filter(|directory| directory.is_absolute());
             directory.is_some_and(|directory| path.starts_with(directory))
                 || package.targets.iter().any(|target| target.src_path == *path)
         };
-        judged.project.is_wanted(path)
-            && judged.project.packages.iter().filter(|package| package.is_reported).any(is_in)
+        project.is_wanted(path) && project.packages.iter().filter(|package| package.is_reported).any(is_in)
+    }
+
+    /// The files of which something is said by parts that another unit does not have.
+    fn said_beside<'a>(&'a self, other: Option<&'a Self>) -> impl Iterator<Item = &'a PathBuf> {
+        let others: BTreeSet<*const Part> = other.iter().flat_map(|unit| &unit.parts).map(Arc::as_ptr).collect();
+        let own = self.parts.iter().filter(move |part| !others.contains(&Arc::as_ptr(part)));
+        own.flat_map(|part| part.diagnostics.keys())
     }
 }
 
 /// All that is known, by scope.
 #[derive(Debug, Default)]
-pub(super) struct Units(pub(super) BTreeMap<Scope, Unit>);
+pub(super) struct Units {
+    of: BTreeMap<Scope, Unit>,
+    /// The files of which something else may be said than when it was asked last.
+    changed: BTreeSet<PathBuf>,
+}
 
 impl Units {
+    pub(super) fn get(&self, scope: &Scope) -> Option<&Unit> {
+        self.of.get(scope)
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = (&Scope, &Unit)> {
+        self.of.iter()
+    }
+
+    /// Everything that was found.
+    pub(super) fn reports(&self) -> impl Iterator<Item = &Report> {
+        self.of.values().flat_map(|unit| &unit.parts).map(|part| &*part.report)
+    }
+
+    pub(super) fn insert(&mut self, scope: Scope, unit: Unit) {
+        self.changed.extend(unit.said_beside(self.of.get(&scope)).cloned());
+        if let Some(before) = self.of.get(&scope) {
+            self.changed.extend(before.said_beside(Some(&unit)).cloned());
+        }
+        self.of.insert(scope, unit);
+    }
+
+    pub(super) fn remove(&mut self, scope: &Scope) {
+        self.changed.extend(self.of.remove(scope).iter().flat_map(|unit| unit.said_beside(None)).cloned());
+    }
+
+    /// The files of which something else may be said than when this was asked last.
+    pub(super) fn take_changed(&mut self) -> BTreeSet<PathBuf> {
+        std::mem::take(&mut self.changed)
+    }
+
     /// The findings of each file; those that two checks tell alike are told once.
     pub(super) fn diagnostics(&self) -> BTreeMap<&Path, Vec<&Diagnostic>> {
         let mut all: BTreeMap<&Path, Vec<&Diagnostic>> = BTreeMap::new();
-        for (path, diagnostics) in self.0.values().flat_map(|unit| &unit.diagnostics) {
-            let list = all.entry(path).or_default();
-            for diagnostic in diagnostics {
-                if !list.contains(&diagnostic) {
-                    list.push(diagnostic);
-                }
-            }
+        let parts = self.of.values().flat_map(|unit| &unit.parts);
+        for (path, diagnostics) in parts.flat_map(|part| &part.diagnostics) {
+            add_new(all.entry(path).or_default(), diagnostics);
         }
         all
     }
 
     /// The findings of one file.
     pub(super) fn diagnostics_of(&self, path: &Path) -> Vec<&Diagnostic> {
+        let parts = self.of.values().flat_map(|unit| &unit.parts);
         let mut list = Vec::new();
-        for diagnostic in self.0.values().filter_map(|unit| unit.diagnostics.get(path)).flatten() {
-            if !list.contains(&diagnostic) {
-                list.push(diagnostic);
-            }
+        for diagnostics in parts.filter_map(|part| part.diagnostics.get(path)) {
+            add_new(&mut list, diagnostics);
         }
         list
     }
 
     /// The check that tells the findings of a file, with the file's number in it.
-    pub(super) fn of_file(&self, path: &Path) -> Option<(&Judged, FileId)> {
-        let covering = self.0.values().find(|unit| unit.covers(path));
-        let unit = covering.or_else(|| self.0.values().find(|unit| unit.files.contains_key(path)))?;
-        Some((unit.judged.as_deref()?, *unit.files.get(path)?))
+    pub(super) fn of_file(&self, path: &Path) -> Option<(&Report, FileId)> {
+        let covering = self.of.values().find(|unit| unit.covers(path));
+        covering.or_else(|| self.of.values().find(|unit| unit.reads(path)))?.of_file(path)
+    }
+}
+
+fn add_new<'a>(list: &mut Vec<&'a Diagnostic>, diagnostics: &'a [Diagnostic]) {
+    for diagnostic in diagnostics {
+        if !list.contains(&diagnostic) {
+            list.push(diagnostic);
+        }
     }
 }
 

@@ -1,8 +1,9 @@
 //! A check with the configuration that lies beside the project's manifests.
 
 use std::path::Path;
+use std::sync::Arc;
 
-use super::{BaselineChoice, Clock, Earlier, Gate, Memory, Report, Steps, check_timed, known};
+use super::{BaselineChoice, Clock, Earlier, Found, Gate, Memory, Report, Steps, check_timed, judge, known};
 use crate::config::{self, Config, ConfigError, LevelOverrides};
 use crate::diagnostic::Problem;
 use crate::project::{Package, Project};
@@ -42,15 +43,37 @@ pub fn check_configured(project: &Project, options: &Options, source: Box<dyn Re
     check_after(project, options, source, Earlier::default())
 }
 
+/// What was found out again, after some texts have changed.
+#[derive(Debug)]
+pub struct Again {
+    /// What was found out, by parts of the project that have nothing to do with each other. A part is the one of the check before
+    /// if nothing in it has changed.
+    pub parts: Vec<Arc<Report>>,
+    /// Whether the configuration was wrong, so that nothing was checked.
+    pub is_config_wrong: bool,
+}
+
 /// The same, where only texts that `source` holds have changed since the check that `memory` is of.
 #[must_use]
-pub fn check_again(
-    project: &Project,
-    options: &Options,
-    source: Box<dyn ReadSource>,
-    memory: &mut Memory,
-) -> Configured {
-    check_after(project, options, source, Earlier { memory: Some(memory), ..Earlier::default() })
+pub fn check_again(project: &Project, options: &Options, source: Box<dyn ReadSource>, memory: &mut Memory) -> Again {
+    let earlier = Earlier { memory: Some(memory), ..Earlier::default() };
+    let checked = configuration(project, options.overrides.clone(), &*source).and_then(|config| {
+        let found = judge(project, &config, source, options.gate, earlier)?;
+        // What a baseline knows is counted over all parts.
+        if let Found::Parts(parts, _) = &found
+            && !known::is_there(project, &options.baseline)?
+        {
+            return Ok(parts.iter().map(|own| Arc::clone(&own.report)).collect());
+        }
+        let mut report = found.together(project);
+        known::compare(project, &config, &options.baseline, &mut report)?;
+        Ok(vec![Arc::new(report)])
+    });
+    let is_config_wrong = checked.is_err();
+    let mut parts: Vec<Arc<Report>> =
+        checked.unwrap_or_else(|error| vec![Arc::new(of_wrong_configuration(project, &error))]);
+    parts.push(Arc::new(not_loaded(project)));
+    Again { parts, is_config_wrong }
 }
 
 /// The same, where some files were read while the project was loaded.
@@ -75,12 +98,17 @@ fn check_after(project: &Project, options: &Options, source: Box<dyn ReadSource>
         Ok((report, config)) => (report, false, config),
         Err(error) => (of_wrong_configuration(project, &error), true, Config::default()),
     };
-    for problem in &project.problems {
-        let file = report.sources.display_name(problem.file.as_ref());
-        let list = if problem.is_error { &mut report.problems } else { &mut report.unread };
-        list.push(Problem { file, ..problem.clone() });
-    }
+    report.add(not_loaded(project));
     Configured { report, is_config_wrong, config }
+}
+
+/// What could not be loaded.
+fn not_loaded(project: &Project) -> Report {
+    let mut report = Report { sources: SourceMap::new(project.root.clone()), ..Report::default() };
+    let file = |problem: &Problem| report.sources.display_name(problem.file.as_ref());
+    let problems = project.problems.iter().map(|problem| Problem { file: file(problem), ..problem.clone() }).collect();
+    report.add_problems(problems);
+    report
 }
 
 fn configuration(project: &Project, overrides: LevelOverrides, source: &dyn ReadSource) -> Result<Config, ConfigError> {

@@ -78,6 +78,14 @@ pub(super) fn compare(
     Ok(())
 }
 
+/// Whether there is a baseline to compare with.
+///
+/// # Errors
+/// As [`compare`].
+pub(super) fn is_there(project: &Project, choice: &BaselineChoice) -> Result<bool, ConfigError> {
+    Ok(!scopes(project, choice)?.is_empty())
+}
+
 fn scopes(project: &Project, choice: &BaselineChoice) -> Result<Vec<Scope>, ConfigError> {
     let reported = project.packages.iter().filter(|it| it.is_reported && !it.manifest_path.as_os_str().is_empty());
     let roots: BTreeSet<&Path> = reported.map(|package| package.workspace_root.as_path()).collect();

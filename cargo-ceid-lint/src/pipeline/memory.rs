@@ -23,18 +23,20 @@ pub struct Memory {
     held: BTreeMap<PathBuf, Arc<str>>,
     /// What the disk says of the packages.
     components: Option<Vec<Component>>,
-    judged: Vec<Judged>,
+    judged: Vec<Arc<Judged>>,
+    /// The packages that were judged.
+    packages: BTreeSet<usize>,
     trees: BTreeMap<usize, Part>,
 }
 
 /// Packages that were analysed together.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) struct Judged {
     pub(super) packages: Vec<usize>,
     /// The files that were read.
     pub(super) read: BTreeSet<PathBuf>,
     pub(super) can_matter: bool,
-    pub(super) report: Report,
+    pub(super) report: Arc<Report>,
     pub(super) named: Named,
 }
 
@@ -56,6 +58,7 @@ impl Memory {
         let is_same = |path: &PathBuf| held.get(path) == self.held.get(path);
         let is_unchanged = |read: &BTreeSet<PathBuf>| held.keys().all(|path| is_same(path) || !read.contains(path));
         self.judged.retain(|own| is_unchanged(&own.read));
+        self.packages = self.judged.iter().flat_map(|own| own.packages.iter().copied()).collect();
         self.trees.retain(|_, part| is_unchanged(&part.read));
         self.held = held;
     }
@@ -71,7 +74,7 @@ impl Memory {
 
     /// What was found in the packages, if it still holds.
     pub(super) fn has_judged(&self, package: usize) -> bool {
-        self.judged.iter().any(|own| own.packages.contains(&package))
+        self.packages.contains(&package)
     }
 
     /// Whether one of these files was read for what still holds: then it has to do with what is parsed now.
@@ -79,11 +82,11 @@ impl Memory {
         parts.iter().flat_map(|part| &part.read).any(|file| self.judged.iter().any(|own| own.read.contains(file)))
     }
 
-    pub(super) fn judged(&self) -> &[Judged] {
+    pub(super) fn judged(&self) -> &[Arc<Judged>] {
         &self.judged
     }
 
-    pub(super) fn learn_judged(&mut self, judged: Vec<Judged>) {
+    pub(super) fn learn_judged(&mut self, judged: Vec<Arc<Judged>>) {
         self.judged = judged;
     }
 

@@ -6,6 +6,7 @@ mod known;
 mod memory;
 mod parse;
 mod prospect;
+mod report;
 mod since;
 mod steps;
 mod timings;
@@ -14,10 +15,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
-pub use configured::{Configured, Options, check_again, check_configured, check_read_ahead};
+pub use configured::{Again, Configured, Options, check_again, check_configured, check_read_ahead};
 pub use known::{BaselineChoice, CheckedCrate};
 pub use memory::Memory;
 pub use prospect::{Prospect, prospect};
+pub use report::Report;
+use report::sort;
 pub use since::Unchanged;
 pub use steps::Steps;
 pub use timings::{Clock, Stage, Stopwatch, Timings};
@@ -25,12 +28,11 @@ pub use timings::{Clock, Stage, Stopwatch, Timings};
 use self::entries::Ledger;
 use self::memory::Judged;
 use self::parse::Part;
-use crate::baseline::Comparison;
 use crate::config::{self, Config, ConfigError, Preset};
 use crate::count::{Cycle, Pair, analyse, monomorphise};
-use crate::diagnostic::{Diagnostic, Level, Problem};
+use crate::diagnostic::{Diagnostic, Level};
 use crate::flow::{Program, lower_function};
-use crate::index::{CrateInput, FunctionId, FunctionPlaces, Index};
+use crate::index::{CrateInput, FunctionId, Index};
 use crate::migrate::{self, Plan};
 use crate::parallel::{Cores, biggest_first, with_large_stack};
 use crate::project::Project;
@@ -40,90 +42,6 @@ use crate::source::{DiskSource, ReadSource, SourceMap, Span};
 use crate::suggest;
 use crate::suppress::{Crate, Suppressions};
 use crate::syntax::Directives;
-
-/// What a run found out.
-#[derive(Clone, Debug, Default)]
-pub struct Report {
-    /// Every text that was read.
-    pub sources: SourceMap,
-    /// The findings at `warn` or above, suppressed ones included, sorted by file, place and rule.
-    pub diagnostics: Vec<Diagnostic>,
-    /// Every cycle with its filters and their verdicts, sorted by file and place.
-    pub cycles: Vec<Cycle>,
-    /// What could not be read or parsed.
-    pub problems: Vec<Problem>,
-    /// What was not looked at, though nothing is wrong with it.
-    pub unread: Vec<Problem>,
-    /// The files and directories of modules that are declared, and not there under this `cfg`.
-    pub left_out: BTreeSet<PathBuf>,
-    /// The crates that were looked at.
-    pub checked: Vec<CheckedCrate>,
-    /// The functions of all code that was analysed.
-    pub functions: FunctionPlaces,
-    /// The baselines that the findings were compared with.
-    pub baselines: Vec<Comparison>,
-    /// What was left out, if only changed lines are looked at.
-    pub unchanged: Option<Unchanged>,
-    /// The packages that were not parsed, because nothing in them can be a filter: indices into the project's packages.
-    pub unparsed: BTreeSet<usize>,
-    /// How many filter types were found.
-    pub filter_types: usize,
-    /// How many functions were only searched for repetitions, as nothing calls them, and have none.
-    pub presumed: usize,
-    /// What can be done about each loop that updates filters by hand.
-    pub plans: Vec<Plan>,
-    /// The edits that remove each import of a filter's trait that nothing needs beside a guard.
-    pub idle_imports: Vec<Vec<(Span, String)>>,
-    /// The manifests of the packages that these plans change, and of their workspaces.
-    pub manifests: BTreeMap<PathBuf, Arc<str>>,
-    /// Where the time went, if there was a clock.
-    pub timings: Timings,
-}
-
-impl Report {
-    /// The findings that nothing suppresses and no baseline knows: those that people see and that decide how a run ends.
-    pub fn shown(&self) -> impl Iterator<Item = &Diagnostic> {
-        self.diagnostics.iter().filter(|finding| finding.is_shown())
-    }
-
-    /// Adds what was found in another part of the project, but for its texts.
-    fn add(&mut self, other: Self) {
-        self.diagnostics.extend(other.diagnostics);
-        self.cycles.extend(other.cycles);
-        self.problems.extend(other.problems);
-        self.unread.extend(other.unread);
-        self.left_out.extend(other.left_out);
-        self.checked.extend(other.checked);
-        self.functions.extend(other.functions);
-        self.plans.extend(other.plans);
-        self.idle_imports.extend(other.idle_imports);
-        self.filter_types += other.filter_types;
-        self.presumed += other.presumed;
-        self.timings.add(&other.timings);
-    }
-
-    fn add_problems(&mut self, problems: Vec<Problem>) {
-        let (errors, unread): (Vec<_>, Vec<_>) = problems.into_iter().partition(|problem| problem.is_error);
-        self.problems.extend(errors);
-        self.unread.extend(unread);
-    }
-
-    /// Puts what the parts found into one order.
-    fn sort(&mut self) {
-        sort(&mut self.diagnostics);
-        self.cycles.sort_by_key(|cycle| (cycle.head, cycle.package, cycle.target));
-        self.checked.sort_by_key(|krate| krate.package);
-        self.plans.sort_by_key(|plan| plan.head);
-        self.idle_imports.sort();
-        for list in [&mut self.problems, &mut self.unread] {
-            let mut seen = BTreeSet::new();
-            let place = |span: Span| (span.start, span.end);
-            list.retain(|problem| {
-                seen.insert((problem.file.clone(), problem.span.map(place), problem.message.clone()))
-            });
-        }
-    }
-}
 
 /// Which packages are parsed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -175,13 +93,47 @@ fn check_timed(
     gate: Gate,
     earlier: Earlier<'_>,
 ) -> Result<Report, ConfigError> {
+    Ok(judge(project, config, source, gate, earlier)?.together(project))
+}
+
+/// What was found, before it is put together.
+enum Found {
+    /// By packages that have nothing to do with each other, with the time that was not spent on one of them.
+    Parts(Vec<Arc<Judged>>, Timings),
+    /// In all packages at once.
+    Whole(Box<Report>),
+}
+
+impl Found {
+    fn together(self, project: &Project) -> Report {
+        let (parts, timings) = match self {
+            Self::Parts(parts, timings) => (parts, timings),
+            Self::Whole(report) => return *report,
+        };
+        let parsed: BTreeSet<usize> = parts.iter().flat_map(|own| own.packages.iter().copied()).collect();
+        let report_of =
+            |own: Arc<Judged>| Arc::try_unwrap(own).map_or_else(|own| Arc::clone(&own.report), |own| own.report);
+        let mut report = Report::of_parts(parts.into_iter().map(report_of), project.root.clone());
+        report.timings.add(&timings);
+        report.unparsed = (0..project.packages.len()).filter(|package| !parsed.contains(package)).collect();
+        report
+    }
+}
+
+fn judge(
+    project: &Project,
+    config: &Config,
+    source: Box<dyn ReadSource>,
+    gate: Gate,
+    earlier: Earlier<'_>,
+) -> Result<Found, ConfigError> {
     let Earlier { ahead, mut memory, clock, steps } = earlier;
     let mut watch = Stopwatch::start(clock);
     let source: Arc<dyn ReadSource> = source.into();
     let presets = presets_of(project, config)?;
     let run = Run { project, config, presets: &presets, clock, steps: &steps };
     if gate == Gate::Whole {
-        return run.whole(&source);
+        return Ok(Found::Whole(Box::new(run.whole(&source)?)));
     }
     let names = Names::new(config, &presets);
     // What the user looks at is parsed in any case.
@@ -212,37 +164,27 @@ fn check_timed(
         let part = parts[at].lock().ok().and_then(|mut part| part.take()).unwrap_or_default();
         // What is more than half of all would be alone at work in the end.
         let cores = if sizes[at] > total / 2 { Cores::all() } else { Cores::OWN };
-        run.part(part, cores)
+        run.part(part, &source, cores)
     });
-    let mut report = Report::default();
-    let mut ledger = Ledger::of(config);
-    let mut sources = SourceMap::new(project.root.clone());
-    let mut parsed: BTreeSet<usize> = BTreeSet::new();
-    let Ok(mut judged) = judged.into_iter().collect::<Result<Vec<Judged>, ConfigError>>() else {
-        return run.whole(&source);
+    let Ok(judged) = judged.into_iter().collect::<Result<Vec<Judged>, ConfigError>>() else {
+        return Ok(Found::Whole(Box::new(run.whole(&source)?)));
     };
+    let mut judged: Vec<Arc<Judged>> = judged.into_iter().map(Arc::new).collect();
     if let Some(memory) = memory {
         judged.extend(memory.judged().iter().cloned());
         memory.learn_judged(judged.clone());
     }
     // What cannot matter comes after the rest.
     judged.sort_by_key(|own| (!own.can_matter, own.packages.first().copied()));
-    for mut own in judged {
+    let mut ledger = Ledger::of(config);
+    for own in &judged {
         ledger.add(&own.named);
-        parsed.extend(&own.packages);
-        sources.extend(std::mem::take(&mut own.report.sources));
-        report.add(own.report);
     }
     // An entry that named nothing may be an error, whose words depend on all that is there.
     if !ledger.is_complete() {
-        return run.whole(&source);
+        return Ok(Found::Whole(Box::new(run.whole(&source)?)));
     }
-    report.timings.add(&watch.stop());
-    report.sources = sources;
-    report.unparsed = (0..project.packages.len()).filter(|package| !parsed.contains(package)).collect();
-    report.sort();
-    report.manifests = manifests(project, &report.plans, &*source);
-    Ok(report)
+    Ok(Found::Parts(judged, watch.stop()))
 }
 
 /// The presets that are active.
@@ -284,9 +226,9 @@ impl Run<'_> {
     }
 
     /// Analyses packages that are linked.
-    fn part(&self, mut part: Part, cores: Cores) -> Result<Judged, ConfigError> {
-        let (packages, read, can_matter) = (part.packages.clone(), std::mem::take(&mut part.read), part.can_matter);
-        let (report, named) = if can_matter {
+    fn part(&self, mut part: Part, source: &Arc<dyn ReadSource>, cores: Cores) -> Result<Judged, ConfigError> {
+        let (packages, mut read, can_matter) = (part.packages.clone(), std::mem::take(&mut part.read), part.can_matter);
+        let (mut report, named) = if can_matter {
             let graph = entries::graph_around(self.project, &packages);
             self.analysed(part, cores, |index, is_partial| {
                 let named = entries::add_some(self.project, self.config, &graph, index, is_partial)?;
@@ -299,7 +241,10 @@ impl Run<'_> {
             report.add_problems(part.problems);
             (report, Named::new())
         };
-        Ok(Judged { packages, read, can_matter, report, named })
+        report.sort();
+        report.manifests = manifests(self.project, &report.plans, &**source);
+        read.extend(report.manifests.keys().cloned());
+        Ok(Judged { packages, read, can_matter, report: Arc::new(report), named })
     }
 
     fn analysed(
@@ -483,10 +428,4 @@ fn with_levels(project: &Project, config: &Config, findings: Vec<Diagnostic>) ->
         left.primary == right.primary && left.rule == right.rule && left.message == right.message
     });
     shown
-}
-
-fn sort(findings: &mut [Diagnostic]) {
-    findings.sort_by(|left, right| {
-        (left.primary.span, left.rule, &left.message).cmp(&(right.primary.span, right.rule, &right.message))
-    });
 }

@@ -412,14 +412,14 @@ impl<'a> Search<'a> {
             true => 1 + u32::from(self.graph.node(node).in_loop != own_loop),
         };
         let asked = |node: NodeId| self.asked_by_call(node);
-        let mut tracked = tracked(self.graph, &self.dependence, &touching_inside, &times, &asked);
+        let mut tracked = tracked(self.graph, self.dependence, &touching_inside, &times, &asked);
         // Whether a way completes depends on the branches that leave the loop, or diverge: `self.step().unwrap()`.
         touching_inside.extend(self.graph.node_ids().filter(|id| {
             let node = self.graph.node(*id);
             let leaves = node.next.iter().any(|next| region != Region::Function && !inside(*next));
             inside(*id) && (leaves || matches!(node.effect, Effect::Diverge))
         }));
-        tracked.add(slice::tracked(self.graph, &self.dependence, &touching_inside, &times, &|_| BTreeSet::new()));
+        tracked.add(slice::tracked(self.graph, self.dependence, &touching_inside, &times, &|_| BTreeSet::new()));
         Run::new(self, region, tracked, self.reach(region))
     }
 }
