@@ -167,9 +167,9 @@ fn a_thing_of_another_kind_is_told() {
     );
     check_refused(
         "[[filter]]\nfunction = \"crate::control::Pid::calc\"\n",
-        "`crate::control::Pid::calc` names nothing",
+        "`crate::control::Pid::calc` is a method",
         "2:12",
-        "",
+        "write `type = \"crate::control::Pid\"` and `law = \"calc\"`",
     );
     check_refused(
         "[[cycle]]\nfunction = \"crate::control::Estimator::step\"\n",

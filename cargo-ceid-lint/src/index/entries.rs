@@ -83,7 +83,7 @@ impl Index {
         let word = entry.target.path();
         let methods = || entry.law.iter().flatten().chain(&entry.reset).chain(&entry.partial_reset);
         let found = match &entry.target {
-            FilterTarget::Function(_) => self.named(scope, word, Namespace::Value, "function")?,
+            FilterTarget::Function(_) => self.laws_named(scope, word)?,
             FilterTarget::Type(_) => self.named(scope, word, Namespace::Type, "type")?,
             FilterTarget::Trait(_) => self.named(scope, word, Namespace::Type, "trait")?,
         };
@@ -348,6 +348,22 @@ impl Index {
             self.named(scope, word, Namespace::Value, "function")?;
         }
         Ok(functions)
+    }
+
+    /// A function that is a law, or an associated one as `crate::Fir::run`: one with a receiver is a law of its type.
+    fn laws_named(&self, scope: &EntryScope<'_>, word: &Word) -> Result<Vec<Def>, ConfigError> {
+        if !self.named_by(scope, &word.text, Namespace::Value).is_empty() {
+            return self.named(scope, word, Namespace::Value, "function");
+        }
+        let functions = self.functions_named(scope, word)?;
+        if let Some((of, name)) = word.text.rsplit_once("::")
+            && functions.iter().any(|id| self.function(*id).function.receiver.is_some())
+        {
+            let message = format!("`{}` is a method, so that its state is the value that it is called on", word.text);
+            return Err(ConfigError::at(word.place.clone(), message)
+                .help(format!("write `type = \"{of}\"` and `law = \"{name}\"`")));
+        }
+        Ok(functions.into_iter().map(Def::Function).collect())
     }
 
     pub(super) fn bare(&self, id: TypeId) -> Ty {
