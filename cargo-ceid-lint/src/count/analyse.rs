@@ -10,6 +10,7 @@ use super::decide::{self, Decision};
 use super::effort::Effort;
 use super::fields::Fields;
 use super::functions::{FunctionKind, called_functions, function_kind, is_law, reached_from_cycles};
+use super::generic_cycles;
 use super::given::place_of;
 use super::instances::{leaves, place_ty, settle_elements};
 use super::remarks::{Remark, Steps, Waiting};
@@ -18,7 +19,9 @@ use super::slice::ControlDependence;
 use super::summary::Summaries;
 use super::verdict::{Cycle, Pair, Verdict};
 use crate::config::Multiplicity;
-use crate::flow::{Base, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection};
+use crate::flow::{
+    Base, Caller, Cause, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection,
+};
 use crate::index::{FunctionId, Index, Shape, Ty};
 use crate::source::Span;
 
@@ -106,6 +109,7 @@ pub(super) struct FunctionFacts<'a> {
 #[must_use]
 pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -> Analysis {
     super::conditions::hand_up(graphs);
+    super::dispatched::mark(program.index, graphs);
     let graphs = &*graphs;
     let summaries = Summaries::compute(program, graphs);
     let called = called_functions(program.index, graphs);
@@ -117,12 +121,20 @@ pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -
         let kind = function_kind(program, graph, &summaries, &called);
         facts.push(function_facts(program, graph, &summaries, kind, &in_cycle));
     }
+    let known = generic_cycles::fully_known(program.index, graphs);
+    let instances = graphs.iter().flatten().filter(|graph| !is_written(graph) && generic_cycles::has_cycles(graph));
+    let written = facts.len();
+    for graph in instances {
+        let kind = function_kind(program, graph, &summaries, &called);
+        facts.push(function_facts(program, graph, &summaries, kind, &in_cycle));
+    }
     let fields = updated_fields(program.index, &facts, &in_cycle);
     let anywhere = touched_fields(program.index, &facts);
     let waiting = super::remarks::waiting(program, graphs);
     let steps = Steps::of(program, graphs);
     let mut analysis = Analysis::default();
-    for function in &facts {
+    let mut of_instances: BTreeMap<FunctionId, Vec<Cycle>> = BTreeMap::new();
+    for (number, function) in facts.iter().enumerate() {
         if function.kind == FunctionKind::Outside {
             continue;
         }
@@ -135,7 +147,17 @@ pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -
             steps: &steps,
             effort: Effort::default(),
         };
-        context.function(function, &mut analysis);
+        if number < written {
+            context.function(function, &mut analysis);
+            continue;
+        }
+        let mut instance = Analysis::default();
+        context.function(function, &mut instance);
+        let cycles = of_instances.entry(program.index.origin(function.graph.function)).or_default();
+        generic_cycles::merge(cycles, instance.cycles, false);
+    }
+    for (origin, cycles) in of_instances {
+        generic_cycles::merge(&mut analysis.cycles, cycles, known.contains(&origin));
     }
     analysis.cycles.sort_by_key(|cycle| (cycle.head, cycle.package, cycle.target));
     analysis
@@ -153,6 +175,7 @@ fn function_facts<'a>(
     let mut places: BTreeSet<Place> = BTreeSet::new();
     // A law may have its state in an argument, whatever the argument's type.
     let mut states: BTreeSet<Place> = BTreeSet::new();
+    let mut hiding: BTreeSet<Place> = BTreeSet::new();
     for node in graph.nodes.iter().filter(|node| node.debug_only.is_none()) {
         match &node.effect {
             Effect::Update(update) if !super::handed::is_idle(&aliases, update) => {
@@ -164,20 +187,23 @@ fn function_facts<'a>(
                 states.extend(summaries.updates(site).flat_map(|place| aliases.roots(&place)));
                 for summary in site.targets.iter().filter_map(|target| summaries.get(*target)) {
                     for (given, outcomes) in summary.all_outcomes() {
-                        if outcomes.iter().any(|outcome| outcome.unknown.is_some())
+                        if let Some(cause) = outcomes.iter().find_map(|outcome| outcome.unknown.as_ref())
                             && let Some(place) = place_of(given, site)
                         {
+                            hiding.extend(hidden_at(program.index, graph, &aliases, &place, cause));
                             places.extend(filters_at(program.index, graph, &aliases, &place));
                         }
                     }
                 }
             }
-            Effect::Unknown { places: unknown, .. } => {
+            Effect::Unknown { places: unknown, cause } => {
+                hiding.extend(unknown.iter().flat_map(|place| hidden_at(program.index, graph, &aliases, place, cause)));
                 places.extend(unknown.iter().flat_map(|place| filters_at(program.index, graph, &aliases, place)));
             }
             _ => {}
         }
     }
+    states.extend(hiding.iter().cloned());
     places.extend(states.iter().cloned());
     places.extend(debug_only::updates(graph, &aliases, summaries).into_iter().map(|update| update.place));
     let own = own_filter(program.index, graph);
@@ -188,8 +214,9 @@ fn function_facts<'a>(
     });
     let mut updated = Vec::new();
     for place in settle_elements(program.index, graph, &places) {
-        let halves =
+        let of_type =
             place_ty(program.index, graph, &place).and_then(|ty| Some(program.index.filter_spec(&ty)?.law.len()));
+        let halves = of_type.or(hiding.contains(&place).then_some(1));
         for law in 0..halves.unwrap_or_else(|| program.index.halves()) {
             let dependence = Rc::clone(&dependence);
             let search = Search::with_dependence(program, graph, &aliases, summaries, &place, law, dependence);
@@ -214,6 +241,14 @@ pub(super) fn filters_at(index: &Index, graph: &ControlFlowGraph, aliases: &Alia
         found.map(|leaf| root.join(&leaf.steps)).collect::<Vec<_>>()
     };
     roots.flat_map(of_root).collect()
+}
+
+/// What is known by a trait alone, where too many types may be behind that to tell what is updated in it.
+fn hidden_at(index: &Index, graph: &ControlFlowGraph, aliases: &Aliases, place: &Place, cause: &Cause) -> Vec<Place> {
+    let mut roots = if *cause == super::dispatched::cause() { aliases.roots(place) } else { Vec::new() };
+    let is_open = |ty: Ty| matches!(ty, Ty::Opaque(_) | Ty::Param(_));
+    roots.retain(|root| place_ty(index, graph, root).is_some_and(is_open));
+    roots
 }
 
 /// Whether a place can be judged as an instance of a filter: by its type, unless it is the state of a law.
