@@ -374,6 +374,15 @@ impl Index {
     }
 
     fn lower_path(&self, path: &Path, scope: &TyScope<'_>, depth: u32) -> Ty {
+        let found = self.lower_path_in(path, scope, depth);
+        if found != Ty::Unknown || scope.args.is_empty() {
+            return found;
+        }
+        // An associated type of what is not known yet has the bounds that its trait asks for.
+        self.lower_path_in(path, &TyScope { args: Vec::new(), ..scope.clone() }, depth)
+    }
+
+    fn lower_path_in(&self, path: &Path, scope: &TyScope<'_>, depth: u32) -> Ty {
         if depth > MAX_DEPTH {
             return Ty::Unknown;
         }
