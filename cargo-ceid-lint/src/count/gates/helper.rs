@@ -96,24 +96,6 @@ impl Gates<'_, '_> {
         found
     }
 
-    /// What all ways through a call wait for that do not update, where the helper itself can tell: there is no sample, or it is not
-    /// time.
-    pub(super) fn of_skipping_call(&self, site: &CallSite) -> Option<Gate> {
-        let summaries = site.targets.iter().map(|target| self.search.summaries.get(*target));
-        let mut gates = Vec::new();
-        for (given, outcomes) in
-            summaries.collect::<Option<Vec<_>>>()?.iter().flat_map(|it| it.outcomes(self.search.law))
-        {
-            if place_of(given, site).is_some_and(|place| self.is_instance(&place)) {
-                let skips = outcomes.iter().filter(|outcome| outcome.count == Count::Zero && !outcome.reset);
-                gates.extend(skips.map(|outcome| outcome.gate));
-            }
-        }
-        let first = gates.first().copied().flatten()?;
-        let is_told = matches!(first, Gate::Sample | Gate::Event | Gate::Time | Gate::Rate);
-        (is_told && gates.iter().all(|gate| *gate == Some(first))).then_some(first)
-    }
-
     fn mode_of_call(&self, asks: &Asks, site: &CallSite, at: NodeId) -> Option<Gate> {
         let graph = self.search.graph;
         let id = asks.subject(graph, site)?;

@@ -280,11 +280,8 @@ impl<'s, 'a> Gates<'s, 'a> {
             if !is_within(*at) || is_decided || !reach[at.0 as usize] || (is_within(*next) && reach[next.0 as usize]) {
                 continue;
             }
-            let gate = match &graph.node(*at).effect {
-                Effect::Branch(test) => self.of_branch(test, *at, way)?,
-                Effect::Call(site) => self.of_skipping_call(site)?,
-                _ => return None,
-            };
+            let Effect::Branch(test) = &graph.node(*at).effect else { return None };
+            let gate = self.of_branch(test, *at, way)?;
             if *found.get_or_insert(gate) != gate {
                 return None;
             }
