@@ -7,8 +7,9 @@ use super::aliases::Aliases;
 use super::cycles::{Instance, choose_cycles};
 use super::debug_only;
 use super::decide::{self, Decision};
+use super::dispatched;
 use super::effort::Effort;
-use super::fields::Fields;
+use super::fields::{Fields, touched_fields, updated_fields};
 use super::functions::{FunctionKind, called_functions, function_kind, is_law, reached_from_cycles};
 use super::generic_cycles;
 use super::given::place_of;
@@ -19,9 +20,7 @@ use super::slice::ControlDependence;
 use super::summary::Summaries;
 use super::verdict::{Cycle, Pair, Verdict};
 use crate::config::Multiplicity;
-use crate::flow::{
-    Base, Caller, Cause, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection,
-};
+use crate::flow::{Base, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection};
 use crate::index::{FunctionId, Index, Shape, Ty};
 use crate::source::Span;
 
@@ -109,7 +108,7 @@ pub(super) struct FunctionFacts<'a> {
 #[must_use]
 pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -> Analysis {
     super::conditions::hand_up(graphs);
-    super::dispatched::mark(program.index, graphs);
+    dispatched::mark(program.index, graphs);
     let graphs = &*graphs;
     let summaries = Summaries::compute(program, graphs);
     let called = called_functions(program.index, graphs);
@@ -190,14 +189,18 @@ fn function_facts<'a>(
                         if let Some(cause) = outcomes.iter().find_map(|outcome| outcome.unknown.as_ref())
                             && let Some(place) = place_of(given, site)
                         {
-                            hiding.extend(hidden_at(program.index, graph, &aliases, &place, cause));
+                            hiding.extend(dispatched::hidden_at(program.index, graph, &aliases, &place, cause));
                             places.extend(filters_at(program.index, graph, &aliases, &place));
                         }
                     }
                 }
             }
             Effect::Unknown { places: unknown, cause } => {
-                hiding.extend(unknown.iter().flat_map(|place| hidden_at(program.index, graph, &aliases, place, cause)));
+                hiding.extend(
+                    unknown
+                        .iter()
+                        .flat_map(|place| dispatched::hidden_at(program.index, graph, &aliases, place, cause)),
+                );
                 places.extend(unknown.iter().flat_map(|place| filters_at(program.index, graph, &aliases, place)));
             }
             _ => {}
@@ -241,14 +244,6 @@ pub(super) fn filters_at(index: &Index, graph: &ControlFlowGraph, aliases: &Alia
         found.map(|leaf| root.join(&leaf.steps)).collect::<Vec<_>>()
     };
     roots.flat_map(of_root).collect()
-}
-
-/// What is known by a trait alone, where too many types may be behind that to tell what is updated in it.
-fn hidden_at(index: &Index, graph: &ControlFlowGraph, aliases: &Aliases, place: &Place, cause: &Cause) -> Vec<Place> {
-    let mut roots = if *cause == super::dispatched::cause() { aliases.roots(place) } else { Vec::new() };
-    let is_open = |ty: Ty| matches!(ty, Ty::Opaque(_) | Ty::Param(_));
-    roots.retain(|root| place_ty(index, graph, root).is_some_and(is_open));
-    roots
 }
 
 /// Whether a place can be judged as an instance of a filter: by its type, unless it is the state of a law.
@@ -300,42 +295,6 @@ pub(super) fn is_debug_only(graph: &ControlFlowGraph, place: &Place) -> bool {
         let info = graph.var(var);
         info.param.is_none() && graph.node(info.declared).debug_only.is_some()
     })
-}
-
-/// The fields of types that some cycle updates, with the halves of the law.
-fn updated_fields(index: &Index, facts: &[FunctionFacts<'_>], in_cycle: &BTreeSet<FunctionId>) -> Fields {
-    let mut found = Fields::default();
-    for function in facts {
-        let whole = in_cycle.contains(&function.graph.function);
-        for instance in &function.updated {
-            if (whole && instance.is_updated) || instance.function || !instance.loops.is_empty() {
-                found.add(index, function.graph, &instance.place, instance.law);
-            }
-        }
-    }
-    found
-}
-
-/// The fields of types that some code updates or hands to something unseen.
-fn touched_fields(index: &Index, facts: &[FunctionFacts<'_>]) -> Fields {
-    let mut found = Fields::default();
-    for function in facts.iter().filter(|function| function.kind != FunctionKind::Outside) {
-        let unknown = function.graph.nodes.iter().flat_map(|node| match &node.effect {
-            Effect::Unknown { places, .. } => places.as_slice(),
-            _ => &[],
-        });
-        {
-            for place in unknown.chain(&function.graph.cloned) {
-                for root in function.aliases.roots(place) {
-                    for leaf in place_ty(index, function.graph, &root).map(|ty| leaves(index, &ty)).unwrap_or_default()
-                    {
-                        found.add(index, function.graph, &root.join(&leaf.steps), 0);
-                    }
-                }
-            }
-        }
-    }
-    found
 }
 
 pub(super) struct Context<'a> {

@@ -3,9 +3,11 @@
 
 use std::collections::BTreeSet;
 
+use super::aliases::Aliases;
 use super::callgraph::callees;
+use super::instances::place_ty;
 use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, NodeId, Place};
-use crate::index::{FunctionId, Index, Owner};
+use crate::index::{FunctionId, Index, Owner, Ty};
 
 /// Says of the receivers of such calls that what happens in them is unknown.
 pub(super) fn mark(index: &Index, graphs: &mut [Option<ControlFlowGraph>]) {
@@ -31,15 +33,29 @@ pub(super) fn mark(index: &Index, graphs: &mut [Option<ControlFlowGraph>]) {
             let call = graph.nodes[at].clone();
             let id = NodeId(u32::try_from(graph.nodes.len()).unwrap_or(u32::MAX));
             graph.nodes.push(call);
-            graph.nodes[at].effect = Effect::Unknown { places: vec![place], cause: cause() };
+            graph.nodes[at].effect = Effect::Unknown { places: vec![place], cause: too_many() };
             graph.nodes[at].next = vec![id];
         }
     }
 }
 
 /// Why it is not known what such a call does.
-pub(super) fn cause() -> Cause {
+fn too_many() -> Cause {
     Cause::Limit("too many types may be behind the trait".to_owned())
+}
+
+/// What is known by a trait alone, where too many types may be behind that to tell what is updated in it.
+pub(super) fn hidden_at(
+    index: &Index,
+    graph: &ControlFlowGraph,
+    aliases: &Aliases,
+    place: &Place,
+    cause: &Cause,
+) -> Vec<Place> {
+    let mut roots = if *cause == too_many() { aliases.roots(place) } else { Vec::new() };
+    let is_open = |ty: Ty| matches!(ty, Ty::Opaque(_) | Ty::Param(_));
+    roots.retain(|root| place_ty(index, graph, root).is_some_and(is_open));
+    roots
 }
 
 fn calls(graph: &ControlFlowGraph) -> impl Iterator<Item = (usize, &CallSite)> {
