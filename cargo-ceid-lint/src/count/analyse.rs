@@ -8,9 +8,11 @@ use super::analysis::{Analysis, Presumed};
 use super::cycles::{Instance, choose_cycles};
 use super::debug_only;
 use super::decide::{self, Decision};
+use super::dispatched;
 use super::effort::Effort;
-use super::fields::Fields;
+use super::fields::{Fields, touched_fields, updated_fields};
 use super::functions::{FunctionKind, called_functions, function_kind, is_law, reached_from_cycles};
+use super::generic_cycles;
 use super::given::place_of;
 use super::instances::{leaves, place_ty, settle_elements};
 use super::remarks::{Steps, Waiting};
@@ -39,16 +41,20 @@ pub(super) struct FunctionFacts<'a> {
 #[must_use]
 pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -> Analysis {
     super::conditions::hand_up(graphs);
+    dispatched::mark(program.index, graphs);
     let graphs = &*graphs;
     let summaries = Summaries::compute(program, graphs);
     let called = called_functions(program.index, graphs);
     let in_cycle = reached_from_cycles(program, graphs, &summaries, &called);
-    // What is written is judged once; its instances are what calls of it do.
+    // What is written is judged once, and the loops of its instances for the types that are known.
     let is_written = |graph: &&ControlFlowGraph| program.index.origin(graph.function) == graph.function;
-    let written: Vec<&ControlFlowGraph> = graphs.iter().flatten().filter(is_written).collect();
-    let facts = program.cores.deeply(written.len(), |at| {
-        let kind = function_kind(program, written[at], &summaries, &called);
-        function_facts(program, written[at], &summaries, kind, &in_cycle)
+    let (written, copies): (Vec<&ControlFlowGraph>, Vec<_>) = graphs.iter().flatten().partition(is_written);
+    let known = generic_cycles::fully_known(program.index, graphs);
+    let copies = copies.into_iter().filter(|graph| generic_cycles::has_cycles(graph));
+    let judged: Vec<&ControlFlowGraph> = written.into_iter().chain(copies).collect();
+    let facts = program.cores.deeply(judged.len(), |at| {
+        let kind = function_kind(program, judged[at], &summaries, &called);
+        function_facts(program, judged[at], &summaries, kind, &in_cycle)
     });
     let fields = updated_fields(program.index, &facts, &in_cycle);
     let anywhere = touched_fields(program.index, &facts);
@@ -74,8 +80,17 @@ pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -
         analysis
     });
     let mut analysis = Analysis::default();
-    for part in parts {
-        analysis.add(part);
+    let mut of_instances: BTreeMap<FunctionId, Vec<Cycle>> = BTreeMap::new();
+    for (graph, part) in judged.iter().zip(parts) {
+        if is_written(graph) {
+            analysis.add(part);
+        } else {
+            let cycles = of_instances.entry(program.index.origin(graph.function)).or_default();
+            generic_cycles::merge(cycles, part.cycles, false);
+        }
+    }
+    for (origin, cycles) in of_instances {
+        generic_cycles::merge(&mut analysis.cycles, cycles, known.contains(&origin));
     }
     analysis.cycles.sort_by_key(|cycle| (cycle.head, cycle.package, cycle.target));
     analysis
@@ -93,6 +108,7 @@ fn function_facts<'a>(
     let mut places: BTreeSet<Place> = BTreeSet::new();
     // A law may have its state in an argument, whatever the argument's type.
     let mut states: BTreeSet<Place> = BTreeSet::new();
+    let mut hiding: BTreeSet<Place> = BTreeSet::new();
     for node in graph.nodes.iter().filter(|node| node.debug_only.is_none()) {
         match &node.effect {
             Effect::Update(update) if !super::handed::is_idle(&aliases, update) => {
@@ -104,20 +120,27 @@ fn function_facts<'a>(
                 states.extend(summaries.updates(site).flat_map(|place| aliases.roots(&place)));
                 for summary in site.targets.iter().filter_map(|target| summaries.get(*target)) {
                     for (given, outcomes) in summary.all_outcomes() {
-                        if outcomes.iter().any(|outcome| outcome.unknown.is_some())
+                        if let Some(cause) = outcomes.iter().find_map(|outcome| outcome.unknown.as_ref())
                             && let Some(place) = place_of(given, site)
                         {
+                            hiding.extend(dispatched::hidden_at(program.index, graph, &aliases, &place, cause));
                             places.extend(filters_at(program.index, graph, &aliases, &place));
                         }
                     }
                 }
             }
-            Effect::Unknown { places: unknown, .. } => {
+            Effect::Unknown { places: unknown, cause } => {
+                hiding.extend(
+                    unknown
+                        .iter()
+                        .flat_map(|place| dispatched::hidden_at(program.index, graph, &aliases, place, cause)),
+                );
                 places.extend(unknown.iter().flat_map(|place| filters_at(program.index, graph, &aliases, place)));
             }
             _ => {}
         }
     }
+    states.extend(hiding.iter().cloned());
     places.extend(states.iter().cloned());
     places.extend(debug_only::updates(graph, &aliases, summaries).into_iter().map(|update| update.place));
     let own = own_filter(program.index, graph);
@@ -128,8 +151,9 @@ fn function_facts<'a>(
     });
     let mut updated = Vec::new();
     for place in settle_elements(program.index, graph, &places) {
-        let halves =
+        let of_type =
             place_ty(program.index, graph, &place).and_then(|ty| Some(program.index.filter_spec(&ty)?.law.len()));
+        let halves = of_type.or(hiding.contains(&place).then_some(1));
         for law in 0..halves.unwrap_or_else(|| program.index.halves()) {
             let dependence = &dependence;
             let search = Search::with_dependence(program, graph, &aliases, summaries, &place, law, dependence);
@@ -205,42 +229,6 @@ pub(super) fn is_debug_only(graph: &ControlFlowGraph, place: &Place) -> bool {
         let info = graph.var(var);
         info.param.is_none() && graph.node(info.declared).debug_only.is_some()
     })
-}
-
-/// The fields of types that some cycle updates, with the halves of the law.
-fn updated_fields(index: &Index, facts: &[FunctionFacts<'_>], in_cycle: &BTreeSet<FunctionId>) -> Fields {
-    let mut found = Fields::default();
-    for function in facts {
-        let whole = in_cycle.contains(&function.graph.function);
-        for instance in &function.updated {
-            if (whole && instance.is_updated) || instance.function || !instance.loops.is_empty() {
-                found.add(index, function.graph, &instance.place, instance.law);
-            }
-        }
-    }
-    found
-}
-
-/// The fields of types that some code updates or hands to something unseen.
-fn touched_fields(index: &Index, facts: &[FunctionFacts<'_>]) -> Fields {
-    let mut found = Fields::default();
-    for function in facts.iter().filter(|function| function.kind != FunctionKind::Outside) {
-        let unknown = function.graph.nodes.iter().flat_map(|node| match &node.effect {
-            Effect::Unknown { places, .. } => places.as_slice(),
-            _ => &[],
-        });
-        {
-            for place in unknown.chain(&function.graph.cloned) {
-                for root in function.aliases.roots(place) {
-                    for leaf in place_ty(index, function.graph, &root).map(|ty| leaves(index, &ty)).unwrap_or_default()
-                    {
-                        found.add(index, function.graph, &root.join(&leaf.steps), 0);
-                    }
-                }
-            }
-        }
-    }
-    found
 }
 
 pub(super) struct Context<'a> {

@@ -3,9 +3,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::instances::place_ty;
-use crate::flow::{ControlFlowGraph, Place, Projection};
-use crate::index::{Index, Ty, TypeId};
+use super::analyse::FunctionFacts;
+use super::functions::FunctionKind;
+use super::instances::{leaves, place_ty};
+use crate::flow::{ControlFlowGraph, Effect, Place, Projection};
+use crate::index::{FunctionId, Index, Ty, TypeId};
 
 /// A field of a type, or a field of a field.
 pub(super) type FieldKey = (TypeId, Vec<String>);
@@ -72,4 +74,40 @@ fn keys(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Vec<FieldKey>
         }
     }
     keys
+}
+
+/// The fields of types that some cycle updates, with the halves of the law.
+pub(super) fn updated_fields(index: &Index, facts: &[FunctionFacts<'_>], in_cycle: &BTreeSet<FunctionId>) -> Fields {
+    let mut found = Fields::default();
+    for function in facts {
+        let whole = in_cycle.contains(&function.graph.function);
+        for instance in &function.updated {
+            if (whole && instance.is_updated) || instance.function || !instance.loops.is_empty() {
+                found.add(index, function.graph, &instance.place, instance.law);
+            }
+        }
+    }
+    found
+}
+
+/// The fields of types that some code updates or hands to something unseen.
+pub(super) fn touched_fields(index: &Index, facts: &[FunctionFacts<'_>]) -> Fields {
+    let mut found = Fields::default();
+    for function in facts.iter().filter(|function| function.kind != FunctionKind::Outside) {
+        let unknown = function.graph.nodes.iter().flat_map(|node| match &node.effect {
+            Effect::Unknown { places, .. } => places.as_slice(),
+            _ => &[],
+        });
+        {
+            for place in unknown.chain(&function.graph.cloned) {
+                for root in function.aliases.roots(place) {
+                    for leaf in place_ty(index, function.graph, &root).map(|ty| leaves(index, &ty)).unwrap_or_default()
+                    {
+                        found.add(index, function.graph, &root.join(&leaf.steps), 0);
+                    }
+                }
+            }
+        }
+    }
+    found
 }

@@ -165,7 +165,13 @@ impl Index {
         let Ty::Adt(id, _) = ty.peel() else { return false };
         let super::Shape::Enum(variants) = &self.type_def(*id).shape else { return false };
         let carrying = variants.iter().filter(|variant| !variant.fields.fields.is_empty());
-        carrying.count() > 1 && !self.kept.contains(id)
+        carrying.count() > 1 && !self.is_kept(*id)
+    }
+
+    /// Whether some struct has a field of the type.
+    #[must_use]
+    pub fn is_kept(&self, id: TypeId) -> bool {
+        self.kept.contains(&id)
     }
 
     /// Whether a type is a filter or the state of a law, or holds one, as far as is known.

@@ -198,6 +198,8 @@ pub struct TyScope<'a> {
     pub self_impl: Option<ImplId>,
     /// The parameters in scope, innermost first.
     pub generics: Vec<&'a Generics>,
+    /// What some of them stand for, so that their associated types are known.
+    pub args: Vec<(String, Ty)>,
 }
 
 /// How deep types are followed: more is a cycle of aliases.
@@ -208,7 +210,14 @@ impl Index {
     #[must_use]
     pub fn scope<'a>(&'a self, module: ModuleId, owner: Owner, generics: Option<&'a Generics>) -> TyScope<'a> {
         let mut all: Vec<&Generics> = generics.into_iter().collect();
-        let mut scope = TyScope { module, self_ty: None, self_trait: None, self_impl: None, generics: Vec::new() };
+        let mut scope = TyScope {
+            module,
+            self_ty: None,
+            self_trait: None,
+            self_impl: None,
+            generics: Vec::new(),
+            args: Vec::new(),
+        };
         match owner {
             Owner::Module => {}
             Owner::Impl(id) => {
@@ -365,6 +374,15 @@ impl Index {
     }
 
     fn lower_path(&self, path: &Path, scope: &TyScope<'_>, depth: u32) -> Ty {
+        let found = self.lower_path_in(path, scope, depth);
+        if found != Ty::Unknown || scope.args.is_empty() {
+            return found;
+        }
+        // An associated type of what is not known yet has the bounds that its trait asks for.
+        self.lower_path_in(path, &TyScope { args: Vec::new(), ..scope.clone() }, depth)
+    }
+
+    fn lower_path_in(&self, path: &Path, scope: &TyScope<'_>, depth: u32) -> Ty {
         if depth > MAX_DEPTH {
             return Ty::Unknown;
         }
@@ -404,6 +422,7 @@ impl Index {
                     self_trait: None,
                     self_impl: None,
                     generics: vec![&alias.generics],
+                    args: Vec::new(),
                 };
                 let target = self.lower_at(&alias.ty, &inner, depth + 1);
                 target.substitute(&named_args(&alias.generics, &args))
@@ -435,6 +454,9 @@ impl Index {
     }
 
     fn generic_param(&self, name: &str, scope: &TyScope<'_>, depth: u32) -> Option<Ty> {
+        if let Some((_, known)) = scope.args.iter().find(|(param, _)| param == name) {
+            return Some(known.clone());
+        }
         let mut bounds = Vec::new();
         let mut found = false;
         for generics in &scope.generics {
@@ -503,12 +525,23 @@ impl Index {
             if let TraitName::Local(id) = bound.name {
                 let def = self.trait_def(id);
                 if let Some(bounds) = def.types.get(name) {
+                    if let Some(only) = bounds.is_empty().then(|| self.only_type(id, name, depth)).flatten() {
+                        return only;
+                    }
                     let scope = self.scope(def.module, Owner::Module, Some(&def.generics));
                     return Ty::Opaque(Arc::new(self.lower_bounds(bounds, &scope, 0)));
                 }
             }
         }
         Ty::Unknown
+    }
+
+    /// An associated type of which the trait says nothing, where one impl alone tells it.
+    fn only_type(&self, id: TraitId, name: &str, depth: u32) -> Option<Ty> {
+        let [own] = self.impls_of_trait.get(&id)?.as_slice() else { return None };
+        let def = self.impl_def(*own);
+        let ty = def.types.get(name).filter(|_| def.generics.params.is_empty())?;
+        Some(self.lower_at(ty, &self.scope(def.module, Owner::Impl(*own), None), depth + 1))
     }
 
     /// The type of a field; `variant` is the number of an enum's variant.
@@ -523,8 +556,9 @@ impl Index {
         };
         let field = fields.fields.iter().find(|candidate| candidate.name == field)?;
         let scope = self.scope(def.module, Owner::Module, Some(&def.generics));
-        let scope = TyScope { self_ty: Some(ty.clone()), ..scope };
-        Some(self.lower(&field.ty, &scope).substitute(&named_args(&def.generics, args)))
+        let args = named_args(&def.generics, args);
+        let scope = TyScope { self_ty: Some(ty.clone()), args, ..scope };
+        Some(self.lower(&field.ty, &scope))
     }
 
     /// The name of a type as a reader knows it: `KalmanF`, `Pid<f32>` without its arguments.

@@ -334,6 +334,11 @@ impl Infer<'_> {
             }
             None => Ty::Unknown,
         };
+        if path.segments.last().is_some_and(|last| !last.args.is_empty()) {
+            // `Axis::<Fast> { … }`
+            let written = self.index.lower(&TypeRef::Path(path.clone()), &self.scope);
+            self.variables.unify(&ty, &written);
+        }
         if let Some(expected) = expected {
             self.variables.unify(&ty, expected);
         }

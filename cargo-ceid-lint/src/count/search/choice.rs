@@ -3,6 +3,7 @@
 
 use super::End;
 use super::run::Run;
+use crate::count::counts::Count;
 use crate::flow::{Effect, NodeId, Place, Relation, Var};
 
 impl Run<'_, '_> {
@@ -12,6 +13,24 @@ impl Run<'_, '_> {
         for (end, choice) in self.exploration.ends.iter_mut().zip(chosen) {
             end.state.skipped_at = choice.or(end.state.skipped_at);
         }
+        let called: Vec<Option<NodeId>> = self.exploration.ends.iter().map(|end| self.skipping_call(end)).collect();
+        for (end, call) in self.exploration.ends.iter_mut().zip(called) {
+            end.state.skipped_at = end.state.skipped_at.or(call);
+        }
+    }
+
+    /// The helper that knew why it did not update, where nothing else decided a way: that of one element among many, whose round is
+    /// over when the way goes on.
+    fn skipping_call(&self, end: &End) -> Option<NodeId> {
+        if end.state.skipped_at.is_some() || end.state.count != Count::Zero {
+            return None;
+        }
+        end.state.helper_gate?;
+        let updating = self.search.updating();
+        let is_call = |id: &NodeId| matches!(self.search.graph.node(*id).effect, Effect::Call(_));
+        let way = self.exploration.path(end.at);
+        let nodes = way.iter().rev().map(|number| self.exploration.states[*number].node);
+        nodes.into_iter().find(|id| is_call(id) && updating.contains(id))
     }
 
     /// The condition behind the last value that a reference got on the way, if the way ends with an update of what it points to.

@@ -42,7 +42,7 @@ impl Builder<'_> {
             self.collect_declared(id, about);
             return;
         }
-        let received_by = received_by(*self.program, self.typed().callees.get(&id));
+        let received_by = received_by(*self.program, self.typed().callees.get(&id), self.ty(id));
         about.names.extend(received_by.map(str::to_owned));
         let body = self.body();
         match &body.expr(id).kind {

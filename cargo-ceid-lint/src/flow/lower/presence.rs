@@ -24,11 +24,31 @@ impl Builder<'_> {
     /// What such an adaptor runs over.
     pub(super) fn present(&mut self, receiver: ExprId) -> Source {
         let source = self.source(receiver);
+        if source.stages.is_empty() && self.is_all_present(receiver) {
+            return source;
+        }
         if !source.item.is_lent() || source.stages.iter().any(|stage| matches!(stage, Stage::Filter(_))) {
             return Source { rounds: Rounds::Bounded, ..source };
         }
         let staged = Source { stages: Vec::new(), ..source.clone() };
         Source { item: Item::Present(Box::new(source.staged())), ..staged }
+    }
+
+    /// Whether an iterator runs over an array that is written out with something in every element: `[Some(&mut l), Some(&mut r)]`.
+    fn is_all_present(&self, id: ExprId) -> bool {
+        let body = self.body();
+        match &body.expr(id).kind {
+            ExprKind::MethodCall { receiver, method, args, .. } => {
+                args.is_empty() && matches!(method.as_str(), "into_iter" | "iter_mut") && self.is_all_present(*receiver)
+            }
+            ExprKind::Array { elements, .. } => elements.iter().all(|element| match &body.expr(*element).kind {
+                ExprKind::Call { callee, .. } => {
+                    matches!(&body.expr(*callee).kind, ExprKind::Path(path) if path.text() == "Some")
+                }
+                _ => false,
+            }),
+            _ => false,
+        }
     }
 
     /// Whether a closure gives back the option that it gets: `Option::as_mut`, `|slot| slot.as_mut()`.

@@ -96,7 +96,7 @@ impl Builder<'_> {
             if !span.contains(body.expr(expr).span) {
                 break;
             }
-            let received_by = received_by(*self.program, self.typed().callees.get(&expr));
+            let received_by = received_by(*self.program, self.typed().callees.get(&expr), self.ty(expr));
             computed.calls.extend(received_by.map(str::to_owned));
             match &body.expr(expr).kind {
                 ExprKind::MethodCall { method, .. } => computed.calls.push(method.clone()),

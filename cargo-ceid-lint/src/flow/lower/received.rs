@@ -1,7 +1,7 @@
 //! Functions that do little more than receive a message for their caller: `fn next(events: &Receiver<Event>) -> Event`.
 
 use crate::flow::Program;
-use crate::index::{Def, FunctionId};
+use crate::index::{Def, FunctionId, Shape, Ty};
 use crate::syntax::tree::{Body, ExprId, ExprKind, PatId, StmtKind};
 use crate::types::{Callee, LocalId, TypedBody};
 
@@ -42,9 +42,22 @@ const MAX_EXPRESSIONS: usize = 60;
 /// How many values are followed in a function.
 const MAX_VALUES: u32 = 32;
 
-/// The method with which the function that a call runs receives what it gives back.
-pub(super) fn received_by<'a>(program: Program<'a>, callee: Option<&Callee>) -> Option<&'a str> {
-    called(program, callee?, 0)
+/// The method with which the function that a call runs receives what it gives back. A function that was given and gives one of
+/// several messages stands for such a method.
+pub(super) fn received_by<'a>(program: Program<'a>, callee: Option<&Callee>, gives: &Ty) -> Option<&'a str> {
+    match callee? {
+        Callee::Parameter(_) if is_message(program, gives) => Some("recv"),
+        callee => called(program, callee, 0),
+    }
+}
+
+/// Whether a type is an enum of which some variants carry something, and which no struct keeps as its state.
+fn is_message(program: Program<'_>, ty: &Ty) -> bool {
+    let Ty::Adt(id, _) = ty else { return false };
+    let Shape::Enum(variants) = &program.index.type_def(*id).shape else { return false };
+    variants.len() > 1
+        && variants.iter().any(|variant| !variant.fields.fields.is_empty())
+        && !program.index.is_kept(*id)
 }
 
 fn called<'a>(program: Program<'a>, callee: &Callee, depth: u32) -> Option<&'a str> {

@@ -1,0 +1,86 @@
+//! Calls of which a trait object or type parameter decides which of very many bodies runs: that the receiver's filters may be updated
+//! there is known, and nothing else.
+
+use std::collections::BTreeSet;
+
+use super::aliases::Aliases;
+use super::callgraph::callees;
+use super::instances::place_ty;
+use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, NodeId, Place};
+use crate::index::{FunctionId, Index, Owner, Ty};
+
+/// Says of the receivers of such calls that what happens in them is unknown.
+pub(super) fn mark(index: &Index, graphs: &mut [Option<ControlFlowGraph>]) {
+    let is_dispatched = |site: &CallSite| site.is_dispatched && site.law_of.is_none();
+    let any = graphs.iter().flatten().any(|graph| calls(graph).any(|(_, site)| is_dispatched(site)));
+    if !any {
+        return;
+    }
+    let updating = updating(graphs);
+    let hides = |target: &FunctionId| {
+        let may_hold = match index.function(*target).owner {
+            Owner::Impl(of) => index.holds_filter(&index.impl_def(of).self_ty),
+            Owner::Trait(_) | Owner::Module => true,
+        };
+        may_hold && updating.contains(&(target.0 as usize))
+    };
+    for graph in graphs.iter_mut().flatten() {
+        let hiding: Vec<(usize, Place)> = calls(graph)
+            .filter(|(_, site)| is_dispatched(site) && site.targets.iter().any(hides))
+            .filter_map(|(at, site)| Some((at, site.args.first().filter(|arg| !arg.is_shared)?.place.clone()?)))
+            .collect();
+        for (at, place) in hiding {
+            let call = graph.nodes[at].clone();
+            let id = NodeId(u32::try_from(graph.nodes.len()).unwrap_or(u32::MAX));
+            graph.nodes.push(call);
+            graph.nodes[at].effect = Effect::Unknown { places: vec![place], cause: too_many() };
+            graph.nodes[at].next = vec![id];
+        }
+    }
+}
+
+/// Why it is not known what such a call does.
+fn too_many() -> Cause {
+    Cause::Limit("too many types may be behind the trait".to_owned())
+}
+
+/// What is known by a trait alone, where too many types may be behind that to tell what is updated in it.
+pub(super) fn hidden_at(
+    index: &Index,
+    graph: &ControlFlowGraph,
+    aliases: &Aliases,
+    place: &Place,
+    cause: &Cause,
+) -> Vec<Place> {
+    let mut roots = if *cause == too_many() { aliases.roots(place) } else { Vec::new() };
+    let is_open = |ty: Ty| matches!(ty, Ty::Opaque(_) | Ty::Param(_));
+    roots.retain(|root| place_ty(index, graph, root).is_some_and(is_open));
+    roots
+}
+
+fn calls(graph: &ControlFlowGraph) -> impl Iterator<Item = (usize, &CallSite)> {
+    graph.nodes.iter().enumerate().filter_map(|(at, node)| match &node.effect {
+        Effect::Call(site) => Some((at, &**site)),
+        _ => None,
+    })
+}
+
+/// The functions that update something, at any depth.
+fn updating(graphs: &[Option<ControlFlowGraph>]) -> BTreeSet<usize> {
+    let updates = |effect: &Effect| matches!(effect, Effect::Update(_) | Effect::Advance(_));
+    let mut found: BTreeSet<usize> = BTreeSet::new();
+    loop {
+        let before = found.len();
+        for (number, graph) in graphs.iter().enumerate().filter_map(|(number, graph)| Some((number, graph.as_ref()?))) {
+            if !found.contains(&number)
+                && (graph.nodes.iter().any(|node| updates(&node.effect))
+                    || callees(graph).iter().any(|callee| found.contains(callee)))
+            {
+                found.insert(number);
+            }
+        }
+        if found.len() == before {
+            return found;
+        }
+    }
+}
