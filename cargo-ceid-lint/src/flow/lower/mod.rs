@@ -26,6 +26,7 @@ mod iterators;
 mod last;
 mod laws;
 mod lazy;
+mod limits;
 mod loops;
 mod macros;
 mod made;
