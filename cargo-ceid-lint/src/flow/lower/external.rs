@@ -5,7 +5,7 @@ use super::laws::Law;
 use super::{Builder, Value};
 use crate::flow::{Cause, Effect, Place, Rounds, Transfer};
 use crate::index::{Def, Ty};
-use crate::syntax::tree::ExprId;
+use crate::syntax::tree::{ExprId, ExprKind};
 
 impl Builder<'_> {
     pub(super) fn external_call(&mut self, id: ExprId, path: &str, args: &[ExprId]) -> Value {
@@ -168,7 +168,10 @@ impl Builder<'_> {
         let taken = self.temporary(self.ty(id).clone(), span);
         let is_truth = *self.ty(id) == Ty::Bool;
         let same_as = values.first().and_then(|value| value.same_as).filter(|_| is_truth);
-        let old = Value { place: Some(place.clone()), same_as, ..Value::default() };
+        // What is put back where it was is the same instance all the time.
+        let is_put_back = self.is_put_back(&place);
+        let leaves_by = is_put_back.then_some(Transfer::Move);
+        let old = Value { place: Some(place.clone()), same_as, is_owned: is_put_back, leaves_by, ..Value::default() };
         self.set(taken, &old, span);
         self.note_copied_part(taken, &old);
         let taken_out = Value { head: is_truth.then(|| "false".to_owned()), ..Value::default() };
@@ -185,8 +188,17 @@ impl Builder<'_> {
         if let Some(given) = args.get(1) {
             self.note_given(&place, *given);
         }
-        let same_as = is_truth.then_some(taken);
+        let same_as = (is_truth || is_put_back).then_some(taken);
         Value { place: Some(Place::var(taken)), is_owned: true, same_as, ..Value::default() }
+    }
+
+    /// Whether the function gives something to a place as a whole, as it does where it puts back what it has taken out.
+    fn is_put_back(&mut self, place: &Place) -> bool {
+        let assigned = self.body().exprs.iter().filter_map(|expr| match &expr.kind {
+            ExprKind::Assign { place, .. } => Some(*place),
+            _ => None,
+        });
+        assigned.collect::<Vec<ExprId>>().into_iter().any(|target| self.static_place(target).as_ref() == Some(place))
     }
 
     /// A thread or task of its own.

@@ -30,6 +30,7 @@ mod limits;
 mod loops;
 mod macros;
 mod made;
+mod operators;
 mod patterns;
 mod places;
 mod presence;
