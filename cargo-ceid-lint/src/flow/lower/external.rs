@@ -4,7 +4,7 @@ use super::calls::{is_spawn, path_tail};
 use super::laws::Law;
 use super::{Builder, Value};
 use crate::flow::{Cause, Effect, Place, Rounds, Transfer};
-use crate::index::{Def, Ty};
+use crate::index::{Def, Shape, Ty};
 use crate::syntax::tree::{ExprId, ExprKind};
 
 impl Builder<'_> {
@@ -169,7 +169,13 @@ impl Builder<'_> {
         let is_truth = *self.ty(id) == Ty::Bool;
         let same_as = values.first().and_then(|value| value.same_as).filter(|_| is_truth);
         // What is put back where it was is the same instance all the time.
-        let is_put_back = self.is_put_back(&place);
+        let mut is_put_back = self.is_put_back(&place);
+        if is_put_back && args.first().is_some_and(|arg| self.has_several_homes(self.ty(*arg).peel())) {
+            // It may come back as another variant, and a filter of one may be that of another from then on.
+            let cause = Cause::Code("a state that is taken out and put back".to_owned());
+            self.emit(Effect::Unknown { places: vec![place.clone()], cause }, span);
+            is_put_back = false;
+        }
         let leaves_by = is_put_back.then_some(Transfer::Move);
         let old = Value { place: Some(place.clone()), same_as, is_owned: is_put_back, leaves_by, ..Value::default() };
         self.set(taken, &old, span);
@@ -190,6 +196,19 @@ impl Builder<'_> {
         }
         let same_as = (is_truth || is_put_back).then_some(taken);
         Value { place: Some(Place::var(taken)), is_owned: true, same_as, ..Value::default() }
+    }
+
+    /// Whether several variants of an enum hold filters.
+    fn has_several_homes(&self, ty: &Ty) -> bool {
+        let Ty::Adt(id, _) = ty else { return false };
+        let Shape::Enum(variants) = &self.program.index.type_def(*id).shape else { return false };
+        let holds = |number: &usize| {
+            let fields = variants[*number].fields.fields.iter();
+            fields
+                .filter_map(|field| self.program.index.field_ty(ty, Some(*number), &field.name))
+                .any(|ty| self.may_hold_filter(&ty))
+        };
+        (0..variants.len()).filter(holds).count() > 1
     }
 
     /// Whether the function gives something to a place as a whole, as it does where it puts back what it has taken out.
