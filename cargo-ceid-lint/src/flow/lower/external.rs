@@ -5,7 +5,7 @@ use super::laws::Law;
 use super::{Builder, Value};
 use crate::flow::{Cause, Effect, Place, Rounds, Transfer};
 use crate::index::{Def, Shape, Ty};
-use crate::syntax::tree::{ExprId, ExprKind};
+use crate::syntax::tree::{ExprId, ExprKind, StmtKind};
 
 impl Builder<'_> {
     pub(super) fn external_call(&mut self, id: ExprId, path: &str, args: &[ExprId]) -> Value {
@@ -169,7 +169,7 @@ impl Builder<'_> {
         let is_truth = *self.ty(id) == Ty::Bool;
         let same_as = values.first().and_then(|value| value.same_as).filter(|_| is_truth);
         // What is put back where it was is the same instance all the time.
-        let mut is_put_back = self.is_put_back(&place);
+        let mut is_put_back = self.is_put_back(id, &place);
         if is_put_back && args.first().is_some_and(|arg| self.has_several_homes(self.ty(*arg).peel())) {
             // It may come back as another variant, and a filter of one may be that of another from then on.
             let cause = Cause::Code("a state that is taken out and put back".to_owned());
@@ -211,13 +211,30 @@ impl Builder<'_> {
         (0..variants.len()).filter(holds).count() > 1
     }
 
-    /// Whether the function gives something to a place as a whole, as it does where it puts back what it has taken out.
-    fn is_put_back(&mut self, place: &Place) -> bool {
-        let assigned = self.body().exprs.iter().filter_map(|expr| match &expr.kind {
-            ExprKind::Assign { place, .. } => Some(*place),
+    /// Whether what is taken out of a place by a call is given to that place again, by itself or under the name that it gets.
+    fn is_put_back(&mut self, taken: ExprId, place: &Place) -> bool {
+        let (body, typed) = (self.body(), self.typed());
+        let lets = body.exprs.iter().filter_map(|expr| match &expr.kind {
+            ExprKind::Block(block) => Some(&block.stmts),
             _ => None,
         });
-        assigned.collect::<Vec<ExprId>>().into_iter().any(|target| self.static_place(target).as_ref() == Some(place))
+        let name = lets.flatten().find_map(|stmt| match &stmt.kind {
+            StmtKind::Let { pat, init, .. } if *init == Some(taken) => typed.pat_local.get(pat),
+            _ => None,
+        });
+        let comes_from = |value: ExprId| {
+            let span = body.expr(value).span;
+            let is_named = || {
+                let mut named = typed.expr_local.iter().filter(|(_, local)| name == Some(local));
+                named.any(|(expr, _)| span.contains(body.expr(*expr).span))
+            };
+            span.contains(body.expr(taken).span) || is_named()
+        };
+        let given = body.exprs.iter().filter_map(|expr| match &expr.kind {
+            ExprKind::Assign { place, value } if comes_from(*value) => Some(*place),
+            _ => None,
+        });
+        given.collect::<Vec<ExprId>>().into_iter().any(|target| self.static_place(target).as_ref() == Some(place))
     }
 
     /// A thread or task of its own.

@@ -9,6 +9,9 @@ use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, PatId, StmtKind};
 
+/// How often a `while` runs, what counts its rounds from which number on, and up to what.
+type WhileRounds = (Rounds, Option<(Var, Option<u64>)>, Vec<Limit>);
+
 impl Builder<'_> {
     /// Whether the code stands in another function than the one whose graph is built.
     pub(super) fn is_foreign(&self) -> bool {
@@ -255,7 +258,7 @@ impl Builder<'_> {
     }
 
     /// `while i < n { …; i += 1 }` counts; any other `while` is unbounded.
-    fn rounds_of_while(&mut self, condition: ExprId, body: ExprId) -> (Rounds, Option<(Var, Option<u64>)>, Vec<Limit>) {
+    fn rounds_of_while(&mut self, condition: ExprId, body: ExprId) -> WhileRounds {
         let unbounded = (Rounds::Unbounded, None, Vec::new());
         let tree = self.body();
         let ExprKind::Binary { op, lhs, rhs } = &tree.expr(condition).kind else { return unbounded };
