@@ -1,6 +1,7 @@
 //! Loops: what a cycle can be made of.
 
 use super::{LoopId, NodeId, Place, Var};
+use crate::index::Length;
 use crate::source::Span;
 use crate::syntax::CycleDirective;
 
@@ -44,6 +45,19 @@ pub enum Rounds {
     Bounded,
 }
 
+/// What a loop counts up to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Limit {
+    /// The number of elements of a collection.
+    Elements(Place),
+    /// A number that is known.
+    Number(u64),
+    /// A length that arrays may have.
+    Length(Length),
+    /// Something else.
+    Unknown,
+}
+
 /// Who runs the rounds of a loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Caller {
@@ -74,6 +88,8 @@ pub struct LoopInfo {
     pub items: Vec<(Var, Place)>,
     /// The variable that counts the rounds or elements, and its first value if that is known.
     pub counter: Option<(Var, Option<u64>)>,
+    /// What it counts up to: the least of these.
+    pub limits: Vec<Limit>,
     /// Every variable that its head binds.
     pub bound: Vec<Var>,
     /// Collections that are indexed with the counter.

@@ -15,7 +15,7 @@ use crate::syntax::{CycleDirective, Directives};
 use crate::types::TypedBody;
 
 pub use change::{Change, ChangeKind};
-pub use cycle::{Caller, CycleKind, LoopInfo, Rounds};
+pub use cycle::{Caller, CycleKind, Limit, LoopInfo, Rounds};
 pub use lower::{is_flag, is_receiving, lower_function};
 pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
 use steps::parameter_names;

@@ -21,6 +21,8 @@ pub(in crate::count) struct Asks {
     is_presence: bool,
     /// Whether it tells several things apart.
     is_choice: bool,
+    /// Whether it asks for a remainder.
+    is_remainder: bool,
     /// The place whose value it is, if it is one.
     whole: Option<Given>,
     /// The heads with which the function may update.
@@ -48,8 +50,15 @@ impl Gates<'_, '_> {
             Effect::Branch(test) => {
                 let subject = test.subject.map(|id| &graph.subjects[id.0 as usize]);
                 let reads = subject.map_or(&test.about.reads, |subject| &subject.reads);
-                let is_pure = subject.is_some() && reads.iter().all(is_copy);
-                let reads: Option<Vec<Given>> = reads.iter().map(|place| known(self.taken_from(place))).collect();
+                let is_remainder = test.about.is_remainder;
+                let is_kept = |place: &Place| known(self.taken_from(place)).is_some();
+                let is_pure = subject.is_some() && reads.iter().all(is_copy) && reads.iter().all(is_kept);
+                // What counts may be changed here as well.
+                let read = |place: &Place| match is_remainder {
+                    true => given(graph, &self.taken_from(place)),
+                    false => known(self.taken_from(place)),
+                };
+                let reads: Option<Vec<Given>> = reads.iter().map(read).collect();
                 let mask = test.subject.and_then(|id| self.updating(id)).unwrap_or(0);
                 let heads = |subject: &Subject| {
                     let heads = subject.heads.iter().filter(|head| mask & subject.bit(head) != 0);
@@ -60,6 +69,7 @@ impl Gates<'_, '_> {
                     is_pure,
                     is_presence: test.about.is_presence && !test.about.is_choice(),
                     is_choice: self.tells_apart(test),
+                    is_remainder,
                     whole: subject.and_then(|subject| known(self.copied_from(subject.whole.as_ref()?))),
                     updating: subject.map(heads).unwrap_or_default(),
                 })
@@ -86,6 +96,8 @@ impl Gates<'_, '_> {
             let is_config = asks.is_pure && !read.is_computed && read.places.iter().all(|place| self.is_setting(place));
             let gate = if is_config {
                 Gate::Config
+            } else if asks.is_remainder && read.places.iter().any(|place| self.changes_in(place, |id| id != at)) {
+                Gate::Rate
             } else if !asks.is_presence && self.is_event_of(&read.places, asks.is_choice) {
                 Gate::Event
             } else {

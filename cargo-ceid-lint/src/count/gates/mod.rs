@@ -179,7 +179,8 @@ impl<'s, 'a> Gates<'s, 'a> {
                 return Some(Gate::Event);
             }
         }
-        if about.is_remainder && self.remainder_counts(test) {
+        let is_kept = self.is_kept_flag(test);
+        if about.is_remainder && !is_kept && self.remainder_counts(test) && !self.stands_still(test, at, way) {
             return Some(Gate::Rate);
         }
         // A lock that is not waited for fails while another holds it: that is no setting.
@@ -222,10 +223,11 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.is_readiness(test) {
             return Some(Gate::Sample);
         }
-        if test.subject.is_some() && self.is_unchanging(test) {
+        if test.subject.is_some() && (is_kept || self.is_unchanging(test)) {
             return Some(Gate::Config);
         }
-        self.is_mode(test.subject?).then_some(Gate::Mode)
+        // A remainder is no state that anything is in.
+        (!about.is_remainder && self.is_mode(test.subject?)).then_some(Gate::Mode)
     }
 
     /// The condition that gave a truth value which is asked for: the last one before the value was chosen on the way.

@@ -211,6 +211,48 @@ impl Gates<'_, '_> {
         self.reached(|node, _| !self.is_set_back(node, place))[at.0 as usize]
     }
 
+    /// Whether all that a remainder is of are numbers which no way past the update changes: the gate never opens again.
+    pub(super) fn stands_still(&self, test: &Test, at: NodeId, way: &Way) -> bool {
+        let graph = self.search.graph;
+        // What else a cycle function is called for may count, and so may an interrupt.
+        if matches!(self.region, Region::Function) && !self.is_helper {
+            return false;
+        }
+        let sources = self.behind(test);
+        let may_change = |place: &Place| {
+            let is_bound = place.base_var().is_none_or(|var| {
+                let mut loops = graph.loops.iter();
+                loops.any(|info| info.bound.contains(&var) || info.counter.is_some_and(|(counter, _)| counter == var))
+            });
+            // A number that a helper is called with is another one each time.
+            is_bound || !self.outlives(place) || (self.is_helper && place.steps.is_empty())
+        };
+        let closed = || {
+            self.reached(|node, edge| {
+                let next = graph.node(node).next[edge];
+                (node != at && node != way.at) || way.after(node).is_none_or(|after| after == next)
+            })
+        };
+        let mut counters = sources.places.iter().filter(|place| self.is_number(place)).peekable();
+        counters.peek().is_some() && sources.calls.iter().all(|name| is_arithmetic(name)) && {
+            let closed = closed();
+            counters.all(|place| !may_change(place) && !self.changes_in(place, |id| closed[id.0 as usize]))
+        }
+    }
+
+    /// Whether one of these nodes may change a place.
+    pub(super) fn changes_in(&self, place: &Place, is_asked: impl Fn(NodeId) -> bool) -> bool {
+        let overlaps = |written: &Place| {
+            written.overlaps(place) || self.search.aliases.shared_roots(written).iter().any(|root| root.overlaps(place))
+        };
+        self.nodes().filter(|id| is_asked(*id)).any(|id| match &self.search.graph.node(id).effect {
+            Effect::Write(write) | Effect::Set(write) => overlaps(&write.place),
+            Effect::Call(site) => self.call_writes(site, place),
+            Effect::Unknown { places, .. } => places.iter().any(overlaps),
+            _ => false,
+        })
+    }
+
     /// Whether the remainder that is compared is that of something that counts, or tells the time; not of a reading.
     pub(super) fn remainder_counts(&self, test: &Test) -> bool {
         let graph = self.search.graph;

@@ -120,6 +120,16 @@ impl Gates<'_, '_> {
             && test.about.reads.iter().all(|place| self.is_setting(place))
     }
 
+    /// Whether a flag is asked that was made before the first iteration and stays as it is, whatever it was made from.
+    pub(super) fn is_kept_flag(&self, test: &Test) -> bool {
+        let graph = self.search.graph;
+        let asked = test.subject.and_then(|id| graph.subjects[id.0 as usize].whole.as_ref());
+        asked.is_some_and(|place| {
+            let is_named = place.base_var().is_some_and(|var| !graph.var(var).name.is_empty());
+            is_named && matches!(self.ty(place), Some(Ty::Bool)) && self.is_setting(place)
+        })
+    }
+
     /// Whether a place has one value for all iterations.
     pub(super) fn is_setting(&self, place: &Place) -> bool {
         let graph = self.search.graph;

@@ -116,7 +116,7 @@ impl<'a> Search<'a> {
         law: usize,
         dependence: &'a ControlDependence,
     ) -> Self {
-        let covering = covering_loops(graph, aliases, instance);
+        let covering = covering_loops(program.index, graph, aliases, instance);
         let mut search = Self {
             program,
             graph,

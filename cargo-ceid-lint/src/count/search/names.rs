@@ -3,10 +3,12 @@
 use super::run::Run;
 use super::{MAX_ROUNDS, Region, Search, State};
 use crate::count::aliases::Aliases;
+use crate::count::instances::place_ty;
 use crate::flow::{
-    Assignment, CallSite, ControlFlowGraph, IndexKey, LoopId, NodeId, Place, Projection, Relation, Rounds, Transfer,
-    Var,
+    Assignment, CallSite, ControlFlowGraph, IndexKey, Limit, LoopId, LoopInfo, NodeId, Place, Projection, Relation,
+    Rounds, Transfer, Var,
 };
+use crate::index::{Index, Ty};
 use std::collections::BTreeSet;
 
 impl Search<'_> {
@@ -201,7 +203,7 @@ fn element_rest(source: &Place, name: &Place) -> Option<Vec<Projection>> {
 }
 
 /// Whether a loop runs over elements among which the instance may be or not.
-pub(super) fn lends_some(aliases: &Aliases, info: &crate::flow::LoopInfo, instance: &Place) -> bool {
+pub(super) fn lends_some(aliases: &Aliases, info: &LoopInfo, instance: &Place) -> bool {
     let is_some = |root: &Place| {
         root.steps.iter().any(|step| matches!(step.key(), Some(IndexKey::EachIn(_)))) && root.overlaps(instance)
     };
@@ -219,7 +221,7 @@ fn in_each_round(graph: &ControlFlowGraph, place: &Place, instance: &Place) -> P
 }
 
 /// Whether a loop's counter is the index of the instance.
-pub(super) fn indexes_instance(aliases: &Aliases, info: &crate::flow::LoopInfo, instance: &Place) -> bool {
+pub(super) fn indexes_instance(aliases: &Aliases, info: &LoopInfo, instance: &Place) -> bool {
     aliases.indexed_by(info).flat_map(|collection| aliases.roots(collection)).any(|root| {
         // An index of an outer loop is one of the instance's own.
         let is_same = |(left, right): (&Projection, &Projection)| {
@@ -233,7 +235,7 @@ pub(super) fn indexes_instance(aliases: &Aliases, info: &crate::flow::LoopInfo, 
 }
 
 /// Whether a loop's counter may begin behind the element that the instance is, or behind one that it stands for.
-fn may_begin_behind(aliases: &Aliases, info: &crate::flow::LoopInfo, instance: &Place) -> bool {
+fn may_begin_behind(aliases: &Aliases, info: &LoopInfo, instance: &Place) -> bool {
     let first = info.counter.and_then(|(_, first)| first);
     let is_behind = |key: &IndexKey| match (first, key) {
         (None, _) => true,
@@ -246,8 +248,48 @@ fn may_begin_behind(aliases: &Aliases, info: &crate::flow::LoopInfo, instance: &
     })
 }
 
+/// Whether a loop may end its count before the element that the instance is, or before one that it stands for.
+fn may_end_before(
+    index: &Index,
+    graph: &ControlFlowGraph,
+    aliases: &Aliases,
+    info: &LoopInfo,
+    instance: &Place,
+) -> bool {
+    let own = |root: &Place| root.base == instance.base && root.steps.len() < instance.steps.len();
+    let goes_on_behind = |root: &Place, limit: &Limit| {
+        let key = instance.steps[root.steps.len()].key();
+        let length = match place_ty(index, graph, root) {
+            Some(Ty::Array(_, length)) => Some(length),
+            _ => None,
+        };
+        match limit {
+            Limit::Elements(place) => {
+                let counted = aliases.roots(place);
+                // Collections that are indexed side by side are taken for equally long, as in a `zip`.
+                let beside = || info.indexes.iter().chain(&info.sampled).any(|other| aliases.roots(other) == counted);
+                counted.contains(root) || beside()
+            }
+            Limit::Number(end) => match (key, length) {
+                (Some(IndexKey::Number(number)), _) => number < end,
+                (_, Some(length)) => length.value.is_some_and(|length| length <= *end),
+                _ => false,
+            },
+            Limit::Length(end) => length.is_some_and(|length| length == *end),
+            Limit::Unknown => false,
+        }
+    };
+    let roots = aliases.indexed_by(info).flat_map(|collection| aliases.roots(collection));
+    roots.filter(own).any(|root| !info.limits.iter().all(|limit| goes_on_behind(&root, limit)))
+}
+
 /// Loops that visit each element of the collection that the instance is an element of.
-pub(super) fn covering_loops(graph: &ControlFlowGraph, aliases: &Aliases, instance: &Place) -> BTreeSet<LoopId> {
+pub(super) fn covering_loops(
+    index: &Index,
+    graph: &ControlFlowGraph,
+    aliases: &Aliases,
+    instance: &Place,
+) -> BTreeSet<LoopId> {
     let mut found = BTreeSet::new();
     for (number, info) in (0u32..).zip(&graph.loops) {
         let is_own = |root: &Place| element_rest(&in_each_round(graph, root, instance), instance).is_some();
@@ -256,8 +298,10 @@ pub(super) fn covering_loops(graph: &ControlFlowGraph, aliases: &Aliases, instan
         let exact = matches!(info.rounds, Rounds::Constant(count) if count <= MAX_ROUNDS)
             && info.counter.is_some_and(|(_, first)| first.is_some())
             && !instance.stands_for_each();
-        let of_index =
-            !exact && indexes_instance(aliases, info, instance) && !may_begin_behind(aliases, info, instance);
+        let of_index = !exact
+            && indexes_instance(aliases, info, instance)
+            && !may_begin_behind(aliases, info, instance)
+            && !may_end_before(index, graph, aliases, info, instance);
         if (of_items || of_index) && info.rounds != Rounds::Unbounded {
             found.insert(LoopId(number));
         }

@@ -124,7 +124,43 @@ impl Builder<'_> {
         self.resume(yes);
     }
 
+    /// Whether a truth value is made a number: `ready as u8`.
+    pub(super) fn is_truth_as_number(&self, id: ExprId, truth: ExprId) -> bool {
+        *self.ty(id) == Ty::Int && *self.ty(truth).peel() == Ty::Bool
+    }
+
+    /// The number that stands for a truth value: it is one where that holds.
+    pub(super) fn truth_as_number(&mut self, id: ExprId, truth: ExprId) -> Value {
+        self.chosen_by(id, truth, Ty::Int, ["1", "0"])
+    }
+
+    /// `ready as u8 == 1` asks whether it is ready. Answers whether it is such a comparison.
+    fn truth_compared(&mut self, id: ExprId, op: &str, lhs: ExprId, rhs: ExprId, no: NodeId) -> bool {
+        let ExprKind::Cast { value, .. } = &self.body().expr(lhs).kind else { return false };
+        let (value, number) = (*value, self.number(rhs));
+        let holds = match (op, number) {
+            ("==", Some(1)) | ("!=", Some(0)) => true,
+            ("==", Some(0)) | ("!=", Some(1)) => false,
+            _ => return false,
+        };
+        if !self.is_truth_as_number(lhs, value) {
+            return false;
+        }
+        if holds {
+            self.condition(value, no);
+        } else {
+            let otherwise = self.add_node(crate::flow::Effect::Nothing, self.span(id));
+            self.condition(value, otherwise);
+            self.jump(no);
+            self.resume_if_reached(otherwise);
+        }
+        true
+    }
+
     fn comparison(&mut self, id: ExprId, op: &str, lhs: ExprId, rhs: ExprId, no: NodeId) {
+        if self.truth_compared(id, op, lhs, rhs, no) {
+            return;
+        }
         let span = self.span(id);
         let text = self.text(id);
         let about = self.about(id);
@@ -261,14 +297,19 @@ impl Builder<'_> {
 
     /// A condition whose truth is a value: `let ready = a && b;`
     pub(super) fn condition_value(&mut self, id: ExprId) -> Value {
+        self.chosen_by(id, id, Ty::Bool, ["true", "false"])
+    }
+
+    /// One of two values, by whether a condition holds.
+    fn chosen_by(&mut self, id: ExprId, condition: ExprId, ty: Ty, heads: [&str; 2]) -> Value {
         let span = self.span(id);
-        let join = self.new_join(Ty::Bool, span);
+        let join = self.new_join(ty, span);
         let no = self.add_node(crate::flow::Effect::Nothing, span);
-        self.condition(id, no);
-        let truth = |head: &str| Value { head: Some(head.to_owned()), ..Value::default() };
-        self.end_branch(&join, &truth("true"), span);
+        self.condition(condition, no);
+        let [holds, fails] = heads.map(|head| Value { head: Some(head.to_owned()), ..Value::default() });
+        self.end_branch(&join, &holds, span);
         self.resume_if_reached(no);
-        self.end_branch(&join, &truth("false"), span);
+        self.end_branch(&join, &fails, span);
         self.close_join(&join)
     }
 }

@@ -62,19 +62,22 @@ impl Builder<'_> {
                 let place = value.place.map(|place| self.deref_place(*inner, place));
                 Value { place, is_owned: true, ..Value::default() }
             }
+            ExprKind::Not(inner) if self.program.index.holds_filter(self.ty(*inner)) => {
+                let value = self.expr(*inner);
+                self.operands(id, "!", &[*inner], &[value])
+            }
             ExprKind::Not(_) => self.condition_value(id),
             ExprKind::Negate(inner) => {
                 let value = self.expr(*inner);
-                self.operands(id, &[*inner], &[value]);
+                self.operands(id, "-", &[*inner], &[value]);
                 Value { head: self.constant_head(id), ..Value::default() }
             }
             ExprKind::Binary { op: "&&" | "||" | "==" | "!=" | "<" | "<=" | ">" | ">=", .. } => {
                 self.condition_value(id)
             }
-            ExprKind::Binary { lhs, rhs, .. } => {
+            ExprKind::Binary { op, lhs, rhs } => {
                 let values = [self.expr(*lhs), self.expr(*rhs)];
-                self.operands(id, &[*lhs, *rhs], &values);
-                Value::default()
+                self.operands(id, op, &[*lhs, *rhs], &values)
             }
             ExprKind::Assign { place, value } => self.assign(id, *place, *value),
             ExprKind::AssignOp { op, place, value } => self.assign_op(id, op, *place, *value),
@@ -97,6 +100,9 @@ impl Builder<'_> {
                 self.keep(&repeated, *value);
                 self.expr(*len);
                 Value::default()
+            }
+            ExprKind::Cast { value: inner, .. } if self.is_truth_as_number(id, *inner) => {
+                self.truth_as_number(id, *inner)
             }
             ExprKind::Cast { value: inner, .. } => {
                 let value = self.expr(*inner);
@@ -132,8 +138,18 @@ impl Builder<'_> {
         }
     }
 
-    /// An operator of another type than a number's takes a filter by value: where it is from then on is not known.
-    pub(super) fn operands(&mut self, id: ExprId, operands: &[ExprId], values: &[Value]) {
+    /// An operator of another type than a number's takes a filter by value: where it is from then on is not known, unless its impl
+    /// is analysed code.
+    fn operands(&mut self, id: ExprId, op: &str, operands: &[ExprId], values: &[Value]) -> Value {
+        if let Some(value) = self.operator_call(id, op, operands, values) {
+            return value;
+        }
+        self.lose_operands(id, operands, values);
+        Value::default()
+    }
+
+    /// What an operator takes that is not seen.
+    pub(super) fn lose_operands(&mut self, id: ExprId, operands: &[ExprId], values: &[Value]) {
         let holds = |operand: &ExprId| {
             let ty = self.ty(*operand);
             !matches!(ty, Ty::Ref(..)) && self.program.index.holds_filter(ty)

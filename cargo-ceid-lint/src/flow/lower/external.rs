@@ -4,8 +4,8 @@ use super::calls::{is_spawn, path_tail};
 use super::laws::Law;
 use super::{Builder, Value};
 use crate::flow::{Cause, Effect, Place, Rounds, Transfer};
-use crate::index::{Def, Ty};
-use crate::syntax::tree::ExprId;
+use crate::index::{Def, Shape, Ty};
+use crate::syntax::tree::{ExprId, ExprKind, StmtKind};
 
 impl Builder<'_> {
     pub(super) fn external_call(&mut self, id: ExprId, path: &str, args: &[ExprId]) -> Value {
@@ -168,7 +168,16 @@ impl Builder<'_> {
         let taken = self.temporary(self.ty(id).clone(), span);
         let is_truth = *self.ty(id) == Ty::Bool;
         let same_as = values.first().and_then(|value| value.same_as).filter(|_| is_truth);
-        let old = Value { place: Some(place.clone()), same_as, ..Value::default() };
+        // What is put back where it was is the same instance all the time.
+        let mut is_put_back = self.is_put_back(id, &place);
+        if is_put_back && args.first().is_some_and(|arg| self.has_several_homes(self.ty(*arg).peel())) {
+            // It may come back as another variant, and a filter of one may be that of another from then on.
+            let cause = Cause::Code("a state that is taken out and put back".to_owned());
+            self.emit(Effect::Unknown { places: vec![place.clone()], cause }, span);
+            is_put_back = false;
+        }
+        let leaves_by = is_put_back.then_some(Transfer::Move);
+        let old = Value { place: Some(place.clone()), same_as, is_owned: is_put_back, leaves_by, ..Value::default() };
         self.set(taken, &old, span);
         self.note_copied_part(taken, &old);
         let taken_out = Value { head: is_truth.then(|| "false".to_owned()), ..Value::default() };
@@ -185,8 +194,47 @@ impl Builder<'_> {
         if let Some(given) = args.get(1) {
             self.note_given(&place, *given);
         }
-        let same_as = is_truth.then_some(taken);
+        let same_as = (is_truth || is_put_back).then_some(taken);
         Value { place: Some(Place::var(taken)), is_owned: true, same_as, ..Value::default() }
+    }
+
+    /// Whether several variants of an enum hold filters.
+    fn has_several_homes(&self, ty: &Ty) -> bool {
+        let Ty::Adt(id, _) = ty else { return false };
+        let Shape::Enum(variants) = &self.program.index.type_def(*id).shape else { return false };
+        let holds = |number: &usize| {
+            let fields = variants[*number].fields.fields.iter();
+            fields
+                .filter_map(|field| self.program.index.field_ty(ty, Some(*number), &field.name))
+                .any(|ty| self.may_hold_filter(&ty))
+        };
+        (0..variants.len()).filter(holds).count() > 1
+    }
+
+    /// Whether what is taken out of a place by a call is given to that place again, by itself or under the name that it gets.
+    fn is_put_back(&mut self, taken: ExprId, place: &Place) -> bool {
+        let (body, typed) = (self.body(), self.typed());
+        let lets = body.exprs.iter().filter_map(|expr| match &expr.kind {
+            ExprKind::Block(block) => Some(&block.stmts),
+            _ => None,
+        });
+        let name = lets.flatten().find_map(|stmt| match &stmt.kind {
+            StmtKind::Let { pat, init, .. } if *init == Some(taken) => typed.pat_local.get(pat),
+            _ => None,
+        });
+        let comes_from = |value: ExprId| {
+            let span = body.expr(value).span;
+            let is_named = || {
+                let mut named = typed.expr_local.iter().filter(|(_, local)| name == Some(local));
+                named.any(|(expr, _)| span.contains(body.expr(*expr).span))
+            };
+            span.contains(body.expr(taken).span) || is_named()
+        };
+        let given = body.exprs.iter().filter_map(|expr| match &expr.kind {
+            ExprKind::Assign { place, value } if comes_from(*value) => Some(*place),
+            _ => None,
+        });
+        given.collect::<Vec<ExprId>>().into_iter().any(|target| self.static_place(target).as_ref() == Some(place))
     }
 
     /// A thread or task of its own.

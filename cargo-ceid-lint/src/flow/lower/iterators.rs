@@ -2,7 +2,7 @@
 
 use super::sources::{Item, Source, Stage, is_map};
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Cause, CycleKind, Effect, IndexKey, LoopId, LoopInfo, Place, Rounds, Transfer, Var};
+use crate::flow::{Cause, CycleKind, Effect, IndexKey, Limit, LoopId, LoopInfo, Place, Rounds, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
@@ -133,7 +133,8 @@ impl Builder<'_> {
                 _ => Rounds::Bounded,
             },
         };
-        Source { item: Item::Counter(first), rounds, ..Source::bounded() }
+        let limits = end.map(|end| self.limits(end, inclusive)).unwrap_or_default();
+        Source { item: Item::Counter(first), rounds, limits, ..Source::bounded() }
     }
 
     /// The whole number that an expression certainly is.
@@ -217,8 +218,9 @@ impl Builder<'_> {
             false => source.shortened(&rounds),
         });
         let passes_over = source.passes_over || other.passes_over;
+        let limits = [source.limits.as_slice(), &other.limits].concat();
         let item = Item::Tuple(vec![source.staged(), other.staged()]);
-        Source { item, rounds, passes_over, in_order, ..Source::bounded() }
+        Source { item, rounds, passes_over, in_order, limits, ..Source::bounded() }
     }
 
     /// One iterator after the other. Where closures belong to one of them only, nothing is known of what both lend.
@@ -271,6 +273,13 @@ impl Builder<'_> {
                     (Rounds::Constant(all), _) => Rounds::Constant(count.map_or(*all, |count| count.min(*all))),
                     (Rounds::Bounded, _) => Rounds::Bounded,
                 };
+                let mut source = source;
+                if matches!(source.item, Item::Counter(_)) {
+                    source.limits.push(count.map_or(Limit::Unknown, Limit::Number));
+                }
+                if let (Some(arg), Item::Element(place)) = (args.first(), source.item.clone()) {
+                    source.passes_over |= self.is_short_of(*arg, &place);
+                }
                 Source { rounds, ..source }
             }
             "chain" => self.chain(receiver, args),
@@ -601,6 +610,7 @@ impl Builder<'_> {
             passes_over: source.passes_over,
             in_order: source.in_order && !source.passes_over,
             drains: source.drains,
+            limits: source.limits.clone(),
             ..self.plain_loop(kind, keyword, rounds, source.text.clone())
         };
         let id = self.add_loop(info);

@@ -4,10 +4,13 @@ use std::collections::BTreeSet;
 
 use super::exits::{Scope, ScopeKind};
 use super::{Builder, Value};
-use crate::flow::{Caller, CycleKind, Effect, LoopId, LoopInfo, NodeId, Place, Rounds, Var};
+use crate::flow::{Caller, CycleKind, Effect, Limit, LoopId, LoopInfo, NodeId, Place, Rounds, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, PatId, StmtKind};
+
+/// How often a `while` runs, what counts its rounds from which number on, and up to what.
+type WhileRounds = (Rounds, Option<(Var, Option<u64>)>, Vec<Limit>);
 
 impl Builder<'_> {
     /// Whether the code stands in another function than the one whose graph is built.
@@ -55,6 +58,7 @@ impl Builder<'_> {
             rounds,
             items: Vec::new(),
             counter: None,
+            limits: Vec::new(),
             bound: Vec::new(),
             indexes: Vec::new(),
             sampled: Vec::new(),
@@ -107,12 +111,13 @@ impl Builder<'_> {
         if let Some(value) = self.while_next(label, keyword, condition, body) {
             return value;
         }
-        let (rounds, counter) = self.rounds_of_while(condition, body);
+        let (rounds, counter, limits) = self.rounds_of_while(condition, body);
         let text = self.text(condition);
         let drains = self.is_drain(condition);
         let rounds = if drains { Rounds::Bounded } else { rounds };
         let this_loop = self.begin_loop(CycleKind::While, keyword, rounds, text);
         self.graph.loops[this_loop.0 as usize].counter = counter;
+        self.graph.loops[this_loop.0 as usize].limits = limits;
         self.graph.loops[this_loop.0 as usize].bound.extend(counter.map(|(var, _)| var));
         self.graph.loops[this_loop.0 as usize].drains = drains;
         let after = self.add_node(Effect::Nothing, self.span(id));
@@ -253,26 +258,28 @@ impl Builder<'_> {
     }
 
     /// `while i < n { …; i += 1 }` counts; any other `while` is unbounded.
-    fn rounds_of_while(&mut self, condition: ExprId, body: ExprId) -> (Rounds, Option<(Var, Option<u64>)>) {
+    fn rounds_of_while(&mut self, condition: ExprId, body: ExprId) -> WhileRounds {
+        let unbounded = (Rounds::Unbounded, None, Vec::new());
         let tree = self.body();
-        let ExprKind::Binary { op, lhs, rhs } = &tree.expr(condition).kind else { return (Rounds::Unbounded, None) };
+        let ExprKind::Binary { op, lhs, rhs } = &tree.expr(condition).kind else { return unbounded };
         let (counter, limit) = match *op {
             "<" | "<=" | "!=" => (*lhs, *rhs),
             ">" | ">=" => (*rhs, *lhs),
-            _ => return (Rounds::Unbounded, None),
+            _ => return unbounded,
         };
-        let Some(local) = self.typed().expr_local.get(&counter).copied() else { return (Rounds::Unbounded, None) };
+        let Some(local) = self.typed().expr_local.get(&counter).copied() else { return unbounded };
         if !self.counts_by_one(local, body) {
-            return (Rounds::Unbounded, None);
+            return unbounded;
         }
         let var = self.var_of(local);
         let first = self.initials.get(&var).copied();
-        let extra = u64::from(matches!(*op, "<=" | ">="));
+        let is_last = matches!(*op, "<=" | ">=");
         let rounds = match (first, self.number(limit)) {
-            (Some(first), Some(limit)) => Rounds::Constant((limit + extra).saturating_sub(first)),
+            (Some(first), Some(limit)) => Rounds::Constant((limit + u64::from(is_last)).saturating_sub(first)),
             _ => Rounds::Bounded,
         };
-        (rounds, Some((var, first)))
+        let limits = self.limits(limit, is_last);
+        (rounds, Some((var, first)), limits)
     }
 
     /// Whether the only thing that changes a local is one `+= 1` as a statement of the loop's own block.

@@ -341,9 +341,14 @@ impl Builder<'_> {
         let bases = self.assigned_vars(target);
         self.derive(&bases, value);
         let given = self.expr_into(bases, value);
-        self.operands(id, &[value], &[given]);
         let span = self.span(id);
-        let place = self.expr(target).place;
+        let changed = self.expr(target);
+        let operands = [changed.clone(), given.clone()];
+        if self.operator_call(id, &format!("{op}="), &[target, value], &operands).is_some() {
+            return Value::default();
+        }
+        self.lose_operands(id, &[value], &[given]);
+        let place = changed.place;
         if let Some(place) = place
             && self.at.is_some()
         {

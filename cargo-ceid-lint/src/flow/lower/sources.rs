@@ -1,7 +1,7 @@
 //! What an iterator gives in each round, and what a chain of adaptors makes of it. Lowers nothing.
 
 use super::ClosureRef;
-use crate::flow::{Computed, IndexKey, LoopId, Place, Rounds, Section, Var};
+use crate::flow::{Computed, IndexKey, Limit, LoopId, Place, Rounds, Section, Var};
 use crate::index::{Length, Ty};
 
 /// What an iterator gives in each round.
@@ -98,6 +98,8 @@ pub(super) struct Source {
     pub(super) reads: Vec<Var>,
     /// The collection that it begins with, if it has a name.
     pub(super) over: Option<Place>,
+    /// What its counter ends at.
+    pub(super) limits: Vec<Limit>,
     /// The length of the array that it begins with.
     pub(super) length: Option<Length>,
 }
@@ -181,6 +183,7 @@ impl Source {
             text: String::new(),
             reads: Vec::new(),
             over: None,
+            limits: Vec::new(),
             length: None,
         }
     }

@@ -1,0 +1,66 @@
+//! Operators of the analysed code: `filter + 1.0` runs what its impl says.
+
+use super::{Builder, Value};
+use crate::index::{FunctionId, TraitName};
+use crate::syntax::tree::ExprId;
+use crate::types::Resolved;
+
+impl Builder<'_> {
+    /// Runs the impls that an operator on the first operand may mean; `None` if there is none, or one gives a filter back.
+    pub(super) fn operator_call(
+        &mut self,
+        id: ExprId,
+        op: &str,
+        operands: &[ExprId],
+        values: &[Value],
+    ) -> Option<Value> {
+        let (of_trait, method) = operator(op, operands.len())?;
+        let self_ty = self.ty(*operands.first()?).peel().clone();
+        if !self.program.index.holds_filter(&self_ty) || self.at.is_none() {
+            return None;
+        }
+        let index = self.program.index;
+        let is_operator = |name: &TraitName| matches!(name, TraitName::External(path) if path.ends_with(of_trait));
+        let own = index.methods(&self_ty, method).into_iter();
+        let own = own.filter(|owner| owner.of_trait().is_some_and(is_operator));
+        let targets: Vec<FunctionId> = own.filter_map(|owner| owner.function()).collect();
+        let gives_filter = |target: &FunctionId| {
+            let output = index.lower(&index.function(*target).function.output, &index.scope_of(*target));
+            self.may_hold_filter(&output)
+        };
+        if targets.is_empty() || targets.iter().any(gives_filter) {
+            return None;
+        }
+        let resolved = Resolved { targets, owner: None, law: None, self_ty, has_receiver: true, derefs: Vec::new() };
+        Some(self.resolved_call(id, &resolved, operands, values))
+    }
+}
+
+/// The trait of an operator with so many operands, and its method.
+fn operator(op: &str, operands: usize) -> Option<(&'static str, &'static str)> {
+    Some(match (op, operands) {
+        ("-", 1) => ("ops::Neg", "neg"),
+        ("!", 1) => ("ops::Not", "not"),
+        ("+", 2) => ("ops::Add", "add"),
+        ("-", 2) => ("ops::Sub", "sub"),
+        ("*", 2) => ("ops::Mul", "mul"),
+        ("/", 2) => ("ops::Div", "div"),
+        ("%", 2) => ("ops::Rem", "rem"),
+        ("&", 2) => ("ops::BitAnd", "bitand"),
+        ("|", 2) => ("ops::BitOr", "bitor"),
+        ("^", 2) => ("ops::BitXor", "bitxor"),
+        ("<<", 2) => ("ops::Shl", "shl"),
+        (">>", 2) => ("ops::Shr", "shr"),
+        ("+=", 2) => ("ops::AddAssign", "add_assign"),
+        ("-=", 2) => ("ops::SubAssign", "sub_assign"),
+        ("*=", 2) => ("ops::MulAssign", "mul_assign"),
+        ("/=", 2) => ("ops::DivAssign", "div_assign"),
+        ("%=", 2) => ("ops::RemAssign", "rem_assign"),
+        ("|=", 2) => ("ops::BitOrAssign", "bitor_assign"),
+        ("&=", 2) => ("ops::BitAndAssign", "bitand_assign"),
+        ("^=", 2) => ("ops::BitXorAssign", "bitxor_assign"),
+        ("<<=", 2) => ("ops::ShlAssign", "shl_assign"),
+        (">>=", 2) => ("ops::ShrAssign", "shr_assign"),
+        _ => return None,
+    })
+}
