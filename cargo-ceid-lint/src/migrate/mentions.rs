@@ -57,6 +57,11 @@ impl Guarded {
         held(&self.ty) == Some(&self.filter) || self.locked.is_some()
     }
 
+    /// Whether a variable above the loop has it lent.
+    pub(super) fn is_lent_above(&self) -> bool {
+        self.adaptation.is_some() || self.place.element.is_some()
+    }
+
     /// The functions that may be its law.
     pub(super) fn laws(&self) -> Vec<FunctionId> {
         self.sites.iter().flat_map(|site| &site.targets).copied().chain(self.law).collect()

@@ -6,6 +6,7 @@
 
 mod adapt;
 mod body;
+mod captures;
 mod closure;
 mod each;
 mod effects;
@@ -25,6 +26,7 @@ mod mentions;
 mod observed;
 mod outputs;
 mod owned;
+mod panics;
 mod plan;
 mod purity;
 mod sites;

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::body::LoopBody;
+use super::captures::captures;
 use super::effects::Effects;
 use super::exits::{Exits, exits};
 use super::head::UNKNOWN_RATE;
@@ -12,10 +13,11 @@ use super::iteration::{Inner, inner_loop};
 use super::law::delegation;
 use super::loops::Loops;
 use super::mentions::{Guarded, Mention, mentions};
+use super::observed::{is_observed, outlives_future};
 use super::owned::is_owned;
 use super::sites::{Site, owed, place_of, sites};
 use super::text::{has_word, removal};
-use super::{Plan, Reason, Rewrite, head, law, observed};
+use super::{Plan, Reason, Rewrite, head, law};
 use crate::count::{Cycle, CycleKind, Pair, Verdict};
 use crate::flow::Program;
 use crate::index::{FunctionId, Owner, Ty, TypeId};
@@ -134,6 +136,12 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
         return Err(reasons);
     }
     let guarded = guarded(loops, &of, found)?;
+    if edition == "2018"
+        && let reasons = captures(&of, &guarded)
+        && !reasons.is_empty()
+    {
+        return Err(reasons);
+    }
     let exits = exits(&of);
     let behind = head::behind(&of, &guarded, &exits);
     let rewriter = Rewriter { loops, of: &of, exits, guarded: &guarded, behind };
@@ -145,7 +153,9 @@ fn whole_loop(of: &LoopBody<'_>, outline: &Outline, edition: &str) -> Result<(),
     let span = of.span(of.block);
     let code = of.program.sources.snippet(span);
     if edition == "2015" {
-        return Err("the crate has edition 2015, in which `ceid_core` has to be declared first".to_owned());
+        return Err("the crate has edition 2015, and the macros of `ceid_core` need a later one: run `cargo fix --edition`, and set \
+                    `edition = \"2018\"` in the manifest"
+            .to_owned());
     }
     if !of.program.sources.snippet(span).starts_with('{')
         || outline.around(span.start as usize).any(|around| around.is_macro)
@@ -221,7 +231,7 @@ impl Rewriter<'_> {
         let mut packages = BTreeSet::from([program.index.crate_of(of.def().module).package]);
         let mut notes = Vec::new();
         let mut laws: Vec<(TypeId, FunctionId)> = Vec::new();
-        let effects = Effects { of, exits: &self.exits, guarded: self.guarded };
+        let effects = Effects { of, exits: &self.exits, guarded: self.guarded, behind: self.behind };
         for (at, own) in self.guarded.iter().enumerate() {
             match mentions(of, self.guarded, at) {
                 Ok(found) => {
@@ -458,10 +468,12 @@ impl Rewriter<'_> {
             let text = of.written(**id);
             text.contains('?') || ["return", "break", "continue"].iter().any(|word| has_word(text, word))
         });
+        let waits = self.exits.waits.iter().filter(|_| outlives_future(of, own));
         let early: Vec<ExprId> = self
             .exits
             .left_at
             .iter()
+            .chain(waits)
             .chain(opaque)
             .copied()
             .filter(|exit| !is_covered(exit) && !is_above(exit))
@@ -470,19 +482,22 @@ impl Rewriter<'_> {
             return (Vec::new(), Vec::new());
         }
         let line = |id: &ExprId| of.program.sources.line(of.span(*id));
-        if observed::is_observed(of, own) {
-            let text = if is_fed {
-                format!(
-                    "the loop may be left here between the calls of the law of `{}`; the guard runs all of them or none",
-                    own.spelled
-                )
-            } else {
-                format!(
-                    "the loop may be left here before `{}` is updated; the guard updates it on this way as well",
-                    own.spelled
-                )
+        if is_observed(of, own) {
+            let left = |exit: &ExprId| {
+                let how = match self.exits.waits.contains(exit) {
+                    true => "the future may be dropped here",
+                    false => "the loop may be left here",
+                };
+                let spelled = &own.spelled;
+                let text = match is_fed {
+                    true => {
+                        format!("{how} between the calls of the law of `{spelled}`; the guard runs all of them or none")
+                    }
+                    false => format!("{how} before `{spelled}` is updated; the guard updates it on this way as well"),
+                };
+                Reason { span: of.span(*exit), text }
             };
-            return (early.iter().map(|id| Reason { span: of.span(*id), text: text.clone() }).collect(), Vec::new());
+            return (early.iter().map(left).collect(), Vec::new());
         }
         let lines: BTreeSet<String> = early.iter().map(|id| line(id).to_string()).collect();
         let lines = lines.into_iter().collect::<Vec<_>>().join(", ");
