@@ -10,6 +10,7 @@ use std::time::Instant;
 use super::args::FixArgs;
 use super::{Console, ExitStatus, input, vcs};
 use crate::count::{Cycle, CycleKind, Gate, Pair, Verdict};
+use crate::diagnostic::Diagnostic;
 use crate::fix::{self, Bounds, Edit, Fix, RealDisk, Revision};
 use crate::migrate::{self, Plan, Reason, Rewrite, Wanted};
 use crate::pipeline::{Options, Report};
@@ -224,6 +225,11 @@ impl Run<'_> {
                 fixes.push(self.fix(report, *span, IDLE_IMPORT.to_owned(), edits));
             }
         }
+        // A suppression of what a guard has put right goes with it.
+        let known: BTreeSet<_> = first.shown().filter(is_unused).map(|finding| said(first, finding)).collect();
+        fixes.extend(fix::offered(report, false, |finding| {
+            is_unused(&finding) && !known.contains(&said(report, finding))
+        }));
         fixes
     }
 
@@ -282,6 +288,10 @@ impl Run<'_> {
         for plan in &left {
             let why = revision.refused.iter().find(|refused| is_of(&refused.fix, plan));
             self.refuse(first, plan, why.map(|refused| refused.why.as_str()));
+        }
+        for fix in revision.made.iter().filter(|fix| fix.rule == fix::UNUSED_SUPPRESSION) {
+            let verb = if self.args.diff { "would be" } else { "was" };
+            self.console.say(&format!("{}: a suppression {verb} removed that hides nothing any more", fix.file));
         }
         let manifests = revision.changes.iter().filter(|change| change.path.ends_with("Cargo.toml")).count();
         if manifests > 0 && !self.args.diff {
@@ -349,6 +359,15 @@ fn left(pair: &Pair) -> Option<String> {
         _ => return None,
     };
     Some(format!("`{name}` {what}"))
+}
+
+fn is_unused(finding: &&Diagnostic) -> bool {
+    finding.rule == fix::UNUSED_SUPPRESSION
+}
+
+/// What a finding says, and of which file.
+fn said<'r>(report: &'r Report, finding: &'r Diagnostic) -> (&'r str, &'r str) {
+    (&report.sources.file(finding.primary.span.file).name, &finding.message)
 }
 
 const IDLE_IMPORT: &str = "an import removed that nothing needs any more";
