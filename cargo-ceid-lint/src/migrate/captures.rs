@@ -24,10 +24,7 @@ fn capture(of: &LoopBody<'_>, own: &Guarded) -> Option<Reason> {
     let mut named = walk::within(of.body, around).into_iter().filter(is_of_another_field);
     let id = named.find(|id| of.ancestors(*id).take_while(|at| *at != around).any(is_closure))?;
     let local = &of.typed.local(own.place.local).name;
-    let field = match of.parent(id).map(|parent| of.kind(parent)) {
-        Some(ExprKind::Field { name, .. }) => name,
-        _ => return None,
-    };
+    let Some(ExprKind::Field { name: field, .. }) = of.parent(id).map(|parent| of.kind(parent)) else { return None };
     let text = format!(
         "before edition 2021 a closure takes all of `{local}`, of which the guard holds `{}`: give it `{local}.{field}` under a name of \
          its own, as in `let {field} = &{local}.{field};`, or run `cargo fix --edition`",

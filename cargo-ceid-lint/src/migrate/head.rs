@@ -2,6 +2,7 @@
 
 use super::Reason;
 use super::body::LoopBody;
+use super::closure::WIDTH;
 use super::elements::statements;
 use super::exits::Exits;
 use super::law::ceid_core_name;
@@ -65,6 +66,15 @@ pub(super) fn lines(
     };
     let list: Vec<String> = guarded.iter().map(entry).collect();
     let guard = format!("{core}::ceid!({clock}.begin_cycle() => {});", list.join(", "));
+    let is_in_a_line_of_its_own = behind.is_none() && is_open;
+    let guard = match is_in_a_line_of_its_own && inner.len() + guard.len() > WIDTH {
+        true => {
+            let list = list.join(&format!(",{end}{inner}{step}{step}"));
+            let token = format!("{inner}{step}{clock}.begin_cycle() =>{end}{inner}{step}{step}{list}");
+            format!("{core}::ceid!({end}{token}{end}{inner});")
+        }
+        false => guard,
+    };
     let guard_edit = if let Some(before) = behind {
         let after = before.end as usize;
         let stop = line_stop(text, after);

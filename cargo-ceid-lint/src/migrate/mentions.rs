@@ -171,7 +171,9 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
         return refuse(format!("`{spelled}` is named in a format string: write it behind the string as an argument"));
     }
     let is_pointer = own.is_reference() || own.is_box();
+    let is_hidden = own.adaptation.is_some() && of.parent(at).is_some_and(|parent| is_hidden(of, parent, at));
     let name = match is_shadowed(of, at) {
+        _ if is_hidden => format!("(**{})", own.name),
         true if own.adaptation.is_none() && own.is_reference() => own.name.clone(),
         true if own.adaptation.is_none() => format!("(*{})", own.name),
         true if is_pointer => {
@@ -250,9 +252,6 @@ fn prefix(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> 
     let index = of.program.index;
     let parent = of.parent(at)?;
     let is_adapted = own.adaptation.is_some();
-    if is_adapted && is_hidden(of, parent, at) {
-        return None;
-    }
     // What is locked may be unlocked by whoever gets it.
     let is_looked_into = match of.kind(parent) {
         ExprKind::MethodCall { receiver, .. } => *receiver == at,

@@ -39,7 +39,7 @@ use crate::diagnostic::{Applicability, Suggestion};
 use crate::index::{FunctionId, TypeId};
 use crate::source::Span;
 
-pub use imports::idle_imports;
+pub use imports::{IdleImports, idle_imports};
 pub use manifest::{Wanted, dependency, is_ceid_core};
 pub use plan::plans;
 

@@ -1,5 +1,7 @@
 //! What the calls of a law become where it is fed: whether its result is used, and what stands in its place.
 
+use std::path::Path;
+
 use super::Reason;
 use super::body::LoopBody;
 use super::inputs::Input;
@@ -67,8 +69,12 @@ pub(super) fn instead(
 /// Whether the crate asks for a use of each result, or for saying that there is none: `unused_results` of the compiler.
 fn has_to_use_results(of: &LoopBody<'_>) -> bool {
     let own = &of.program.sources.file(of.file()).path;
-    let is_above = |path: &std::path::Path| path.parent().is_some_and(|above| own.starts_with(above));
-    of.program.sources.files().any(|(_, file)| is_above(&file.path) && has_word(&file.text, "unused_results"))
+    // What a crate asks for stands in its root.
+    let is_root = |path: &Path| {
+        let is_above = || path.parent().is_some_and(|above| own.starts_with(above));
+        path == own.as_path() || path.file_stem().is_some_and(|stem| stem == "lib" || stem == "main") && is_above()
+    };
+    of.program.sources.files().any(|(_, file)| is_root(&file.path) && has_word(&file.text, "unused_results"))
 }
 
 /// What stands for the result of a law until it has run, and that this is another one.
