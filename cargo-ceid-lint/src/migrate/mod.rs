@@ -32,6 +32,7 @@ mod purity;
 mod sites;
 mod text;
 mod walk;
+mod whole;
 
 use std::collections::BTreeSet;
 
