@@ -137,7 +137,7 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
     if own.locked.is_none() && local.span.start > of.span(of.whole).start {
         return Err(match lent_below_the_head(of, own) {
             Some((statement, true)) => format!(
-                "`{spelled}` lies in what {statement} locks in each iteration, where a guard can hold only all of it: put that above \
+                "`{spelled}` lies in what {statement} locks in each iteration, where a guard can hold only all of it: if nothing else locks it meanwhile, put that above \
                  the loop, and `let {name} = &mut *{name};` below it",
                 name = local.name
             ),
@@ -253,7 +253,7 @@ fn lent_below_the_head(of: &LoopBody<'_>, own: &Guarded) -> Option<(String, bool
             _ => break,
         };
     }
-    let is_lock = locked(of, init).is_some();
+    let is_lock = locked(of, init).is_some() && !own.place.fields.is_empty();
     let is_outside = |local: &LocalId| of.typed.local(*local).span.start < of.span(of.whole).start;
     let is_lent = matches!(of.typed.ty(init), Ty::Ref(true, _)) || local.by_ref;
     let written = of.program.sources.snippet(stmt.span);
