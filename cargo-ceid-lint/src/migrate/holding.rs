@@ -137,8 +137,8 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
     if own.locked.is_none() && local.span.start > of.span(of.whole).start {
         return Err(match lent_below_the_head(of, own) {
             Some((statement, true)) => format!(
-                "`{spelled}` lies in what {statement} locks in each iteration, where a guard can hold only all of it: if nothing else locks it meanwhile, put that above \
-                 the loop, and `let {name} = &mut *{name};` below it",
+                "`{spelled}` lies in what {statement} locks in each iteration, where a guard can hold only all of it: if nothing \
+                 else locks it meanwhile, put that above the loop, and `let {name} = &mut *{name};` below it",
                 name = local.name
             ),
             Some((statement, false)) => format!(
