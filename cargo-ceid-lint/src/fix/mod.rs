@@ -26,7 +26,7 @@ pub use edits::{Change, Texts};
 pub use form::keep_form;
 pub use news::{News, news};
 pub use offers::offered;
-pub use revise::{Refused, Revision, revise};
+pub use revise::{Refused, Revision, UNUSED_SUPPRESSION, revise};
 pub use write::{Disk, RealDisk, WriteError, put_back, write};
 
 /// A change to one place of one file.

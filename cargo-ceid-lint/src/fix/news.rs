@@ -10,6 +10,8 @@ use crate::source::FileId;
 pub struct News {
     /// The file that it is found in, as it is shown to users.
     pub file: String,
+    /// The rule that found it, if one did.
+    pub rule: Option<&'static str>,
     /// What it is, in words.
     pub words: String,
 }
@@ -46,18 +48,19 @@ struct Told {
 fn told(report: &Report) -> Vec<Told> {
     let name = |file: FileId| report.sources.file(file).name.clone();
     let mut told = Vec::new();
-    let mut add = |file: String, key: Vec<&str>, filters: &[String], words: String| {
+    let mut add = |file: String, rule: Option<&'static str>, key: Vec<&str>, filters: &[String], words: String| {
         let key = [file.as_str()].into_iter().chain(key).map(str::to_owned).collect();
-        told.push(Told { key, filters: filters.iter().cloned().collect(), news: News { file, words } });
+        told.push(Told { key, filters: filters.iter().cloned().collect(), news: News { file, rule, words } });
     };
     for problem in &report.problems {
         let words = format!("`{}` can no longer be read: {}", problem.file, problem.message);
-        add(problem.file.clone(), vec![&problem.message], &[], words);
+        add(problem.file.clone(), None, vec![&problem.message], &[], words);
     }
     for finding in &report.diagnostics {
         let words = format!("it would bring `ceid::{}`: {}", finding.rule, finding.message);
         let facts = &finding.facts;
-        add(name(finding.primary.span.file), vec![finding.rule, &facts.function], &facts.filters, words);
+        let file = name(finding.primary.span.file);
+        add(file, Some(finding.rule), vec![finding.rule, &facts.function], &facts.filters, words);
     }
     for cycle in &report.cycles {
         for pair in cycle.filters.iter().filter(|pair| !pair.is_proved()) {
@@ -65,6 +68,7 @@ fn told(report: &Report) -> Vec<Told> {
             let words = format!("`{}` in `{}` would be {verdict}", pair.name, cycle.function);
             add(
                 name(cycle.head.file),
+                None,
                 vec![verdict, &cycle.function, &pair.law],
                 std::slice::from_ref(&pair.name),
                 words,
@@ -95,6 +99,6 @@ mod tests {
         assert_eq!(news(&report(&["a", "b"]), &report(&["b"])), []);
         let found = news(&report(&["a"]), &report(&["a", "a"]));
         let words = "`src/a.rs` can no longer be read: a".to_owned();
-        assert_eq!(found, [News { file: "src/a.rs".to_owned(), words }]);
+        assert_eq!(found, [News { file: "src/a.rs".to_owned(), rule: None, words }]);
     }
 }

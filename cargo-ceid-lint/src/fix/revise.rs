@@ -11,6 +11,9 @@ use crate::source::{ReadSource, SourceMap};
 /// bound is for fixes that would undo each other.
 const MOST_ROUNDS: usize = 20;
 
+/// The rule about suppressions that hide nothing.
+pub const UNUSED_SUPPRESSION: &str = "unused_suppression";
+
 /// A fix that is not made, and why.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refused {
@@ -73,8 +76,15 @@ pub fn revise(
                 chosen.push(fix);
             }
         }
-        let mut round =
-            Round { texts: &texts, before: report, check: &check, made: Vec::new(), after: None, refused: Vec::new() };
+        let mut round = Round {
+            texts: &texts,
+            before: report,
+            check: &check,
+            offer: &offer,
+            made: Vec::new(),
+            after: None,
+            refused: Vec::new(),
+        };
         round.make(&chosen);
         let Round { made: of_round, after, refused: of_check, .. } = round;
         refused.extend(of_check);
@@ -94,16 +104,17 @@ fn find_files(fix: &mut Fix, may_write: &impl Fn(&Path) -> Result<PathBuf, Strin
 }
 
 /// One round: fixes that do not overlap, all from the same texts.
-struct Round<'a, C> {
+struct Round<'a, C, O> {
     texts: &'a Texts,
     before: &'a Report,
     check: &'a C,
+    offer: &'a O,
     made: Vec<Fix>,
     after: Option<(Texts, Report)>,
     refused: Vec<Refused>,
 }
 
-impl<C: Fn(Box<dyn ReadSource>) -> Report> Round<'_, C> {
+impl<C: Fn(Box<dyn ReadSource>) -> Report, O: Fn(&Report) -> Vec<Fix>> Round<'_, C, O> {
     /// Makes these fixes together. Where that brings something new, those are refused that are alone in the file where it is found,
     /// and the others are made one half after the other, down to the fix that brings it.
     fn make(&mut self, fixes: &[Fix]) {
@@ -112,10 +123,10 @@ impl<C: Fn(Box<dyn ReadSource>) -> Report> Round<'_, C> {
         }
         let together = [&self.made, fixes].concat();
         let news = match self.texts.with(&together, &self.before.sources) {
-            Err(words) => vec![News { file: String::new(), words }],
+            Err(words) => vec![News { file: String::new(), rule: None, words }],
             Ok(texts) => {
                 let report = (self.check)(texts.source());
-                let news = news(self.before, &report);
+                let news = self.lasting(news(self.before, &report), &report);
                 if news.is_empty() {
                     self.made = together;
                     self.after = Some((texts, report));
@@ -146,6 +157,19 @@ impl<C: Fn(Box<dyn ReadSource>) -> Report> Round<'_, C> {
         };
         self.make(first);
         self.make(second);
+    }
+
+    /// What is new and is not taken away in the next round: a suppression of what is put right hides nothing any more.
+    fn lasting(&self, news: Vec<News>, after: &Report) -> Vec<News> {
+        let is_hygiene = |new: &News| new.rule == Some(UNUSED_SUPPRESSION);
+        if !news.iter().any(is_hygiene) {
+            return news;
+        }
+        let next = (self.offer)(after);
+        let goes = |new: &News| {
+            is_hygiene(new) && next.iter().any(|fix| fix.rule == UNUSED_SUPPRESSION && fix.file == new.file)
+        };
+        news.into_iter().filter(|new| !goes(new)).collect()
     }
 
     fn refuse(&mut self, fix: &Fix, why: &str) {

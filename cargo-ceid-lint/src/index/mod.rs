@@ -186,6 +186,13 @@ pub struct Module {
     globs: Vec<Vec<String>>,
 }
 
+impl Module {
+    /// The names that its own items and imports have, in no order.
+    pub fn own_names(&self) -> impl Iterator<Item = &str> {
+        self.names.keys().map(|(_, name)| name.as_str())
+    }
+}
+
 #[derive(Clone, Debug)]
 enum Entry {
     Def(Def),

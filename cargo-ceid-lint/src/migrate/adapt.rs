@@ -239,10 +239,8 @@ fn named_in_head(of: &LoopBody<'_>, own: &Guarded) -> Result<(), Reason> {
     if of.is_function {
         return Ok(());
     }
-    let outside = |at: &ExprId| !matches!(of.kind(*at), ExprKind::Block(_));
-    let statement = of.ancestors(of.whole).take_while(outside).last().unwrap_or(of.whole);
     let is_outside = |id: &ExprId| !of.inside.contains(id);
-    let named = super::walk::within(of.body, statement).into_iter().filter(is_outside).find(|id| {
+    let named = super::walk::within(of.body, of.loop_statement()).into_iter().filter(is_outside).find(|id| {
         let local = of.typed.local(own.place.local);
         if let ExprKind::Opaque(call) = of.kind(*id) {
             return call.mentions.contains(&local.name);

@@ -82,6 +82,12 @@ impl<'a> LoopBody<'a> {
         self.ancestors(id).take_while(|at| *at != self.whole)
     }
 
+    /// The whole statement that the loop is or lies in.
+    pub(super) fn loop_statement(&self) -> ExprId {
+        let is_outside = |at: &ExprId| !matches!(self.kind(*at), ExprKind::Block(_));
+        self.ancestors(self.whole).take_while(is_outside).last().unwrap_or(self.whole)
+    }
+
     /// The block in which an expression is a statement of its own, with that statement; without one if it stands at the end.
     pub(super) fn statement(&self, id: ExprId) -> Option<(&'a Block, Option<&'a Stmt>)> {
         let id = self.thrown_away(id).unwrap_or(id);

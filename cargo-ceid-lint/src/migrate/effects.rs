@@ -6,36 +6,58 @@ use super::Reason;
 use super::body::LoopBody;
 use super::exits::Exits;
 use super::mentions::Guarded;
-use super::purity::{may_panic, panics, shared_part, side_effect};
+use super::panics::{Panics, may_panic, panics};
+use super::purity::{acts_when_dropped, shared_part, side_effect};
 use super::sites::Part;
 use super::text::has_word;
-use crate::source::FileId;
-use crate::syntax::tree::{ExprId, ExprKind};
+use crate::source::{FileId, Span};
+use crate::syntax::tree::{ExprId, ExprKind, Stmt, StmtKind};
 
 /// A loop with what its guard is to hold.
 pub(super) struct Effects<'a> {
     pub(super) of: &'a LoopBody<'a>,
     pub(super) exits: &'a Exits,
     pub(super) guarded: &'a [Guarded],
+    /// The statement behind which the guard stands, if that is not the head of the loop.
+    pub(super) behind: Option<Span>,
 }
 
 impl Effects<'_> {
     /// What else changes when the law runs at another time.
     pub(super) fn effect_of(&self, own: &Guarded) -> Option<Reason> {
         let program = self.of.program;
+        let dropped = if self.is_last() { Some(self.dropped_before(own)?) } else { None };
+        let when = dropped.map_or("at the end of the cycle".to_owned(), |name| format!("after `{name}` is dropped"));
         let effect = own.laws().into_iter().find_map(|law| Some((law, side_effect(program, law)?)));
         let text = if let Some((law, effect)) = effect {
             let law = &program.index.function(law).name;
-            format!("`{law}` of `{}` {effect}, which then happens at the end of the cycle", own.spelled)
+            format!("`{law}` of `{}` {effect}, which then happens {when}", own.spelled)
         } else {
             let part = shared_part(program.index, &own.filter)?;
-            format!(
-                "`{}` holds {part}, so that its law may meet what the rest of the iteration does there",
-                own.spelled
-            )
+            let other = dropped.map_or("the rest of the iteration".to_owned(), |name| format!("dropping `{name}`"));
+            format!("`{}` holds {part}, so that its law may meet what {other} does there", own.spelled)
         };
         let span = self.of.span(own.sites.first().map_or(own.at, |site| site.call));
-        (!self.is_last()).then_some(Reason { span, text })
+        Some(Reason { span, text })
+    }
+
+    /// A variable of the iteration that is dropped before its guard is, and does something then.
+    fn dropped_before(&self, own: &Guarded) -> Option<&str> {
+        let of = self.of;
+        let is_before = |stmt: &&Stmt| {
+            self.behind.is_none_or(|behind| stmt.span.start > behind.start)
+                && own.sites.iter().any(|site| stmt.span.end <= of.span(site.call).start)
+        };
+        let around = own.sites.iter().flat_map(|site| of.ancestors_inside(site.call));
+        let blocks = around.filter_map(|at| if let ExprKind::Block(block) = of.kind(at) { Some(block) } else { None });
+        let bound = blocks.flat_map(|block| &block.stmts).filter(is_before).filter_map(|stmt| match &stmt.kind {
+            StmtKind::Let { pat, .. } => Some(of.body.pat(*pat).span),
+            StmtKind::Expr { .. } => None,
+        });
+        let bound: Vec<Span> = bound.collect();
+        let mut locals = of.typed.locals.iter().filter(|local| bound.iter().any(|pat| pat.contains(local.span)));
+        let found = locals.find(|local| !local.by_ref && acts_when_dropped(of.program.index, &local.ty));
+        found.map(|local| local.name.as_str())
     }
 
     /// Whether nothing runs behind the updates today, so that the laws keep their time and their order.
@@ -69,8 +91,12 @@ impl Effects<'_> {
     pub(super) fn panics_of(&self, own: &Guarded) -> (Vec<Reason>, Vec<String>) {
         let of = self.of;
         let is_fed = own.adaptation.as_ref().is_some_and(|adaptation| adaptation.is_fed);
+        let is_caught = self.is_caught();
+        let which = if is_caught { Panics::Any } else { Panics::OnPurpose };
         let mut found: Vec<(ExprId, String)> = Vec::new();
-        if let Some(law) = own.laws().into_iter().find(|law| may_panic(of.program, *law)).filter(|_| !self.is_last()) {
+        if let Some(law) =
+            own.laws().into_iter().find(|law| may_panic(of.program, *law, which)).filter(|_| !self.is_last())
+        {
             let law = &of.program.index.function(law).name;
             let at = own.sites.first().map_or(own.at, |site| site.call);
             found.push((at, format!("where `{law}` of `{}` panics, the rest of the iteration has run", own.spelled)));
@@ -81,11 +107,15 @@ impl Effects<'_> {
             own.sites.iter().any(|site| of.may_follow(**id, site.call))
                 && !of.ancestors_inside(**id).any(|at| is_later(&at))
         };
-        let first = of.inside.iter().filter(|id| panics(of.kind(**id)) && !is_fed).filter(is_before);
+        let first = of
+            .inside
+            .iter()
+            .filter(|id| !is_fed && panics(of.program, of.body, of.typed, **id, which))
+            .filter(is_before);
         if let Some(first) = first.min_by_key(|id| of.span(**id)) {
             found.push((*first, format!("the law of `{}` runs as well where the iteration panics", own.spelled)));
         }
-        if !found.is_empty() && self.is_caught() {
+        if !found.is_empty() && is_caught {
             let changed = |(at, text): (ExprId, String)| Reason {
                 span: of.span(at),
                 text: format!("{text}, and the program catches panics"),

@@ -1,4 +1,5 @@
-//! The ways out of a loop from within an iteration: on each of them a guard runs the laws as well.
+//! The ways out of a loop from within an iteration: on each of them a guard runs the laws as well. One of them is an `.await` from
+//! which the program does not come back.
 
 use super::body::LoopBody;
 use crate::syntax::tree::{BlockKind, ExprId, ExprKind, MacroKind, Stmt, StmtKind};
@@ -8,6 +9,8 @@ use crate::syntax::tree::{BlockKind, ExprId, ExprKind, MacroKind, Stmt, StmtKind
 pub(super) struct Exits {
     /// `break`, `return`, `?`, a `continue` of a loop around it.
     pub(super) left_at: Vec<ExprId>,
+    /// Where the iteration waits, and is left for ever if nobody goes on waiting for it.
+    pub(super) waits: Vec<ExprId>,
     /// Code that is not read, and may do anything.
     pub(super) unread: Vec<ExprId>,
 }
@@ -20,7 +23,9 @@ pub(super) fn exits(of: &LoopBody<'_>) -> Exits {
             ExprKind::Break { label, .. } if leaves(of, *id, label.as_ref(), true) => exits.left_at.push(*id),
             ExprKind::Continue { label } if leaves(of, *id, label.as_ref(), false) => exits.left_at.push(*id),
             ExprKind::Return(_) | ExprKind::Try(_) if !is_in_closure(of, *id) => exits.left_at.push(*id),
+            ExprKind::Await(_) if !is_in_closure(of, *id) => exits.waits.push(*id),
             ExprKind::Macro(call) => match call.kind {
+                MacroKind::Select(_) | MacroKind::Join { fallible: false, .. } => exits.waits.push(*id),
                 MacroKind::ReturnsErr(_) | MacroKind::Ensure(..) if !is_in_closure(of, *id) => exits.left_at.push(*id),
                 MacroKind::Join { fallible: true, .. } => exits.left_at.push(*id),
                 _ => {}
@@ -30,6 +35,7 @@ pub(super) fn exits(of: &LoopBody<'_>) -> Exits {
         }
     }
     exits.left_at.sort_by_key(|id| of.span(*id));
+    exits.waits.sort_by_key(|id| of.span(*id));
     exits
 }
 

@@ -2,11 +2,12 @@
 
 use super::Reason;
 use super::body::LoopBody;
+use super::closure::WIDTH;
 use super::elements::statements;
 use super::exits::Exits;
 use super::law::ceid_core_name;
 use super::mentions::{Guarded, is_about};
-use super::observed::is_observed;
+use super::observed::{is_observed, outlives_future};
 use super::text::{Style, above, begins_line, has_word, indentation, line_stop};
 use crate::index::Def;
 use crate::source::Span;
@@ -65,6 +66,15 @@ pub(super) fn lines(
     };
     let list: Vec<String> = guarded.iter().map(entry).collect();
     let guard = format!("{core}::ceid!({clock}.begin_cycle() => {});", list.join(", "));
+    let is_in_a_line_of_its_own = behind.is_none() && is_open;
+    let guard = match is_in_a_line_of_its_own && inner.len() + guard.len() > WIDTH {
+        true => {
+            let list = list.join(&format!(",{end}{inner}{step}{step}"));
+            let token = format!("{inner}{step}{clock}.begin_cycle() =>{end}{inner}{step}{step}{list}");
+            format!("{core}::ceid!({end}{token}{end}{inner});")
+        }
+        false => guard,
+    };
     let guard_edit = if let Some(before) = behind {
         let after = before.end as usize;
         let stop = line_stop(text, after);
@@ -97,8 +107,7 @@ pub(super) fn behind(of: &LoopBody<'_>, guarded: &[Guarded], exits: &Exits) -> O
     if let Some(lock) = guarded.iter().find_map(|own| own.locked) {
         return Some(lock);
     }
-    let is_lent_above = |own: &Guarded| own.adaptation.is_some() || own.place.element.is_some();
-    if of.is_function || guarded.iter().any(is_lent_above) || !guarded.iter().any(|own| is_observed(of, own)) {
+    if of.is_function || guarded.iter().any(Guarded::is_lent_above) || !guarded.iter().any(|own| is_observed(of, own)) {
         return None;
     }
     let ExprKind::Block(block) = of.kind(of.block) else { return None };
@@ -108,7 +117,9 @@ pub(super) fn behind(of: &LoopBody<'_>, guarded: &[Guarded], exits: &Exits) -> O
     };
     let holds = |stmt: &Stmt, id: &ExprId| stmt.span.contains(of.span(*id));
     let is_apart = |stmt: &&Stmt| stmt.cfg.is_none() && !of.inside.iter().filter(|id| holds(stmt, id)).any(is_theirs);
-    let leaves = |stmt: &&Stmt| exits.left_at.iter().any(|exit| holds(stmt, exit));
+    let waits = exits.waits.iter().filter(|_| guarded.iter().any(|own| outlives_future(of, own)));
+    let ends: Vec<ExprId> = exits.left_at.iter().chain(waits).copied().collect();
+    let leaves = |stmt: &&Stmt| ends.iter().any(|end| holds(stmt, end));
     block.stmts.iter().take_while(is_apart).filter(leaves).last().map(|stmt| stmt.span)
 }
 

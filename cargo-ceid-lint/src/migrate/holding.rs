@@ -7,7 +7,7 @@ use super::adapt::{adaptation, lent};
 use super::body::LoopBody;
 use super::each::each;
 use super::elements::take_apart;
-use super::locks::lock_of;
+use super::locks::{lock_of, locked};
 use super::loops::Loops;
 use super::mentions::{Guarded, held};
 use super::sites::{Part, Place, Site};
@@ -136,7 +136,12 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
     let local = of.typed.local(place.local);
     if own.locked.is_none() && local.span.start > of.span(of.whole).start {
         return Err(match lent_below_the_head(of, own) {
-            Some(statement) => format!(
+            Some((statement, true)) => format!(
+                "`{spelled}` lies in what {statement} locks in each iteration, where a guard can hold only all of it: if nothing \
+                 else locks it meanwhile, put that above the loop, and `let {name} = &mut *{name};` below it",
+                name = local.name
+            ),
+            Some((statement, false)) => format!(
                 "`{spelled}` has its name only below the head of the loop, where a guard has to hold it already: put {statement} above \
                  the loop"
             ),
@@ -178,8 +183,17 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
             Ty::Ref(true, inner) => inner,
             other => other,
         };
+        let owner = match owner {
+            // What lies in a box is borrowed as what lies in a variable.
+            Ty::External(path, args) if path == "std::boxed::Box" => args.first().unwrap_or(owner),
+            other => other,
+        };
         if !matches!(owner, Ty::Adt(..) | Ty::Tuple(_)) {
-            return Err(format!("`{}` does not lend its fields one by one", of.written(*base)));
+            let written = of.written(*base);
+            let name = written.rsplit('.').next().unwrap_or(written);
+            return Err(format!(
+                "`{written}` does not lend its fields one by one: put `let {name} = &mut *{written};` above the loop"
+            ));
         }
         at = *base;
     }
@@ -216,7 +230,8 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
 }
 
 /// The statement of the loop that gives a part of what lives outside of it its name, by a reference.
-fn lent_below_the_head(of: &LoopBody<'_>, own: &Guarded) -> Option<String> {
+/// Whether that locks it, as well.
+fn lent_below_the_head(of: &LoopBody<'_>, own: &Guarded) -> Option<(String, bool)> {
     let local = of.typed.local(own.place.local);
     let blocks =
         of.inside.iter().filter_map(|id| if let ExprKind::Block(block) = of.kind(*id) { Some(block) } else { None });
@@ -227,18 +242,41 @@ fn lent_below_the_head(of: &LoopBody<'_>, own: &Guarded) -> Option<String> {
         _ => None,
     })?;
     let mut root = init;
-    while let ExprKind::Reference { value: inner, .. }
-    | ExprKind::Field { base: inner, .. }
-    | ExprKind::Index { base: inner, .. }
-    | ExprKind::Deref(inner) = of.kind(root)
-    {
-        root = *inner;
+    loop {
+        root = match of.kind(root) {
+            ExprKind::Reference { value: inner, .. }
+            | ExprKind::Field { base: inner, .. }
+            | ExprKind::Index { base: inner, .. }
+            | ExprKind::Deref(inner)
+            | ExprKind::Try(inner) => *inner,
+            ExprKind::MethodCall { receiver, method, .. } if is_lending(method) => *receiver,
+            _ => break,
+        };
     }
+    let is_lock = locked(of, init).is_some() && !own.place.fields.is_empty();
     let is_outside = |local: &LocalId| of.typed.local(*local).span.start < of.span(of.whole).start;
     let is_lent = matches!(of.typed.ty(init), Ty::Ref(true, _)) || local.by_ref;
     let written = of.program.sources.snippet(stmt.span);
     let statement = if written.contains('\n') { "the `let` that binds it".to_owned() } else { format!("`{written}`") };
-    (is_lent && of.typed.expr_local.get(&root).is_some_and(is_outside)).then_some(statement)
+    let is_outside = of.typed.expr_local.get(&root).is_some_and(is_outside);
+    ((is_lent || is_lock) && is_outside).then_some((statement, is_lock))
+}
+
+/// Methods that give a reference to what their receiver holds.
+fn is_lending(method: &str) -> bool {
+    matches!(
+        method,
+        "as_mut"
+            | "as_deref_mut"
+            | "get_mut"
+            | "first_mut"
+            | "last_mut"
+            | "unwrap"
+            | "expect"
+            | "lock"
+            | "write"
+            | "borrow_mut"
+    )
 }
 
 fn is_ref_to(ty: &Ty, inner: &Ty) -> bool {

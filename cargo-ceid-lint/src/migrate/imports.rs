@@ -14,9 +14,18 @@ use crate::syntax::Outline;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
 use crate::types::Callee;
 
-/// The edits that remove each of these imports.
+/// The imports that were there for calls of a law.
+#[derive(Clone, Debug, Default)]
+pub struct IdleImports {
+    /// The edits that remove each of those that nothing needs.
+    pub removals: Vec<Vec<(Span, String)>>,
+    /// Those that stay though perhaps nothing needs them, with what they import.
+    pub doubtful: Vec<(Span, String)>,
+}
+
+/// The imports that calls of a law needed, in files whose loops have a guard.
 #[must_use]
-pub fn idle_imports(program: &Program<'_>, cycles: &[Cycle]) -> Vec<Vec<(Span, String)>> {
+pub fn idle_imports(program: &Program<'_>, cycles: &[Cycle]) -> IdleImports {
     let has_guard = |cycle: &&Cycle| cycle.filters.iter().any(|pair| pair.verdict == Verdict::Guarded);
     let files: BTreeSet<FileId> = cycles.iter().filter(has_guard).map(|cycle| cycle.head.file).collect();
     let files: BTreeSet<FileId> = files.into_iter().filter(|file| has_ceid(program, *file)).collect();
@@ -25,13 +34,19 @@ pub fn idle_imports(program: &Program<'_>, cycles: &[Cycle]) -> Vec<Vec<(Span, S
     let traits = traits.map(|def| (&def.name, def.module, def.methods.keys().collect::<Vec<_>>()));
     let filters = index.filter_types().map(|def| (&def.name, def.module, Vec::new()));
     let named: Vec<_> = traits.chain(filters).collect();
-    let mut found = Vec::new();
+    let mut found = IdleImports::default();
     for file in files {
         let text = &*program.sources.file(file).text;
         let outline = Outline::of(text);
         for (name, module, methods) in &named {
             let scope = Scope { program, file, text, outline: &outline, name, module: *module, methods };
-            found.extend(words(text, name).filter_map(|at| scope.import(at)));
+            for at in words(text, name) {
+                match scope.import(at) {
+                    Some(edits) => found.removals.push(edits),
+                    None => found.doubtful.extend(scope.doubt(at)),
+                }
+            }
+            found.doubtful.extend(scope.glob());
         }
     }
     found
@@ -65,10 +80,7 @@ impl Scope<'_> {
     fn import(&self, at: usize) -> Option<Vec<(Span, String)>> {
         let Self { program, file, text, name, .. } = *self;
         let import = Import::of(text, at, name)?;
-        // A trait of ceid-core may have the same name.
-        if text[import.stmt.clone()].contains("ceid_core")
-            || program.index.crate_of(self.module).package_name == "ceid_core"
-        {
+        if self.is_of_core(&import) {
             return None;
         }
         let around = self.outline.around(import.stmt.start).next();
@@ -90,6 +102,57 @@ impl Scope<'_> {
         let placed =
             |(range, new): (Range<usize>, String)| (Span::new(file, to_u32(range.start), to_u32(range.end)), new);
         Some(edits.into_iter().map(placed).collect())
+    }
+
+    /// Whether an import may mean ceid-core, whose trait may have the same name.
+    fn is_of_core(&self, import: &Import<'_>) -> bool {
+        self.text[import.stmt.clone()].contains("ceid_core")
+            || self.program.index.crate_of(self.module).package_name == "ceid_core"
+    }
+
+    /// The import whose name stands at a byte, if only code that is compiled under a condition needs it, or a comment.
+    fn doubt(&self, at: usize) -> Option<(Span, String)> {
+        let import = Import::of(self.text, at, self.name).filter(|import| !self.is_of_core(import))?;
+        let around = self.outline.around(import.stmt.start).next();
+        let scope = around.map_or(0..self.text.len(), |around| around.brackets.clone());
+        let code = self.unconditional(&self.in_sight(&(0..self.text.len()), true));
+        if !code[import.stmt.start..].starts_with("use") {
+            return None;
+        }
+        let is_outside = |at: usize| scope.contains(&at) && !import.stmt.contains(&at);
+        let is_named = import.alias != Some("_") && words(&code, import.alias.unwrap_or(self.name)).any(is_outside);
+        let is_needed = is_named || self.methods.iter().any(|method| self.is_called(method, &code, &scope));
+        let span = Span::new(self.file, to_u32(import.stmt.start), to_u32(import.stmt.end));
+        (!is_needed).then(|| (span, self.name.to_owned()))
+    }
+
+    /// The import of all that is in the module of a trait, if nothing there needs the trait.
+    fn glob(&self) -> Option<(Span, String)> {
+        let of = self.program.index.module(self.module);
+        let text = self.text;
+        let path = format!("{}::*;", of.name);
+        let end = text.find(&path)? + path.len();
+        let start = words(&text[..end], "use").last()?;
+        let scope = self.outline.around(start).next().map_or(0..text.len(), |around| around.brackets.clone());
+        let code = self.unconditional(&self.in_sight(&scope, true));
+        let is_private = text[..start].trim_end().ends_with([';', '}', '{', ']']) || text[..start].trim().is_empty();
+        let is_needed = of.own_names().any(|name| has_word(&code[scope.clone()], name))
+            || self.methods.iter().any(|method| self.is_called(method, &code, &scope));
+        let is_only = is_private && !self.methods.is_empty() && !is_needed;
+        is_only.then(|| (Span::new(self.file, to_u32(start), to_u32(end)), format!("{}::*", of.name)))
+    }
+
+    /// Code with blanks for its comments and for the items that are compiled under a condition.
+    fn unconditional(&self, code: &str) -> String {
+        let code = without_comments(code);
+        let mut left = code.clone().into_bytes();
+        for (at, _) in code.match_indices("#[cfg(") {
+            let Some(open) = code[at..].find(['{', ';']).map(|open| at + open) else { continue };
+            let body = self.outline.around(open + 1).next().filter(|body| body.brackets.start == open);
+            let end = body.map_or(open, |body| body.brackets.end);
+            left[at..end].fill(b' ');
+        }
+        String::from_utf8(left).unwrap_or(code)
     }
 
     /// The text with blanks for the modules in a part of it that do not see what is imported there, and for those of tests where that is asked.
@@ -148,8 +211,12 @@ impl Scope<'_> {
 fn is_handed_on(program: &Program<'_>, file: FileId, text: &str) -> bool {
     let others = program.sources.files().filter(|(id, _)| *id != file);
     let mut globs = others.filter(|(_, other)| other.text.contains("super::*"));
-    // Modules of this file that look up from here call its names as well; their calls were looked for above.
-    has_word(text, "mod") && globs.next().is_some()
+    // Modules in this file that look up from here call its names as well; their calls were looked for above.
+    let is_elsewhere = |at: usize| {
+        let rest = text[at + "mod".len()..].trim_start();
+        rest.trim_start_matches(|sign: char| sign.is_alphanumeric() || sign == '_').trim_start().starts_with(';')
+    };
+    words(text, "mod").any(is_elsewhere) && globs.next().is_some()
 }
 
 /// A private `use` that names a trait.

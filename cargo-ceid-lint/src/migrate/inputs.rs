@@ -124,6 +124,10 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
         let before = Span { end: of.span(*value).start, ..span };
         return Ok(Input { name, before, instead: "", end, annotation: annotation(held), is_lent: true });
     }
+    if matches!(ty, Ty::Ref(_, inner) if matches!(**inner, Ty::Slice(_))) && is_part_of_what_outlives(of, id) {
+        let before = Span { end: span.start, ..span };
+        return Ok(Input { name, before, instead: "", end, annotation: None, is_lent: false });
+    }
     let lent = match (ty, param) {
         // An iterator's items are not told apart by what may be changed in them; the law takes what may not.
         (Ty::Ref(_, inner), Some(TypeRef::Reference { .. })) | (Ty::Ref(false, inner), _) => Some(&**inner),
@@ -136,6 +140,25 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
         }
         _ => refuse(format!("{} is borrowed, and it is not known whether it can be copied", what())),
     }
+}
+
+/// Whether an input is what the head of the loop takes of a slice that is there before the loop and stays: `for part in data.chunks(4)`.
+fn is_part_of_what_outlives(of: &LoopBody<'_>, id: ExprId) -> bool {
+    let ExprKind::For { iterable, pat, .. } = of.kind(of.whole) else { return false };
+    let local = of.typed.expr_local.get(&id);
+    if local.is_none() || of.typed.pat_local.get(pat) != local {
+        return false;
+    }
+    let ExprKind::MethodCall { receiver, method, .. } = of.kind(*iterable) else { return false };
+    let is_slice = match of.typed.ty(*receiver).peel() {
+        Ty::Slice(_) | Ty::Array(..) => true,
+        Ty::External(path, _) => path == "std::vec::Vec",
+        _ => false,
+    };
+    is_slice
+        && matches!(of.kind(*receiver), ExprKind::Path(_))
+        && of.typed.expr_local.contains_key(receiver)
+        && matches!(method.as_str(), "chunks" | "chunks_exact" | "rchunks" | "rchunks_exact" | "windows")
 }
 
 /// The type of what is kept, where a reference to it becomes one to a slice.

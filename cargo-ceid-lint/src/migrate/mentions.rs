@@ -57,6 +57,11 @@ impl Guarded {
         held(&self.ty) == Some(&self.filter) || self.locked.is_some()
     }
 
+    /// Whether a variable above the loop has it lent.
+    pub(super) fn is_lent_above(&self) -> bool {
+        self.adaptation.is_some() || self.place.element.is_some()
+    }
+
     /// The functions that may be its law.
     pub(super) fn laws(&self) -> Vec<FunctionId> {
         self.sites.iter().flat_map(|site| &site.targets).copied().chain(self.law).collect()
@@ -166,7 +171,9 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
         return refuse(format!("`{spelled}` is named in a format string: write it behind the string as an argument"));
     }
     let is_pointer = own.is_reference() || own.is_box();
+    let is_hidden = own.adaptation.is_some() && of.parent(at).is_some_and(|parent| is_hidden(of, parent, at));
     let name = match is_shadowed(of, at) {
+        _ if is_hidden => format!("(**{})", own.name),
         true if own.adaptation.is_none() && own.is_reference() => own.name.clone(),
         true if own.adaptation.is_none() => format!("(*{})", own.name),
         true if is_pointer => {
@@ -245,9 +252,6 @@ fn prefix(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Option<&'static str> 
     let index = of.program.index;
     let parent = of.parent(at)?;
     let is_adapted = own.adaptation.is_some();
-    if is_adapted && is_hidden(of, parent, at) {
-        return None;
-    }
     // What is locked may be unlocked by whoever gets it.
     let is_looked_into = match of.kind(parent) {
         ExprKind::MethodCall { receiver, .. } => *receiver == at,

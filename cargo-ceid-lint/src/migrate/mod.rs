@@ -6,6 +6,7 @@
 
 mod adapt;
 mod body;
+mod captures;
 mod closure;
 mod each;
 mod effects;
@@ -25,11 +26,13 @@ mod mentions;
 mod observed;
 mod outputs;
 mod owned;
+mod panics;
 mod plan;
 mod purity;
 mod sites;
 mod text;
 mod walk;
+mod whole;
 
 use std::collections::BTreeSet;
 
@@ -37,7 +40,7 @@ use crate::diagnostic::{Applicability, Suggestion};
 use crate::index::{FunctionId, TypeId};
 use crate::source::Span;
 
-pub use imports::idle_imports;
+pub use imports::{IdleImports, idle_imports};
 pub use manifest::{Wanted, dependency, is_ceid_core};
 pub use plan::plans;
 

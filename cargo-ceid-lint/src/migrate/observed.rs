@@ -4,7 +4,7 @@ use super::body::LoopBody;
 use super::mentions::{Guarded, held};
 use super::text::has_word;
 use crate::index::{Index, TraitName, Ty};
-use crate::syntax::tree::ExprKind;
+use crate::syntax::tree::{BlockKind, ExprKind};
 
 /// Whether the state of a filter may be seen once the loop is left; if not, a law that runs on the way out changes nothing.
 pub(super) fn is_observed(of: &LoopBody<'_>, own: &Guarded) -> bool {
@@ -27,6 +27,24 @@ pub(super) fn is_observed(of: &LoopBody<'_>, own: &Guarded) -> bool {
     let body = of.span(of.body.root);
     let rest = of.text.get(of.span(of.whole).end as usize..body.end as usize);
     runs_again || rest.is_none_or(|rest| has_word(rest, &local.name))
+}
+
+/// Whether a filter is there after the future in which its loop waits was dropped.
+pub(super) fn outlives_future(of: &LoopBody<'_>, own: &Guarded) -> bool {
+    let local = of.typed.local(own.place.local);
+    if own_value(&local.ty).is_none() || own_value(&own.ty).is_none() || has_destructor(of.program.index, &own.ty) {
+        return true;
+    }
+    // A block that borrows what is declared above it is a future of its own.
+    let future = of.ancestors(of.whole).find_map(|at| match of.kind(at) {
+        ExprKind::Block(block) if block.kind == BlockKind::Async => {
+            let is_move = of.written(at).trim_start_matches("async").trim_start().starts_with("move");
+            Some((of.span(at), is_move))
+        }
+        ExprKind::Closure(closure) if closure.is_async => Some((of.span(at), closure.is_move)),
+        _ => None,
+    });
+    future.is_some_and(|(span, is_move)| !is_move && !span.contains(local.span))
 }
 
 /// The type itself, if its values lie in the variable.

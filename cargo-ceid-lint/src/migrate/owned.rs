@@ -2,6 +2,10 @@
 
 use crate::index::{Index, Ty, TyScope};
 
+/// Crates of numbers and vectors of them: nothing in these borrows.
+const NUMBERS: [&str; 9] =
+    ["fixed", "fugit", "glam", "half", "micromath", "num_complex", "ordered_float", "typenum", "uom"];
+
 /// Whether no value of a type of the scope can hold a reference that ends with the iteration. A type that is not known may.
 pub(super) fn is_owned(index: &Index, scope: &TyScope<'_>, ty: &Ty) -> bool {
     let all = |parts: &[Ty]| parts.iter().all(|part| is_owned(index, scope, part));
@@ -37,11 +41,20 @@ fn is_owned_outside(path: &str, args: &[Ty]) -> bool {
             _ => name.starts_with("NonZero"),
         },
         Some("nalgebra") => is_fixed_algebra(name),
-        // Numbers and vectors of them: nothing in these crates borrows.
-        Some(
-            "fixed" | "fugit" | "glam" | "half" | "micromath" | "num_complex" | "ordered_float" | "typenum" | "uom",
-        ) => true,
-        _ => false,
+        Some(krate) => NUMBERS.contains(&krate),
+        None => false,
+    }
+}
+
+/// Whether nothing happens where a value of a type of another crate is dropped, beside what its parts do: no lock is given back, and
+/// no file is closed.
+pub(super) fn is_dropped_in_silence(path: &str) -> bool {
+    let name = path.rsplit("::").next().unwrap_or(path);
+    match path.split("::").next() {
+        Some("std") => !name.ends_with("Guard") && !matches!(name, "Ref" | "RefMut" | "File" | "Sender" | "SyncSender"),
+        Some("nalgebra") => true,
+        Some(krate) => NUMBERS.contains(&krate),
+        None => false,
     }
 }
 

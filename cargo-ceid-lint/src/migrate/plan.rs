@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::body::LoopBody;
+use super::captures::captures;
 use super::effects::Effects;
 use super::exits::{Exits, exits};
 use super::head::UNKNOWN_RATE;
@@ -12,16 +13,17 @@ use super::iteration::{Inner, inner_loop};
 use super::law::delegation;
 use super::loops::Loops;
 use super::mentions::{Guarded, Mention, mentions};
+use super::observed::{is_observed, outlives_future};
 use super::owned::is_owned;
 use super::sites::{Site, owed, place_of, sites};
 use super::text::{has_word, removal};
-use super::{Plan, Reason, Rewrite, head, law, observed};
+use super::whole::{whole_function, whole_loop};
+use super::{Plan, Reason, Rewrite, head, law};
 use crate::count::{Cycle, CycleKind, Pair, Verdict};
 use crate::flow::Program;
-use crate::index::{FunctionId, Owner, Ty, TypeId};
+use crate::index::{FunctionId, Ty, TypeId};
 use crate::source::Span;
-use crate::syntax::Outline;
-use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
+use crate::syntax::tree::{ExprId, ExprKind};
 
 /// A plan for each cycle that updates filters by hand; none where nothing is to be done.
 #[must_use]
@@ -134,56 +136,16 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
         return Err(reasons);
     }
     let guarded = guarded(loops, &of, found)?;
+    if edition == "2018"
+        && let reasons = captures(&of, &guarded)
+        && !reasons.is_empty()
+    {
+        return Err(reasons);
+    }
     let exits = exits(&of);
     let behind = head::behind(&of, &guarded, &exits);
     let rewriter = Rewriter { loops, of: &of, exits, guarded: &guarded, behind };
     rewriter.rewrite(cycle, changes)
-}
-
-/// Why the loop as a whole cannot be rewritten.
-fn whole_loop(of: &LoopBody<'_>, outline: &Outline, edition: &str) -> Result<(), String> {
-    let span = of.span(of.block);
-    let code = of.program.sources.snippet(span);
-    if edition == "2015" {
-        return Err("the crate has edition 2015, in which `ceid_core` has to be declared first".to_owned());
-    }
-    if !of.program.sources.snippet(span).starts_with('{')
-        || outline.around(span.start as usize).any(|around| around.is_macro)
-    {
-        return Err("the loop is written in a macro".to_owned());
-    }
-    if code.contains("cfg(") || code.contains("cfg!(") || code.contains("cfg_attr(") {
-        return Err("a part of the loop is conditionally compiled, and is not read in full".to_owned());
-    }
-    let has_guard = |id: &ExprId| match of.kind(*id) {
-        ExprKind::Macro(call) => matches!(call.kind, MacroKind::Ceid { .. } | MacroKind::EachCycle { .. }),
-        _ => false,
-    };
-    if of.inside.iter().any(has_guard) {
-        return Err("a guard is there already: add the filter to its list, and delete the call of its law".to_owned());
-    }
-    Ok(())
-}
-
-/// Why a function that is called once per cycle cannot have a guard of its own.
-fn whole_function(of: &LoopBody<'_>) -> Result<(), String> {
-    let def = of.def();
-    if def.function.is_async {
-        return Err("the function is `async`: what waits for it may drop it in the middle of a cycle".to_owned());
-    }
-    let index = of.program.index;
-    let own = match def.owner {
-        Owner::Impl(id) => Some(&index.impl_def(id).self_ty),
-        _ => None,
-    };
-    let is_law = own.and_then(|ty| index.law_spec(ty)).is_some_and(|spec| spec.group(&def.name).is_some());
-    if is_law {
-        return Err(format!(
-            "`{}` is the law of a filter itself: implement ceid-core's `SampledFilter` for it, and hand its tick on with `then`",
-            def.name
-        ));
-    }
-    Ok(())
 }
 
 /// Puts what is inserted where another edit begins into that edit, so that the order of the two is clear.
@@ -221,7 +183,7 @@ impl Rewriter<'_> {
         let mut packages = BTreeSet::from([program.index.crate_of(of.def().module).package]);
         let mut notes = Vec::new();
         let mut laws: Vec<(TypeId, FunctionId)> = Vec::new();
-        let effects = Effects { of, exits: &self.exits, guarded: self.guarded };
+        let effects = Effects { of, exits: &self.exits, guarded: self.guarded, behind: self.behind };
         for (at, own) in self.guarded.iter().enumerate() {
             match mentions(of, self.guarded, at) {
                 Ok(found) => {
@@ -458,10 +420,12 @@ impl Rewriter<'_> {
             let text = of.written(**id);
             text.contains('?') || ["return", "break", "continue"].iter().any(|word| has_word(text, word))
         });
+        let waits = self.exits.waits.iter().filter(|_| outlives_future(of, own));
         let early: Vec<ExprId> = self
             .exits
             .left_at
             .iter()
+            .chain(waits)
             .chain(opaque)
             .copied()
             .filter(|exit| !is_covered(exit) && !is_above(exit))
@@ -470,19 +434,22 @@ impl Rewriter<'_> {
             return (Vec::new(), Vec::new());
         }
         let line = |id: &ExprId| of.program.sources.line(of.span(*id));
-        if observed::is_observed(of, own) {
-            let text = if is_fed {
-                format!(
-                    "the loop may be left here between the calls of the law of `{}`; the guard runs all of them or none",
-                    own.spelled
-                )
-            } else {
-                format!(
-                    "the loop may be left here before `{}` is updated; the guard updates it on this way as well",
-                    own.spelled
-                )
+        if is_observed(of, own) {
+            let left = |exit: &ExprId| {
+                let how = match self.exits.waits.contains(exit) {
+                    true => "the future may be dropped here",
+                    false => "the loop may be left here",
+                };
+                let spelled = &own.spelled;
+                let text = match is_fed {
+                    true => {
+                        format!("{how} between the calls of the law of `{spelled}`; the guard runs all of them or none")
+                    }
+                    false => format!("{how} before `{spelled}` is updated; the guard updates it on this way as well"),
+                };
+                Reason { span: of.span(*exit), text }
             };
-            return (early.iter().map(|id| Reason { span: of.span(*id), text: text.clone() }).collect(), Vec::new());
+            return (early.iter().map(left).collect(), Vec::new());
         }
         let lines: BTreeSet<String> = early.iter().map(|id| line(id).to_string()).collect();
         let lines = lines.into_iter().collect::<Vec<_>>().join(", ");

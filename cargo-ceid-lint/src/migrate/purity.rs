@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::owned::is_dropped_in_silence;
 use crate::flow::Program;
 use crate::index::{Def, FunctionId, Index, Owner, Shape, TraitName, TraitRef, Ty, TypeId};
 use crate::syntax::tree::{Body, ExprId, ExprKind, MacroKind};
@@ -116,6 +117,19 @@ fn destructors(index: &Index, ty: &Ty, seen: &mut BTreeSet<TypeId>) -> Vec<Funct
     }
 }
 
+/// Whether something happens, or may happen, where a value of a type is dropped, beside giving its memory back.
+pub(super) fn acts_when_dropped(index: &Index, ty: &Ty) -> bool {
+    let any = |parts: &[Ty]| parts.iter().any(|part| acts_when_dropped(index, part));
+    match ty {
+        Ty::Adt(..) => !destructors(index, ty, &mut BTreeSet::new()).is_empty(),
+        Ty::Tuple(parts) => any(parts),
+        Ty::Array(inner, _) => acts_when_dropped(index, inner),
+        Ty::External(path, args) => !is_dropped_in_silence(path) || any(args),
+        Ty::Param(_) | Ty::Opaque(_) => !index.is_copy(ty),
+        _ => false,
+    }
+}
+
 /// Whether a call runs what a value has brought with it: a field or variable that is called, a method of an unknown type.
 fn is_of_a_value(body: &Body, typed: &TypedBody, call: ExprId) -> bool {
     match &body.expr(call).kind {
@@ -208,41 +222,6 @@ fn shared(index: &Index, ty: &Ty, seen: &mut BTreeSet<TypeId>) -> Option<String>
             fields(index, ty).iter().find_map(|field| shared(index, field, seen))
         }
         _ => None,
-    }
-}
-
-/// Whether a function may panic on purpose: by an assertion, or by what it unwraps.
-pub(super) fn may_panic(program: &Program<'_>, law: FunctionId) -> bool {
-    let mut seen = BTreeSet::new();
-    let mut open = vec![law];
-    while let Some(id) = open.pop() {
-        if !seen.insert(id) {
-            continue;
-        }
-        let (Some(body), Some(typed)) = (&program.index.function(id).function.body, program.typed(id)) else {
-            continue;
-        };
-        if body.exprs.iter().any(|expr| panics(&expr.kind)) {
-            return true;
-        }
-        open.extend(typed.callees.values().flat_map(|callee| match callee {
-            Callee::Resolved(resolved) => resolved.targets.clone(),
-            _ => Vec::new(),
-        }));
-    }
-    false
-}
-
-/// Whether an expression is there to panic.
-pub(super) fn panics(kind: &ExprKind) -> bool {
-    match kind {
-        ExprKind::Macro(call) => {
-            matches!(call.kind, MacroKind::Assert(..) | MacroKind::AssertCompare(..) | MacroKind::Diverges(_))
-        }
-        ExprKind::MethodCall { method, args, .. } => {
-            matches!((method.as_str(), args.len()), ("unwrap", 0) | ("expect", 1))
-        }
-        _ => false,
     }
 }
 

@@ -234,11 +234,23 @@ fn unreachable_text(of: &LoopBody<'_>, receiver: ExprId, has_inputs: bool) -> St
     }
     let inner = of.typed.expr_local.get(&receiver).and_then(|local| binding_loop(of, receiver, *local));
     if let Some(Inner { iterable, .. }) = inner.and_then(|inner| inner_loop(of, inner)) {
+        let advice = match has_inputs {
+            true => "let the filter keep its input, as in ceid-core's `Sample`, and its law take none",
+            false => "keep the filters in one array or `Vec` and run over that alone, or update each by its own name",
+        };
         return format!(
-            "`{written}` comes from `{}`, and a guard updates all elements of one collection: let the filter keep its input, \
-             as in ceid-core's `Sample`, and its law take none",
+            "`{written}` comes from `{}`, and a guard updates all elements of one collection: {advice}",
             of.written(iterable)
         );
+    }
+    if let ExprKind::Index { index, .. } = of.kind(receiver) {
+        let is_outside = |local: &LocalId| of.typed.local(*local).span.start < of.span(of.whole).start;
+        if of.typed.expr_local.get(index).is_some_and(is_outside) {
+            return format!(
+                "`{written}` may be another element in each iteration: if it is not, put `let filter = &mut {written};` above the loop, \
+                 and update `filter`"
+            );
+        }
     }
     format!("`{written}` is neither a variable nor a field: it is not known what it leads to")
 }

@@ -9,7 +9,7 @@ use crate::baseline::Comparison;
 use crate::count::Cycle;
 use crate::diagnostic::{Diagnostic, Problem};
 use crate::index::FunctionPlaces;
-use crate::migrate::Plan;
+use crate::migrate::{IdleImports, Plan};
 use crate::source::{SourceMap, Span};
 
 /// What a run found out.
@@ -44,7 +44,7 @@ pub struct Report {
     /// What can be done about each loop that updates filters by hand.
     pub plans: Vec<Plan>,
     /// The edits that remove each import of a filter's trait that nothing needs beside a guard.
-    pub idle_imports: Vec<Vec<(Span, String)>>,
+    pub idle_imports: IdleImports,
     /// The manifests of the packages that these plans change, and of their workspaces.
     pub manifests: BTreeMap<PathBuf, Arc<str>>,
     /// Where the time went, if there was a clock.
@@ -80,7 +80,8 @@ impl Report {
         self.checked.extend(other.checked);
         self.functions.extend(other.functions);
         self.plans.extend(other.plans);
-        self.idle_imports.extend(other.idle_imports);
+        self.idle_imports.removals.extend(other.idle_imports.removals);
+        self.idle_imports.doubtful.extend(other.idle_imports.doubtful);
         self.manifests.extend(other.manifests);
         self.filter_types += other.filter_types;
         self.presumed += other.presumed;
@@ -99,7 +100,8 @@ impl Report {
         self.cycles.sort_by_key(|cycle| (cycle.head, cycle.package, cycle.target));
         self.checked.sort_by_key(|krate| krate.package);
         self.plans.sort_by_key(|plan| plan.head);
-        self.idle_imports.sort();
+        self.idle_imports.removals.sort();
+        self.idle_imports.doubtful.sort();
         for list in [&mut self.problems, &mut self.unread] {
             let mut seen = BTreeSet::new();
             let place = |span: Span| (span.start, span.end);

@@ -294,3 +294,79 @@ fn a_law_of_the_configuration_is_run_by_guards_and_no_cycle() {
     let after = run(&directory, ["report"]);
     assert_eq!((cycles(&before.stdout), cycles(&after.stdout)), (2, 2), "{}", after.stdout);
 }
+
+/// A loop whose second update is a mistake that is allowed.
+const ALLOWED: &str = "\
+trait SampledFilter { fn update(&mut self); }
+struct Ramp(f64);
+impl SampledFilter for Ramp { fn update(&mut self) { self.0 += 0.1; } }
+
+fn main() {
+    let mut ramp = Ramp(0.0);
+    // ceid: allow(repeated_update, reason = \"a known mistake\")
+    for _ in 0..3 {
+        println!(\"{}\", ramp.0);
+        ramp.update();
+        ramp.update();
+    }
+}
+";
+
+#[test]
+fn a_suppression_goes_with_what_it_hides() {
+    let directory = package("migrate_suppressed", &[("robot".to_owned(), ALLOWED.to_owned())]);
+    let said = migrate(&directory, &["--all", "--unsafe-fixes"]);
+    said.assert_code(0).assert_stderr("migrated 1 of 1 loop");
+    said.assert_stderr("src/bin/robot.rs: a suppression was removed that hides nothing any more");
+    let text = binary(&directory, "robot");
+    assert!(text.contains("begin_cycle() => ramp);") && !text.contains("allow(repeated_update"), "{text}");
+}
+
+#[test]
+fn a_dependency_that_is_not_always_there_is_told_at_once() {
+    for (name, before, after) in [
+        ("migrate_optional", "\" }", "\", optional = true }"),
+        ("migrate_for_targets", "[dependencies]", "[target.'cfg(windows)'.dependencies]"),
+    ] {
+        let directory = two_loops(name);
+        let manifest = read(&directory.join("Cargo.toml")).replace(before, after);
+        crate::support::workspace::write(&directory, "Cargo.toml", manifest.as_bytes());
+        let said = migrate(&directory, &[]);
+        said.assert_code(0).assert_stderr("src/bin/robot.rs:8: `first` in `main`: not migrated");
+        assert!(!said.stderr.contains("can be migrated"), "{}", said.stderr);
+    }
+}
+
+/// A loop whose law is imported for it and for code that another system compiles.
+const CONDITIONAL: &str = "\
+mod law { pub trait SampledFilter { fn update(&mut self); } }
+#[path = \"../ramp.rs\"]
+mod ramp;
+use law::SampledFilter;
+use ramp::Ramp;
+
+#[cfg(target_os = \"none\")]
+pub fn once(ramp: &mut Ramp) {
+    ramp.update();
+}
+
+fn main() {
+    let mut ramp = Ramp(0.0);
+    for _ in 0..3 {
+        println!(\"{}\", ramp.0);
+        ramp.update();
+    }
+}
+";
+
+#[test]
+fn an_import_for_conditional_code_is_told() {
+    let directory = package("migrate_conditional_import", &[("robot".to_owned(), CONDITIONAL.to_owned())]);
+    let ramp = "pub struct Ramp(pub f64);\nimpl crate::law::SampledFilter for Ramp { fn update(&mut self) { self.0 += 0.1; } }\n";
+    crate::support::workspace::write(&directory, "src/ramp.rs", ramp.as_bytes());
+    let said = migrate(&directory, &["--all"]);
+    said.assert_code(0).assert_stderr("migrated 1 of 1 loop");
+    said.assert_stderr(
+        "src/bin/robot.rs:4: `SampledFilter` is imported, and perhaps only code under `#[cfg(…)]` needs it",
+    );
+}

@@ -3,6 +3,7 @@
 mod asked;
 mod cases;
 mod compiled;
+mod editions;
 mod guide;
 mod halves;
 

@@ -10,6 +10,7 @@ use std::time::Instant;
 use super::args::FixArgs;
 use super::{Console, ExitStatus, input, vcs};
 use crate::count::{Cycle, CycleKind, Gate, Pair, Verdict};
+use crate::diagnostic::Diagnostic;
 use crate::fix::{self, Bounds, Edit, Fix, RealDisk, Revision};
 use crate::migrate::{self, Plan, Reason, Rewrite, Wanted};
 use crate::pipeline::{Options, Report};
@@ -48,7 +49,8 @@ pub(super) fn run(args: &MigrateArgs) -> Result<ExitStatus, String> {
         );
         return Ok(ExitStatus::Incomplete);
     }
-    let run = Run { args, project: &project, asked, console, touched: RefCell::default() };
+    let run =
+        Run { args, project: &project, asked, console, touched: RefCell::default(), doubtful: RefCell::default() };
     run.migrate(&first.report, |source| check(source).report)
 }
 
@@ -59,6 +61,8 @@ struct Run<'a> {
     console: Console,
     /// The files in which loops are migrated.
     touched: RefCell<BTreeSet<PathBuf>>,
+    /// The imports that may be idle in the newest text: file, line and name.
+    doubtful: RefCell<Vec<(String, u32, String)>>,
 }
 
 impl Run<'_> {
@@ -183,7 +187,9 @@ impl Run<'_> {
 
     /// Tells what could be done.
     fn list(&self, report: &Report, plans: &[&Plan]) {
-        let can = |plan: &&&Plan| plan.outcome.as_ref().is_ok_and(|rewrite| self.is_taken(rewrite));
+        let can = |plan: &&&Plan| {
+            plan.outcome.as_ref().is_ok_and(|rewrite| self.is_taken(rewrite) && self.edits(report, rewrite).is_ok())
+        };
         for plan in plans.iter().filter(can) {
             self.console.say(&format!("{} can be migrated", self.title(report, plan)));
         }
@@ -216,7 +222,7 @@ impl Run<'_> {
                 fixes.push(self.fix(report, plan.head, title_of(report, plan), edits));
             }
         }
-        for import in &report.idle_imports {
+        for import in &report.idle_imports.removals {
             let edits: Vec<Edit> = import.iter().map(|edit| self.edit(&report.sources, edit)).collect();
             let is_touched =
                 edits.iter().any(|edit| self.touched.borrow().iter().any(|path| same_file(path, &edit.path)));
@@ -224,6 +230,18 @@ impl Run<'_> {
                 fixes.push(self.fix(report, *span, IDLE_IMPORT.to_owned(), edits));
             }
         }
+        let sources = &report.sources;
+        let doubtful = report.idle_imports.doubtful.iter().filter(|(span, _)| {
+            self.touched.borrow().iter().any(|path| same_file(path, &sources.file(span.file).path))
+        });
+        let told =
+            |(span, name): &(Span, String)| (sources.file(span.file).name.clone(), sources.line(*span), name.clone());
+        *self.doubtful.borrow_mut() = doubtful.map(told).collect();
+        // A suppression of what a guard has put right goes with it.
+        let known: BTreeSet<_> = first.shown().filter(is_unused).map(|finding| said(first, finding)).collect();
+        fixes.extend(fix::offered(report, false, |finding| {
+            is_unused(&finding) && !known.contains(&said(report, finding))
+        }));
         fixes
     }
 
@@ -282,6 +300,16 @@ impl Run<'_> {
         for plan in &left {
             let why = revision.refused.iter().find(|refused| is_of(&refused.fix, plan));
             self.refuse(first, plan, why.map(|refused| refused.why.as_str()));
+        }
+        for fix in revision.made.iter().filter(|fix| fix.rule == fix::UNUSED_SUPPRESSION) {
+            let verb = if self.args.diff { "would be" } else { "was" };
+            self.console.say(&format!("{}: a suppression {verb} removed that hides nothing any more", fix.file));
+        }
+        for (file, line, name) in self.doubtful.borrow().iter() {
+            self.console.say(&format!(
+                "{file}:{line}: `{name}` is imported, and perhaps only code under `#[cfg(…)]` needs it now: remove the import, or put the \
+                 same attribute above it"
+            ));
         }
         let manifests = revision.changes.iter().filter(|change| change.path.ends_with("Cargo.toml")).count();
         if manifests > 0 && !self.args.diff {
@@ -349,6 +377,15 @@ fn left(pair: &Pair) -> Option<String> {
         _ => return None,
     };
     Some(format!("`{name}` {what}"))
+}
+
+fn is_unused(finding: &&Diagnostic) -> bool {
+    finding.rule == fix::UNUSED_SUPPRESSION
+}
+
+/// What a finding says, and of which file.
+fn said<'r>(report: &'r Report, finding: &'r Diagnostic) -> (&'r str, &'r str) {
+    (&report.sources.file(finding.primary.span.file).name, &finding.message)
 }
 
 const IDLE_IMPORT: &str = "an import removed that nothing needs any more";

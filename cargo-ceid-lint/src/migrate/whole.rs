@@ -1,0 +1,54 @@
+//! What forbids a guard in a loop or function as a whole, whatever its filters are.
+
+use super::body::LoopBody;
+use crate::index::Owner;
+use crate::syntax::Outline;
+use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
+
+/// Why the loop as a whole cannot be rewritten.
+pub(super) fn whole_loop(of: &LoopBody<'_>, outline: &Outline, edition: &str) -> Result<(), String> {
+    let span = of.span(of.block);
+    let code = of.program.sources.snippet(span);
+    if edition == "2015" {
+        return Err("the crate has edition 2015, and the macros of `ceid_core` need a later one: run `cargo fix --edition`, and set \
+                    `edition = \"2018\"` in the manifest"
+            .to_owned());
+    }
+    if !of.program.sources.snippet(span).starts_with('{')
+        || outline.around(span.start as usize).any(|around| around.is_macro)
+    {
+        return Err("the loop is written in a macro".to_owned());
+    }
+    if code.contains("cfg(") || code.contains("cfg!(") || code.contains("cfg_attr(") {
+        return Err("a part of the loop is conditionally compiled, and is not read in full".to_owned());
+    }
+    let has_guard = |id: &ExprId| match of.kind(*id) {
+        ExprKind::Macro(call) => matches!(call.kind, MacroKind::Ceid { .. } | MacroKind::EachCycle { .. }),
+        _ => false,
+    };
+    if of.inside.iter().any(has_guard) {
+        return Err("a guard is there already: add the filter to its list, and delete the call of its law".to_owned());
+    }
+    Ok(())
+}
+
+/// Why a function that is called once per cycle cannot have a guard of its own.
+pub(super) fn whole_function(of: &LoopBody<'_>) -> Result<(), String> {
+    let def = of.def();
+    if def.function.is_async {
+        return Err("the function is `async`: what waits for it may drop it in the middle of a cycle".to_owned());
+    }
+    let index = of.program.index;
+    let own = match def.owner {
+        Owner::Impl(id) => Some(&index.impl_def(id).self_ty),
+        _ => None,
+    };
+    let is_law = own.and_then(|ty| index.law_spec(ty)).is_some_and(|spec| spec.group(&def.name).is_some());
+    if is_law {
+        return Err(format!(
+            "`{}` is the law of a filter itself: implement ceid-core's `SampledFilter` for it, and hand its tick on with `then`",
+            def.name
+        ));
+    }
+    Ok(())
+}

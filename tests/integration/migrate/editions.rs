@@ -1,0 +1,76 @@
+//! What depends on the edition of the crate.
+
+use std::path::{Path, PathBuf};
+
+use super::{binary, migrate, package, read};
+use crate::support::workspace;
+
+fn with_edition(directory: &Path, edition: &str) {
+    let manifest = read(&directory.join("Cargo.toml")).replace("2024", edition);
+    workspace::write(directory, "Cargo.toml", manifest.as_bytes());
+}
+
+const CLOSURES: &str = "\
+trait SampledFilter { fn update(&mut self); }
+struct Lowpass { raw: i64, value: i64 }
+impl SampledFilter for Lowpass { fn update(&mut self) { self.value += self.raw; } }
+struct Scale { lowpass: Lowpass, limits: Vec<i64>, tare: i64 }
+
+impl Scale {
+    fn weigh(&mut self, raw: &[i64]) {
+        for value in raw {
+            self.lowpass.raw = raw.iter().filter(|raw| self.limits.contains(raw)).count() as i64 - value;
+            self.lowpass.update();
+        }
+    }
+
+    fn tared(&mut self, raw: &[i64]) {
+        for value in raw {
+            let tare = &self.tare;
+            self.lowpass.raw = raw.iter().map(|raw| raw - tare).sum::<i64>() - value;
+            self.lowpass.update();
+        }
+    }
+}
+
+fn main() {
+    let lowpass = Lowpass { raw: 0, value: 0 };
+    let mut scale = Scale { lowpass, limits: vec![2], tare: 1 };
+    scale.weigh(&[1, 2]);
+    scale.tared(&[1, 2]);
+    println!(\"{}\", scale.lowpass.value);
+}
+";
+
+fn scale(name: &str, edition: &str) -> PathBuf {
+    let directory = package(name, &[("scale".to_owned(), CLOSURES.to_owned())]);
+    with_edition(&directory, edition);
+    directory
+}
+
+#[test]
+fn a_closure_that_takes_all_of_self_is_refused() {
+    let directory = scale("migrate_edition_2018", "2018");
+    let said = migrate(&directory, &["--all"]);
+    said.assert_code(0).assert_stderr("migrated 1 of 2 loops");
+    said.assert_stderr(
+        "line 9: before edition 2021 a closure takes all of `self`, of which the guard holds `self.lowpass`",
+    );
+    said.assert_stderr("as in `let limits = &self.limits;`");
+    super::compiled::cargo(&directory, &["check", "--quiet"]);
+    assert!(binary(&directory, "scale").contains("let tare = &self.tare;"));
+}
+
+#[test]
+fn a_closure_takes_one_field_in_later_editions() {
+    let directory = scale("migrate_edition_2021", "2021");
+    migrate(&directory, &["--all"]).assert_code(0).assert_stderr("migrated 2 of 2 loops");
+    super::compiled::cargo(&directory, &["check", "--quiet"]);
+}
+
+#[test]
+fn the_first_edition_says_how_to_leave_it() {
+    let directory = scale("migrate_edition_2015", "2015");
+    migrate(&directory, &["--all"]).assert_code(0).assert_stderr("run `cargo fix --edition`");
+    assert_eq!(binary(&directory, "scale"), CLOSURES);
+}
