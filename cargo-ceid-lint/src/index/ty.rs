@@ -56,7 +56,7 @@ pub enum Ty {
 pub struct Length {
     /// The value, if it is known.
     pub value: Option<u64>,
-    /// The spelling.
+    /// What tells it from others of which no value is known either: what its name means, or its spelling.
     pub text: String,
 }
 
@@ -196,6 +196,8 @@ pub struct TyScope<'a> {
     pub self_trait: Option<TraitId>,
     /// The impl in which it stands.
     pub self_impl: Option<ImplId>,
+    /// The function in which it stands.
+    pub function: Option<FunctionId>,
     /// The parameters in scope, innermost first.
     pub generics: Vec<&'a Generics>,
     /// What some of them stand for, so that their associated types are known.
@@ -215,6 +217,7 @@ impl Index {
             self_ty: None,
             self_trait: None,
             self_impl: None,
+            function: None,
             generics: Vec::new(),
             args: Vec::new(),
         };
@@ -269,11 +272,22 @@ impl Index {
     /// The length of an array: a literal, or a constant of the analysed code that is one.
     #[must_use]
     pub fn length(&self, length: &ConstText, scope: &TyScope<'_>) -> Length {
-        let value = length.value.or_else(|| {
-            let names: Vec<String> = length.text.split("::").map(str::to_owned).collect();
-            self.const_value(scope, &names)
-        });
-        Length { value, text: length.text.clone() }
+        let text = &length.text;
+        if length.value.is_some() {
+            return Length { value: length.value, text: text.clone() };
+        }
+        let declares = |generics: &&Generics| generics.params.iter().any(|param| param.is_const && param.name == *text);
+        if let Some(at) = scope.generics.iter().position(|generics| declares(&generics)) {
+            // What a function is called with need not be what a type has under the same name.
+            let own = scope.function.filter(|_| at == 0);
+            return Length { value: None, text: own.map_or_else(|| text.clone(), |id| format!("{text} of {id:?}")) };
+        }
+        let names: Vec<String> = text.split("::").map(str::to_owned).collect();
+        let text = match self.resolve(scope.module, &names, Namespace::Value) {
+            Some(Def::Value(id)) => format!("{id:?}"),
+            _ => text.clone(),
+        };
+        Length { value: self.const_value(scope, &names), text }
     }
 
     /// The value of an integer constant of the analysed code.
@@ -421,6 +435,7 @@ impl Index {
                     self_ty: None,
                     self_trait: None,
                     self_impl: None,
+                    function: None,
                     generics: vec![&alias.generics],
                     args: Vec::new(),
                 };
