@@ -204,6 +204,20 @@ pub struct TyScope<'a> {
     pub args: Vec<(String, Ty)>,
 }
 
+impl TyScope<'_> {
+    /// Whether a name is that of a constant which the code around is generic over.
+    #[must_use]
+    pub fn declares_length(&self, name: &str) -> bool {
+        self.declaring(name).is_some()
+    }
+
+    /// Which of the generics declare a constant of this name.
+    fn declaring(&self, name: &str) -> Option<usize> {
+        let declares = |generics: &&Generics| generics.params.iter().any(|param| param.is_const && param.name == name);
+        self.generics.iter().position(|generics| declares(&generics))
+    }
+}
+
 /// How deep types are followed: more is a cycle of aliases.
 const MAX_DEPTH: u32 = 24;
 
@@ -276,8 +290,7 @@ impl Index {
         if length.value.is_some() {
             return Length { value: length.value, text: text.clone() };
         }
-        let declares = |generics: &&Generics| generics.params.iter().any(|param| param.is_const && param.name == *text);
-        if let Some(at) = scope.generics.iter().position(|generics| declares(&generics)) {
+        if let Some(at) = scope.declaring(text) {
             // What a function is called with need not be what a type has under the same name.
             let own = scope.function.filter(|_| at == 0);
             return Length { value: None, text: own.map_or_else(|| text.clone(), |id| format!("{text} of {id:?}")) };
