@@ -438,6 +438,6 @@ impl Index {
     #[must_use]
     pub fn scope_of(&self, id: FunctionId) -> TyScope<'_> {
         let def = self.function(id);
-        self.scope(def.module, def.owner, Some(&def.function.generics))
+        TyScope { function: Some(id), ..self.scope(def.module, def.owner, Some(&def.function.generics)) }
     }
 }

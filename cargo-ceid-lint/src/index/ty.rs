@@ -56,7 +56,7 @@ pub enum Ty {
 pub struct Length {
     /// The value, if it is known.
     pub value: Option<u64>,
-    /// The spelling.
+    /// What tells it from others of which no value is known either: what its name means, or its spelling.
     pub text: String,
 }
 
@@ -196,10 +196,26 @@ pub struct TyScope<'a> {
     pub self_trait: Option<TraitId>,
     /// The impl in which it stands.
     pub self_impl: Option<ImplId>,
+    /// The function in which it stands.
+    pub function: Option<FunctionId>,
     /// The parameters in scope, innermost first.
     pub generics: Vec<&'a Generics>,
     /// What some of them stand for, so that their associated types are known.
     pub args: Vec<(String, Ty)>,
+}
+
+impl TyScope<'_> {
+    /// Whether a name is that of a constant which the code around is generic over.
+    #[must_use]
+    pub fn declares_length(&self, name: &str) -> bool {
+        self.declaring(name).is_some()
+    }
+
+    /// Which of the generics declare a constant of this name.
+    fn declaring(&self, name: &str) -> Option<usize> {
+        let declares = |generics: &&Generics| generics.params.iter().any(|param| param.is_const && param.name == name);
+        self.generics.iter().position(|generics| declares(&generics))
+    }
 }
 
 /// How deep types are followed: more is a cycle of aliases.
@@ -215,6 +231,7 @@ impl Index {
             self_ty: None,
             self_trait: None,
             self_impl: None,
+            function: None,
             generics: Vec::new(),
             args: Vec::new(),
         };
@@ -269,11 +286,21 @@ impl Index {
     /// The length of an array: a literal, or a constant of the analysed code that is one.
     #[must_use]
     pub fn length(&self, length: &ConstText, scope: &TyScope<'_>) -> Length {
-        let value = length.value.or_else(|| {
-            let names: Vec<String> = length.text.split("::").map(str::to_owned).collect();
-            self.const_value(scope, &names)
-        });
-        Length { value, text: length.text.clone() }
+        let text = &length.text;
+        if length.value.is_some() {
+            return Length { value: length.value, text: text.clone() };
+        }
+        if let Some(at) = scope.declaring(text) {
+            // What a function is called with need not be what a type has under the same name.
+            let own = scope.function.filter(|_| at == 0);
+            return Length { value: None, text: own.map_or_else(|| text.clone(), |id| format!("{text} of {id:?}")) };
+        }
+        let names: Vec<String> = text.split("::").map(str::to_owned).collect();
+        let text = match self.resolve(scope.module, &names, Namespace::Value) {
+            Some(Def::Value(id)) => format!("{id:?}"),
+            _ => text.clone(),
+        };
+        Length { value: self.const_value(scope, &names), text }
     }
 
     /// The value of an integer constant of the analysed code.
@@ -421,6 +448,7 @@ impl Index {
                     self_ty: None,
                     self_trait: None,
                     self_impl: None,
+                    function: None,
                     generics: vec![&alias.generics],
                     args: Vec::new(),
                 };

@@ -23,6 +23,8 @@ impl Infer<'_> {
                 self.typed.expr_local.insert(id, local);
                 self.typed.locals[local.0 as usize].ty.clone()
             }
+            // A parameter hides a constant of its name.
+            Value::Def(_) if self.scope.declares_length(&path.text()) => Ty::Int,
             Value::Def(def) => {
                 self.typed.expr_def.insert(id, def.clone());
                 if let Def::Function(function) = def {

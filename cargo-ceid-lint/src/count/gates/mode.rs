@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Gates, Way};
 use crate::count::given::{Given, given, given_subject, place_of};
-use crate::count::search::{End, Mode};
+use crate::count::search::{End, Mode, Region};
 use crate::count::summary::Outcome;
 use crate::count::verdict::Gate;
 use crate::flow::{CallSite, Effect, Head, NodeId, OTHER_HEADS, Place, Projection, Relation, Subject, SubjectId, Test};
@@ -41,8 +41,40 @@ impl Gates<'_, '_> {
             return false;
         }
         self.updating(subject).is_some_and(|updating| {
-            self.search.resets_in_pauses(self.region, Mode { subject, updating, asked_by: None, foreign: 0 })
+            !self.pauses_for_good(subject, updating)
+                && self.search.resets_in_pauses(self.region, Mode { subject, updating, asked_by: None, foreign: 0 })
         })
+    }
+
+    /// Whether each update sets a number to what pauses, and nothing changes it in the pause: `if n >= 10 { n = 0; … }` where
+    /// nothing counts. That is a counter which was forgotten, not a state that is done with.
+    fn pauses_for_good(&self, id: SubjectId, updating: u32) -> bool {
+        let graph = self.search.graph;
+        let subject = &graph.subjects[id.0 as usize];
+        // What else a function is called for may count, and so may what shares a static.
+        let is_own = |place: &Place| place.base_var().is_some() && self.outlives(place);
+        if matches!(self.region, Region::Function)
+            || !subject.reads.iter().all(|place| self.is_number(place) && is_own(place))
+        {
+            return false;
+        }
+        let writers: Vec<NodeId> = self.search.writers_of(id);
+        let pausing = self.reached(|node, edge| match &graph.node(node).effect {
+            Effect::Branch(test) if test.subject == Some(id) => {
+                let heads = if edge == 0 { test.holds } else { test.fails };
+                heads & subject.anything() & !updating != 0
+            }
+            _ => true,
+        });
+        let is_behind_update = |node: &NodeId| {
+            let is_first = graph.node(*node).in_loop.is_none();
+            let sets_back = || subject.reads.iter().any(|place| self.is_set_back(*node, place));
+            is_first || (self.is_inside(*node) && !pausing[node.0 as usize] && sets_back())
+        };
+        let stays = |node: NodeId, _: usize| !writers.contains(&node);
+        let unchanged = self.reached(stays);
+        writers.iter().all(is_behind_update)
+            && self.search.updating().iter().all(|node| !unchanged[node.0 as usize] || !self.completes(*node, stays))
     }
 
     /// The states of the caller's for which a helper was found to pause, itself or in what it calls.

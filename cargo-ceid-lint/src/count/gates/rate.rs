@@ -192,11 +192,11 @@ impl Gates<'_, '_> {
         lowering.peek().is_some() && lowering.all(|id| !elsewhere[id.0 as usize] && !way.nodes.contains(&id))
     }
 
-    fn is_number(&self, place: &Place) -> bool {
+    pub(super) fn is_number(&self, place: &Place) -> bool {
         matches!(self.ty(place), Some(Ty::Int))
     }
 
-    fn is_set_back(&self, id: NodeId, place: &Place) -> bool {
+    pub(super) fn is_set_back(&self, id: NodeId, place: &Place) -> bool {
         match &self.search.graph.node(id).effect {
             Effect::Write(write) | Effect::Set(write) if write.place == *place => {
                 write.head.is_some()

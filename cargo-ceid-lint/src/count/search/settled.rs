@@ -78,7 +78,7 @@ impl Search<'_> {
     }
 
     /// The nodes that may change what a subject reads.
-    pub(super) fn writers_of(&self, id: SubjectId) -> Vec<NodeId> {
+    pub(in crate::count) fn writers_of(&self, id: SubjectId) -> Vec<NodeId> {
         let reads = self.read_by(id);
         self.graph.node_ids().filter(|node| self.writes(*node, &reads)).collect()
     }

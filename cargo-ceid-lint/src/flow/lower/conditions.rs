@@ -124,28 +124,33 @@ impl Builder<'_> {
         self.resume(yes);
     }
 
-    /// Whether a truth value is made a number: `ready as u8`.
-    pub(super) fn is_truth_as_number(&self, id: ExprId, truth: ExprId) -> bool {
-        *self.ty(id) == Ty::Int && *self.ty(truth).peel() == Ty::Bool
+    /// The truth value that is made a number: `ready as u8`, `u8::from(ready)`.
+    pub(super) fn truth_of(&self, id: ExprId) -> Option<ExprId> {
+        let truth = match &self.body().expr(id).kind {
+            ExprKind::Cast { value, .. } if *self.ty(id) == Ty::Int => *value,
+            ExprKind::Call { callee, args } => match (&self.body().expr(*callee).kind, args.as_slice()) {
+                (ExprKind::Path(path), [value]) if makes_number(&path.text()) => *value,
+                _ => return None,
+            },
+            _ => return None,
+        };
+        (*self.ty(truth).peel() == Ty::Bool).then_some(truth)
     }
 
     /// The number that stands for a truth value: it is one where that holds.
-    pub(super) fn truth_as_number(&mut self, id: ExprId, truth: ExprId) -> Value {
+    pub(super) fn truth_as_number(&mut self, id: ExprId) -> Value {
+        let Some(truth) = self.truth_of(id) else { return Value::default() };
         self.chosen_by(id, truth, Ty::Int, ["1", "0"])
     }
 
     /// `ready as u8 == 1` asks whether it is ready. Answers whether it is such a comparison.
     fn truth_compared(&mut self, id: ExprId, op: &str, lhs: ExprId, rhs: ExprId, no: NodeId) -> bool {
-        let ExprKind::Cast { value, .. } = &self.body().expr(lhs).kind else { return false };
-        let (value, number) = (*value, self.number(rhs));
-        let holds = match (op, number) {
-            ("==", Some(1)) | ("!=", Some(0)) => true,
-            ("==", Some(0)) | ("!=", Some(1)) => false,
+        let Some(value) = self.truth_of(lhs) else { return false };
+        let holds = match (op, self.number(rhs)) {
+            ("==" | ">=", Some(1)) | ("!=" | ">", Some(0)) => true,
+            ("==" | "<=", Some(0)) | ("!=" | "<", Some(1)) => false,
             _ => return false,
         };
-        if !self.is_truth_as_number(lhs, value) {
-            return false;
-        }
         if holds {
             self.condition(value, no);
         } else {
@@ -312,6 +317,12 @@ impl Builder<'_> {
         self.end_branch(&join, &fails, span);
         self.close_join(&join)
     }
+}
+
+/// Whether a path is the conversion into a whole number: `u8::from`.
+fn makes_number(path: &str) -> bool {
+    let number = path.strip_suffix("::from").and_then(|number| number.strip_prefix(['u', 'i']));
+    number.is_some_and(|size| matches!(size, "8" | "16" | "32" | "64" | "128" | "size"))
 }
 
 /// What a method asks of an option or result.

@@ -30,6 +30,7 @@ impl Builder<'_> {
             ExprKind::Break { label, value } => self.break_expr(id, label.as_ref(), *value),
             ExprKind::Continue { label } => self.continue_expr(id, label.as_ref()),
             ExprKind::Return(value) => self.return_expr(id, *value),
+            _ if self.truth_of(id).is_some() => self.truth_as_number(id),
             ExprKind::Call { callee, args } => self.call_expr(id, *callee, args),
             ExprKind::MethodCall { receiver, method, args, .. } => self.method_expr(id, *receiver, method, args),
             ExprKind::Field { base, name } => {
@@ -100,9 +101,6 @@ impl Builder<'_> {
                 self.keep(&repeated, *value);
                 self.expr(*len);
                 Value::default()
-            }
-            ExprKind::Cast { value: inner, .. } if self.is_truth_as_number(id, *inner) => {
-                self.truth_as_number(id, *inner)
             }
             ExprKind::Cast { value: inner, .. } => {
                 let value = self.expr(*inner);

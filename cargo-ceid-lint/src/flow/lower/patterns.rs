@@ -85,7 +85,11 @@ impl Builder<'_> {
 
     /// Evaluates what is matched.
     fn matched(&mut self, scrutinee: ExprId) -> Matched {
-        let pure = self.pure(scrutinee);
+        // A number that was made of a truth value is as that is.
+        let pure = match self.truth_of(scrutinee) {
+            Some(_) => None,
+            None => self.pure(scrutinee),
+        };
         let about = self.about(scrutinee);
         let mut value = self.expr(scrutinee);
         let text = self.text(scrutinee);
