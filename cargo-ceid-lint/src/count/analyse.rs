@@ -104,7 +104,7 @@ fn function_facts<'a>(
     in_cycle: &BTreeSet<FunctionId>,
 ) -> FunctionFacts<'a> {
     let aliases = Aliases::of(program.index, graph, summaries);
-    let dependence = ControlDependence::of(graph);
+    let dependence = ControlDependence::of(graph, &aliases);
     let mut places: BTreeSet<Place> = BTreeSet::new();
     // A law may have its state in an argument, whatever the argument's type.
     let mut states: BTreeSet<Place> = BTreeSet::new();

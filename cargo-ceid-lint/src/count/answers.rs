@@ -33,7 +33,7 @@ pub(super) fn answers(
         _ => None,
     });
     let Some(first) = asked.next() else { return Answers::new() };
-    let dependence = ControlDependence::of(graph);
+    let dependence = ControlDependence::of(graph, aliases);
     for id in std::iter::once(first).chain(asked) {
         let Some(place) = &graph.subjects[id.0 as usize].whole else { continue };
         // What is asked for is followed as an instance that nothing happens to: its ways are all there are.

@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+use super::aliases::Aliases;
 use crate::flow::{ControlFlowGraph, Effect, NodeId, Place, SubjectId};
 
 /// Which nodes each branch decides over, and what else all searches of a graph ask of it.
@@ -23,7 +24,7 @@ pub(super) struct ControlDependence {
 }
 
 impl ControlDependence {
-    pub(super) fn of(graph: &ControlFlowGraph) -> Self {
+    pub(super) fn of(graph: &ControlFlowGraph, aliases: &Aliases) -> Self {
         let endless = endless_heads(graph);
         let exit = exit_of(graph);
         let after = post_dominators(graph, &endless);
@@ -61,7 +62,7 @@ impl ControlDependence {
                 asking.entry(subject).or_default().push(id);
             }
         }
-        let (assigned, overwritten) = assignments(graph);
+        let (assigned, overwritten) = assignments(graph, aliases);
         Self { branches, before, assigned, overwritten, asking, arriving: RefCell::default() }
     }
 
@@ -312,7 +313,10 @@ pub(super) fn tracked(
 }
 
 /// The nodes that give a subject a head that is known (constants, copies, results of calls), and those that give it any.
-fn assignments(graph: &ControlFlowGraph) -> (BTreeMap<SubjectId, Vec<NodeId>>, BTreeMap<SubjectId, Vec<NodeId>>) {
+fn assignments(
+    graph: &ControlFlowGraph,
+    aliases: &Aliases,
+) -> (BTreeMap<SubjectId, Vec<NodeId>>, BTreeMap<SubjectId, Vec<NodeId>>) {
     let mut whole: BTreeMap<&Place, SubjectId> = BTreeMap::new();
     for (number, subject) in (0u32..).zip(&graph.subjects) {
         if let Some(place) = &subject.whole {
@@ -326,7 +330,15 @@ fn assignments(graph: &ControlFlowGraph) -> (BTreeMap<SubjectId, Vec<NodeId>>, B
             Effect::Set(set) | Effect::Write(set) if set.head.is_some() || graph.copied(id).is_some() => {
                 (whole.get(&set.place), &mut known)
             }
-            Effect::Set(set) | Effect::Write(set) => (whole.get(&set.place), &mut unknown),
+            Effect::Set(set) | Effect::Write(set) => {
+                // What is written through a reference is written where it points to.
+                let roots = aliases.shared_roots(&set.place);
+                let behind = roots.iter().filter(|root| !set.rebinds && **root != set.place);
+                for subject in behind.filter_map(|root| whole.get(root)) {
+                    unknown.entry(*subject).or_default().push(id);
+                }
+                (whole.get(&set.place), &mut unknown)
+            }
             Effect::Call(site) => (whole.get(&Place::var(site.result)), &mut known),
             _ => continue,
         };

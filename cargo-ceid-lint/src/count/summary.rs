@@ -360,7 +360,7 @@ impl Summaries {
         if touched.is_empty() {
             return;
         }
-        let dependence = ControlDependence::of(graph);
+        let dependence = ControlDependence::of(graph, aliases);
         touched = touched.into_iter().flat_map(Given::numbered).collect();
         // Where one element is named, each of the others is another instance.
         let places = touched.iter().map(|given| instance_of(graph, given)).collect();

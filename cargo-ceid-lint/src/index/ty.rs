@@ -214,7 +214,7 @@ impl TyScope<'_> {
     /// Which of the generics declare a constant of this name.
     fn declaring(&self, name: &str) -> Option<usize> {
         let declares = |generics: &&Generics| generics.params.iter().any(|param| param.is_const && param.name == name);
-        self.generics.iter().position(|generics| declares(&generics))
+        self.generics.iter().position(declares)
     }
 }
 
