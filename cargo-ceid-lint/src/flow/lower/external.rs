@@ -52,7 +52,8 @@ impl Builder<'_> {
         ) {
             let values = self.values(args);
             if let Some(closure) = values.iter().rev().find_map(|value| value.closure) {
-                return self.inline_closure(closure, &[Value::default()], span);
+                let value = self.inline_closure(closure, &[Value::default()], span);
+                return if last == "catch_unwind" { self.in_a_result(value) } else { value };
             }
             return values.into_iter().next().unwrap_or_default();
         }
@@ -87,7 +88,13 @@ impl Builder<'_> {
                 "new" | "pin" | "from" | "clone" | "const_new" | "new_unchecked" | "init" | "as_mut" | "get_mut"
             );
         if wraps
-            || matches!(path, "std::hint::black_box" | "std::convert::identity" | "std::borrow::BorrowMut::borrow_mut")
+            || matches!(
+                path,
+                "std::hint::black_box"
+                    | "std::convert::identity"
+                    | "std::borrow::BorrowMut::borrow_mut"
+                    | "std::panic::AssertUnwindSafe"
+            )
         {
             let value = values.into_iter().next_back().unwrap_or_default();
             if owner == "ManuallyDrop"
@@ -120,6 +127,13 @@ impl Builder<'_> {
             return Value::default();
         }
         self.unknown_call(id, path_tail(path), args, &values)
+    }
+
+    /// What is known of a result that holds a value: the filter that it is, but not its head.
+    fn in_a_result(&self, value: Value) -> Value {
+        let base = value.place.as_ref().and_then(Place::base_var);
+        let is_filter = base.is_some_and(|var| self.program.index.holds_filter(&self.graph.var(var).ty));
+        if is_filter { Value { head: None, same_as: None, ..value } } else { Value::default() }
     }
 
     /// `mem::swap(&mut a, &mut b)`: the instances change places.
