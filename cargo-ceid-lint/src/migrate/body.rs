@@ -29,6 +29,8 @@ pub(super) struct LoopBody<'a> {
     pub(super) style: Style,
     /// Whether the cycle is no loop, but a function that is called once per cycle.
     pub(super) is_function: bool,
+    /// Whether the crate, or one that links it, catches panics.
+    pub(super) are_panics_caught: bool,
     parents: Parents,
 }
 
@@ -44,7 +46,21 @@ impl<'a> LoopBody<'a> {
         let text = &program.sources.file(head.file).text;
         let style = loops.style(head.file);
         let is_function = whole == block;
-        Some(Self { program, function, body, typed, whole, block, inside, text, style, is_function, parents })
+        let are_panics_caught = loops.are_panics_caught(function);
+        Some(Self {
+            program,
+            function,
+            body,
+            typed,
+            whole,
+            block,
+            inside,
+            text,
+            style,
+            is_function,
+            are_panics_caught,
+            parents,
+        })
     }
 
     pub(super) fn def(&self) -> &'a FunctionDef {

@@ -9,8 +9,7 @@ use super::mentions::Guarded;
 use super::panics::{Panics, may_panic, panics};
 use super::purity::{acts_when_dropped, shared_part, side_effect};
 use super::sites::Part;
-use super::text::has_word;
-use crate::source::{FileId, Span};
+use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Stmt, StmtKind};
 
 /// A loop with what its guard is to hold.
@@ -75,23 +74,11 @@ impl Effects<'_> {
             && !of.inside.iter().any(follows)
     }
 
-    /// Whether the crate, or one that links it, catches panics.
-    fn is_caught(&self) -> bool {
-        let index = self.of.program.index;
-        let own = index.crate_of(self.of.def().module);
-        let in_sight = index.functions.iter().filter(|def| {
-            let other = index.crate_of(def.module);
-            std::ptr::eq(own, other) || other.externs.contains_key(&own.name)
-        });
-        let files: BTreeSet<FileId> = in_sight.map(|def| def.function.keyword.file).collect();
-        files.into_iter().any(|file| has_word(&self.of.program.sources.file(file).text, "catch_unwind"))
-    }
-
     /// What is otherwise where an iteration panics: what changes if somebody catches that, and what is only told.
     pub(super) fn panics_of(&self, own: &Guarded) -> (Vec<Reason>, Vec<String>) {
         let of = self.of;
         let is_fed = own.adaptation.as_ref().is_some_and(|adaptation| adaptation.is_fed);
-        let is_caught = self.is_caught();
+        let is_caught = of.are_panics_caught;
         let which = if is_caught { Panics::Any } else { Panics::OnPurpose };
         let mut found: Vec<(ExprId, String)> = Vec::new();
         if let Some(law) =

@@ -1,13 +1,13 @@
 //! Where the loops of a program stand in its bodies, and what all plans ask of the text and the bodies around them.
 
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use super::text::Style;
+use super::text::{Style, has_word};
 use super::walk;
 use crate::flow::Program;
-use crate::index::FunctionId;
+use crate::index::{FunctionId, ModuleId};
 use crate::source::{FileId, Span};
 use crate::syntax::Outline;
 use crate::syntax::tree::{ExprId, ExprKind};
@@ -23,6 +23,8 @@ pub(super) struct Loops<'a> {
     parents: RefCell<HashMap<FunctionId, Parents>>,
     outlines: RefCell<HashMap<FileId, Rc<Outline>>>,
     styles: RefCell<HashMap<FileId, Style>>,
+    /// The root modules of the crates that catch panics.
+    catching: OnceCell<Vec<ModuleId>>,
 }
 
 impl<'a> Loops<'a> {
@@ -46,7 +48,14 @@ impl<'a> Loops<'a> {
                 }
             }
         }
-        Self { program, at, parents: RefCell::default(), outlines: RefCell::default(), styles: RefCell::default() }
+        Self {
+            program,
+            at,
+            parents: RefCell::default(),
+            outlines: RefCell::default(),
+            styles: RefCell::default(),
+            catching: OnceCell::new(),
+        }
     }
 
     /// The loop or function whose keyword stands at `head`.
@@ -70,5 +79,28 @@ impl<'a> Loops<'a> {
     pub(super) fn style(&self, file: FileId) -> Style {
         let find = || Style::of(&self.program.sources.file(file).text);
         *self.styles.borrow_mut().entry(file).or_insert_with(find)
+    }
+
+    /// Whether the crate of a function, or one that links it, catches panics.
+    pub(super) fn are_panics_caught(&self, function: FunctionId) -> bool {
+        let index = self.program.index;
+        let own = index.crate_of(index.function(function).module);
+        let catching = self.catching.get_or_init(|| self.find_catching());
+        catching.iter().any(|root| *root == own.root || index.crate_of(*root).externs.contains_key(&own.name))
+    }
+
+    fn find_catching(&self) -> Vec<ModuleId> {
+        let program = self.program;
+        let mut files: HashMap<FileId, bool> = HashMap::new();
+        let mut found = Vec::new();
+        for def in &program.index.functions {
+            let file = def.function.keyword.file;
+            let catches = || has_word(&program.sources.file(file).text, "catch_unwind");
+            let root = program.index.crate_of(def.module).root;
+            if *files.entry(file).or_insert_with(catches) && !found.contains(&root) {
+                found.push(root);
+            }
+        }
+        found
     }
 }
