@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
-use super::callgraph::callees;
+use super::callgraph::{callees, components};
 use super::instances::place_ty;
 use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, NodeId, Place};
 use crate::index::{FunctionId, Index, Owner, Ty};
@@ -69,18 +69,15 @@ fn calls(graph: &ControlFlowGraph) -> impl Iterator<Item = (usize, &CallSite)> {
 fn updating(graphs: &[Option<ControlFlowGraph>]) -> BTreeSet<usize> {
     let updates = |effect: &Effect| matches!(effect, Effect::Update(_) | Effect::Advance(_));
     let mut found: BTreeSet<usize> = BTreeSet::new();
-    loop {
-        let before = found.len();
-        for (number, graph) in graphs.iter().enumerate().filter_map(|(number, graph)| Some((number, graph.as_ref()?))) {
-            if !found.contains(&number)
-                && (graph.nodes.iter().any(|node| updates(&node.effect))
-                    || callees(graph).iter().any(|callee| found.contains(callee)))
-            {
-                found.insert(number);
-            }
-        }
-        if found.len() == before {
-            return found;
+    // Callees come first.
+    for component in components(graphs) {
+        let mut own = component.iter().filter_map(|id| graphs[id.0 as usize].as_ref());
+        if own.any(|graph| {
+            graph.nodes.iter().any(|node| updates(&node.effect))
+                || callees(graph).iter().any(|callee| found.contains(callee))
+        }) {
+            found.extend(component.iter().map(|id| id.0 as usize));
         }
     }
+    found
 }

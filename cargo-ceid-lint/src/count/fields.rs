@@ -98,13 +98,10 @@ pub(super) fn touched_fields(index: &Index, facts: &[FunctionFacts<'_>]) -> Fiel
             Effect::Unknown { places, .. } => places.as_slice(),
             _ => &[],
         });
-        {
-            for place in unknown.chain(&function.graph.cloned) {
-                for root in function.aliases.roots(place) {
-                    for leaf in place_ty(index, function.graph, &root).map(|ty| leaves(index, &ty)).unwrap_or_default()
-                    {
-                        found.add(index, function.graph, &root.join(&leaf.steps), 0);
-                    }
+        for place in unknown.chain(&function.graph.cloned) {
+            for root in function.aliases.roots(place) {
+                for leaf in place_ty(index, function.graph, &root).map(|ty| leaves(index, &ty)).unwrap_or_default() {
+                    found.add(index, function.graph, &root.join(&leaf.steps), 0);
                 }
             }
         }

@@ -31,6 +31,8 @@ pub(super) struct LoopBody<'a> {
     pub(super) is_function: bool,
     /// Whether the crate, or one that links it, catches panics.
     pub(super) are_panics_caught: bool,
+    /// Whether the crate asks for a use of each result.
+    pub(super) has_to_use_results: bool,
     parents: Parents,
 }
 
@@ -47,6 +49,7 @@ impl<'a> LoopBody<'a> {
         let style = loops.style(head.file);
         let is_function = whole == block;
         let are_panics_caught = loops.are_panics_caught(function);
+        let has_to_use_results = loops.has_to_use_results(head.file);
         Some(Self {
             program,
             function,
@@ -59,6 +62,7 @@ impl<'a> LoopBody<'a> {
             style,
             is_function,
             are_panics_caught,
+            has_to_use_results,
             parents,
         })
     }

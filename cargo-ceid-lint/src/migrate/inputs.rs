@@ -2,6 +2,7 @@
 
 use super::Reason;
 use super::body::LoopBody;
+use super::locks::lock_behind;
 use super::mentions::Guarded;
 use super::owned::{is_fixed_algebra, is_owned};
 use super::purity::shared_part;
@@ -175,16 +176,7 @@ fn lent_by_a_lock<'a>(of: &LoopBody<'a>, id: ExprId) -> Option<&'a str> {
     let ExprKind::MethodCall { receiver, method, .. } = of.kind(id) else { return None };
     match method.as_str() {
         "unwrap" | "expect" => lent_by_a_lock(of, *receiver),
-        "borrow" | "borrow_mut" | "lock" | "read" | "write" => lock(of.typed.ty(*receiver)),
-        _ => None,
-    }
-}
-
-fn lock(ty: &Ty) -> Option<&str> {
-    let Ty::External(path, args) = ty.peel() else { return None };
-    match path.rsplit("::").next()? {
-        name @ ("RefCell" | "Mutex" | "RwLock") => Some(name),
-        "Rc" | "Arc" | "Box" => lock(args.first()?),
+        "borrow" | "borrow_mut" | "lock" | "read" | "write" => lock_behind(of.typed.ty(*receiver)),
         _ => None,
     }
 }

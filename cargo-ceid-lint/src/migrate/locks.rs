@@ -2,6 +2,7 @@
 
 use super::body::LoopBody;
 use super::sites::Place;
+use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, PatKind, StmtKind};
 use crate::types::Callee;
@@ -28,6 +29,16 @@ pub(super) fn locked(of: &LoopBody<'_>, id: ExprId) -> Option<ExprId> {
     match (method.as_str(), args.len()) {
         ("lock" | "write" | "borrow_mut", 0) if !is_own => Some(*receiver),
         ("unwrap", 0) | ("expect", 1) => locked(of, *receiver),
+        _ => None,
+    }
+}
+
+/// The lock that a value is, or that it leads to: `Mutex` for an `Arc<Mutex<f32>>`.
+pub(super) fn lock_behind(ty: &Ty) -> Option<&str> {
+    let Ty::External(path, args) = ty.peel() else { return None };
+    match path.rsplit("::").next()? {
+        name @ ("RefCell" | "Mutex" | "RwLock") => Some(name),
+        "Rc" | "Arc" | "Box" => lock_behind(args.first()?),
         _ => None,
     }
 }

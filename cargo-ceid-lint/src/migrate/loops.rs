@@ -1,7 +1,8 @@
 //! Where the loops of a program stand in its bodies, and what all plans ask of the text and the bodies around them.
 
 use std::cell::{OnceCell, RefCell};
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
+use std::path::Path;
 use std::rc::Rc;
 
 use super::text::{Style, has_word};
@@ -25,6 +26,8 @@ pub(super) struct Loops<'a> {
     styles: RefCell<HashMap<FileId, Style>>,
     /// The root modules of the crates that catch panics.
     catching: OnceCell<Vec<ModuleId>>,
+    /// The files that ask for a use of each result.
+    strict: OnceCell<BTreeSet<FileId>>,
 }
 
 impl<'a> Loops<'a> {
@@ -55,6 +58,7 @@ impl<'a> Loops<'a> {
             outlines: RefCell::default(),
             styles: RefCell::default(),
             catching: OnceCell::new(),
+            strict: OnceCell::new(),
         }
     }
 
@@ -90,17 +94,33 @@ impl<'a> Loops<'a> {
     }
 
     fn find_catching(&self) -> Vec<ModuleId> {
-        let program = self.program;
-        let mut files: HashMap<FileId, bool> = HashMap::new();
+        let index = self.program.index;
+        let files = self.files_with("catch_unwind");
         let mut found = Vec::new();
-        for def in &program.index.functions {
-            let file = def.function.keyword.file;
-            let catches = || has_word(&program.sources.file(file).text, "catch_unwind");
-            let root = program.index.crate_of(def.module).root;
-            if *files.entry(file).or_insert_with(catches) && !found.contains(&root) {
+        for def in index.functions.iter().filter(|def| files.contains(&def.function.keyword.file)) {
+            let root = index.crate_of(def.module).root;
+            if !found.contains(&root) {
                 found.push(root);
             }
         }
         found
+    }
+
+    /// Whether the crate of a file asks for a use of each result, or for saying that there is none: `unused_results` of the compiler.
+    pub(super) fn has_to_use_results(&self, file: FileId) -> bool {
+        let sources = self.program.sources;
+        let own = &sources.file(file).path;
+        // What a crate asks for stands in its root.
+        let is_root = |path: &Path| {
+            let is_above = || path.parent().is_some_and(|above| own.starts_with(above));
+            path == own.as_path() || path.file_stem().is_some_and(|stem| stem == "lib" || stem == "main") && is_above()
+        };
+        let strict = self.strict.get_or_init(|| self.files_with("unused_results"));
+        strict.iter().any(|id| is_root(&sources.file(*id).path))
+    }
+
+    fn files_with(&self, word: &str) -> BTreeSet<FileId> {
+        let files = self.program.sources.files();
+        files.filter(|(_, file)| has_word(&file.text, word)).map(|(id, _)| id).collect()
     }
 }

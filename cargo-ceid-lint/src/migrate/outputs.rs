@@ -1,14 +1,11 @@
 //! What the calls of a law become where it is fed: whether its result is used, and what stands in its place.
 
-use std::path::Path;
-
 use super::Reason;
 use super::body::LoopBody;
 use super::inputs::Input;
 use super::iteration::is_closure_of_a_loop;
 use super::mentions::Guarded;
 use super::sites::{Part, Site};
-use super::text::has_word;
 use crate::index::{Index, TraitName, Ty};
 use crate::source::Span;
 use crate::syntax::tree::ExprKind;
@@ -43,7 +40,7 @@ pub(super) fn instead(
     };
     let is_alone = !site.is_used && is_closure_of_a_loop(of, site.outer);
     // What feeds a law gives something back, also where the law itself does not.
-    let discarded = if cell.is_none() && !site.is_used && has_to_use_results(of) { "let _ = " } else { "" };
+    let discarded = if cell.is_none() && !site.is_used && of.has_to_use_results { "let _ = " } else { "" };
     let (begin, end) = match () {
         () if is_alone => ("{ ", "; }"),
         () if !site.is_used && of.is_tail(site.outer) => ("", ";"),
@@ -64,17 +61,6 @@ pub(super) fn instead(
         inputs.iter().skip(1).filter(|input| input.before.start < input.before.end || !input.instead.is_empty());
     edits.extend(others.map(|input| (input.before, input.instead.to_owned())));
     Ok((edits, change))
-}
-
-/// Whether the crate asks for a use of each result, or for saying that there is none: `unused_results` of the compiler.
-fn has_to_use_results(of: &LoopBody<'_>) -> bool {
-    let own = &of.program.sources.file(of.file()).path;
-    // What a crate asks for stands in its root.
-    let is_root = |path: &Path| {
-        let is_above = || path.parent().is_some_and(|above| own.starts_with(above));
-        path == own.as_path() || path.file_stem().is_some_and(|stem| stem == "lib" || stem == "main") && is_above()
-    };
-    of.program.sources.files().any(|(_, file)| is_root(&file.path) && has_word(&file.text, "unused_results"))
 }
 
 /// What stands for the result of a law until it has run, and that this is another one.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::locks::lock_behind;
 use crate::flow::Program;
 use crate::index::{FunctionId, Ty};
 use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, MacroKind};
@@ -61,7 +62,7 @@ fn panics_itself(body: &Body, typed: &TypedBody, id: ExprId, which: Panics) -> b
         },
         ExprKind::MethodCall { receiver, method, args, .. } => match (method.as_str(), args.len()) {
             ("unwrap", 0) | ("expect", 1) => true,
-            ("borrow" | "borrow_mut", 0) => is_any && is_cell(typed.ty(*receiver)),
+            ("borrow" | "borrow_mut", 0) => is_any && lock_behind(typed.ty(*receiver)) == Some("RefCell"),
             ("unwrap_err", 0)
             | ("expect_err" | "split_at" | "split_at_mut" | "copy_from_slice" | "clone_from_slice", 1) => is_any,
             _ => false,
@@ -71,18 +72,6 @@ fn panics_itself(body: &Body, typed: &TypedBody, id: ExprId, which: Panics) -> b
         ExprKind::AssignOp { op, place, value } => {
             is_any && divides(op, typed.ty(*place)) && !is_other_than_zero(body, *value)
         }
-        _ => false,
-    }
-}
-
-/// Whether the loan of a value is counted while the program runs.
-fn is_cell(ty: &Ty) -> bool {
-    match ty.peel() {
-        Ty::External(path, args) => match path.rsplit("::").next() {
-            Some("RefCell") => true,
-            Some("Rc" | "Arc" | "Box") => args.first().is_some_and(is_cell),
-            _ => false,
-        },
         _ => false,
     }
 }

@@ -79,8 +79,8 @@ impl Builder<'_> {
 
     /// Whether a number is certainly less than that of the elements of a collection: `v.len() - 1`, `v.len() / 2`.
     pub(super) fn is_short_of(&mut self, id: ExprId, collection: &crate::flow::Place) -> bool {
-        let (less, all) = match &self.body().expr(id).kind {
-            ExprKind::Binary { op, lhs, rhs } => (*op, (*lhs, *rhs)),
+        let (op, lhs, rhs) = match &self.body().expr(id).kind {
+            ExprKind::Binary { op, lhs, rhs } => (*op, *lhs, *rhs),
             ExprKind::Path(_) => {
                 let own = Constants { program: self.program, body: self.body(), typed: self.typed() };
                 let Some(initial) = own.initial(id).filter(|initial| *initial != id) else { return false };
@@ -88,9 +88,7 @@ impl Builder<'_> {
             }
             _ => return false,
         };
-        let (lhs, rhs) = all;
         let by = self.number(rhs).unwrap_or_default();
-        (less == "-" && by > 0 || less == "/" && by > 1)
-            && self.limits(lhs, false) == [Limit::Elements(collection.clone())]
+        (op == "-" && by > 0 || op == "/" && by > 1) && self.limits(lhs, false) == [Limit::Elements(collection.clone())]
     }
 }
