@@ -206,6 +206,28 @@ fn a_wrong_flag_is_told_and_not_the_manifest() {
 }
 
 #[test]
+fn a_profile_is_one_of_cargo_or_defined_by_the_workspace_or_the_configuration() {
+    let manifest =
+        b"[workspace]\n[package]\nname = \"rover\"\nedition = \"2024\"\n[profile.dist]\ninherits = \"release\"\n";
+    let configuration = b"[profile.flight]\ninherits = \"release\"\n";
+    let files: &[(&str, &[u8])] = &[
+        ("Cargo.toml", manifest),
+        ("src/lib.rs", b""),
+        (".cargo/config.toml", configuration),
+        ("bench.toml", b"profile.rig.inherits = \"release\""),
+    ];
+    let directory = temporary_package("cli_profiles", files);
+    for known in ["dev", "release", "test", "bench", "dist", "flight"] {
+        run(&directory, ["--profile", known]).assert_code(0);
+    }
+    run(&directory, ["--profile", "rig", "--config", "bench.toml"]).assert_code(0);
+    run(&directory, ["--profile", "rig", "--config", "profile.rig.inherits = \"dev\""]).assert_code(0);
+    let told = run(&directory, ["--profile", "fligth"]);
+    told.assert_code(101).assert_stderr("profile `fligth` is not defined");
+    told.assert_stderr("a profile with a similar name exists: `flight`");
+}
+
+#[test]
 fn a_feature_is_looked_for_in_the_packages_that_are_selected() {
     let directory = committed("two_crates");
     let told = run(&directory, ["-p", "estimators", "-F", "nope"]);

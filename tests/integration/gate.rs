@@ -164,3 +164,22 @@ fn an_entry_that_names_nothing_is_still_an_error() {
     write(&directory, "ceid-lint.toml", b"[[filter]]\ntype = \"crate::Kalmann\"\nlaw = \"update\"\n");
     run(&directory, ["--workspace"]).assert_code(101).assert_stderr("did you mean").assert_stderr("Kalman");
 }
+
+#[test]
+fn features_are_those_that_cargo_turns_on() {
+    let directory = workspace("gate_features");
+    package(&directory, "guilty", &[], GUILTY);
+    for (default, expected) in [("[\"trial\"]", 2), ("[]", 1)] {
+        let manifest = format!(
+            "[package]\nname = \"pilot\"\nversion = \"0.1.0\"\nedition = \"2024\"\n[features]\ndefault = {default}\ntrial = []\n"
+        );
+        write(&directory, "pilot/Cargo.toml", manifest.as_bytes());
+        write(&directory, "pilot/src/lib.rs", b"#[cfg(feature = \"trial\")]\nmod trial;\n");
+        write(&directory, "pilot/src/trial.rs", GUILTY.as_bytes());
+        let entry = |name: &str| format!("\n[[package]]\nname = \"{name}\"\nversion = \"0.1.0\"\n");
+        let lock: String = ["guilty", "padding", "pilot"].map(entry).concat();
+        write(&directory, "Cargo.lock", format!("version = 4\n{lock}").as_bytes());
+        let found = run(&directory, ["--workspace", "--message-format", "json"]).assert_code(100).findings();
+        assert_eq!(found.expect("it can be read").len(), expected, "{default}");
+    }
+}

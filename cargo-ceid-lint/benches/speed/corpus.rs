@@ -89,17 +89,19 @@ fn manifest(name: &str) -> String {
     )
 }
 
-/// The newest version of each crate in the registry, in an order that only their names decide.
+/// The newest version of each crate in the registry but those of filters, in an order that only their names decide.
 pub(crate) fn crates() -> Vec<(String, PathBuf)> {
     let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
     let home = home.or_else(|| Some(std::env::home_dir()?.join(".cargo"))).expect("there is a home directory");
+    let presets = Path::new(env!("CARGO_MANIFEST_DIR")).join("presets");
     let mut newest: BTreeMap<String, (Vec<u64>, PathBuf)> = BTreeMap::new();
     for directory in below(&home.join("registry/src")).iter().flat_map(|registry| below(registry)) {
         let full = directory.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let cut = full.match_indices('-').find(|(at, _)| full[at + 1..].starts_with(|c: char| c.is_ascii_digit()));
         let Some((name, version)) = cut.map(|(at, _)| (&full[..at], &full[at + 1..])) else { continue };
         let version: Vec<u64> = version.split(['.', '-', '+']).map_while(|part| part.parse().ok()).collect();
-        if GENERATED.iter().any(|part| name.contains(part)) || name.contains("ceid") || version.len() < 3 {
+        let is_of_filters = presets.join(name).with_extension("toml").is_file() || name.contains("ceid");
+        if GENERATED.iter().any(|part| name.contains(part)) || is_of_filters || version.len() < 3 {
             continue;
         }
         if newest.get(name).is_none_or(|(known, _)| *known < version) {

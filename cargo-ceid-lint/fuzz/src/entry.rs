@@ -61,6 +61,7 @@ fn project(path: &Path, edition: &str) -> Project {
         manifest_path: "/demo/Cargo.toml".into(),
         workspace_root: "/demo".into(),
         is_reported: true,
+        is_unresolved: false,
         dependencies: Vec::new(),
         targets: vec![target],
         roots_left_out: Vec::new(),

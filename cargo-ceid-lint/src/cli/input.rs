@@ -17,7 +17,7 @@ use super::{timings, unread};
 use crate::config::spelling::nearest;
 use crate::pipeline::{self, BaselineChoice, Configured, Gate, Options, Report, Stage, Steps, Stopwatch};
 use crate::project::{self, Changes, Features, LoadError, Names, Project, Selection, TargetFilter};
-use crate::relevance::Reader;
+use crate::relevance::{ReadAhead, Reader};
 use crate::report::{self, Summary, text};
 use crate::source::{DiskSource, MAX_FILE_BYTES, MemorySource, ReadError, ReadSource};
 
@@ -90,25 +90,35 @@ pub(super) fn load(input: &Input, options: &Options, console: Console) -> Result
     selection.unsaved.clone_from(&input.stdin_filename);
     mistyped_subcommand(&input.paths).inspect_err(|error| console.error(&error.message, error.help.as_deref()))?;
     let reader = selection.likely_root().filter(|_| options.gate == Gate::On).map(Reader::start);
+    // How dependencies are resolved takes cargo long to tell, and matters only if there is something to analyse.
+    let unresolved = || (options.gate == Gate::On).then(|| project::load_unresolved(&selection)).flatten();
+    let whole = || project(&selection, console, begun);
     let loaded = unsaved_text(input)
         .inspect_err(|error| console.error(&error.message, error.help.as_deref()))
-        .and_then(|text| Ok((text, project(&selection, console, begun)?)));
+        .and_then(|text| Ok((text, unresolved().map_or_else(whole, Ok)?)));
     let ahead = reader.map(Reader::stop).unwrap_or_default();
     let (unsaved, mut project) = loaded?;
     watch.lap(Stage::Project);
+    let check = |project: &Project, ahead: &ReadAhead| {
+        let _progress = Progress::start(console, &options.steps, begun);
+        pipeline::check_read_ahead(project, options, source(unsaved.as_ref()), ahead)
+    };
+    let mut first = check(&project, &ahead);
+    if first.is_unresolved {
+        project = whole()?;
+        watch.lap(Stage::Project);
+        first = check(&project, &ahead);
+    }
     for package in project.packages.iter().filter(|package| package.is_reported) {
         let targets = package.targets.iter().filter(|target| target.is_reported);
         let targets: Vec<String> = targets.map(|target| format!("{} `{}`", target.kind.name(), target.name)).collect();
         console.say_if_verbose(&format!("checking `{}` {}: {}", package.name, package.version, targets.join(", ")));
     }
-    let progress = Progress::start(console, &options.steps, begun);
-    let mut first = pipeline::check_read_ahead(&project, options, source(unsaved.as_ref()), &ahead);
     let alone = unread::files_of_no_target(&project, &first.report);
     if !alone.is_empty() && !first.is_config_wrong {
         project = project::with_files(project, &alone, &selection)?;
-        first = pipeline::check_configured(&project, options, source(unsaved.as_ref()));
+        first = check(&project, &ahead);
     }
-    drop(progress);
     first.report.timings.add(&watch.stop());
     Ok(Loaded { project, first })
 }
@@ -171,7 +181,7 @@ fn keep_changed(report: &mut Report, since: Since<'_>, project: &Project) -> Res
 impl Checked {
     /// What a check came to.
     pub(super) fn of(project: Project, checked: Configured, console: Console, talk: &Talk) -> Self {
-        let Configured { mut report, is_config_wrong: is_unchecked, config } = checked;
+        let Configured { mut report, is_config_wrong: is_unchecked, config, .. } = checked;
         if !is_unchecked {
             unread::add_unread(&project, &config, &mut report);
         }
@@ -320,7 +330,7 @@ pub(super) fn selection(paths: &[PathBuf], scope: &Scope, build: &Build) -> Sele
         targets: targets(scope),
         features: features(build),
         target: build.target.first().cloned(),
-        is_release: build.release || build.profile.as_deref().is_some_and(|name| name == "release" || name == "bench"),
+        profile: build.release.then(|| "release".to_owned()).or_else(|| build.profile.clone()),
         cargo_options: cargo_options(build),
     }
 }

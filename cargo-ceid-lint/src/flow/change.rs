@@ -1,6 +1,6 @@
 //! What an assignment does to the value of a place, for telling counters, clocks and what is fed from each other.
 
-use super::{Computed, ControlFlowGraph, Effect, NodeId, Place};
+use super::{About, Computed, ControlFlowGraph, Effect, NodeId, Place};
 
 /// An assignment of the source.
 #[derive(Clone, Debug)]
@@ -9,6 +9,8 @@ pub struct Change {
     pub computed: Computed,
     /// How the value goes on from the one before.
     pub kind: ChangeKind,
+    /// What a truth value was asked of, if it was asked of anything.
+    pub about: Option<Box<About>>,
 }
 
 /// How a value goes on from the one before.

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::{BaselineChoice, Clock, Earlier, Found, Gate, Memory, Report, Steps, check_timed, judge, known};
+use super::{BaselineChoice, Clock, Earlier, Found, Gate, Memory, Report, Steps, judge, known};
 use crate::config::{self, Config, ConfigError, LevelOverrides};
 use crate::diagnostic::Problem;
 use crate::project::{Package, Project};
@@ -33,6 +33,8 @@ pub struct Configured {
     pub report: Report,
     /// Whether the configuration was wrong, so that nothing was checked.
     pub is_config_wrong: bool,
+    /// Whether nothing was checked, because the project is not resolved and would have to be.
+    pub is_unresolved: bool,
     /// The configuration.
     pub config: Config,
 }
@@ -90,16 +92,22 @@ pub fn check_read_ahead(
 fn check_after(project: &Project, options: &Options, source: Box<dyn ReadSource>, earlier: Earlier<'_>) -> Configured {
     let earlier = Earlier { clock: options.clock, steps: options.steps.clone(), ..earlier };
     let checked = configuration(project, options.overrides.clone(), &*source).and_then(|config| {
-        let mut report = check_timed(project, &config, source, options.gate, earlier)?;
-        known::compare(project, &config, &options.baseline, &mut report)?;
-        Ok((report, config))
+        let found = judge(project, &config, source, options.gate, earlier)?;
+        let is_unresolved = matches!(found, Found::Unresolved);
+        let mut report = found.together(project);
+        if !is_unresolved {
+            known::compare(project, &config, &options.baseline, &mut report)?;
+        }
+        Ok(Configured { report, is_config_wrong: false, is_unresolved, config })
     });
-    let (mut report, is_config_wrong, config) = match checked {
-        Ok((report, config)) => (report, false, config),
-        Err(error) => (of_wrong_configuration(project, &error), true, Config::default()),
-    };
-    report.add(not_loaded(project));
-    Configured { report, is_config_wrong, config }
+    let mut checked = checked.unwrap_or_else(|error| Configured {
+        report: of_wrong_configuration(project, &error),
+        is_config_wrong: true,
+        is_unresolved: false,
+        config: Config::default(),
+    });
+    checked.report.add(not_loaded(project));
+    checked
 }
 
 /// What could not be loaded.

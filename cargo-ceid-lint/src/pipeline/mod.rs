@@ -73,7 +73,7 @@ pub fn check_with(
     source: Box<dyn ReadSource>,
     gate: Gate,
 ) -> Result<Report, ConfigError> {
-    check_timed(project, config, source, gate, Earlier::default())
+    Ok(judge(project, config, source, gate, Earlier::default())?.together(project))
 }
 
 /// What was found out before a run, and how it is watched.
@@ -85,23 +85,14 @@ struct Earlier<'a> {
     steps: Steps,
 }
 
-/// The same, with a clock if there is one.
-fn check_timed(
-    project: &Project,
-    config: &Config,
-    source: Box<dyn ReadSource>,
-    gate: Gate,
-    earlier: Earlier<'_>,
-) -> Result<Report, ConfigError> {
-    Ok(judge(project, config, source, gate, earlier)?.together(project))
-}
-
 /// What was found, before it is put together.
 enum Found {
     /// By packages that have nothing to do with each other, with the time that was not spent on one of them.
     Parts(Vec<Arc<Judged>>, Timings),
     /// In all packages at once.
     Whole(Box<Report>),
+    /// Nothing yet: cargo has to be asked first what is analysed.
+    Unresolved,
 }
 
 impl Found {
@@ -109,6 +100,7 @@ impl Found {
         let (parts, timings) = match self {
             Self::Parts(parts, timings) => (parts, timings),
             Self::Whole(report) => return *report,
+            Self::Unresolved => return Report::default(),
         };
         let parsed: BTreeSet<usize> = parts.iter().flat_map(|own| own.packages.iter().copied()).collect();
         let report_of =
@@ -132,8 +124,15 @@ fn judge(
     let source: Arc<dyn ReadSource> = source.into();
     let presets = presets_of(project, config)?;
     let run = Run { project, config, presets: &presets, clock, steps: &steps };
+    let is_unresolved = |package: &usize| project.packages[*package].is_unresolved;
+    let whole = || {
+        if (0..project.packages.len()).any(|package| is_unresolved(&package)) {
+            return Ok(Found::Unresolved);
+        }
+        Ok(Found::Whole(Box::new(run.whole(&source)?)))
+    };
     if gate == Gate::Whole {
-        return Ok(Found::Whole(Box::new(run.whole(&source)?)));
+        return whole();
     }
     let names = Names::new(config, &presets);
     // What the user looks at is parsed in any case.
@@ -151,6 +150,9 @@ fn judge(
     }
     relevance::look_at(&mut components, project, &named);
     watch.lap(Stage::Gate);
+    if parse::looked_at(&components, gate).flat_map(|own| &own.packages).any(is_unresolved) {
+        return Ok(Found::Unresolved);
+    }
     let mut parts = parse::parts(project, &source, &components, &names, gate, memory.as_deref_mut(), &steps);
     if let Some(memory) = memory.as_deref_mut().filter(|memory| memory.have_read(&parts)) {
         memory.forget();
@@ -167,7 +169,7 @@ fn judge(
         run.part(part, &source, cores)
     });
     let Ok(judged) = judged.into_iter().collect::<Result<Vec<Judged>, ConfigError>>() else {
-        return Ok(Found::Whole(Box::new(run.whole(&source)?)));
+        return whole();
     };
     let mut judged: Vec<Arc<Judged>> = judged.into_iter().map(Arc::new).collect();
     if let Some(memory) = memory {
@@ -182,7 +184,7 @@ fn judge(
     }
     // An entry that named nothing may be an error, whose words depend on all that is there.
     if !ledger.is_complete() {
-        return Ok(Found::Whole(Box::new(run.whole(&source)?)));
+        return whole();
     }
     Ok(Found::Parts(judged, watch.stop()))
 }

@@ -56,6 +56,13 @@ impl Part {
     }
 }
 
+/// The components that are looked at.
+pub(super) fn looked_at(components: &[Component], gate: Gate) -> impl Iterator<Item = &Component> {
+    let unnamed: u64 = components.iter().filter(|own| !own.can_matter).map(Component::bytes).sum();
+    let is_parsed = move |own: &&Component| own.can_matter || gate == Gate::Off || unnamed <= ALWAYS_PARSED;
+    components.iter().filter(is_parsed)
+}
+
 /// Parses the packages of all components that are looked at, and about which nothing is remembered.
 pub(super) fn parts(
     project: &Project,
@@ -66,13 +73,9 @@ pub(super) fn parts(
     memory: Option<&mut Memory>,
     steps: &Steps,
 ) -> Vec<Part> {
-    let unnamed: u64 = components.iter().filter(|own| !own.can_matter).map(Component::bytes).sum();
     let known = memory.as_deref();
-    let is_judged = |component: &Component| known.is_some_and(|known| known.has_judged(component.packages[0]));
-    let is_parsed = |component: &&Component| {
-        (component.can_matter || gate == Gate::Off || unnamed <= ALWAYS_PARSED) && !is_judged(component)
-    };
-    let components: Vec<&Component> = components.iter().filter(is_parsed).collect();
+    let is_judged = |component: &&Component| known.is_some_and(|known| known.has_judged(component.packages[0]));
+    let components: Vec<&Component> = looked_at(components, gate).filter(|own| !is_judged(own)).collect();
     for component in &components {
         steps.expect(component.bytes(), component.can_matter);
     }

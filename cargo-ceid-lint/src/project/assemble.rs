@@ -41,6 +41,7 @@ pub(super) fn project(workspace: &Workspace, cfg: &CfgValues, selected: &BTreeSe
             .enumerate()
             .any(|(index, target)| target.kind == TargetKind::Bin && !selected.contains(&(at, index))),
         cfg: cfg_of(found, cfg),
+        is_unresolved: false,
         metadata: found.metadata.clone(),
     });
     Project {

@@ -43,9 +43,10 @@ pub(super) fn tables(directory: &Path, options: &[String]) -> Vec<toml::Table> {
     tables
 }
 
-/// What `--config KEY=VALUE` says, the strongest first.
+/// What `--config` says, with a value or with a file, the strongest first.
 pub(super) fn tables_of_options(options: &[String]) -> Vec<toml::Table> {
-    options.iter().rev().filter_map(|option| option.parse().ok()).collect()
+    let of_file = |path: &String| std::fs::read_to_string(path).ok()?.parse().ok();
+    options.iter().rev().filter_map(|option| option.parse().ok().or_else(|| of_file(option))).collect()
 }
 
 fn build_target(table: &toml::Table) -> Option<String> {

@@ -9,7 +9,7 @@ use serde::Deserialize;
 
 use super::toolchain::{self, Failure};
 use super::workspace::{Found, FoundDependency, FoundTarget, Workspace, normalized};
-use super::{Selection, TargetKind, manifest};
+use super::{Features, Selection, TargetKind, manifest};
 
 /// Asks cargo for the whole graph; without a lock file, or when that fails, for the members only.
 ///
@@ -21,7 +21,7 @@ pub(super) fn load(
     triple: Option<&str>,
     notices: &mut Vec<String>,
 ) -> Result<Workspace, Failure> {
-    if has_lock_file(manifest_path) {
+    if lock_file(manifest_path).is_some() {
         let mut args = arguments(manifest_path, selection);
         args.push("--frozen".into());
         push_features(&mut args, selection);
@@ -46,26 +46,57 @@ pub(super) fn load(
 }
 
 fn members_only(manifest_path: &Path, directory: &Path, selection: &Selection) -> Result<Workspace, Failure> {
-    let mut args = arguments(manifest_path, selection);
-    args.extend(["--no-deps".into(), "--offline".into()]);
-    let mut workspace = toolchain::cargo(&args, directory).and_then(|json| parse(&json))?;
+    let mut workspace = members(manifest_path, directory, selection)?;
     manifest::add_path_dependencies(&mut workspace);
     Ok(workspace)
 }
 
-/// Whether a lock file lies beside the manifest or above it, up to the root of the workspace.
-fn has_lock_file(manifest_path: &Path) -> bool {
+fn members(manifest_path: &Path, directory: &Path, selection: &Selection) -> Result<Workspace, Failure> {
+    let mut args = arguments(manifest_path, selection);
+    args.extend(["--no-deps".into(), "--offline".into()]);
+    toolchain::cargo(&args, directory).and_then(|json| parse(&json))
+}
+
+/// Asks cargo for the members only, where what it would say of their dependencies may turn out not to matter; `None` if it has
+/// to be asked for them in any case.
+///
+/// To resolve the dependencies takes cargo longer than everything else takes the linter.
+pub(super) fn load_unresolved(manifest_path: &Path, directory: &Path, selection: &Selection) -> Option<Workspace> {
+    let lock = std::fs::read_to_string(lock_file(manifest_path)?).ok()?;
+    let entries = || lock.split("[[package]]").skip(1);
+    let own = entries().filter(|entry| !entry.contains("\nsource = ")).count();
+    // A package that is checked alone is one that has something to check.
+    if own < 2 || lock.contains("\"git+") || selection.features != Features::default() {
+        return None;
+    }
+    let mut workspace = members(manifest_path, directory, selection).ok()?;
+    let dependencies = workspace.packages.iter().flat_map(|found| &found.dependencies);
+    let mut paths = dependencies.filter_map(|dependency| dependency.path.as_deref());
+    let mut targets = workspace.packages.iter().flat_map(|found| &found.targets);
+    if !paths.all(|path| workspace.packages.iter().any(|found| found.directory() == path))
+        || targets.any(|target| !target.required_features.is_empty())
+    {
+        return None;
+    }
+    let name = |entry: &str| Some(entry.split_once("name = \"")?.1.split_once('"')?.0.to_owned());
+    workspace.graph = entries().filter_map(name).collect();
+    Some(workspace)
+}
+
+/// The lock file beside the manifest or above it, up to the root of the workspace.
+fn lock_file(manifest_path: &Path) -> Option<PathBuf> {
     for directory in manifest_path.ancestors().skip(1) {
         let Ok(text) = std::fs::read_to_string(directory.join("Cargo.toml")) else { continue };
-        if directory.join("Cargo.lock").is_file() {
-            return true;
+        let lock = directory.join("Cargo.lock");
+        if lock.is_file() {
+            return Some(lock);
         }
         // A lock file above a root belongs to another workspace.
         if toml::from_str::<toml::Table>(&text).is_ok_and(|manifest| manifest.contains_key("workspace")) {
-            return false;
+            return None;
         }
     }
-    false
+    None
 }
 
 fn arguments(manifest_path: &Path, selection: &Selection) -> Vec<OsString> {

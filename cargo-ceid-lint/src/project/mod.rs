@@ -13,6 +13,7 @@ mod loose;
 mod manifest;
 mod metadata;
 mod package_spec;
+mod profile;
 mod select;
 mod selection;
 mod strays;
@@ -25,7 +26,7 @@ use std::path::{Path, PathBuf};
 
 pub use changes::{Changes, Removal};
 pub use error::LoadError;
-pub use load::{load, of_file, with_files};
+pub use load::{load, load_unresolved, of_file, with_files};
 pub use selection::{Features, Names, Partition, Selection, TargetFilter};
 pub use strays::{Seen, strays};
 pub use terminal::{ProgressWhen, Terminal, terminal};
@@ -93,6 +94,8 @@ pub struct Package {
     pub is_partly_read: bool,
     /// What `cfg` holds when it is built, `test` apart: see [`Target::cfg_test`].
     pub cfg: CfgValues,
+    /// Whether its features and dependencies are not known, since cargo was not asked: see [`load_unresolved`].
+    pub is_unresolved: bool,
     /// Its `[package.metadata.ceid-lint]`.
     pub metadata: Option<serde_json::Value>,
 }

@@ -31,10 +31,17 @@ pub struct Selection {
     pub features: Features,
     /// `--target`
     pub target: Option<String>,
-    /// Whether `debug_assertions` hold: no with `--release`.
-    pub is_release: bool,
+    /// `--profile`, which is `release` with `--release`.
+    pub profile: Option<String>,
     /// `--config` and `-Z`, handed on to cargo word for word.
     pub cargo_options: Vec<String>,
+}
+
+impl Selection {
+    /// Whether `debug_assertions` do not hold.
+    pub(super) fn is_release(&self) -> bool {
+        self.profile.as_deref().is_some_and(|name| name == "release" || name == "bench")
+    }
 }
 
 /// Which targets of the selected packages; with nothing set: library, binaries and examples.
@@ -64,7 +71,7 @@ pub struct Names {
 }
 
 /// Which features are on.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Features {
     /// `--features`, each entry split at spaces and commas.
     pub named: Vec<String>,

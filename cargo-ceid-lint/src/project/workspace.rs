@@ -43,6 +43,11 @@ pub(super) struct Found {
 }
 
 impl Found {
+    /// Whether only cargo can tell which features are on, or by which names the code calls its dependencies.
+    pub(super) fn asks_cargo(&self) -> bool {
+        !self.features.is_empty() || self.dependencies.iter().any(|it| it.is_optional || it.path.is_none())
+    }
+
     pub(super) fn directory(&self) -> &Path {
         self.manifest_path.parent().unwrap_or(Path::new(""))
     }

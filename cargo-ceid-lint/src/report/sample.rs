@@ -173,6 +173,7 @@ fn project() -> Project {
         manifest_path: format!("/ws/{name}/Cargo.toml").into(),
         workspace_root: "/ws".into(),
         is_reported: true,
+        is_unresolved: false,
         dependencies: Vec::new(),
         targets: vec![Target {
             name: name.to_owned(),

@@ -111,6 +111,7 @@ mod tests {
             manifest_path: "/ws/demo/Cargo.toml".into(),
             workspace_root: "/ws".into(),
             is_reported: true,
+            is_unresolved: false,
             dependencies: Vec::new(),
             targets: Vec::new(),
             cfg: CfgValues::default(),

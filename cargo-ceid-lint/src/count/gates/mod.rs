@@ -1,5 +1,6 @@
 //! Conditions that skip an update on purpose, and what tells them from defects.
 
+mod carried;
 mod event;
 mod helper;
 mod mode;
@@ -156,8 +157,10 @@ impl<'s, 'a> Gates<'s, 'a> {
     /// What a condition waits for, or the condition whose result it asks for: `let due = n % 10 == 0; if due { … }`.
     fn of_condition(&self, test: &Test, at: NodeId, way: &Way, origins: u32) -> Option<Gate> {
         self.of_test(test, at, way).or_else(|| {
-            let (test, at) = self.origin(test, at, way).filter(|_| origins < MAX_ORIGINS)?;
-            self.of_condition(test, at, way, origins + 1)
+            let Some((origin, chosen_at)) = self.origin(test, at, way).filter(|_| origins < MAX_ORIGINS) else {
+                return self.of_carried(test, at, way);
+            };
+            self.of_condition(origin, chosen_at, way, origins + 1)
         })
     }
 

@@ -99,7 +99,7 @@ impl Gates<'_, '_> {
     }
 
     /// The heads of the subject with which an update can still be reached behind a branch.
-    fn opening_heads(&self, test: &Test, at: NodeId) -> Vec<String> {
+    pub(super) fn opening_heads(&self, test: &Test, at: NodeId) -> Vec<String> {
         let graph = self.search.graph;
         let reach = self.reach();
         let Some(subject) = test.subject.map(|id| &graph.subjects[id.0 as usize]) else { return Vec::new() };

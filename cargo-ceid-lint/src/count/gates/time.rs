@@ -133,17 +133,19 @@ impl Gates<'_, '_> {
         }
         let is_time = self.is_time(place);
         let is_named = is_time || is_clock_name(&self.last_name(place));
-        let is_kept = self.nodes().any(|id| {
-            self.renews(id, place)
-                && match self.search.graph.changes.get(&id) {
-                    Some(change) => {
-                        change.kind != ChangeKind::Constant
-                            && (is_named || self.tells(&self.assignments().behind(&change.computed)))
+        // A truth value that was asked of a clock is none.
+        let is_kept = self.ty(place) != Some(Ty::Bool)
+            && self.nodes().any(|id| {
+                self.renews(id, place)
+                    && match self.search.graph.changes.get(&id) {
+                        Some(change) => {
+                            change.kind != ChangeKind::Constant
+                                && (is_named || self.tells(&self.assignments().behind(&change.computed)))
+                        }
+                        // Without a step of its own, what is kept by a method may as well be the last sample.
+                        None => is_time || (is_named && self.time_base() == TimeBase::Passed),
                     }
-                    // Without a step of its own, what is kept by a method may as well be the last sample.
-                    None => is_time || (is_named && self.time_base() == TimeBase::Passed),
-                }
-        });
+            });
         self.kept_times.borrow_mut().insert(place.clone(), is_kept);
         is_kept
     }
@@ -193,7 +195,7 @@ impl Gates<'_, '_> {
             Gate::Time => match &self.search.graph.node(way.at).effect {
                 Effect::Branch(test) => {
                     let is_sum = test.about.reads.iter().any(|place| self.is_accumulated_time(place));
-                    !is_sum && self.resets_deadline(test, way)
+                    !is_sum && self.resets_deadline(test, way) && !self.opens_next(test, way)
                 }
                 _ => false,
             },

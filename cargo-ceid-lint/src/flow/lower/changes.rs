@@ -30,20 +30,23 @@ impl Builder<'_> {
             Some("^") if self.constant_head(value).as_deref() == Some("true") => ChangeKind::Toggles,
             Some(_) => ChangeKind::Other,
         };
-        self.graph.changes.insert(at, Change { computed, kind });
+        let is_asked = op.is_none() && *self.ty(target).peel() == Ty::Bool && self.constant_head(value).is_none();
+        let about = is_asked.then(|| Box::new(self.about(value)));
+        self.graph.changes.insert(at, Change { computed, kind, about });
     }
 
     /// Notes that the last node gives a place the value of an expression: `mem::replace(&mut last, now)`.
     pub(super) fn note_given(&mut self, place: &Place, value: ExprId) {
         let Some(at) = self.at else { return };
-        let change = Change { computed: self.computed_from(value), kind: self.change_kind(Some(place), value) };
+        let change =
+            Change { computed: self.computed_from(value), kind: self.change_kind(Some(place), value), about: None };
         self.graph.changes.insert(at, change);
     }
 
     /// Notes that the last node puts the value of an expression into an option.
     pub(super) fn note_filled(&mut self, value: ExprId) {
         let Some(at) = self.at else { return };
-        let change = Change { computed: self.computed_from(value), kind: ChangeKind::Fills };
+        let change = Change { computed: self.computed_from(value), kind: ChangeKind::Fills, about: None };
         self.graph.changes.insert(at, change);
     }
 

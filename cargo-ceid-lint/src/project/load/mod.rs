@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use super::cargo_config::CargoConfig;
 use super::toolchain::{self, Failure};
 use super::workspace::{Workspace, normalized};
-use super::{LoadError, Project, Selection, assemble, cargo_config, cfg, features, loose, manifest, metadata, select};
+use super::{
+    LoadError, Project, Selection, assemble, cargo_config, cfg, features, loose, manifest, metadata, profile, select,
+};
 use crate::diagnostic::Problem;
 
 /// Loads what the user selected.
@@ -22,6 +24,29 @@ pub fn load(selection: &Selection) -> Result<Project, LoadError> {
         roots.files.clear();
     }
     load_roots(&roots, selection)
+}
+
+/// Loads a workspace without asking cargo how its dependencies are resolved, which takes long and matters only where there is
+/// something to check. Packages of which only that can tell what their code is are marked: where one of them is to be analysed,
+/// the project has to be loaded. `None` if that has to be done in any case.
+#[must_use]
+pub fn load_unresolved(selection: &Selection) -> Option<Project> {
+    let path = manifest_of(selection).ok().filter(|_| selection.paths.is_empty())?;
+    let run_in = directory_of_cargo(&path, selection);
+    let config = cargo_config::read(run_in, &selection.cargo_options, selection.target.as_deref());
+    let ask = |_: Option<&str>, _: &mut Vec<String>| metadata::load_unresolved(&path, run_in, selection);
+    let (target, workspace) = beside_rustc(run_in, selection, &config, &mut Vec::new(), ask);
+    let workspace = workspace?;
+    let mut notices: Vec<String> = target.notice.into_iter().collect();
+    let mut project = select_in(&workspace, selection, &[], &target.cfg, &mut notices).ok()?;
+    // What there is to say is said of the whole.
+    if !notices.is_empty() {
+        return None;
+    }
+    for (package, found) in project.packages.iter_mut().zip(&workspace.packages) {
+        package.is_unresolved = found.asks_cargo();
+    }
+    Some(project)
 }
 
 impl Selection {
@@ -83,16 +108,12 @@ fn load_roots(roots: &loose::Roots, selection: &Selection) -> Result<Project, Lo
 }
 
 fn load_workspace(path: &Path, selection: &Selection, only: &[PathBuf]) -> Result<Project, LoadError> {
-    let directory = path.parent().unwrap_or(path);
-    // cargo looks for its configuration in the directory it runs in.
-    let run_in = if selection.current_dir.starts_with(directory) || directory.starts_with(&selection.current_dir) {
-        selection.current_dir.as_path()
-    } else {
-        directory
-    };
+    let run_in = directory_of_cargo(path, selection);
     let config = cargo_config::read(run_in, &selection.cargo_options, selection.target.as_deref());
     let (mut notices, mut problems) = (Vec::new(), Vec::new());
-    let (target, loaded) = target_and_metadata(path, run_in, selection, &config, &mut notices);
+    let ask =
+        |triple: Option<&str>, notices: &mut Vec<String>| metadata::load(path, run_in, selection, triple, notices);
+    let (target, loaded) = beside_rustc(run_in, selection, &config, &mut notices, ask);
     let mut workspace = match loaded {
         Ok(workspace) => workspace,
         Err(failure) => {
@@ -100,6 +121,8 @@ fn load_workspace(path: &Path, selection: &Selection, only: &[PathBuf]) -> Resul
             without_cargo(path, &failure, &mut notices, &mut problems)?
         }
     };
+    let profiles = cargo_config::tables(run_in, &selection.cargo_options);
+    profile::check(selection.profile.as_deref(), &workspace.root, &profiles)?;
     notices.extend(target.notice);
     if !workspace.is_resolved {
         // A path names the files that are reported, and leaves the features to its whole workspace.
@@ -116,25 +139,33 @@ fn load_workspace(path: &Path, selection: &Selection, only: &[PathBuf]) -> Resul
     Ok(project)
 }
 
+/// The directory in which cargo is run, where it looks for its configuration.
+fn directory_of_cargo<'a>(manifest: &'a Path, selection: &'a Selection) -> &'a Path {
+    let directory = manifest.parent().unwrap_or(manifest);
+    if selection.current_dir.starts_with(directory) || directory.starts_with(&selection.current_dir) {
+        &selection.current_dir
+    } else {
+        directory
+    }
+}
+
 /// Asks rustc and cargo, one beside the other where it can be told beforehand which target rustc will name.
-fn target_and_metadata(
-    path: &Path,
+fn beside_rustc<T: Send>(
     run_in: &Path,
     selection: &Selection,
     config: &CargoConfig,
     notices: &mut Vec<String>,
-) -> (cfg::TargetCfg, Result<Workspace, Failure>) {
-    let ask =
-        |triple: Option<&str>, notices: &mut Vec<String>| metadata::load(path, run_in, selection, triple, notices);
+    ask: impl Fn(Option<&str>, &mut Vec<String>) -> T + Sync,
+) -> (cfg::TargetCfg, T) {
     let Some(guess) = config.target.clone().or_else(toolchain::host) else {
-        let target = cfg::read(run_in, config, selection.is_release);
+        let target = cfg::read(run_in, config, selection.is_release());
         let loaded = ask(target.triple.as_deref(), notices);
         return (target, loaded);
     };
     let mut early_notices = Vec::new();
     let (target, early) = std::thread::scope(|scope| {
         let early = scope.spawn(|| ask(Some(&guess), &mut early_notices));
-        let target = cfg::read(run_in, config, selection.is_release);
+        let target = cfg::read(run_in, config, selection.is_release());
         (target, early.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
     });
     if target.triple.as_ref() != Some(&guess) {
@@ -232,7 +263,7 @@ pub fn of_file(file: &Path, text: &str) -> Result<Project, LoadError> {
 /// What the build context says where there is no package.
 fn target_of(selection: &Selection) -> cfg::TargetCfg {
     let config = cargo_config::read(&selection.current_dir, &selection.cargo_options, selection.target.as_deref());
-    cfg::read(&selection.current_dir, &config, selection.is_release)
+    cfg::read(&selection.current_dir, &config, selection.is_release())
 }
 
 fn load_file(file: &Path, text: &str, only: &[PathBuf], target: &cfg::TargetCfg) -> Result<Project, LoadError> {

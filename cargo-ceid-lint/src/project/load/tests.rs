@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::*;
-use crate::project::{Names, TargetFilter};
+use crate::project::{Features, Names, TargetFilter};
 
 /// A directory with files that is removed at the end of the test.
 pub(in crate::project) struct Tree {
@@ -273,4 +273,29 @@ fn the_configured_build_target_decides_cfg() {
     let project = load(&in_tree(&tree)).unwrap();
     assert!(project.packages[0].cfg.flags.contains("windows"));
     assert!(!project.packages[0].cfg.flags.contains("unix"));
+}
+
+#[test]
+fn how_dependencies_are_resolved_is_asked_only_if_it_may_matter() {
+    let lock = "version = 4\n\n[[package]]\nname = \"a\"\nversion = \"0.1.0\"\n\n[[package]]\nname = \"b\"\nversion = \"0.2.0\"\ndependencies = [\n \"a\",\n]\n";
+    let tree = two_packages();
+    assert!(load_unresolved(&in_tree(&tree)).is_none(), "there is no lock file");
+    std::fs::write(tree.path("Cargo.lock"), lock).unwrap();
+    let unresolved = load_unresolved(&in_tree(&tree)).unwrap();
+    let whole = load(&in_tree(&tree)).unwrap();
+    assert_eq!(reported(&unresolved), reported(&whole));
+    assert_eq!(unresolved.graph, whole.graph);
+    for (package, resolved) in unresolved.packages.iter().zip(&whole.packages) {
+        assert_eq!(package.dependencies, resolved.dependencies);
+        // The features of `a` are not those that cargo turns on.
+        assert_eq!(package.is_unresolved, package.name == "a");
+        assert!(!resolved.is_unresolved);
+    }
+    let flags = Features { no_default: true, ..Features::default() };
+    assert!(load_unresolved(&Selection { features: flags, ..in_tree(&tree) }).is_none());
+    let named = Selection { paths: vec![tree.path("b/src")], ..in_tree(&tree) };
+    assert!(load_unresolved(&named).is_none());
+    let outside = B.replace("../a", "../../elsewhere");
+    std::fs::write(tree.path("b/Cargo.toml"), outside).unwrap();
+    assert!(load_unresolved(&in_tree(&tree)).is_none(), "a package outside the workspace is found by cargo");
 }
