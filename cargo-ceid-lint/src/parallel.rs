@@ -1,6 +1,7 @@
 //! Work on all cores, and on stacks that are large enough for the longest expression that is read. Knows nothing of the work.
 
 use std::cmp::Reverse;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::{Builder, Scope, ScopedJoinHandle};
 
@@ -46,7 +47,9 @@ impl Cores {
     /// All that the process may use.
     #[must_use]
     pub fn all() -> Self {
-        Self(std::thread::available_parallelism().map_or(1, usize::from))
+        // The system reads several files to tell it.
+        static ALL: OnceLock<usize> = OnceLock::new();
+        Self(*ALL.get_or_init(|| std::thread::available_parallelism().map_or(1, usize::from)))
     }
 
     /// The results of `work` for each number below `count`, in their order, made with large stacks; the caller has one.

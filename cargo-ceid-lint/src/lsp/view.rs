@@ -72,9 +72,7 @@ impl Unit {
         let (Some(project), Some((report, id))) = (&self.project, self.of_file(path)) else { return false };
         let path = &report.sources.file(id).path;
         let is_in = |package: &crate::project::Package| {
-            let directory = package.manifest_path.parent().filter(|directory| directory.is_absolute());
-            directory.is_some_and(|directory| path.starts_with(directory))
-                || package.targets.iter().any(|target| target.src_path == *path)
+            package.is_around(path) || package.targets.iter().any(|target| target.src_path == *path)
         };
         project.is_wanted(path) && project.packages.iter().filter(|package| package.is_reported).any(is_in)
     }

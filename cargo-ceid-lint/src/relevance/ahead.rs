@@ -62,7 +62,7 @@ impl Reader {
 }
 
 fn read_below(directory: PathBuf, is_enough: &AtomicBool) -> ReadAhead {
-    let words = Words::new();
+    let words = Words::get();
     let mut ahead = ReadAhead::default();
     let mut text = Vec::new();
     let mut open = vec![directory];

@@ -1,6 +1,7 @@
 //! The names without which a package has no filter. Never looks at a path's meaning: a name that is written anywhere counts.
 
 use std::collections::BTreeSet;
+use std::sync::OnceLock;
 
 use aho_corasick::{AhoCorasick, MatchKind};
 use memchr::memmem::Finder;
@@ -35,11 +36,15 @@ fn is_word(text: &[u8], at: usize) -> bool {
 pub(super) struct Words(AhoCorasick);
 
 impl Words {
-    pub(super) fn new() -> Self {
-        let prefixes = WORDS.iter().flat_map(|word| in_each_case(&word.as_bytes()[..PREFIX]));
-        // Without this kind of match, the search by vectors is not used.
-        let search = AhoCorasick::builder().match_kind(MatchKind::LeftmostFirst).build(prefixes);
-        Self(search.expect("a few short words"))
+    /// The words, which are the same for all that is ever looked through.
+    pub(super) fn get() -> &'static Self {
+        static ALL: OnceLock<Words> = OnceLock::new();
+        ALL.get_or_init(|| {
+            let prefixes = WORDS.iter().flat_map(|word| in_each_case(&word.as_bytes()[..PREFIX]));
+            // Without this kind of match, the search by vectors is not used.
+            let search = AhoCorasick::builder().match_kind(MatchKind::LeftmostFirst).build(prefixes);
+            Self(search.expect("a few short words"))
+        })
     }
 
     pub(super) fn are_in(&self, text: &[u8]) -> bool {
@@ -58,7 +63,7 @@ fn in_each_case(word: &[u8]) -> Vec<Vec<u8>> {
 /// What to look for.
 #[derive(Debug)]
 pub struct Names {
-    words: Words,
+    words: &'static Words,
     /// The words of entries. The first needle stands for the words that matter by themselves.
     pub(super) needles: Vec<Option<Finder<'static>>>,
     /// Needles that matter when all of a list are written.
@@ -72,7 +77,7 @@ impl Names {
     #[must_use]
     pub fn new(config: &Config, presets: &[Preset]) -> Self {
         let crates = ["ceid_core".to_owned()].into();
-        let mut names = Self { words: Words::new(), needles: vec![None], together: vec![vec![0]], crates };
+        let mut names = Self { words: Words::get(), needles: vec![None], together: vec![vec![0]], crates };
         let sections = || config.sections.iter();
         let filters = sections().flat_map(|section| &section.filters);
         for entry in filters.chain(presets.iter().flat_map(|preset| &preset.filters)) {
