@@ -77,8 +77,7 @@ impl Scan<'_> {
         let Token { kind, start, end } = self.tokens.next()?;
         let bytes = &self.text.as_bytes()[start..end];
         match kind {
-            TokenKind::Space => return Some(start),
-            TokenKind::LineComment | TokenKind::BlockComment => {}
+            TokenKind::Space | TokenKind::LineComment | TokenKind::BlockComment => return Some(start),
             TokenKind::Literal => self.add(1, 0),
             TokenKind::Open => {
                 self.add(1, 0);
@@ -94,6 +93,8 @@ impl Scan<'_> {
                 b"," => self.reset(false),
                 b";" => self.reset(true),
                 b"<" | b"|" => self.add(0, 3),
+                // No expression goes on with an attribute.
+                b"#" if self.after_brace => self.reset(true),
                 _ => self.add(1, 0),
             },
         }
@@ -191,7 +192,18 @@ mod tests {
 
     #[test]
     fn statements_and_items_do_not_add_up() {
-        for piece in ["a.b();", "if a < b { c } ", "fn f(a: &'a A<B>) -> C<D> { e }\n", "const A: B = 1;\n", "{ a }"] {
+        for piece in [
+            "a.b();",
+            "if a < b { c } ",
+            "fn f(a: &'a A<B>) -> C<D> { e }\n",
+            "const A: B = 1;\n",
+            "{ a }",
+            "// a\nfn f() { a }\n",
+            "/// a\nfn f() { a } // b\n",
+            "fn f() { a } /* b */\n",
+            "#[inline]\nfn f() { a }\n",
+            "A => { b } // c\n",
+        ] {
             check(&piece.repeat(50_000), None);
         }
         check(&format!("x({})", "1, ".repeat(200_000)), None);
