@@ -192,6 +192,22 @@ fn a_mistyped_subcommand_has_the_nearest_right_spelling() {
 }
 
 #[test]
+fn a_subcommand_may_follow_flags() {
+    let directory = committed("figure3_legacy");
+    for args in [
+        &["--offline", "report"][..],
+        &["-q", "report"],
+        &["--manifest-path", "Cargo.toml", "report", "--color", "never"],
+    ] {
+        let told = run(&directory, args.iter().copied());
+        told.assert_code(0);
+        assert!(told.stdout.contains("cycles of"), "{}", told.stdout);
+    }
+    run(&directory, ["--fix", "rules"]).assert_code(2).assert_stderr("unexpected argument '--fix'");
+    run(&directory, ["help", "report"]).assert_code(0);
+}
+
+#[test]
 fn a_wrong_flag_is_told_and_not_the_manifest() {
     let directory = committed("figure3_legacy");
     let config = run(&directory, ["--config", "nope"]);

@@ -209,6 +209,16 @@ fn what_names_something_is_accepted() {
 }
 
 #[test]
+fn a_raw_name_is_the_name() {
+    let code = "pub mod r#type { pub struct Pid(f32); impl Pid { pub fn r#try(&mut self) { self.0 += 1.0; } } }
+        pub fn run(mut pid: r#type::Pid) { loop { pid.r#try(); pid.r#try(); } }";
+    for (path, law) in [("crate::r#type::Pid", "r#try"), ("crate::type::Pid", "try")] {
+        let configuration = format!("[[filter]]\ntype = \"{path}\"\nlaw = \"{law}\"\n");
+        run(&package(code, &configuration), [""; 0]).assert_code(100).assert_stderr("`pid` is updated more than once");
+    }
+}
+
+#[test]
 fn a_path_into_a_dependency_is_accepted_by_either_of_its_names() {
     for path in ["pid::Pid", "lite::Controller", "pid_lite::Controller"] {
         check_accepted(&format!("[[filter]]\ntype = \"{path}\"\nlaw = \"whatever\"\n"));

@@ -134,14 +134,19 @@ impl Finder<'_> {
             _ if !changed.is_empty() && type_strength > 0 && name_strength == 2 => 1,
             _ => return None,
         };
+        let is_tuned = self.tuned_fields(ty).iter().any(|field| !conduct.written.contains(field));
+        // What it does says enough, in whatever language it is named.
+        let is_regulator = is_recurrence && is_fed && gives && is_tuned && uses.in_cycles > 0;
         weight += match name_strength {
             2 => 3,
             1 => 2,
+            0 if is_regulator => -1,
             _ => -3,
         };
         weight += match type_strength {
             2 => 4,
             1 => 1,
+            0 if is_regulator => 0,
             0 if is_recurrence && is_fed => -2,
             0 => -3,
             _ => -6,
@@ -149,7 +154,7 @@ impl Finder<'_> {
         // A source of items is asked for the next one as often as somebody likes.
         weight -= 3 * i32::from(params.is_empty() && type_strength < 2 && def.name.starts_with("next"));
         weight += i32::from(is_fed || is_fed_counts) + i32::from(gives) + 2 * i32::from(is_timed);
-        weight += i32::from(!self.tuned_fields(ty).is_empty());
+        weight += i32::from(is_tuned);
         weight += i32::from(uses.calls > 0) + i32::from(uses.in_cycles > 0);
         // What gets nothing and gives nothing that is measured advances something else than a signal.
         weight -= 2 * i32::from(!is_fed && !is_fed_counts && !gives && type_strength < 2);

@@ -176,7 +176,8 @@ impl<'a> Finder<'a> {
         if type_strength(&def.name) == 2 {
             reasons.push(Reason::Named(def.name.clone()));
         }
-        let tuned = self.tuned_fields(ty);
+        let is_state = |field: &String| ids.iter().any(|id| self.conduct(*id).written.contains(field));
+        let tuned: Vec<String> = self.tuned_fields(ty).into_iter().filter(|field| !is_state(field)).collect();
         if !tuned.is_empty() {
             reasons.push(Reason::Tuned(tuned));
         }

@@ -51,7 +51,6 @@ usage. With `--diff`: 0 nothing would be changed, 100 something would be.";
     about = ABOUT,
     after_help = AFTER_HELP,
     args_conflicts_with_subcommands = true,
-    disable_help_subcommand = true,
     max_term_width = 120,
 )]
 pub(super) struct Cli {

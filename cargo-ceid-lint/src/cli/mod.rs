@@ -24,6 +24,7 @@ mod unread;
 mod vcs;
 
 use std::ffi::OsString;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{ArgMatches, CommandFactory, FromArgMatches};
@@ -49,10 +50,30 @@ fn without_subcommand_name(args: impl IntoIterator<Item = OsString>) -> Vec<OsSt
     args
 }
 
+fn parsed(args: &[OsString]) -> Result<(Cli, ArgMatches), clap::Error> {
+    let matches = Cli::command().try_get_matches_from(args)?;
+    Ok((Cli::from_arg_matches(&matches)?, matches))
+}
+
+/// The arguments with the subcommand in front, if it was written behind flags, as cargo takes it: `--offline report`.
+fn with_subcommand_first(cli: &Cli, args: &[OsString]) -> Option<Vec<OsString>> {
+    let command = Cli::command();
+    let is_subcommand = |path: &&PathBuf| command.get_subcommands().any(|own| path.as_os_str() == own.get_name());
+    let paths = cli.command.is_none().then_some(&cli.check.input.paths)?;
+    let name = paths.iter().find(is_subcommand).filter(|path| !path.exists())?.as_os_str();
+    let mut args = args.to_vec();
+    let at = args.iter().rposition(|arg| arg == name)?;
+    let name = args.remove(at);
+    args.insert(1, name);
+    Some(args)
+}
+
 fn run_caught(args: Vec<OsString>) -> ExitStatus {
-    let parsed = Cli::command().try_get_matches_from(args);
-    let parsed = parsed.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
-    let (cli, matches) = match parsed {
+    let first = parsed(&args).and_then(|first| match with_subcommand_first(&first.0, &args) {
+        Some(args) => parsed(&args),
+        None => Ok(first),
+    });
+    let (cli, matches) = match first {
         Ok(parsed) => parsed,
         Err(error) => return usage(&error),
     };

@@ -184,8 +184,10 @@ fn path(value: Value<'_>) -> Result<Word, ConfigError> {
             && part.chars().all(|c| c.is_alphanumeric() || c == '_')
             && !part.starts_with(|c: char| c.is_ascii_digit())
     };
-    if text.split("::").all(is_name) {
-        return Ok(Word { text: text.to_owned(), place: value.place() });
+    // A raw name is the name: `crate::r#type::Pid`.
+    let parts: Vec<&str> = text.split("::").map(|part| part.strip_prefix("r#").unwrap_or(part)).collect();
+    if parts.iter().copied().all(is_name) {
+        return Ok(Word { text: parts.join("::"), place: value.place() });
     }
     Err(value
         .error(format!("`{text}` is not a path"))
