@@ -52,7 +52,7 @@ impl Gates<'_, '_> {
                     self.add_fed(filter, &mut fed);
                     at += 1;
                 }
-                let sources = self.assignments().behind(&fed);
+                let sources = self.sources_of_fed(&mut fed);
                 let is_filter =
                     |place: &&Place| self.ty(place).is_some_and(|ty| index.filter_spec(ty.peel()).is_some());
                 let roots = sources.places.iter().flat_map(|place| self.search.aliases.roots(place));
@@ -65,13 +65,55 @@ impl Gates<'_, '_> {
         })
     }
 
+    /// What all that is fed is computed from, also where a method of the owner keeps it: `self.keep(z); f.update(self.kept)`.
+    fn sources_of_fed(&self, fed: &mut Computed) -> Sources {
+        let mut open: Vec<&CallSite> = self.nodes().filter_map(|id| self.only_owner_call(id)).collect();
+        loop {
+            let sources = self.assignments().behind(fed);
+            let keeps = |site: &&CallSite| {
+                self.written_by(site).any(|written| sources.places.iter().any(|place| place.overlaps(&written)))
+            };
+            let (keeping, others): (Vec<&CallSite>, Vec<&CallSite>) = open.into_iter().partition(keeps);
+            if keeping.is_empty() {
+                return sources;
+            }
+            keeping.iter().flat_map(|site| &site.args).for_each(|arg| extend(fed, &arg.from));
+            open = others;
+        }
+    }
+
+    /// A call in the node that gets what the filter is a part of, and does nothing with the filter itself.
+    fn only_owner_call(&self, id: NodeId) -> Option<&CallSite> {
+        match &self.search.graph.node(id).effect {
+            Effect::Call(site) => self.leaves_alone(site, self.search.instance).then_some(site),
+            _ => None,
+        }
+    }
+
+    /// Whether a call gets what a filter is a part of, and neither updates nor writes the filter.
+    fn leaves_alone(&self, site: &CallSite, filter: &Place) -> bool {
+        let is_part = |place: &Place| place.overlaps(filter);
+        let is_owner = |place: &Place| {
+            self.search.aliases.shared_roots(place).iter().all(|root| root.steps.len() < filter.steps.len())
+        };
+        site.law_of.is_none()
+            && !site.targets.is_empty()
+            && site.targets.iter().all(|target| self.search.summaries.get(*target).is_some())
+            && site.args.iter().filter_map(|arg| arg.place.as_ref()).filter(|place| self.is_of(filter, place)).all(is_owner)
+            && !self.search.summaries.updates(site).any(|place| is_part(&place))
+            && !self.written_by(site).any(|place| is_part(&place) && place.steps.len() >= filter.steps.len())
+    }
+
     /// What is fed to a filter, by any of its names.
     fn add_fed(&self, filter: &Place, fed: &mut Computed) {
         let is_it = |place: &Place| self.is_of(filter, place);
         for id in self.nodes() {
             match &self.search.graph.node(id).effect {
                 Effect::Update(update) if is_it(&update.place) => extend(fed, &update.from),
-                Effect::Call(site) if site.args.iter().filter_map(|arg| arg.place.as_ref()).any(is_it) => {
+                Effect::Call(site)
+                    if site.args.iter().filter_map(|arg| arg.place.as_ref()).any(is_it)
+                        && !self.leaves_alone(site, filter) =>
+                {
                     self.add_fed_arguments(site, &is_it, fed);
                 }
                 Effect::Write(write) if self.is_part_of(filter, &write.place) => {
