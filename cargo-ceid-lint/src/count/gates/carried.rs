@@ -70,7 +70,7 @@ impl Gates<'_, '_> {
     }
 
     /// The branch that decides whether a node is run, if nothing but it leads there.
-    fn branch_before(&self, id: NodeId) -> Option<(&Test, NodeId)> {
+    pub(super) fn branch_before(&self, id: NodeId) -> Option<(&Test, NodeId)> {
         let graph = self.search.graph;
         let mut at = id;
         loop {

@@ -99,7 +99,12 @@ impl Gates<'_, '_> {
         site.law_of.is_none()
             && !site.targets.is_empty()
             && site.targets.iter().all(|target| self.search.summaries.get(*target).is_some())
-            && site.args.iter().filter_map(|arg| arg.place.as_ref()).filter(|place| self.is_of(filter, place)).all(is_owner)
+            && site
+                .args
+                .iter()
+                .filter_map(|arg| arg.place.as_ref())
+                .filter(|place| self.is_of(filter, place))
+                .all(is_owner)
             && !self.search.summaries.updates(site).any(|place| is_part(&place))
             && !self.written_by(site).any(|place| is_part(&place) && place.steps.len() >= filter.steps.len())
     }

@@ -56,7 +56,8 @@ impl<'a> Assignments<'a> {
         while at < found.places.len() && found.places.len() < MAX_PLACES {
             let place = found.places[at].clone();
             at += 1;
-            let is_lent = |info: &VarInfo| info.param.is_some() || info.name == "self" || matches!(info.ty, Ty::Ref(..));
+            let is_lent =
+                |info: &VarInfo| info.param.is_some() || info.name == "self" || matches!(info.ty, Ty::Ref(..));
             let is_owner = place.steps.is_empty() && place.base_var().is_some_and(|var| is_lent(graph.var(var)));
             if let Some(var) = place.base_var()
                 && let Some(computed) = graph.computed.get(&var)

@@ -150,13 +150,17 @@ impl Gates<'_, '_> {
                     && info.items.iter().any(|(item, _)| self.is_named_after(var, *item))
             })
         });
+        let is_of = |written: &Place, root: &Place| {
+            self.search.aliases.shared_roots(written).iter().any(|written| written.overlaps(root))
+        };
         if is_of_element && !place.steps.is_empty() && !roots.contains(place) {
             return roots.iter().all(|root| {
                 self.is_setting(root)
                     && !self.nodes().any(|id| match &graph.node(id).effect {
                         Effect::Write(write) | Effect::Set(write) if !write.place.steps.is_empty() => {
-                            self.search.aliases.shared_roots(&write.place).iter().any(|written| written.overlaps(root))
+                            is_of(&write.place, root)
                         }
+                        Effect::Call(site) => self.written_by(site).any(|written| is_of(&written, root)),
                         _ => false,
                     })
             });

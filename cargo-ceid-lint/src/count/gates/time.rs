@@ -140,7 +140,9 @@ impl Gates<'_, '_> {
                     && match self.search.graph.changes.get(&id) {
                         Some(change) => {
                             change.kind != ChangeKind::Constant
-                                && (is_named || self.tells(&self.assignments().behind(&change.computed)))
+                                && (is_named
+                                    || change.computed.places.iter().any(|from| is_moment_name(&self.last_name(from)))
+                                    || self.tells(&self.assignments().behind(&change.computed)))
                         }
                         // Without a step of its own, what is kept by a method may as well be the last sample.
                         None => is_time || (is_named && self.time_base() == TimeBase::Passed),
@@ -206,15 +208,24 @@ impl Gates<'_, '_> {
     /// Whether a way that finds the gate closed begins its period anew, so that it never opens.
     fn resets_deadline(&self, test: &Test, way: &Way) -> bool {
         let sources = self.behind(test);
-        self.clocks(&sources).any(|place| {
-            way.nodes.iter().any(|id| {
-                self.assigns(*id, place)
-                    && self
-                        .search
-                        .graph
-                        .changes
-                        .get(id)
-                        .is_some_and(|change| matches!(change.kind, ChangeKind::Fills | ChangeKind::Other))
+        let sets_anew = |id: NodeId, clock: &Place| {
+            let change = self.search.graph.changes.get(&id);
+            self.assigns(id, clock)
+                && change.is_some_and(|change| matches!(change.kind, ChangeKind::Fills | ChangeKind::Other))
+        };
+        self.clocks(&sources).any(|clock| {
+            self.nodes().filter(|id| sets_anew(*id, clock)).any(|id| {
+                let before = self.branch_before(id).filter(|(_, at)| *at != way.at);
+                let asks_clock = |test: &Test| self.behind(test).places.iter().any(|place| place.overlaps(clock));
+                match before {
+                    // A clock that has gone round is put right: `if now < last { last = now; }`
+                    Some((test, _)) if asks_clock(test) => false,
+                    // Each time that another period is over, which may be shorter.
+                    Some((test, _)) if self.asks_moment(test) || self.tells_time(test) => {
+                        self.reached_from(id, |_, _| true)[way.at.0 as usize]
+                    }
+                    _ => way.nodes.contains(&id),
+                }
             })
         })
     }

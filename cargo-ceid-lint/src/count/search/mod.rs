@@ -3,6 +3,7 @@
 
 mod called;
 mod choice;
+mod decided;
 mod effects;
 mod entry;
 mod exploration;

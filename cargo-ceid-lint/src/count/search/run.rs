@@ -80,6 +80,7 @@ impl<'s, 'a> Run<'s, 'a> {
             self.step(at, &state);
         }
         self.exploration.dropped.clone_from(&self.tracked.dropped);
+        self.skip_where_known();
         self.skip_where_chosen();
         self.exploration
     }

@@ -1,0 +1,118 @@
+//! Where a way is decided: behind which branch no update can follow any more, by all that the way has found by then.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::Region;
+use super::run::Run;
+use crate::count::counts::Count;
+use crate::flow::{Effect, NodeId, Place, SubjectId};
+
+/// How often it is looked ahead; beyond that, ways stay decided where nothing but the graph decides them.
+const MAX_LOOKS: usize = 64;
+
+/// Which heads each subject may have, by the answers that were taken.
+type Answers = BTreeMap<SubjectId, u32>;
+
+impl Run<'_, '_> {
+    /// Moves the point at which each way skips up to the branch whose answer leaves no update: `match message { Ping if loud => …,
+    /// Ping => {}, Level(z) => f.update(z) }` is decided by `Ping`, not by `loud`.
+    pub(super) fn skip_where_known(&mut self) {
+        let mut looks: HashMap<(NodeId, Answers), bool> = HashMap::new();
+        for number in 0..self.exploration.ends.len() {
+            let end = &self.exploration.ends[number];
+            let Some(skipped_at) = end.state.skipped_at.filter(|_| end.state.count == Count::Zero) else { continue };
+            let nodes: Vec<NodeId> =
+                self.exploration.path(end.at).iter().map(|at| self.exploration.states[*at].node).collect();
+            let Some(last) = nodes.iter().rposition(|node| *node == skipped_at) else { continue };
+            for asked in self.asked_on(&nodes[..=last]).into_iter().rev() {
+                if looks.len() >= MAX_LOOKS && !looks.contains_key(&asked) {
+                    break;
+                }
+                let node = asked.0;
+                if *looks.entry(asked).or_insert_with_key(|(node, answers)| self.can_update_from(*node, answers)) {
+                    self.exploration.ends[number].state.skipped_at = Some(node);
+                    break;
+                }
+            }
+        }
+    }
+
+    /// The branches on a way, each with what was found before it; none if the last node is no branch.
+    fn asked_on(&self, nodes: &[NodeId]) -> Vec<(NodeId, Answers)> {
+        let graph = self.search.graph;
+        let mut answers = Answers::new();
+        let mut asked = Vec::new();
+        for (at, node) in nodes.iter().enumerate() {
+            let Effect::Branch(test) = &graph.node(*node).effect else {
+                answers.retain(|subject, _| !self.may_change(*subject, &[*node]));
+                continue;
+            };
+            asked.push((*node, answers.clone()));
+            let edges = &graph.node(*node).next;
+            if let (Some(subject), Some(next)) = (test.subject, nodes.get(at + 1))
+                && edges.iter().filter(|edge| *edge == next).count() == 1
+            {
+                let heads = if edges.first() == Some(next) { test.holds } else { test.fails };
+                *answers.entry(subject).or_insert(u32::MAX) &= heads;
+            }
+        }
+        let is_last = asked.last().map(|(node, _)| node) == nodes.last();
+        if is_last { asked } else { Vec::new() }
+    }
+
+    /// Whether an update may follow a branch in the iteration, by what was found before it.
+    fn can_update_from(&self, node: NodeId, answers: &Answers) -> bool {
+        let all = self.nodes_behind(node, &|_, _| true);
+        // What may change on the way is not known there any more.
+        let known: Answers = answers
+            .iter()
+            .filter(|(subject, _)| !self.may_change(**subject, &all))
+            .map(|(id, own)| (*id, *own))
+            .collect();
+        let follows = |node: NodeId, edge: usize| {
+            let Effect::Branch(test) = &self.search.graph.node(node).effect else { return true };
+            let heads = if edge == 0 { test.holds } else { test.fails };
+            test.subject.and_then(|subject| known.get(&subject)).is_none_or(|found| found & heads != 0)
+        };
+        let updating = self.search.updating();
+        self.nodes_behind(node, &follows).iter().any(|node| updating.contains(node))
+    }
+
+    /// Whether one of these nodes may change what a subject reads.
+    fn may_change(&self, subject: SubjectId, nodes: &[NodeId]) -> bool {
+        let search = self.search;
+        let read = search.read_by(subject);
+        let changes = |place: &Place| {
+            read.is_changed_with(place)
+                || search.aliases.shared_roots(place).iter().any(|root| read.is_changed_with(root))
+        };
+        nodes.iter().any(|node| match &search.graph.node(*node).effect {
+            Effect::Set(set) | Effect::Write(set) => changes(&set.place),
+            Effect::Call(site) => site.args.iter().filter_map(|arg| arg.place.as_ref()).any(changes),
+            Effect::Unknown { places, .. } => places.iter().any(changes),
+            Effect::Update(update) => changes(&update.place),
+            Effect::Reset { place, .. } => changes(place),
+            _ => false,
+        })
+    }
+
+    /// The nodes that follow one in the iteration, by the edges that may be taken.
+    fn nodes_behind(&self, node: NodeId, follows: &dyn Fn(NodeId, usize) -> bool) -> Vec<NodeId> {
+        let graph = self.search.graph;
+        let is_inside = |to: NodeId| match self.region {
+            Region::Function => true,
+            Region::Loop(id) => to != graph.loop_info(id).head && graph.is_within(graph.node(to).in_loop, id),
+        };
+        let mut seen = vec![false; graph.nodes.len()];
+        let (mut found, mut open) = (Vec::new(), vec![node]);
+        while let Some(at) = open.pop() {
+            for (edge, to) in graph.node(at).next.iter().enumerate() {
+                if is_inside(*to) && follows(at, edge) && !std::mem::replace(&mut seen[to.0 as usize], true) {
+                    found.push(*to);
+                    open.push(*to);
+                }
+            }
+        }
+        found
+    }
+}
