@@ -17,6 +17,7 @@ pub(super) fn skip_place(search: &Search<'_>, exploration: &Exploration, end: &E
     let way_out = (0..behind.len()).rev().find(|at| {
         matches!(search.graph.node(behind[*at]).effect, Effect::Mark(Mark::Continue | Mark::Return | Mark::Break))
             && !stays_beside(search, &behind[*at..])
+            && !is_decided_behind(search, end, &behind[..=*at])
     });
     let way_out = way_out.map(|at| &behind[at]);
     let arm = behind.iter().find(|node| matches!(search.graph.node(**node).effect, Effect::Mark(Mark::Arm)));
@@ -28,6 +29,15 @@ pub(super) fn skip_place(search: &Search<'_>, exploration: &Exploration, end: &E
     let span = search.graph.node(shown).span;
     let inner = skip_inside(search, shown);
     Some(inner.map_or((span, None), |inner| (inner.primary, Some(span))))
+}
+
+/// Whether the way out at the end of a path is taken for a reason of its own, which was asked for when no update could follow any
+/// more: another `continue` would have skipped no less.
+pub(super) fn is_decided_behind(search: &Search<'_>, end: &End, path: &[NodeId]) -> bool {
+    let Some((way_out, before)) = path.split_last() else { return false };
+    let Some(decided) = end.state.skipped_at else { return false };
+    let mut behind = before.iter().skip_while(|node| **node != decided).skip(1);
+    behind.any(|node| *node != decided && search.decides(*node, *way_out))
 }
 
 /// Whether the way out at the beginning of a path leads out of nothing but rounds or loops in which the instance is not updated, so

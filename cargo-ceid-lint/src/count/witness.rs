@@ -3,9 +3,10 @@
 use super::counts::Count;
 use super::decide::{head_of, inner_repeat};
 use super::search::{End, Exploration, Region, Search};
-use super::skips::{skip_inside, skips_by_itself, stays_beside};
+use super::skips::{is_decided_behind, skip_inside, skips_by_itself, stays_beside};
 use crate::diagnostic::WitnessStep;
 use crate::flow::{Effect, Mark, NodeId};
+use crate::source::Span;
 
 /// What the last step of a cycle function is called.
 const RETURNS: &str = "`return` ends the cycle";
@@ -20,6 +21,8 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
     let nodes: Vec<NodeId> = path.iter().map(|at| exploration.states[*at].node).collect();
     let updating = search.updating();
     let mut updates = 0;
+    // What the last step asks, if it is a condition.
+    let mut asked: Option<Span> = None;
     for (number, at) in path.iter().enumerate() {
         let state = &exploration.states[*at];
         let node = graph.node(state.node);
@@ -29,6 +32,7 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
         }
         let next = path.get(number + 1).map(|next| &exploration.states[*next]);
         let after = next.map_or(end.state.count, |next| next.count);
+        let said = steps.len();
         match &node.effect {
             Effect::Update(update)
                 if after != state.count
@@ -69,11 +73,16 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
             Effect::Branch(test) => {
                 let holds = next.is_none_or(|next| node.next.first() == Some(&next.node)) != test.about.is_turned;
                 let decides = end.state.skipped_at == Some(state.node) || end.state.count == Count::Many;
-                let step = WitnessStep { span: test.span, message: condition_text(&test.text, holds) };
-                // A pattern of several parts asks for each of them.
-                let is_said = steps.last().is_some_and(|last| (last.span, &last.message) == (step.span, &step.message));
-                if decides && test.text.chars().count() > 0 && !is_said {
-                    steps.push(step);
+                // Which of several futures ends first is no question of the code.
+                let is_choice = test.about.is_event && test.subject.is_none() && !test.text.contains(" is ");
+                // A pattern in the rules of a macro is not to be seen where it is called.
+                let is_of_macro = test.text.split_once(" is ").is_some_and(|(_, pattern)| pattern.contains("!("));
+                if decides && !test.text.is_empty() && !is_choice && !is_of_macro {
+                    // A pattern of several parts asks for each of them, and the last answer is that of the whole.
+                    steps.pop_if(|last| asked == Some(last.span) && last.span == test.span);
+                    steps.push(WitnessStep { span: test.span, message: condition_text(&test.text, holds) });
+                    asked = Some(test.span);
+                    continue;
                 }
             }
             Effect::Mark(Mark::ClosureCall) => {
@@ -83,7 +92,9 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
                     steps.push(WitnessStep { span: node.span, message: "the closure runs here".to_owned() });
                 }
             }
-            Effect::Mark(Mark::Continue) if !stays_beside(search, &nodes[number..]) => {
+            Effect::Mark(Mark::Continue)
+                if !stays_beside(search, &nodes[number..]) && !is_decided_behind(search, end, &nodes[..=number]) =>
+            {
                 let message = match end.state.count {
                     Count::Zero => "`continue` ends the iteration without an update".to_owned(),
                     _ => "`continue` ends the iteration".to_owned(),
@@ -95,6 +106,7 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
             }
             _ => {}
         }
+        asked = asked.filter(|_| steps.len() == said);
     }
     steps
 }

@@ -145,6 +145,11 @@ impl<'a> Search<'a> {
         self.behind = vec![ty.clone()];
     }
 
+    /// Whether a branch decides that a node is reached.
+    pub(super) fn decides(&self, branch: NodeId, node: NodeId) -> bool {
+        self.dependence.of_node(node).contains(&branch.0)
+    }
+
     /// Whether a loop visits each element once, the instance among them.
     pub(super) fn covers(&self, id: LoopId) -> bool {
         self.covering.contains(&id)

@@ -338,7 +338,9 @@ impl Builder<'_> {
             return;
         }
         let about = self.about_presence(receiver, Vec::new());
-        let (present, absent) = self.branch_on_head(value, "+", "-", span, self.text(receiver), about);
+        let is_option = self.ty(receiver).peel().external_name() == Some("Option");
+        let asked = if is_option { format!("let Some(_) = {}", self.text(receiver)) } else { self.text(receiver) };
+        let (present, absent) = self.branch_on_head(value, "+", "-", span, asked, about);
         let after = self.add_node(Effect::Nothing, span);
         self.resume(absent);
         inside(self);
