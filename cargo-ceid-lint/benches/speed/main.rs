@@ -3,7 +3,7 @@
 //! `cargo bench -p cargo-ceid-lint --bench speed` makes corpora of the sources in cargo's registry, runs everything in turn,
 //! and prints medians and ranges of the ratios, for only ratios of one run can be compared. Ratios of processor time hold on a
 //! machine that has other work; ratios of wall time want a quiet one. `-- --rounds 7` runs longer, `-- --lines 20000` takes one
-//! corpus of about that size, `-- --edits 10000` gives the language server more to do, and `-- --install-peers` installs those
+//! corpus of about that size, `-- --compiled` only the workspace that compiles, `-- --edits 10000` gives the language server more to do, and `-- --install-peers` installs those
 //! tools that are missing below the target directory.
 
 #![expect(clippy::print_stdout, reason = "a benchmark shows its results")]
@@ -44,7 +44,12 @@ fn main() -> ExitCode {
     let rounds = number(&mut args, "--rounds").unwrap_or(5);
     let edits = number(&mut args, "--edits").unwrap_or(200);
     let lines = number(&mut args, "--lines");
-    let sizes = lines.map_or_else(|| vec![100_000, 500_000, 2_000_000], |lines| vec![lines]);
+    let is_compiled = args.iter().any(|arg| arg == "--compiled");
+    let sizes = match lines {
+        Some(lines) => vec![lines],
+        None if is_compiled => Vec::new(),
+        None => vec![100_000, 500_000, 2_000_000],
+    };
     let install = args.iter().any(|arg| arg == "--install-peers");
     let home = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("speed");
     println!("{} cores, {rounds} rounds; wall and processor seconds: median [least-most]", cores());

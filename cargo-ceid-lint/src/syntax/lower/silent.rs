@@ -53,13 +53,8 @@ struct Search<'s, 'a> {
 impl Search<'_, '_> {
     /// Whether tokens with this name in them may stand for something that says something.
     fn tells(&self, name: &str) -> bool {
-        TELLING.contains(&name) || self.loader.own_macros.contains(name)
-    }
-
-    /// Whether a call of one of the crate's own macros may stand for more than its arguments.
-    fn own_tells(&self, name: &str) -> bool {
-        let words = self.loader.own.words(name);
-        words.is_none_or(|words| words.iter().any(|word| word != name && self.tells(word)))
+        let is_own = |name: &str| self.loader.own_macros.contains(name);
+        TELLING.contains(&name) || is_own(name) && self.loader.own.tell(name, &is_own, &|word| TELLING.contains(&word))
     }
 }
 
@@ -81,9 +76,7 @@ impl<'e> Visit<'e> for Search<'_, '_> {
 
     fn visit_macro(&mut self, mac: &'e syn::Macro) {
         for segment in &mac.path.segments {
-            let name = name(&segment.ident);
-            let is_own = self.loader.own_macros.contains(&name);
-            self.found |= TELLING.contains(&name.as_str()) || is_own && self.own_tells(&name);
+            self.found |= self.tells(&name(&segment.ident));
         }
         if !self.found {
             let mut found = false;

@@ -65,6 +65,8 @@ fn macros_of_the_crate_are_followed() {
         "macro_rules! m { () => { mod x; } } m! {}",
         "macro_rules! m { () => { mod x; } } macro_rules! n { () => { m! {} } } n! {}",
         "macro_rules! m { () => { mod x; } } macro_rules! n { ($m:ident) => { $m! {} } } n! { m }",
+        "macro_rules! m { () => { o! {} } } macro_rules! n { () => { m! {} } } macro_rules! o { () => { mod x; } } n! {}",
+        "macro_rules! m { ($n:ident) => { $n! { mod x; } } } macro_rules! n { ($i:item) => { $i } } fn f() { m!(n) } m! { n }",
         "macro_rules! m { ($p:literal) => { include!($p) } } fn f() { m!(\"x.rs\") }",
         "fn f() { macro_rules! m { () => { #[path = \"x.rs\"] mod x; } } g(m!()); }",
         "macro_rules! m { () => { #[cfg(windows)] fn gone() {} } } impl A { m! {} }",

@@ -10,6 +10,7 @@ mod matcher;
 mod rules;
 mod transcribe;
 
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
@@ -59,6 +60,8 @@ pub(in crate::syntax) struct OwnMacros {
     anywhere: BTreeMap<String, Option<Rc<Rules>>>,
     /// The names in their rules, where no item is kept.
     words: BTreeMap<String, BTreeSet<String>>,
+    /// Whether a call of one may say something, as far as it was asked since the last one was met.
+    telling: RefCell<BTreeMap<String, bool>>,
 }
 
 /// Marks what is in scope, to go back to it.
@@ -74,9 +77,30 @@ impl OwnMacros {
         self.in_scope.truncate(mark.0);
     }
 
-    /// The names in the rules of all macros of that name.
-    pub(in crate::syntax) fn words(&self, name: &str) -> Option<&BTreeSet<String>> {
-        self.words.get(name)
+    /// Whether a name is among the rules of the macros of that name, or of those that these call, of which the question holds.
+    /// Macros whose rules are not known are said to.
+    pub(in crate::syntax) fn tell(
+        &self,
+        name: &str,
+        is_own: &dyn Fn(&str) -> bool,
+        is_telling: &dyn Fn(&str) -> bool,
+    ) -> bool {
+        if let Some(known) = self.telling.borrow().get(name) {
+            return *known;
+        }
+        let mut seen: BTreeSet<&str> = BTreeSet::new();
+        let mut open = vec![name];
+        let mut tells = false;
+        while let Some(name) = open.pop().filter(|_| !tells) {
+            let Some(words) = self.words.get(name) else {
+                tells = true;
+                break;
+            };
+            tells = words.iter().any(|word| is_telling(word));
+            open.extend(words.iter().map(String::as_str).filter(|word| is_own(word) && seen.insert(word)));
+        }
+        self.telling.borrow_mut().insert(name.to_owned(), tells);
+        tells
     }
 
     fn rules(&self, path: &syn::Path) -> Option<Rc<Rules>> {
@@ -140,6 +164,7 @@ impl Lowerer<'_, '_> {
         let rules = if certain { Rules::parse(tokens).map(Rc::new) } else { None };
         let keeps_items = self.loader.keeps_items;
         let own = &mut self.loader.own;
+        own.telling.borrow_mut().clear();
         let ident = name(ident);
         if !keeps_items {
             let words = own.words.entry(ident.clone()).or_default();
