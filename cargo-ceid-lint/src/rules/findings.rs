@@ -89,9 +89,11 @@ fn pasted_from<'p>(missed: &Pair, repeats: &[&'p Pair]) -> Option<&'p Pair> {
 /// The pairs of a verdict that no other finding tells: what only a debug build updates has one of its own, and so has a guard
 /// that is not there for the cycle.
 fn of_verdict(cycle: &Cycle, verdict: Verdict) -> Vec<&Pair> {
+    let tells = |rule: &&'static str| {
+        matches!(*rule, "debug_only_update" | "guard_outside_cycle" | "guard_dropped_early" | "forgotten_guard")
+    };
     let is_told = |pair: &&Pair| {
-        let has_own =
-            pair.rules.contains(&"debug_only_update") || verdict.rule().is_some_and(|rule| !pair.rules.contains(&rule));
+        let has_own = pair.rules.iter().any(tells) || verdict.rule().is_some_and(|rule| !pair.rules.contains(&rule));
         matches!(verdict, Verdict::Missed | Verdict::Skipped) && has_own
     };
     cycle.filters.iter().filter(|pair| pair.verdict == verdict).filter(|pair| !is_told(pair)).collect()
