@@ -43,6 +43,16 @@ fn repeated_by_two_calls_of_a_closure() {
 }
 
 #[test]
+fn repeated_in_the_next_round_of_an_inner_loop() {
+    check("repeated_update", "inner_while_that_counts");
+}
+
+#[test]
+fn repeated_by_two_guards() {
+    check("repeated_update", "two_live_guards");
+}
+
+#[test]
 fn missed() {
     check("missed_update", "field_of_the_same_self");
 }

@@ -123,11 +123,15 @@ fn rules_of_guards_stand_at_the_pairs_they_hold() {
         "made_in_either_branch: guarded ",
         "never_bound_but_used: guarded ceid::guard_dropped_early",
         "dropped_in_the_middle: guarded ceid::guard_dropped_early",
-        "forgotten: missed ceid::forgotten_guard",
-        "before_the_loop: missed ceid::guard_outside_cycle",
+        "forgotten: missed ceid::forgotten_guard ceid::missed_update",
+        "before_the_loop: missed ceid::guard_outside_cycle ceid::missed_update",
+        "over_a_loop_that_ends: missed ceid::guard_outside_cycle ceid::missed_update",
     ] {
         assert!(told.iter().any(|line| line == expected), "{expected} in {told:#?}");
     }
+    // A function around the loop is no cycle that its guard is right for.
+    let of_function = told.iter().filter(|line| line.starts_with("over_a_loop_that_ends"));
+    assert_eq!(of_function.count(), 1, "{told:#?}");
 }
 
 #[test]

@@ -278,7 +278,7 @@ impl Context<'_> {
         self.owed_elements(facts, &mut pairs);
         self.owed_halves(facts, &mut pairs);
         self.owed(facts, &mut pairs, analysis);
-        super::guards::add(self.program, self.summaries, facts, &mut pairs, analysis);
+        super::guards::add(self, facts, &mut pairs, analysis);
         super::remarks::add(self, facts, &mut pairs, analysis);
         let def = index.function(graph.function);
         let info = index.crate_of(def.module);
@@ -342,6 +342,8 @@ impl Context<'_> {
         let is_sample_loop = matches!(id, CycleId::Loop(id) if instance.sample_loops.contains(&id));
         let decision = self.by_multiplicity(facts, search, decision);
         let decision = match decision.verdict {
+            // A function that never comes to its end is called once at most.
+            _ if presumed && decision.counts.is_empty() && decision.verdict != Verdict::Repeated => return None,
             Verdict::Once if is_sample_loop => Decision { verdict: Verdict::PerSample, ..decision },
             Verdict::Once | Verdict::Guarded | Verdict::Repeated => decision,
             _ if presumed => return None,

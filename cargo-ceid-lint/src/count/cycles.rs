@@ -53,7 +53,10 @@ pub(super) fn choose_cycles(
     }
     for node in nodes {
         let mut around: Vec<LoopId> = Vec::new();
-        for id in graph.loops_around(node) {
+        // What is started in a loop and runs once belongs to that loop.
+        let starts = graph.forks_before(node).last();
+        let started = starts.into_iter().flat_map(|fork| graph.loops_around(fork));
+        for id in graph.loops_around(node).chain(started) {
             // A loop in whose body the instance is made is no cycle of it, nor is one around that.
             if Some(id) == declared {
                 break;

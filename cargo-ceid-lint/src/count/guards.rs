@@ -2,47 +2,68 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::analyse::{CycleId, FunctionFacts, filters_at};
+use super::analyse::{Context, CycleId, FunctionFacts, filters_at};
 use super::analysis::{Analysis, GuardDefect};
-use super::functions::is_passed;
+use super::functions::{FunctionKind, is_passed};
 use super::remarks::note;
 use super::summary::Summaries;
 use super::verdict::{Pair, Verdict};
-use crate::flow::{ControlFlowGraph, Effect, GuardInfo, LoopId, NodeId, Program};
+use crate::flow::{ControlFlowGraph, Effect, GuardInfo, LoopId, NodeId, Place, Program};
 use crate::index::{FunctionId, Index, Owner};
 use crate::source::Span;
 
 /// Finds the defects of a function's guards, and adds their rules to the pairs of what they hold.
 pub(super) fn add(
-    program: &Program<'_>,
-    summaries: &Summaries,
+    context: &Context<'_>,
     facts: &FunctionFacts<'_>,
     pairs: &mut BTreeMap<CycleId, Vec<Pair>>,
     analysis: &mut Analysis,
 ) {
-    for (guard, defect) in defects(program, summaries, facts) {
+    let program = context.program;
+    for (guard, defect) in defects(program, context.summaries, facts) {
         let of_places = |place| filters_at(program.index, facts.graph, &facts.aliases, place);
-        let held: Vec<String> = guard
-            .updates
-            .iter()
-            .flat_map(of_places)
-            .map(|place| facts.graph.place_name(program.index, &place))
-            .chain(defect.names.iter().cloned())
-            .collect();
+        let places: BTreeSet<Place> = guard.updates.iter().flat_map(of_places).collect();
+        let name_of = |place| facts.graph.place_name(program.index, place);
+        let held: Vec<String> = places.iter().map(name_of).chain(defect.names.iter().cloned()).collect();
+        if defect.rule == "guard_outside_cycle" {
+            leave_to_loop(context, facts, defect.cycle, &places, pairs);
+        }
         let of_cycle = |id: CycleId| match id {
             CycleId::Loop(id) => Some(facts.graph.loop_info(id).keyword) == defect.cycle,
             CycleId::Function => defect.cycle.is_none(),
         };
         let own = pairs.iter_mut().filter(|(id, _)| of_cycle(**id)).flat_map(|(_, pairs)| pairs);
         for pair in own.filter(|pair| held.is_empty() || held.contains(&pair.name)) {
-            // That it is not updated is what the guard's own finding tells.
-            if matches!(pair.verdict, Verdict::Missed | Verdict::Skipped) {
-                pair.rules.retain(|rule| Some(*rule) != pair.verdict.rule());
-            }
             note(pair, defect.rule);
         }
         analysis.guards.push(defect);
     }
+}
+
+/// The loop that runs while a guard from before it is alive owes what that holds, whether or not it uses it; the function around
+/// the loop is no cycle that it could be guarded in.
+fn leave_to_loop(
+    context: &Context<'_>,
+    facts: &FunctionFacts<'_>,
+    keyword: Option<Span>,
+    places: &BTreeSet<Place>,
+    pairs: &mut BTreeMap<CycleId, Vec<Pair>>,
+) {
+    let mut loops = (0u32..).map(LoopId).zip(&facts.graph.loops);
+    let Some((id, _)) = loops.find(|(_, info)| Some(info.keyword) == keyword) else { return };
+    for place in places {
+        let name = facts.graph.place_name(context.program.index, place);
+        let is_known = |pair: &Pair| pair.name == name;
+        if facts.kind == FunctionKind::Presumed
+            && let Some(own) = pairs.get_mut(&CycleId::Function)
+        {
+            own.retain(|pair| pair.verdict != Verdict::Guarded || !is_known(pair));
+        }
+        if !pairs.get(&CycleId::Loop(id)).is_some_and(|own| own.iter().any(is_known)) {
+            context.push_missed(facts, place, 0, CycleId::Loop(id), pairs);
+        }
+    }
+    pairs.retain(|_, own| !own.is_empty());
 }
 
 fn defects<'f>(

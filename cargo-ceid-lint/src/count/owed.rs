@@ -314,7 +314,7 @@ impl Context<'_> {
             && !graph.nodes.iter().any(is_copy)
     }
 
-    fn push_missed(
+    pub(super) fn push_missed(
         &self,
         facts: &FunctionFacts<'_>,
         place: &Place,

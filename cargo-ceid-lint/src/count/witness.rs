@@ -11,6 +11,12 @@ use crate::source::Span;
 /// What the last step of a cycle function is called.
 const RETURNS: &str = "`return` ends the cycle";
 
+/// How a way comes to a second update at the place of the first one.
+pub const WAYS_AGAIN: [&str; 2] = [", in the next round of the inner loop", ", by the other guard"];
+
+/// What the update of a guard is called.
+const BY_GUARD: &str = "the guard's update";
+
 /// The way as labelled steps.
 pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Exploration, end: &End) -> Vec<WitnessStep> {
     let graph = search.graph;
@@ -39,10 +45,12 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
                     || (state.count == Count::Many && next.is_some() && updating.contains(&state.node)) =>
             {
                 updates += 1;
-                let how = if update.run_by.is_guard() {
-                    "the guard's update".to_owned()
-                } else {
-                    format!("{} update", ordinal(updates))
+                let is_by_guard = update.run_by.is_guard();
+                let is_shown = steps.iter().any(|step| step.span == node.span && step.message == BY_GUARD);
+                let how = match is_by_guard {
+                    true if is_shown => format!("{} update{}", ordinal(updates), WAYS_AGAIN[1]),
+                    true => BY_GUARD.to_owned(),
+                    false => format!("{} update{}", ordinal(updates), again(&nodes[..number], state.node)),
                 };
                 steps.push(WitnessStep { span: node.span, message: how });
             }
@@ -56,7 +64,10 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
                 let inner = inner_repeat(search, exploration, *at, after);
                 let message = match inner {
                     Some(_) => format!("`{}` {often}", site.text),
-                    None => format!("{} update: `{}` {often}", ordinal(updates), site.text),
+                    None => {
+                        let again = again(&nodes[..number], state.node);
+                        format!("{} update: `{}` {often}{again}", ordinal(updates), site.text)
+                    }
                 };
                 steps.push(WitnessStep { span: node.span, message });
                 steps.extend(inner.iter().flat_map(|repeat| repeat.witness.iter().cloned()));
@@ -114,6 +125,11 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
 /// Whether a closure that is written elsewhere is called at a node.
 pub(super) fn is_closure_call(search: &Search<'_>, at: NodeId) -> bool {
     matches!(search.graph.node(at).effect, Effect::Mark(Mark::ClosureCall))
+}
+
+/// What to add to a step that the way has come through before: only a loop within the cycle leads there again.
+fn again(before: &[NodeId], node: NodeId) -> &'static str {
+    if before.contains(&node) { WAYS_AGAIN[0] } else { "" }
 }
 
 fn condition_text(text: &str, holds: bool) -> String {

@@ -78,6 +78,8 @@ pub struct ControlFlowGraph {
     pub cloned: Vec<Place>,
     /// The elements of collections that are lent to the closures of an iterator, whether or not it is consumed.
     pub lent: Vec<Place>,
+    /// The nodes of code that runs elsewhere or later, outside every loop of its own, with the forks at which it begins.
+    pub elsewhere: std::collections::BTreeMap<NodeId, NodeId>,
     /// Set if the function was too large or too deep to be followed to its end.
     pub truncated: Option<Cause>,
 }
@@ -478,6 +480,11 @@ impl ControlFlowGraph {
     /// The loops around a node, innermost first.
     pub fn loops_around(&self, node: NodeId) -> impl Iterator<Item = LoopId> + '_ {
         std::iter::successors(self.node(node).in_loop, |id| self.loop_info(*id).parent)
+    }
+
+    /// The forks at which the code of a node begins that runs elsewhere, outside every loop of its own, innermost first.
+    pub fn forks_before(&self, node: NodeId) -> impl Iterator<Item = NodeId> + '_ {
+        std::iter::successors(self.elsewhere.get(&node).copied(), |fork| self.elsewhere.get(fork).copied())
     }
 
     /// The nodes with their ids.

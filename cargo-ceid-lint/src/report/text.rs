@@ -20,8 +20,10 @@ pub fn diagnostic(sources: &SourceMap, diagnostic: &Diagnostic, style: Style) ->
         Severity::Warning => shown::Severity::Warning,
     };
     let primary = diagnostic.primary.span;
-    let steps = shown_steps(&diagnostic.witness.steps, style);
-    let left_out = diagnostic.witness.steps.len() - steps.len();
+    let steps = merged_steps(diagnostic);
+    let all = steps.len();
+    let steps = shown_steps(steps, style);
+    let left_out = all - steps.len();
     let mut primary_message = diagnostic.primary.message.clone();
     let mut labels = Vec::new();
     for (number, step) in &steps {
@@ -93,13 +95,22 @@ pub fn report(report: &Report) -> String {
     findings.chain(problems).chain(lines).collect()
 }
 
+/// The steps, those at the primary place as one: it has one label.
+fn merged_steps(diagnostic: &Diagnostic) -> Vec<&WitnessStep> {
+    let steps = &diagnostic.witness.steps;
+    let last = steps.iter().rposition(|step| step.span == diagnostic.primary.span);
+    let is_shown = |(at, step): &(usize, &WitnessStep)| step.span != diagnostic.primary.span || Some(*at) == last;
+    steps.iter().enumerate().filter(is_shown).map(|(_, step)| step).collect()
+}
+
 /// The steps to show, with their numbers: the head of the cycle, and the end of the path.
-fn shown_steps(steps: &[WitnessStep], style: Style) -> Vec<(usize, &WitnessStep)> {
-    let numbered = steps.iter().enumerate().map(|(at, step)| (at + 1, step));
-    if style.full_trace || steps.len() <= MOST_STEPS {
+fn shown_steps(steps: Vec<&WitnessStep>, style: Style) -> Vec<(usize, &WitnessStep)> {
+    let count = steps.len();
+    let numbered = steps.into_iter().enumerate().map(|(at, step)| (at + 1, step));
+    if style.full_trace || count <= MOST_STEPS {
         return numbered.collect();
     }
-    let first_of_the_end = steps.len() - (MOST_STEPS - 1);
+    let first_of_the_end = count - (MOST_STEPS - 1);
     numbered.filter(|(number, _)| *number == 1 || *number > first_of_the_end).collect()
 }
 

@@ -2,7 +2,7 @@
 
 use super::known::{Hidden, Known, calls_of};
 use super::{Rule, find};
-use crate::count::{Analysis, Cycle, Gate, GuardDefect, Pair, Unregistered, Verdict};
+use crate::count::{Analysis, Cycle, Gate, GuardDefect, Pair, Unregistered, Verdict, WAYS_AGAIN, is_guard_rule};
 use crate::diagnostic::{Diagnostic, Facts, Label, Level, Witness, WitnessStep};
 use crate::source::Span;
 
@@ -89,9 +89,9 @@ fn pasted_from<'p>(missed: &Pair, repeats: &[&'p Pair]) -> Option<&'p Pair> {
 /// The pairs of a verdict that no other finding tells: what only a debug build updates has one of its own, and so has a guard
 /// that is not there for the cycle.
 fn of_verdict(cycle: &Cycle, verdict: Verdict) -> Vec<&Pair> {
+    let tells = |rule: &&'static str| *rule == "debug_only_update" || is_guard_rule(rule);
     let is_told = |pair: &&Pair| {
-        let has_own =
-            pair.rules.contains(&"debug_only_update") || verdict.rule().is_some_and(|rule| !pair.rules.contains(&rule));
+        let has_own = pair.rules.iter().any(tells) || verdict.rule().is_some_and(|rule| !pair.rules.contains(&rule));
         matches!(verdict, Verdict::Missed | Verdict::Skipped) && has_own
     };
     cycle.filters.iter().filter(|pair| pair.verdict == verdict).filter(|pair| !is_told(pair)).collect()
@@ -126,7 +126,11 @@ fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair]) -> Option<Diagnostic
     if let Some(first) = siblings.first() {
         message.push_str(&format!(", and {} of the same type never: was `{first}` meant here?", quoted(&siblings)));
     }
-    let mut finding = start(rule, cycle, &[pair], message, pair.primary?, "updated again here");
+    let primary = pair.primary?;
+    // What runs twice at one place says how it comes there again.
+    let leads_here = |how: &&str| pair.witness.iter().any(|step| step.span == primary && step.message.ends_with(*how));
+    let how = WAYS_AGAIN.into_iter().find(leads_here).unwrap_or_default();
+    let mut finding = start(rule, cycle, &[pair], message, primary, &format!("updated again here{how}"));
     finding.notes.push(format!(
         "the update law of a sampled-time filter advances it by one sample; run twice, `{}` is ahead of its measurements",
         pair.name

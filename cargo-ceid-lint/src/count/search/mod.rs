@@ -199,6 +199,11 @@ impl<'a> Search<'a> {
         self.updating.get_or_init(updating).clone()
     }
 
+    /// Whether the code that begins at a fork updates it outside every loop of its own, at a time that is not known.
+    fn updates_elsewhere(&self, fork: NodeId) -> bool {
+        self.updating().into_iter().any(|node| self.graph.forks_before(node).any(|before| before == fork))
+    }
+
     /// Whether something updates it by a name that nothing else has, or by a reference that each iteration makes anew, so that
     /// every way knows where it points.
     pub(super) fn is_updated_by_name(&self) -> bool {

@@ -215,8 +215,13 @@ impl<'s, 'a> Run<'s, 'a> {
             }
             Effect::LoopHead(id) => self.head(at, state, *id),
             Effect::Fork => {
+                let mut next = state.clone();
+                if self.search.updates_elsewhere(state.node) {
+                    let what = "what a thread or task that is started here has done by then";
+                    next.unknown = Some(self.cause(&Cause::Code(what.to_owned())));
+                }
                 if let Some(here) = node.next.first().copied() {
-                    self.follow(at, state.clone(), here);
+                    self.follow(at, next, here);
                 }
             }
             Effect::Return(value) => {
@@ -303,7 +308,9 @@ impl<'s, 'a> Run<'s, 'a> {
         if !is_named && !self.search.is_near(state.node) {
             return next;
         }
-        let relations = self.relations(state, place);
+        // A guard leaves no element out.
+        let relations =
+            if run_by.is_guard() { self.relations_to_each(state, place) } else { self.relations(state, place) };
         let exact = relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if rest.is_empty()));
         if exact {
             // An input takes the place of the one before, and the law runs once at the end.

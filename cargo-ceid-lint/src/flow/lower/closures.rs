@@ -3,7 +3,7 @@
 use super::{Builder, ClosureRef, Frame, MAX_INLINE, Value};
 use std::collections::{BTreeSet, HashSet};
 
-use crate::flow::{About, Caller, Cause, CycleKind, Effect, Place, Rounds, Var};
+use crate::flow::{About, Caller, Cause, CycleKind, Effect, NodeId, Place, Rounds, Var};
 use crate::index::FunctionId;
 use crate::source::Span;
 use crate::syntax::tree::{Body, ExprKind, Receiver, Stmt, StmtKind};
@@ -209,6 +209,7 @@ impl Builder<'_> {
         let outer = std::mem::replace(&mut self.detached_in, around);
         let loops = std::mem::take(&mut self.loops);
         let scopes = std::mem::take(&mut self.scopes);
+        let thread_scopes = std::mem::take(&mut self.thread_scopes);
         let was_detached = std::mem::replace(&mut self.is_detached, true);
         let there = self.add_node(Effect::Nothing, span);
         self.link(fork, there);
@@ -220,8 +221,14 @@ impl Builder<'_> {
         if self.at.is_some() {
             self.emit(Effect::End, span);
         }
+        for (id, node) in (there.0..).map(NodeId).zip(&self.graph.nodes[there.0 as usize..]) {
+            if node.in_loop.is_none() {
+                self.graph.elsewhere.entry(id).or_insert(fork);
+            }
+        }
         self.loops = loops;
         self.scopes = scopes;
+        self.thread_scopes = thread_scopes;
         self.is_detached = was_detached;
         self.detached_in = outer;
         self.resume(here);

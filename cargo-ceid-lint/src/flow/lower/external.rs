@@ -2,6 +2,7 @@
 
 use super::calls::{is_spawn, path_tail};
 use super::laws::Law;
+use super::threads::is_thread_scope;
 use super::{Builder, Value};
 use crate::flow::{Cause, Effect, Place, Rounds, Transfer};
 use crate::index::{Def, Shape, Ty};
@@ -44,16 +45,27 @@ impl Builder<'_> {
             return self.law_call(id, Law { spec, group: 0, targets: &[], has_receiver: false }, args, &values);
         }
         if is_spawn(last) {
-            return self.spawn(id, path, args);
+            return self.spawn(id, path, None, args);
         }
-        if matches!(
-            last,
-            "with" | "free" | "scope" | "without_interrupts" | "interrupt_free" | "catch_unwind" | "block_on"
-        ) {
+        if matches!(path_tail(path).as_str(), "rayon::join" | "rayon_core::join") {
+            for closure in self.values(args).into_iter().filter_map(|value| value.closure) {
+                self.run_beside(closure, span);
+            }
+            return Value::default();
+        }
+        if is_thread_scope(last)
+            || matches!(last, "with" | "free" | "without_interrupts" | "interrupt_free" | "catch_unwind" | "block_on")
+        {
             let values = self.values(args);
             if let Some(closure) = values.iter().rev().find_map(|value| value.closure) {
-                let value = self.inline_closure(closure, &[Value::default()], span);
-                return if last == "catch_unwind" { self.in_a_result(value) } else { value };
+                return match last {
+                    name if is_thread_scope(name) => self.thread_scope(closure, span),
+                    "catch_unwind" => {
+                        let value = self.inline_closure(closure, &[Value::default()], span);
+                        self.in_a_result(value)
+                    }
+                    _ => self.inline_closure(closure, &[Value::default()], span),
+                };
             }
             return values.into_iter().next().unwrap_or_default();
         }
@@ -249,22 +261,5 @@ impl Builder<'_> {
             _ => None,
         });
         given.collect::<Vec<ExprId>>().into_iter().any(|target| self.static_place(target).as_ref() == Some(place))
-    }
-
-    /// A thread or task of its own.
-    pub(super) fn spawn(&mut self, id: ExprId, name: &str, args: &[ExprId]) -> Value {
-        let span = self.span(id);
-        for arg in args {
-            let value = self.expr(*arg);
-            if let Some(closure) = value.closure {
-                self.detach_closure(closure, span);
-            } else if let Some(place) = value.place
-                && self.may_hold_filter(self.ty(*arg))
-            {
-                let cause = Cause::Call(path_tail(name));
-                self.emit(Effect::Unknown { places: vec![place], cause }, span);
-            }
-        }
-        Value::default()
     }
 }

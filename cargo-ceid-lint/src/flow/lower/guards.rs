@@ -379,7 +379,8 @@ impl Builder<'_> {
             ("run", [arg]) if self.is_ceid(&ty, "Cyclic") => {
                 self.expr(receiver);
                 let closure = self.expr(*arg).closure?;
-                self.guarded_closure(closure, &driven_set(&ty), self.span(id));
+                let driver = self.text(receiver).trim_start_matches("&mut ").to_owned();
+                self.guarded_closure(closure, &driver, &driven_set(&ty), self.span(id));
                 Some(Value::default())
             }
             (_, args) if self.is_ceid(&ty, "Tick") => self.tick_call(id, receiver, method, args),

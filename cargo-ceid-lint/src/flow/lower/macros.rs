@@ -155,19 +155,25 @@ impl Builder<'_> {
         let Some(local) = self.typed().pat_local.get(&pat).copied() else { return };
         let var = self.var_of(local);
         let ty = self.typed().local(local).ty.peel().clone();
-        self.guard_fields(var, &ty, span);
+        self.guard_driven(var, &ty, span);
     }
 
-    /// Guards every filter that lies in a variable, which outlives the round.
-    fn guard_fields(&mut self, var: crate::flow::Var, ty: &crate::index::Ty, span: crate::source::Span) {
+    /// Guards every filter that a variable is or holds, which outlives the round.
+    fn guard_driven(&mut self, var: crate::flow::Var, ty: &crate::index::Ty, span: crate::source::Span) {
         let outer = self.loops.last().and_then(|id| self.graph.loop_info(*id).parent);
         self.graph.vars[var.0 as usize].in_loop = outer;
         let name = self.graph.var(var).name.clone();
-        let places: Vec<_> = self
-            .filter_fields(ty)
-            .into_iter()
-            .map(|(field, ty)| (format!("{name}.{field}"), Place::var(var).field(&field), ty))
-            .collect();
+        let ty = match ty.peel() {
+            crate::index::Ty::External(path, args) if path.ends_with("::Box") && !args.is_empty() => args[0].peel(),
+            ty => ty,
+        };
+        let fields = self.filter_fields(ty).into_iter();
+        let mut places: Vec<_> =
+            fields.map(|(field, ty)| (format!("{name}.{field}"), Place::var(var).field(&field), ty)).collect();
+        // A set may be a single filter, or a tuple or an array of them.
+        if places.is_empty() && self.program.index.holds_filter(ty) {
+            places.push((name, Place::var(var), ty.clone()));
+        }
         self.guard_scope(span, &places);
     }
 
@@ -175,6 +181,7 @@ impl Builder<'_> {
     pub(super) fn guarded_closure(
         &mut self,
         closure: super::ClosureRef,
+        driver: &str,
         set: &crate::index::Ty,
         span: crate::source::Span,
     ) {
@@ -182,13 +189,13 @@ impl Builder<'_> {
         let crate::syntax::tree::ExprKind::Closure(code) = &body.expr(closure.expr).kind else { return };
         let name = match code.params.first().map(|(pat, _)| &body.pat(*pat).kind) {
             Some(crate::syntax::tree::PatKind::Bind { name, .. }) => name.clone(),
-            _ => String::new(),
+            _ => format!("{driver}.filters"),
         };
         let var = self.new_var(name, set.clone(), span);
         let source = super::sources::Source { rounds: Rounds::Unbounded, ..super::sources::Source::bounded() };
         self.run_loop(CycleKind::Closure, code.bar, None, source, |this, _, _| {
             this.open_block();
-            this.guard_fields(var, set, span);
+            this.guard_driven(var, set, span);
             let filters = Value { place: Some(Place::var(var)), ..Value::default() };
             this.inline_closure(closure, &[filters, Value::default()], span);
             this.close_block(span);

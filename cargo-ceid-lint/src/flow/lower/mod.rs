@@ -40,6 +40,7 @@ mod resets;
 mod sources;
 mod subjects;
 mod switches;
+mod threads;
 mod ticks;
 mod values;
 mod waits;
@@ -192,6 +193,8 @@ struct Builder<'a> {
     is_detached: bool,
     /// The loop around what lets the code at hand run elsewhere or later.
     detached_in: Option<LoopId>,
+    /// The scopes of threads around the code at hand: how many loops stand around each.
+    thread_scopes: Vec<usize>,
 }
 
 impl<'a> Builder<'a> {
@@ -215,6 +218,7 @@ impl<'a> Builder<'a> {
             kept: Vec::new(),
             cloned: Vec::new(),
             lent: Vec::new(),
+            elsewhere: std::collections::BTreeMap::new(),
             truncated: None,
         };
         Self {
@@ -252,6 +256,7 @@ impl<'a> Builder<'a> {
             spoken: None,
             is_detached: false,
             detached_in: None,
+            thread_scopes: Vec::new(),
         }
     }
 

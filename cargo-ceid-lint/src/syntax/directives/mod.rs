@@ -7,12 +7,21 @@ mod read;
 use std::collections::BTreeMap;
 
 use crate::source::{FileId, SourceMap, Span};
+use crate::syntax::lex::{Lexer, TokenKind};
 
 /// The directives of all files.
 #[derive(Clone, Debug, Default)]
 pub struct Directives {
     files: BTreeMap<FileId, Vec<Directive>>,
-    cycles: BTreeMap<FileId, BTreeMap<u32, CycleDirective>>,
+    cycles: BTreeMap<FileId, BTreeMap<u32, OfLine>>,
+}
+
+/// What is said of the code of a line.
+#[derive(Clone, Copy, Debug)]
+struct OfLine {
+    said: CycleDirective,
+    /// Where the code begins that it is said of, if that is the first loop, function or gate from there on.
+    from: Option<u32>,
 }
 
 /// A directive, or what was meant as one.
@@ -120,18 +129,38 @@ impl Directives {
     #[must_use]
     pub fn of_cycle(&self, sources: &SourceMap, place: Span) -> Option<CycleDirective> {
         let own = self.cycles.get(&place.file)?;
-        own.get(&sources.line(place)).copied()
+        let of_line = own.get(&sources.line(place))?;
+        let text = &sources.file(place.file).text;
+        let before = of_line.from.and_then(|from| text.get(from as usize..place.start as usize));
+        (!before.is_some_and(enters_body)).then_some(of_line.said)
     }
 }
 
+/// Whether the body of a function or loop begins in a piece of a line, so that what follows lies in it.
+fn enters_body(text: &str) -> bool {
+    let mut is_impl = false;
+    let mut is_head = false;
+    for token in Lexer::new(text) {
+        match (token.kind, &text[token.start..token.end]) {
+            (TokenKind::Word, "impl") => is_impl = true,
+            // `impl Trait for Type`
+            (TokenKind::Word, "for") => is_head |= !is_impl,
+            (TokenKind::Word, "fn" | "loop" | "while") => is_head = true,
+            (TokenKind::Open, "{") if is_head => return true,
+            _ => {}
+        }
+    }
+    false
+}
+
 /// What the comments of a file say of cycles, by the lines of what they stand at; the last one of each.
-fn of_cycles(id: FileId, sources: &SourceMap, found: &[Directive]) -> BTreeMap<u32, CycleDirective> {
+fn of_cycles(id: FileId, sources: &SourceMap, found: &[Directive]) -> BTreeMap<u32, OfLine> {
     let line_of = |at: u32| sources.line(Span::new(id, at, at));
     let of_directive = |directive: &Directive| {
         let DirectiveKind::Cycle(said) = directive.kind else { return None };
         match directive.site {
-            Site::Above(Some(next)) => Some((line_of(next), said)),
-            Site::Behind { .. } => Some((line_of(directive.span.start), said)),
+            Site::Above(Some(next)) => Some((line_of(next), OfLine { said, from: Some(next) })),
+            Site::Behind { .. } => Some((line_of(directive.span.start), OfLine { said, from: None })),
             Site::Above(None) | Site::Inside(_) => None,
         }
     };
