@@ -158,7 +158,7 @@ impl Builder<'_> {
             && let Some(full) = self.resets(self.called_name(id), resolved)
         {
             self.emit(Effect::Reset { place: place.clone(), full }, span);
-            return Value::default();
+            return self.chained(id, resolved, place);
         }
         if let Some((place, full)) = self.resets_state(self.called_name(id), resolved, exprs, values) {
             self.emit(Effect::Reset { place, full }, span);
@@ -196,7 +196,11 @@ impl Builder<'_> {
             if let Some(place) = &self_place {
                 self.emit(Effect::Use { place: place.clone() }, span);
             }
-            return self.unknown_call(id, self.text(id), &exprs[skip..], &values[skip..]);
+            let value = self.unknown_call(id, self.text(id), &exprs[skip..], &values[skip..]);
+            return match &self_place {
+                Some(place) if skip == 1 => self.chained_unread(id, resolved, place, exprs.len() > 1),
+                _ => value,
+            };
         }
         if let Some(value) = self.switch_call(resolved, exprs, values, id) {
             return value;

@@ -7,6 +7,7 @@ mod bound;
 mod builtins;
 mod callbacks;
 mod calls;
+mod chained;
 mod changes;
 mod closures;
 mod conditions;
