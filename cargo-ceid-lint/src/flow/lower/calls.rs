@@ -209,6 +209,7 @@ impl Builder<'_> {
             return self.guard_from_call(id, resolved, exprs, values);
         }
         let result = self.emit_call(id, &resolved.targets, exprs, values, None);
+        self.give_away(id, &resolved.targets, exprs, values);
         if self.never_returns(id) {
             self.diverge(span);
             return Value::default();
@@ -357,6 +358,7 @@ impl Builder<'_> {
         for (expr, value) in exprs.iter().zip(values) {
             if let Some(closure) = value.closure {
                 let is_future = self.is_of_future(closure);
+                self.lose_captured(id, closure);
                 if !is_future && !self.is_item(closure) && std::mem::take(&mut takes_callback) {
                     self.callback(closure, Caller::Framework, span);
                 } else {
@@ -381,6 +383,7 @@ impl Builder<'_> {
         if !places.is_empty() {
             self.emit(Effect::Unknown { places: places.clone(), cause: Cause::Call(text) }, span);
         }
+        self.give_away(id, &[], exprs, values);
         if *self.ty(id) == Ty::Never && self.never_returns(id) {
             self.diverge(span);
         }

@@ -64,14 +64,14 @@ impl Builder<'_> {
         }
     }
 
-    /// `drop(value)`: at the end of the cycle it changes nothing.
-    pub(super) fn drop_value(&mut self, call: ExprId, expr: ExprId, value: &Value) {
+    /// `drop(value)`, or a call that is seen to do that: at the end of the cycle it changes nothing.
+    pub(super) fn drop_value(&mut self, call: ExprId, expr: ExprId, value: &Value, how: &str) {
         if self.at.is_none() || matches!(self.ty(expr), Ty::Ref(..)) {
             return;
         }
         let span = self.span(call);
         if !self.frames[self.frame].last.contains(&call) {
-            return self.mark_dropped(expr, value, span, "`drop` ends it here");
+            return self.mark_dropped(expr, value, span, how);
         }
         if let Some(guard) = self.guard_of(expr, value) {
             self.end_now(guard, span);

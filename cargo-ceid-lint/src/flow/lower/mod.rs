@@ -20,6 +20,7 @@ mod expr;
 mod external;
 mod flags;
 mod futures;
+mod given_away;
 mod guards;
 mod halves;
 mod items;
