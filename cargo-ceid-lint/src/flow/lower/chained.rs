@@ -11,7 +11,11 @@ impl Builder<'_> {
     /// What a reset gives, where that is its filter: what it gives by value may be a new one, where that can be seen.
     pub(super) fn chained(&mut self, id: ExprId, resolved: &Resolved, place: &Place) -> Value {
         let is_same = is_lent(self.ty(id)) || resolved.targets.is_empty();
-        if is_same && gives(self.ty(id), &resolved.self_ty) { self.itself(id, place) } else { self.given_else(id, place) }
+        if is_same && gives(self.ty(id), &resolved.self_ty) {
+            self.itself(id, place)
+        } else {
+            self.given_else(id, place)
+        }
     }
 
     /// The same for a method without any body: one that is given something gives its filter back. What else gives something that

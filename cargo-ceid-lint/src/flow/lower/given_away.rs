@@ -35,7 +35,8 @@ impl Builder<'_> {
         for (expr, value) in exprs.iter().zip(values) {
             let Some(guard) = self.moved_guard(value) else { continue };
             let in_loop = self.graph.guards[guard.0 as usize].in_loop;
-            let ends_with_it = |base: Var| self.graph.var(base).in_loop == in_loop && self.graph.var(base).param.is_none();
+            let ends_with_it =
+                |base: Var| self.graph.var(base).in_loop == in_loop && self.graph.var(base).param.is_none();
             if !owner.base_var().is_some_and(ends_with_it) {
                 self.lose_guard(id, *expr, value);
             }
@@ -81,7 +82,8 @@ impl Builder<'_> {
     }
 
     fn takes_receiver(&self, targets: &[FunctionId]) -> bool {
-        let by_value = |target: &FunctionId| self.program.index.function(*target).function.receiver == Some(Receiver::Value);
+        let by_value =
+            |target: &FunctionId| self.program.index.function(*target).function.receiver == Some(Receiver::Value);
         targets.iter().any(by_value)
     }
 

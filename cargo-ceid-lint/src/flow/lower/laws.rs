@@ -177,6 +177,7 @@ impl<'a> Builder<'a> {
             law: law.group,
             method: self.called_name(id).to_owned(),
             attempt: may_fail.then_some(result),
+            is_dropped: false,
         };
         self.advanced.insert(result);
         self.emit(Effect::Advance(Box::new(advance)), self.span(id));
