@@ -117,6 +117,53 @@ pub fn run(read: fn() -> f32, write: fn(f32)) {
     assert!(said.contains("1 proved") && !said.contains("unregistered_filter"), "{said}");
 }
 
+/// The pairs of each loop of a function with one statement before its loop, under an entry for a type that is not read.
+#[track_caller]
+fn check_unread(before: &str, cycle: &str, expected: &[&str]) {
+    let code = format!("pub fn run(mut pid: pid::Pid, read: fn() -> f32) {{\n{before}\nloop {{ {cycle} }}\n}}\n");
+    let entry = "[[filter]]\ntype = \"pid::Pid\"\nlaw = \"calc\"\nreset = \"clear\"\n";
+    let run = run(&package(&code, entry), ["report", "--message-format", "json"]);
+    let pairs = run.pairs().unwrap_or_else(|error| panic!("{error}"));
+    let found: Vec<String> = pairs.iter().map(|pair| format!("{} {}", pair.name, pair.verdict)).collect();
+    assert_eq!(found, expected, "{before} {cycle}");
+}
+
+#[test]
+fn what_a_constructor_of_an_unread_type_gives_is_a_filter() {
+    let one = "pid.calc(read());";
+    for made in ["new()", "default()", "with_gain(2.0)", "from_gain(2.0)", "try_new(2.0).unwrap()"] {
+        check_unread(&format!("let mut other = pid::Pid::{made};"), one, &["other missed", "pid once"]);
+    }
+    check_unread("let mut other = pid::Pid::builder().gain(1.0).build();", one, &["other missed", "pid once"]);
+}
+
+#[test]
+fn what_else_an_unread_type_gives_is_a_filter_where_its_law_is_called() {
+    let one = "pid.calc(read());";
+    for made in ["order()", "suggested_gain(0.5)", "tuning()?", "builder().observers().build()", "builder()"] {
+        check_unread(&format!("let other = pid::Pid::{made};"), one, &["pid once"]);
+        check_unread(&format!("let other = pid::Pid::{made};"), "pid.calc(other);", &["pid once"]);
+    }
+    let twice = "pid.calc(read()); other.calc(read()); other.calc(read());";
+    for made in ["lowpass(0.5)", "lowpass(0.5).unwrap()", "builder().defaults().build()"] {
+        check_unread(&format!("let mut other = pid::Pid::{made};"), twice, &["other repeated", "pid once"]);
+    }
+    let builder = "let mut builder = pid::Pid::builder(); builder.gain(1.0); let mut other = builder.build();";
+    check_unread(builder, "pid.calc(read()); other.calc(read());", &["other once", "pid once"]);
+}
+
+#[test]
+fn a_setter_of_an_unread_type_gives_its_filter_back() {
+    check_unread("", "pid.gain(1.0).calc(read());", &["pid once"]);
+    check_unread("", "pid.gain(1.0).calc(read()); pid.calc(read());", &["pid repeated"]);
+    check_unread("", "pid.clear().calc(read()); pid.calc(read());", &["pid repeated"]);
+    check_unread("", "let set = pid.gain(1.0); set.calc(read()); set.calc(read());", &["pid repeated"]);
+    // What is given nothing may give another one that has a method of that name.
+    check_unread("", "pid.inner().calc(read()); pid.calc(read());", &["pid unproved"]);
+    check_unread("", "pid.calc(read()).calc(1.0);", &["pid unproved"]);
+    check_unread("", "if pid.calc(read()).abs() > 1.0 { pid.gain(1.0); }", &["pid once"]);
+}
+
 #[test]
 fn an_argument_that_no_call_of_the_law_has_is_refused() {
     let entry = |rest: &str| format!("[[filter]]\ntype = \"crate::control::Pid\"\nlaw = \"calc\"\n{rest}\n");

@@ -70,6 +70,11 @@ fn instances_in_arguments_results_and_channels() {
 }
 
 #[test]
+fn methods_that_give_their_filter_back() {
+    check_with("configured_chains", "expected.txt", &["-W", "unproved_update"]);
+}
+
+#[test]
 fn channels_by_literal_keys() {
     check_with("configured_keys", "expected.txt", &["-W", "unproved_update"]);
 }

@@ -116,6 +116,7 @@ fn function_facts<'a>(
                 states.extend(roots.iter().filter(|_| !update.is_typed).cloned());
                 places.extend(roots);
             }
+            Effect::Advance(advance) if advance.is_dropped => states.extend(aliases.roots(&advance.before)),
             Effect::Call(site) => {
                 states.extend(summaries.updates(site).flat_map(|place| aliases.roots(&place)));
                 for summary in site.targets.iter().filter_map(|target| summaries.get(*target)) {
@@ -159,7 +160,7 @@ fn function_facts<'a>(
             let search = Search::with_dependence(program, graph, &aliases, summaries, &place, law, dependence);
             let instance = choose_cycles(graph, &aliases, summaries, &search, kind, in_cycle);
             // How many halves there are of a state that lies in an argument, its calls tell.
-            if halves.is_some() || !search.updating().is_empty() {
+            if halves.is_some() || !search.updating().is_empty() || !search.dropped().is_empty() {
                 updated.push(instance);
             }
         }
@@ -347,6 +348,7 @@ impl Context<'_> {
             Verdict::Once if is_sample_loop => Decision { verdict: Verdict::PerSample, ..decision },
             Verdict::Once | Verdict::Guarded | Verdict::Repeated => decision,
             _ if presumed => return None,
+            Verdict::Missed => decide::with_dropped(search, decision),
             _ => decision,
         };
         let is_here = |at: &NodeId| match id {

@@ -51,6 +51,10 @@ pub(super) fn choose_cycles(
     if nodes.is_empty() {
         nodes = search.debug_only();
     }
+    // A cycle that runs the law and drops what it gives back owes the update, where no other cycle has it.
+    if nodes.iter().all(|node| graph.loops_around(*node).next().is_none()) {
+        nodes.extend(search.dropped());
+    }
     for node in nodes {
         let mut around: Vec<LoopId> = Vec::new();
         // What is started in a loop and runs once belongs to that loop.

@@ -405,6 +405,14 @@ pub(super) fn decide_missed(search: &Search<'_>, region: Region, head: Span) -> 
     }
 }
 
+/// Where the law runs and what it gives back is dropped, what is missed is that.
+pub(super) fn with_dropped(search: &Search<'_>, mut decision: Decision) -> Decision {
+    let dropped = search.dropped().into_iter().next().map(|id| search.graph.node(id).span);
+    let message = "the state that the law gives back is dropped here".to_owned();
+    decision.witness.extend(dropped.map(|span| WitnessStep { span, message }));
+    decision
+}
+
 fn explore(search: &Search<'_>, region: Region) -> Exploration {
     search.explore(region, &search.starts(region))
 }

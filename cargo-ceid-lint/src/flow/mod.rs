@@ -249,6 +249,8 @@ pub struct Advance {
     pub method: String,
     /// The variable that holds the result, if that may be an `Err` instead.
     pub attempt: Option<Var>,
+    /// Whether the statement drops what the law gives back.
+    pub is_dropped: bool,
 }
 
 /// Who runs an update.

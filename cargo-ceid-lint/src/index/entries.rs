@@ -165,11 +165,12 @@ impl Index {
         self.makers.get(path).map(|path| Ty::External(path.clone(), Vec::new()))
     }
 
-    /// Whether methods of the type make filters: it is a builder.
+    /// The filter type that methods of a builder give; none if the type at the path is no builder.
     #[must_use]
-    pub fn is_builder(&self, path: &str) -> bool {
-        let methods = self.makers.range(format!("{path}::")..).map(|(maker, _)| maker);
-        methods.take(1).any(|maker| maker.strip_prefix(path).is_some_and(|rest| rest.starts_with("::")))
+    pub fn built_by(&self, path: &str) -> Option<Ty> {
+        let start = format!("{path}::");
+        let (maker, made) = self.makers.range(start.clone()..).next()?;
+        maker.starts_with(&start).then(|| Ty::External(made.clone(), Vec::new()))
     }
 
     /// Makes a filter of what an entry of a preset names, where the configuration says nothing of it.

@@ -151,11 +151,20 @@ fn missing(cycle: &Cycle, pairs: &[&Pair]) -> Option<Diagnostic> {
     let message = format!("{} {verb} never updated in this cycle", names(pairs));
     let label = format!("no path through this cycle updates {them}");
     let mut finding = start(rule, cycle, pairs, message, pairs[0].primary?, &label);
-    finding.witness = Witness::default();
-    finding.notes.push(format!(
-        "a filter whose update law does not run keeps its old estimate: what is read from {them} here stands still"
-    ));
-    finding.helps.push(format!("update {them} once in every cycle, or {GUARD_HELP}"));
+    // Behind the head of the cycle, it tells where what the law gives back is dropped.
+    if let Some(pair) = pairs.iter().find(|pair| pair.witness.len() > 1) {
+        let (name, law) = (&pair.name, &pair.law);
+        finding
+            .notes
+            .push(format!("`{law}` gives back the next state and changes nothing: `{name}` stands still here"));
+        finding.helps.push(format!("put what `{law}` gives back in the place of `{name}`"));
+    } else {
+        finding.witness = Witness::default();
+        finding.notes.push(format!(
+            "a filter whose update law does not run keeps its old estimate: what is read from {them} here stands still"
+        ));
+        finding.helps.push(format!("update {them} once in every cycle, or {GUARD_HELP}"));
+    }
     finding.helps.push(suppression(rule));
     Some(finding)
 }

@@ -404,12 +404,11 @@ impl Infer<'_> {
         if builtin::may_fail(&path, name) {
             return Ty::std("std::result::Result", vec![ty, Ty::Unknown]);
         }
-        let is_filter = self.index.law_spec(&ty).is_some();
-        if is_filter && name.starts_with("try_") {
-            return Ty::std("std::result::Result", vec![ty, Ty::Unknown]);
+        if let Some(made) = self.made_by_unread(&ty, name) {
+            return made;
         }
         let is_guard = self.index.guard_spec(&ty).is_some_and(|spec| spec.register == name);
-        if !makes_itself && !is_filter && !is_guard && !self.index.is_builder(&path) {
+        if !makes_itself && !is_guard {
             return Ty::Unknown;
         }
         let wraps =

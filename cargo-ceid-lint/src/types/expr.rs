@@ -440,6 +440,7 @@ impl Infer<'_> {
             // What makes a filter may have given a `Result` of it.
             filter @ Ty::External(..) if self.index.law_spec(&filter).is_some() => filter,
             Ty::External(_, args) if !args.is_empty() => self.variables.shallow(&args[0]),
+            open if self.variables.origin(&open).is_some() => open,
             _ => Ty::Unknown,
         }
     }

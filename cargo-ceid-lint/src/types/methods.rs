@@ -3,7 +3,6 @@
 use super::builtin;
 use super::infer::Infer;
 use super::{Callee, Resolved};
-use crate::config::OnErr;
 use crate::index::{FunctionId, MethodOwner, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, TypeRef};
 
@@ -61,7 +60,7 @@ impl Infer<'_> {
                         }
                         let made = self.external_filter_method(id, &ty, law, args, derefs);
                         // A method of a filter that has no name yet goes on building it.
-                        let is_building = law.is_none() && !self.is_place(receiver);
+                        let is_building = law.is_none() && !args.is_empty() && !self.is_place(receiver);
                         return if is_building { ty } else { made };
                     }
                     if let Some(made) = self.builder_method(id, path, method, args) {
@@ -90,6 +89,15 @@ impl Infer<'_> {
                     Some(output) => return output,
                     None => break,
                 },
+                Ty::Var(_) => match self.variables.origin(&ty).cloned() {
+                    // What has the law called on it is the filter.
+                    Some(origin) if self.is_law(&origin.filter, method) => {
+                        self.variables.unify(&ty, &origin.filter);
+                        ty = origin.filter;
+                    }
+                    Some(origin) => return self.method_of_unread(id, (&ty, &origin), method, turbofish, args),
+                    None => break,
+                },
                 _ => break,
             }
         }
@@ -110,38 +118,6 @@ impl Infer<'_> {
                 .is_some_and(|inner| !self.index.methods(&self.variables.shallow(inner), method).is_empty())
     }
 
-    /// A method of a filter whose sources are not read: its entry says which ones are the law.
-    pub(super) fn external_filter_method(
-        &mut self,
-        id: ExprId,
-        ty: &Ty,
-        law: Option<usize>,
-        args: &[ExprId],
-        derefs: Vec<FunctionId>,
-    ) -> Ty {
-        for arg in args {
-            self.expr(*arg, None);
-        }
-        let resolved =
-            Resolved { targets: Vec::new(), owner: None, law, self_ty: ty.clone(), has_receiver: true, derefs };
-        self.typed.callees.insert(id, Callee::Resolved(resolved));
-        match (law.is_some(), self.index.law_spec(ty).map(|spec| spec.on_err)) {
-            (true, Some(OnErr::Untouched)) => Ty::std("std::result::Result", vec![Ty::Unknown, Ty::Unknown]),
-            _ => Ty::Unknown,
-        }
-    }
-
-    /// A method of a builder outside the analysed code: it gives the filter, or the builder back.
-    fn builder_method(&mut self, id: ExprId, path: &str, method: &str, args: &[ExprId]) -> Option<Ty> {
-        let made = self.index.made_by(&format!("{path}::{method}"));
-        let made = made.or_else(|| self.index.is_builder(path).then(|| Ty::External(path.to_owned(), Vec::new())))?;
-        for arg in args {
-            self.expr(*arg, None);
-        }
-        self.typed.callees.insert(id, Callee::External(format!("{path}::{method}")));
-        Some(made)
-    }
-
     /// Whether an expression names a place, and is no value that was just made.
     fn is_place(&self, id: ExprId) -> bool {
         match &self.body.expr(id).kind {
@@ -158,7 +134,14 @@ impl Infer<'_> {
         }
     }
 
-    fn unresolved_method(&mut self, id: ExprId, ty: &Ty, method: &str, turbofish: &[TypeRef], args: &[ExprId]) -> Ty {
+    pub(super) fn unresolved_method(
+        &mut self,
+        id: ExprId,
+        ty: &Ty,
+        method: &str,
+        turbofish: &[TypeRef],
+        args: &[ExprId],
+    ) -> Ty {
         for arg in args {
             self.expr(*arg, None);
         }

@@ -12,6 +12,7 @@ mod methods;
 mod paths;
 mod pattern;
 mod unify;
+mod unread;
 
 use std::collections::{BTreeMap, HashMap};
 

@@ -1,11 +1,16 @@
 //! Variables of the inference and what they stand for. Lenient: a mismatch is ignored, because the compiler reports it.
 
+use std::collections::HashMap;
+
+use super::unread::Origin;
 use crate::index::Ty;
 
 /// The variables of one body.
 #[derive(Debug, Default)]
 pub(super) struct Variables {
     bound: Vec<Option<Ty>>,
+    /// Those that stand for what unread code of a filter gave.
+    origins: HashMap<u32, Origin>,
 }
 
 /// How deep types are compared: more is a type that contains itself.
@@ -15,6 +20,21 @@ impl Variables {
     pub(super) fn fresh(&mut self) -> Ty {
         self.bound.push(None);
         Ty::Var(u32::try_from(self.bound.len() - 1).expect("fewer than 2^32 variables"))
+    }
+
+    /// A variable for what unread code of a filter gave.
+    pub(super) fn fresh_of(&mut self, origin: Origin) -> Ty {
+        let made = self.fresh();
+        if let Ty::Var(id) = made {
+            self.origins.insert(id, origin);
+        }
+        made
+    }
+
+    /// Where a value comes from whose type is still open.
+    pub(super) fn origin(&self, ty: &Ty) -> Option<&Origin> {
+        let Ty::Var(id) = self.shallow(ty) else { return None };
+        self.origins.get(&id)
     }
 
     /// The type with its outermost variable replaced, if it is bound.
@@ -70,6 +90,9 @@ impl Variables {
             (Ty::Var(id), other) | (other, Ty::Var(id))
                 if !matches!(other, Ty::Unknown | Ty::Never) && !self.occurs(*id, other, 0) =>
             {
+                if let (Ty::Var(other), Some(origin)) = (other, self.origins.get(id).cloned()) {
+                    self.origins.entry(*other).or_insert(origin);
+                }
                 self.bound[*id as usize] = Some(other.clone());
             }
             (Ty::Adt(a, left), Ty::Adt(b, right)) if a == b => self.unify_all(left, right, depth),

@@ -255,6 +255,17 @@ impl<'a> Search<'a> {
         own.map(|update| update.node).collect()
     }
 
+    /// The nodes at which its law gives back a state that is dropped.
+    pub(super) fn dropped(&self) -> BTreeSet<NodeId> {
+        let is_dropped = |id: &NodeId| match &self.graph.node(*id).effect {
+            Effect::Advance(advance) => {
+                advance.is_dropped && advance.law == self.law && self.may_be(&advance.before, true)
+            }
+            _ => false,
+        };
+        self.near().filter(|id| self.graph.node(*id).debug_only.is_none()).filter(is_dropped).collect()
+    }
+
     /// Why nothing is known of the instance, where something unseen gets it.
     pub(super) fn unknown_cause(&self) -> Option<Cause> {
         let node = self.unknown().into_iter().next()?;

@@ -2,10 +2,13 @@
 
 use super::{Builder, ClosureRef, Value};
 use crate::flow::{Cause, Effect, GuardId, Place, Var};
-use crate::index::Ty;
+use crate::index::{Shape, Ty};
 use crate::source::Span;
 use crate::syntax::tree::ExprId;
 use crate::types::Resolved;
+
+/// How deep a guard is looked for in what owns it.
+const MAX_DEPTH: u32 = 3;
 
 impl Builder<'_> {
     /// A variable that a guard, or something with a guard in it, is bound to: the guard lives to the end of the block.
@@ -71,11 +74,28 @@ impl Builder<'_> {
         let place = value.place.as_ref().filter(|place| value.is_owned && place.steps.is_empty())?;
         let var = place.base_var()?;
         let id = self.guards_of.get(&var).copied()?;
-        let may_be = match &self.graph.var(var).ty {
-            Ty::Tuple(parts) => parts.iter().any(|part| self.is_guard_ty(part)),
-            ty => self.is_guard_ty(ty),
-        };
+        let may_be = self.has_guard(&self.graph.var(var).ty, 0);
         may_be.then_some(id)
+    }
+
+    /// Whether a value of the type may be a guard or own one.
+    fn has_guard(&self, ty: &Ty, depth: u32) -> bool {
+        let index = self.program.index;
+        let is_in = |inner: &Ty| self.has_guard(inner, depth + 1);
+        if depth > MAX_DEPTH || self.is_guard_ty(ty) {
+            return depth <= MAX_DEPTH;
+        }
+        match ty {
+            Ty::Tuple(parts) | Ty::External(_, parts) => parts.iter().any(is_in),
+            Ty::Array(inner, _) => is_in(inner),
+            Ty::Adt(id, _) => match &index.type_def(*id).shape {
+                Shape::Struct(fields) => {
+                    fields.fields.iter().any(|field| index.field_ty(ty, None, &field.name).is_some_and(|ty| is_in(&ty)))
+                }
+                Shape::Enum(_) => false,
+            },
+            _ => false,
+        }
     }
 
     /// A call of analysed code that gives a guard: it is read here, so that what the guard holds is known.

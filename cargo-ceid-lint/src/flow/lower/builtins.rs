@@ -24,6 +24,10 @@ impl Builder<'_> {
             return value;
         }
         self.keep_iterator(&value, &Cause::Call(self.text(id)), span);
+        match &value.place {
+            Some(owner) => self.put_away(id, owner, args, &values),
+            None => self.give_away(id, &[], args, &values),
+        }
         match method {
             // `push(value)`, `map.insert(key, value)`, `bank.resize(4, value)`
             "push" | "push_back" | "push_front" | "insert" | "resize" => {

@@ -158,7 +158,7 @@ impl Builder<'_> {
             && let Some(full) = self.resets(self.called_name(id), resolved)
         {
             self.emit(Effect::Reset { place: place.clone(), full }, span);
-            return Value::default();
+            return self.chained(id, resolved, place);
         }
         if let Some((place, full)) = self.resets_state(self.called_name(id), resolved, exprs, values) {
             self.emit(Effect::Reset { place, full }, span);
@@ -196,7 +196,11 @@ impl Builder<'_> {
             if let Some(place) = &self_place {
                 self.emit(Effect::Use { place: place.clone() }, span);
             }
-            return self.unknown_call(id, self.text(id), &exprs[skip..], &values[skip..]);
+            let value = self.unknown_call(id, self.text(id), &exprs[skip..], &values[skip..]);
+            return match &self_place {
+                Some(place) if skip == 1 => self.chained_unread(id, resolved, place, exprs.len() > 1),
+                _ => value,
+            };
         }
         if let Some(value) = self.switch_call(resolved, exprs, values, id) {
             return value;
@@ -205,6 +209,7 @@ impl Builder<'_> {
             return self.guard_from_call(id, resolved, exprs, values);
         }
         let result = self.emit_call(id, &resolved.targets, exprs, values, None);
+        self.give_away(id, &resolved.targets, exprs, values);
         if self.never_returns(id) {
             self.diverge(span);
             return Value::default();
@@ -353,6 +358,7 @@ impl Builder<'_> {
         for (expr, value) in exprs.iter().zip(values) {
             if let Some(closure) = value.closure {
                 let is_future = self.is_of_future(closure);
+                self.lose_captured(id, closure);
                 if !is_future && !self.is_item(closure) && std::mem::take(&mut takes_callback) {
                     self.callback(closure, Caller::Framework, span);
                 } else {
@@ -377,6 +383,7 @@ impl Builder<'_> {
         if !places.is_empty() {
             self.emit(Effect::Unknown { places: places.clone(), cause: Cause::Call(text) }, span);
         }
+        self.give_away(id, &[], exprs, values);
         if *self.ty(id) == Ty::Never && self.never_returns(id) {
             self.diverge(span);
         }

@@ -272,6 +272,11 @@ impl Builder<'_> {
         self.named_locals(closure).filter(|(_, var)| self.may_hold_filter(&self.graph.var(*var).ty)).collect()
     }
 
+    /// The variables of its surroundings that a closure names.
+    pub(super) fn captured_vars(&self, closure: ClosureRef) -> BTreeSet<Var> {
+        self.named_locals(closure).map(|(_, var)| var).collect()
+    }
+
     /// The locals of its surroundings that a closure names, with their variables.
     fn named_locals(&self, closure: ClosureRef) -> impl Iterator<Item = (LocalId, Var)> {
         let frame = &self.frames[closure.frame];

@@ -1,7 +1,7 @@
 //! How guards end before their scope does: dropped, never bound, forgotten.
 
 use super::{Builder, Value};
-use crate::flow::{GuardId, Place};
+use crate::flow::{Effect, GuardId, Place};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
@@ -9,6 +9,7 @@ use crate::syntax::tree::{ExprId, ExprKind};
 impl Builder<'_> {
     /// A value that a statement drops at once.
     pub(super) fn discard(&mut self, expr: ExprId, value: &Value, span: Span) {
+        self.note_dropped_state(value);
         if self.at.is_some()
             && !self.is_bound(value)
             && let (Some(destructor), Some(place)) = (self.destructor(self.ty(expr)), value.place.clone())
@@ -23,8 +24,23 @@ impl Builder<'_> {
 
     /// `let _ = value;`
     pub(super) fn discard_wild(&mut self, expr: ExprId, value: &Value, span: Span) {
+        self.note_dropped_state(value);
         if self.at.is_some() && self.is_guard(expr) && !self.is_bound(value) {
             self.mark_dropped(expr, value, span, "`let _` drops it at once");
+        }
+    }
+
+    /// A state that a law gave back is dropped by the statement that runs the law.
+    fn note_dropped_state(&mut self, value: &Value) {
+        let Some(var) = value.place.as_ref().and_then(Place::base_var).filter(|var| self.advanced.contains(var)) else {
+            return;
+        };
+        for node in &mut self.graph.nodes {
+            if let Effect::Advance(advance) = &mut node.effect
+                && advance.after.base_var() == Some(var)
+            {
+                advance.is_dropped = true;
+            }
         }
     }
 
@@ -64,14 +80,14 @@ impl Builder<'_> {
         }
     }
 
-    /// `drop(value)`: at the end of the cycle it changes nothing.
-    pub(super) fn drop_value(&mut self, call: ExprId, expr: ExprId, value: &Value) {
+    /// `drop(value)`, or a call that is seen to do that: at the end of the cycle it changes nothing.
+    pub(super) fn drop_value(&mut self, call: ExprId, expr: ExprId, value: &Value, how: &str) {
         if self.at.is_none() || matches!(self.ty(expr), Ty::Ref(..)) {
             return;
         }
         let span = self.span(call);
         if !self.frames[self.frame].last.contains(&call) {
-            return self.mark_dropped(expr, value, span, "`drop` ends it here");
+            return self.mark_dropped(expr, value, span, how);
         }
         if let Some(guard) = self.guard_of(expr, value) {
             self.end_now(guard, span);

@@ -27,7 +27,7 @@ impl Builder<'_> {
             "std::mem::drop" => {
                 if let Some(arg) = args.first() {
                     let value = self.expr(*arg);
-                    self.drop_value(id, *arg, &value);
+                    self.drop_value(id, *arg, &value, "`drop` ends it here");
                 }
                 return Value::default();
             }
@@ -109,20 +109,20 @@ impl Builder<'_> {
             )
         {
             let value = values.into_iter().next_back().unwrap_or_default();
-            if owner == "ManuallyDrop"
+            if matches!(owner, "ManuallyDrop" | "MaybeUninit")
                 && let Some(arg) = args.last()
             {
-                self.forget_value(*arg, &value, span, "`ManuallyDrop`");
+                self.forget_value(*arg, &value, span, &format!("`{owner}`"));
             }
             // What a box or cell is made of is a copy of what is still there.
             let is_copy = args.last().is_some_and(|arg| self.program.index.copies_filter(self.ty(*arg)));
             let leaves_by = value.leaves_by.or(is_copy.then_some(Transfer::Copy));
             return Value { leaves_by, ..value };
         }
-        if path == "std::boxed::Box::leak" {
+        if let Some(how) = never_drops(path) {
             let value = values.into_iter().next().unwrap_or_default();
             if let Some(arg) = args.first() {
-                self.forget_value(*arg, &value, span, "`Box::leak`");
+                self.forget_value(*arg, &value, span, how);
             }
             return value;
         }
@@ -131,6 +131,7 @@ impl Builder<'_> {
         if path.starts_with("std::") && !is_raw && values.iter().all(|value| value.closure.is_none()) {
             for (arg, value) in args.iter().zip(&values) {
                 self.keep_iterator(value, &Cause::Call(path_tail(path)), span);
+                self.give_away(id, &[], &[*arg], std::slice::from_ref(value));
                 // `Vec::push(&mut queue, sample)`
                 if matches!(self.ty(*arg), Ty::Ref(true, _)) {
                     self.note_lent(*arg);
@@ -190,6 +191,7 @@ impl Builder<'_> {
         let values = self.values(args);
         let span = self.span(id);
         let Some(place) = values.first().and_then(|value| value.place.clone()) else { return Value::default() };
+        self.put_away(id, &place, &args[1..], &values[1..]);
         // What was there has another name now, and may come back; the place holds a new instance.
         let taken = self.temporary(self.ty(id).clone(), span);
         let is_truth = *self.ty(id) == Ty::Bool;
@@ -262,4 +264,15 @@ impl Builder<'_> {
         });
         given.collect::<Vec<ExprId>>().into_iter().any(|target| self.static_place(target).as_ref() == Some(place))
     }
+}
+
+/// What takes a value out of the hands of its destructor, as messages name it.
+fn never_drops(path: &str) -> Option<&'static str> {
+    Some(match path {
+        "std::boxed::Box::leak" => "`Box::leak`",
+        "std::boxed::Box::into_raw" => "`Box::into_raw`",
+        "std::rc::Rc::into_raw" => "`Rc::into_raw`",
+        "std::sync::Arc::into_raw" => "`Arc::into_raw`",
+        _ => return None,
+    })
 }

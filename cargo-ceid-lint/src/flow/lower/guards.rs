@@ -25,7 +25,7 @@ impl Builder<'_> {
     }
 
     /// Whether a type is one of ceid-core's, read or not.
-    fn is_ceid(&self, ty: &Ty, name: &str) -> bool {
+    pub(super) fn is_ceid(&self, ty: &Ty, name: &str) -> bool {
         match ty {
             Ty::External(path, _) => path == &format!("ceid_core::{name}"),
             Ty::Adt(id, _) => {

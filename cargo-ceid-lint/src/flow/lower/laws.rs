@@ -32,6 +32,7 @@ impl<'a> Builder<'a> {
             InstancePlace::Returned => None,
         };
         let place = at.and_then(|at| values.get(at)).and_then(|value| value.place.clone());
+        let receiver = place.clone().filter(|_| at == Some(0) && law.has_receiver && law.targets.is_empty());
         let mut fed = Vec::new();
         let mut from = Computed::default();
         for arg in exprs.iter().enumerate().filter(|(number, _)| Some(*number) != at).map(|(_, arg)| *arg) {
@@ -75,6 +76,9 @@ impl<'a> Builder<'a> {
                 from,
             };
             self.emit(Effect::Update(update), self.span(id));
+        }
+        if let Some(given) = receiver.and_then(|place| self.chained_law(id, &law, exprs[0], &place)) {
+            return given;
         }
         let is_owned = !matches!(self.ty(id), Ty::Ref(..));
         Value { place: Some(Place::var(result)), is_owned, same_as: Some(result), ..Value::default() }
@@ -173,6 +177,7 @@ impl<'a> Builder<'a> {
             law: law.group,
             method: self.called_name(id).to_owned(),
             attempt: may_fail.then_some(result),
+            is_dropped: false,
         };
         self.advanced.insert(result);
         self.emit(Effect::Advance(Box::new(advance)), self.span(id));

@@ -302,6 +302,7 @@ impl Builder<'_> {
             if self.assign_guard(var, value, span) {
                 return;
             }
+            self.put_away(target, &Place::var(var), &[source], std::slice::from_ref(value));
             let head = value.head.clone();
             is_next = !is_reference && self.take_over(target, &Place::var(var), value, source);
             if is_reference || (!is_next && !self.may_hold_filter(self.ty(target))) {
@@ -313,6 +314,7 @@ impl Builder<'_> {
         self.keep_closure(value, span);
         self.lose_made(value);
         let Some(place) = place else { return };
+        self.put_away(target, &place, &[source], std::slice::from_ref(value));
         if !is_next {
             self.take_over(target, &place, value, source);
         }

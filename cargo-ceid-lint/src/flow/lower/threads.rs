@@ -31,6 +31,7 @@ impl Builder<'_> {
         for arg in args {
             let value = self.expr(*arg);
             if let Some(closure) = value.closure {
+                self.lose_captured(id, closure);
                 if is_awaited {
                     self.run_beside(closure, span);
                 } else {
