@@ -140,9 +140,7 @@ impl Gates<'_, '_> {
                     && match self.search.graph.changes.get(&id) {
                         Some(change) => {
                             change.kind != ChangeKind::Constant
-                                && (is_named
-                                    || change.computed.places.iter().any(|from| is_moment_name(&self.last_name(from)))
-                                    || self.tells(&self.assignments().behind(&change.computed)))
+                                && (is_named || self.tells(&self.assignments().behind(&change.computed)))
                         }
                         // Without a step of its own, what is kept by a method may as well be the last sample.
                         None => is_time || (is_named && self.time_base() == TimeBase::Passed),
