@@ -6,7 +6,7 @@ use super::aliases::Aliases;
 use super::functions::FunctionKind;
 use super::search::Search;
 use super::summary::Summaries;
-use crate::flow::{CallSite, Caller, Computed, ControlFlowGraph, Effect, IndexKey, LoopId, NodeId, Place, Rounds, Var};
+use crate::flow::{CallSite, Computed, ControlFlowGraph, Effect, IndexKey, LoopId, NodeId, Place, Rounds, Var};
 use crate::index::FunctionId;
 use crate::syntax::CycleDirective;
 
@@ -43,7 +43,7 @@ pub(super) fn choose_cycles(
     let mut sample_loops = BTreeSet::new();
     let mut nodes = search.updating();
     // Where only something unseen may run the updates, the code here is a cycle of which nothing is known.
-    let is_unseen = |node: &NodeId| graph.loops_around(*node).any(|id| graph.loop_info(id).caller == Caller::Unseen);
+    let is_unseen = |node: &NodeId| graph.loops_around(*node).any(|id| graph.loop_info(id).is_unseen());
     if nodes.iter().all(is_unseen) {
         nodes.extend(search.unknown());
     }
@@ -110,7 +110,7 @@ fn choose(
     sample_loops: &mut BTreeSet<LoopId>,
 ) -> Option<LoopId> {
     // What something unseen calls is presumed to be a cycle, whatever it stands in.
-    let is_unseen = around.last().is_some_and(|id| graph.loop_info(*id).caller == Caller::Unseen);
+    let is_unseen = around.last().is_some_and(|id| graph.loop_info(*id).is_unseen());
     let (kind, is_helper) = if is_unseen { (FunctionKind::Presumed, false) } else { (kind, is_helper) };
     let declared = |id: &&LoopId| graph.loop_info(**id).directive == Some(CycleDirective::Cycle);
     if let Some(id) = around.iter().find(declared) {
