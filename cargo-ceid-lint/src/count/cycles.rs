@@ -170,7 +170,15 @@ fn feeds(
                 .iter()
                 .any(|root| root.base == search.instance.base && root.overlaps(search.instance))
         });
-        bound.extend(data.filter_map(Place::base_var));
+        // Of what has the data in one of its parts, the other parts stay the same in all rounds.
+        let (parts, whole): (Vec<&Place>, Vec<&Place>) = data.partition(|collection| !collection.steps.is_empty());
+        let from = match &graph.node(node).effect {
+            Effect::Update(update) => update.from.places.as_slice(),
+            Effect::Call(site) => site.from.places.as_slice(),
+            _ => &[],
+        };
+        bound.extend(whole.into_iter().filter_map(Place::base_var));
+        bound.extend(parts.into_iter().filter(|part| reads_of(graph, from, part)).filter_map(Place::base_var));
     }
     // What the instance gives in a round, by its law or another method of it.
     let inside = |other: &NodeId| graph.is_within(graph.node(*other).in_loop, id);
@@ -246,6 +254,37 @@ fn feeds(
             }
             _ => false,
         })
+}
+
+/// Whether what is computed from these places may have been computed from a part of something.
+fn reads_of(graph: &ControlFlowGraph, from: &[Place], part: &Place) -> bool {
+    let mut open = named(from);
+    let mut seen = BTreeSet::new();
+    if open.is_empty() {
+        return true;
+    }
+    while let Some(place) = open.pop() {
+        if place.base == part.base {
+            if place.steps.is_empty() || place.overlaps(part) {
+                return true;
+            }
+        } else if seen.insert(place) {
+            let computed = place.base_var().and_then(|var| graph.computed.get(&var));
+            open.extend(computed.into_iter().flat_map(|computed| named(&computed.places)));
+        }
+    }
+    false
+}
+
+/// The places without what is only named on the way to the one before it: `frame` in `frame.speed`.
+fn named(places: &[Place]) -> Vec<&Place> {
+    let is_on_way = |at: usize| {
+        let before = at.checked_sub(1).map(|before| &places[before]);
+        before.is_some_and(|before| {
+            before.base == places[at].base && before.steps.split_last().is_some_and(|(_, way)| *way == places[at].steps)
+        })
+    };
+    (0..places.len()).filter(|at| !is_on_way(*at)).map(|at| &places[at]).collect()
 }
 
 /// Whether an update stands behind the question which round of a loop it is: `if channel == 0`.

@@ -171,7 +171,7 @@ impl Builder<'_> {
             self.emit(Effect::Reset { place, full }, span);
             return Value::default();
         }
-        self.lends_kept(id, exprs, values);
+        self.lends_kept(id, &resolved.targets, exprs, values);
         if values.iter().any(|value| value.closure.is_some() || value.iterator.is_some()) {
             if let Some(value) = self.runs_given(id, values) {
                 return value;
@@ -301,7 +301,7 @@ impl Builder<'_> {
     }
 
     /// Whether a function gets what an argument names, or a copy of it, and not a reference to it.
-    fn is_passed_by_value(
+    pub(super) fn is_passed_by_value(
         &self,
         expr: ExprId,
         value: &Value,
@@ -356,7 +356,7 @@ impl Builder<'_> {
         if let Some(value) = self.runs_given(id, values) {
             return value;
         }
-        self.lends_kept(id, exprs, values);
+        self.lends_kept(id, &[], exprs, values);
         let mut takes_callback = self.takes_callback(id);
         let mut places = Vec::new();
         for (expr, value) in exprs.iter().zip(values) {

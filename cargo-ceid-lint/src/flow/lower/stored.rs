@@ -2,8 +2,8 @@
 
 use super::{Builder, Value};
 use crate::flow::{Caller, Cause, Effect, LoopId, NodeId, Place, Var};
-use crate::index::{Shape, Ty};
-use crate::syntax::tree::{ExprId, Fields};
+use crate::index::{FunctionId, Shape, Ty};
+use crate::syntax::tree::{ExprId, ExprKind, Fields};
 
 /// The closures that are put somewhere, and the calls that may run them from there.
 #[derive(Default)]
@@ -49,10 +49,16 @@ impl Builder<'_> {
         }
     }
 
-    /// A call that lends or gives away what may hold a closure.
-    pub(super) fn lends_kept(&mut self, id: ExprId, exprs: &[ExprId], values: &[Value]) {
+    /// A call that lends what may hold a closure. What it is given for good is no affair of the code here any more, unless the
+    /// next round gives it again.
+    pub(super) fn lends_kept(&mut self, id: ExprId, targets: &[FunctionId], exprs: &[ExprId], values: &[Value]) {
+        let receiver = match &self.body().expr(id).kind {
+            ExprKind::MethodCall { receiver, .. } => Some(*receiver),
+            _ => None,
+        };
         for (expr, value) in exprs.iter().zip(values) {
             if let Some(by) = value.place.as_ref().and_then(Place::base_var)
+                && !(self.loops.is_empty() && self.is_passed_by_value(*expr, value, receiver, targets))
                 && self.holds_callable(self.ty(*expr), 0)
             {
                 self.note_stored_call(Some(by), false, self.span(id));
