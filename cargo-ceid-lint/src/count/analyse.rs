@@ -415,6 +415,7 @@ impl Context<'_> {
             primary: decision.primary,
             through: decision.through.into_iter().collect(),
             others: decision.others,
+            skips: decision.skips,
             updates: Vec::new(),
             suppressed: None,
             known: false,
