@@ -89,7 +89,7 @@ impl Builder<'_> {
                     let types = fields.fields.iter().filter_map(|field| index.field_ty(ty, variant, &field.name));
                     types.collect::<Vec<_>>().iter().any(holds)
                 };
-                args.iter().any(|arg| holds(arg))
+                args.iter().any(holds)
                     || match &index.type_def(*id).shape {
                         Shape::Struct(fields) => of(None, fields),
                         Shape::Enum(variants) => variants.iter().enumerate().any(|(at, it)| of(Some(at), &it.fields)),
