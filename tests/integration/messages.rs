@@ -53,6 +53,11 @@ fn repeated_by_two_guards() {
 }
 
 #[test]
+fn repeated_behind_a_gate() {
+    check("repeated_update", "twice_when_a_sample_is_there");
+}
+
+#[test]
 fn missed() {
     check("missed_update", "field_of_the_same_self");
 }

@@ -33,6 +33,8 @@ pub(super) struct FunctionFacts<'a> {
     /// The cycles of each instance that the function updates.
     pub(super) updated: Vec<Instance>,
     pub(super) kind: FunctionKind,
+    /// Whether some cycle runs it.
+    pub(super) is_in_cycle: bool,
     /// The text of its body.
     pub(super) body: Span,
 }
@@ -167,7 +169,7 @@ fn function_facts<'a>(
     }
     let function = &program.index.function(graph.function).function;
     let body = function.body.as_ref().map_or(function.head, |body| body.expr(body.root).span);
-    FunctionFacts { graph, aliases, dependence, updated, kind, body }
+    FunctionFacts { graph, aliases, dependence, updated, kind, is_in_cycle: in_cycle.contains(&graph.function), body }
 }
 
 /// The filters that are or lie at a place.
@@ -323,7 +325,7 @@ impl Context<'_> {
             CycleId::Function => Region::Function,
         };
         let presumed = match id {
-            CycleId::Loop(id) => graph.loop_info(id).caller == Caller::Unseen,
+            CycleId::Loop(id) => graph.loop_info(id).is_unseen(),
             CycleId::Function => facts.kind == FunctionKind::Presumed,
         };
         let by_framework = id == CycleId::Function && facts.kind == FunctionKind::Cycle;
@@ -340,11 +342,14 @@ impl Context<'_> {
             self.decide_behind(facts, instance, search, |search| decide::decide(search, region, by_framework))
         };
         self.effort.add(graph.nodes.len() / 8 + search.take_states());
+        // How often a round of the code around the calls of a kept closure updates it, this closure alone does not tell.
+        let is_kept = matches!(id, CycleId::Loop(id) if graph.loop_info(id).caller == Caller::Keeper);
         let is_sample_loop = matches!(id, CycleId::Loop(id) if instance.sample_loops.contains(&id));
         let decision = self.by_multiplicity(facts, search, decision);
         let decision = match decision.verdict {
             // A function that never comes to its end is called once at most.
             _ if presumed && decision.counts.is_empty() && decision.verdict != Verdict::Repeated => return None,
+            Verdict::Once | Verdict::Guarded if is_kept => return None,
             Verdict::Once if is_sample_loop => Decision { verdict: Verdict::PerSample, ..decision },
             Verdict::Once | Verdict::Guarded | Verdict::Repeated => decision,
             _ if presumed => return None,
@@ -414,6 +419,7 @@ impl Context<'_> {
             primary: decision.primary,
             through: decision.through.into_iter().collect(),
             others: decision.others,
+            skips: decision.skips,
             updates: Vec::new(),
             suppressed: None,
             known: false,

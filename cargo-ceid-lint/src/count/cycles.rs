@@ -6,7 +6,7 @@ use super::aliases::Aliases;
 use super::functions::FunctionKind;
 use super::search::Search;
 use super::summary::Summaries;
-use crate::flow::{CallSite, Caller, Computed, ControlFlowGraph, Effect, IndexKey, LoopId, NodeId, Place, Rounds, Var};
+use crate::flow::{CallSite, Computed, ControlFlowGraph, Effect, IndexKey, LoopId, NodeId, Place, Rounds, Var};
 use crate::index::FunctionId;
 use crate::syntax::CycleDirective;
 
@@ -43,7 +43,7 @@ pub(super) fn choose_cycles(
     let mut sample_loops = BTreeSet::new();
     let mut nodes = search.updating();
     // Where only something unseen may run the updates, the code here is a cycle of which nothing is known.
-    let is_unseen = |node: &NodeId| graph.loops_around(*node).any(|id| graph.loop_info(id).caller == Caller::Unseen);
+    let is_unseen = |node: &NodeId| graph.loops_around(*node).any(|id| graph.loop_info(id).is_unseen());
     if nodes.iter().all(is_unseen) {
         nodes.extend(search.unknown());
     }
@@ -117,7 +117,7 @@ fn choose(
     sample_loops: &mut BTreeSet<LoopId>,
 ) -> Option<LoopId> {
     // What something unseen calls is presumed to be a cycle, whatever it stands in.
-    let is_unseen = around.last().is_some_and(|id| graph.loop_info(*id).caller == Caller::Unseen);
+    let is_unseen = around.last().is_some_and(|id| graph.loop_info(*id).is_unseen());
     let (kind, is_helper) = if is_unseen { (FunctionKind::Presumed, false) } else { (kind, is_helper) };
     let declared = |id: &&LoopId| graph.loop_info(**id).directive == Some(CycleDirective::Cycle);
     if let Some(id) = around.iter().find(declared) {
@@ -177,7 +177,15 @@ fn feeds(
                 .iter()
                 .any(|root| root.base == search.instance.base && root.overlaps(search.instance))
         });
-        bound.extend(data.filter_map(Place::base_var));
+        // Of what has the data in one of its parts, the other parts stay the same in all rounds.
+        let (parts, whole): (Vec<&Place>, Vec<&Place>) = data.partition(|collection| !collection.steps.is_empty());
+        let from = match &graph.node(node).effect {
+            Effect::Update(update) => update.from.places.as_slice(),
+            Effect::Call(site) => site.from.places.as_slice(),
+            _ => &[],
+        };
+        bound.extend(whole.into_iter().filter_map(Place::base_var));
+        bound.extend(parts.into_iter().filter(|part| reads_of(graph, from, part)).filter_map(Place::base_var));
     }
     // What the instance gives in a round, by its law or another method of it.
     let inside = |other: &NodeId| graph.is_within(graph.node(*other).in_loop, id);
@@ -253,6 +261,37 @@ fn feeds(
             }
             _ => false,
         })
+}
+
+/// Whether what is computed from these places may have been computed from a part of something.
+fn reads_of(graph: &ControlFlowGraph, from: &[Place], part: &Place) -> bool {
+    let mut open = named(from);
+    let mut seen = BTreeSet::new();
+    if open.is_empty() {
+        return true;
+    }
+    while let Some(place) = open.pop() {
+        if place.base == part.base {
+            if place.steps.is_empty() || place.overlaps(part) {
+                return true;
+            }
+        } else if seen.insert(place) {
+            let computed = place.base_var().and_then(|var| graph.computed.get(&var));
+            open.extend(computed.into_iter().flat_map(|computed| named(&computed.places)));
+        }
+    }
+    false
+}
+
+/// The places without what is only named on the way to the one before it: `frame` in `frame.speed`.
+fn named(places: &[Place]) -> Vec<&Place> {
+    let is_on_way = |at: usize| {
+        let before = at.checked_sub(1).map(|before| &places[before]);
+        before.is_some_and(|before| {
+            before.base == places[at].base && before.steps.split_last().is_some_and(|(_, way)| *way == places[at].steps)
+        })
+    };
+    (0..places.len()).filter(|at| !is_on_way(*at)).map(|at| &places[at]).collect()
 }
 
 /// Whether an update stands behind the question which round of a loop it is: `if channel == 0`.

@@ -31,6 +31,8 @@ pub(super) struct Decision {
     /// The call through which the finding is shown in another function.
     pub(super) through: Option<Span>,
     pub(super) others: Vec<Evidence>,
+    /// Whether a way skips as well, where another one repeats.
+    pub(super) skips: bool,
     pub(super) law: Option<String>,
 }
 
@@ -46,6 +48,7 @@ impl Decision {
             primary: None,
             through: None,
             others: Vec::new(),
+            skips: false,
             law: None,
         }
     }
@@ -161,12 +164,14 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
         primary: None,
         through: None,
         others: Vec::new(),
+        skips: false,
         law: law_name(search),
     };
     if let Some(end) = shortest(&exploration, ends.iter().filter(|end| end.state.count == Count::Many)) {
         if asks_dropped(search, &exploration, end) {
             return too_many_conditions(base);
         }
+        let base = Decision { skips: skips_without_reason(search, region, &exploration, &completing), ..base };
         return repeated(search, region, &exploration, end, base);
     }
     if exploration.limit {
@@ -300,6 +305,13 @@ fn skipped(
     }
 }
 
+/// Whether one of these ways neither updates nor resets, and no gate tells why.
+fn skips_without_reason(search: &Search<'_>, region: Region, exploration: &Exploration, ends: &[&End]) -> bool {
+    let gates = Gates::new(search, region);
+    let mut skipping = ends.iter().filter(|end| end.state.count == Count::Zero && !end.state.reset);
+    skipping.any(|end| gates.of_end(exploration, end).is_none())
+}
+
 /// The first few places besides one at which a way skips without a reason, each with its shortest way.
 fn other_skips<'e>(
     gates: &Gates<'_, '_>,
@@ -395,6 +407,7 @@ pub(super) fn decide_missed(search: &Search<'_>, region: Region, head: Span) -> 
         primary: Some(head),
         through: None,
         others: Vec::new(),
+        skips: false,
         law: law_name(search),
     };
     match (&base.cause, completes) {

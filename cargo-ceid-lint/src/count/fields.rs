@@ -4,32 +4,38 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::analyse::FunctionFacts;
+use super::cycles::Instance;
 use super::functions::FunctionKind;
-use super::instances::{leaves, place_ty};
-use crate::flow::{ControlFlowGraph, Effect, Place, Projection};
+
+use super::instances::{inner, leaves, place_ty};
+use crate::flow::{Base, CallSite, ControlFlowGraph, Effect, Place, Projection};
 use crate::index::{FunctionId, Index, Ty, TypeId};
 
 /// A field of a type, or a field of a field.
 pub(super) type FieldKey = (TypeId, Vec<String>);
 
+/// A half of a law, and the function and the variable of it that the place was reached by.
+type Reached = (usize, FunctionId, Base);
+
 /// Places by their fields, each with halves of laws.
 #[derive(Debug, Default)]
 pub(super) struct Fields {
     /// By all fields that are known of them.
-    whole: BTreeMap<FieldKey, BTreeSet<usize>>,
+    whole: BTreeMap<FieldKey, BTreeSet<Reached>>,
     /// By the last ones, of each type on the way.
-    inner: BTreeMap<FieldKey, BTreeSet<usize>>,
+    inner: BTreeMap<FieldKey, BTreeSet<Reached>>,
 }
 
 impl Fields {
     /// Adds a place, with a half of its law.
     pub(super) fn add(&mut self, index: &Index, graph: &ControlFlowGraph, place: &Place, law: usize) {
         let mut keys = keys(index, graph, place).into_iter();
+        let reached = (law, graph.function, place.base);
         if let Some(whole) = keys.next() {
-            self.whole.entry(whole).or_default().insert(law);
+            self.whole.entry(whole).or_default().insert(reached);
         }
         for inner in keys {
-            self.inner.entry(inner).or_default().insert(law);
+            self.inner.entry(inner).or_default().insert(reached);
         }
     }
 
@@ -38,7 +44,11 @@ impl Fields {
         let keys = keys(index, graph, place);
         let whole = keys.iter().filter_map(|key| self.whole.get(key));
         let inner = keys.first().and_then(|key| self.inner.get(key));
-        whole.chain(inner).flatten().copied().collect()
+        // What a function gets by another parameter is another value.
+        let is_param = |base: &Base| matches!(base, Base::Var(var) if graph.var(*var).param.is_some());
+        let is_another =
+            |(_, function, base): &Reached| *function == graph.function && *base != place.base && is_param(base);
+        whole.chain(inner).flatten().filter(|reached| !is_another(reached)).map(|(law, ..)| *law).collect()
     }
 }
 
@@ -60,7 +70,13 @@ fn keys(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Vec<FieldKey>
             break;
         };
         let owner = Place { base: place.base, steps: place.steps[..at].to_vec() };
-        let Some(owner @ Ty::Adt(id, _)) = place_ty(index, graph, &owner) else { break };
+        let owner = place_ty(index, graph, &owner);
+        // A part of a tuple is one of whatever has the tuple.
+        if matches!(owner, Some(Ty::Tuple(_))) {
+            fields.insert(0, name.to_string());
+            continue;
+        }
+        let Some(owner @ Ty::Adt(id, _)) = owner else { break };
         // What lies behind a reference belongs to something else.
         if !fields.is_empty() && matches!(index.field_ty(&owner, None, name), Some(Ty::Ref(..))) {
             break;
@@ -79,15 +95,57 @@ fn keys(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Vec<FieldKey>
 /// The fields of types that some cycle updates, with the halves of the law.
 pub(super) fn updated_fields(index: &Index, facts: &[FunctionFacts<'_>], in_cycle: &BTreeSet<FunctionId>) -> Fields {
     let mut found = Fields::default();
+    let sites = call_sites(index, facts);
     for function in facts {
         let whole = in_cycle.contains(&function.graph.function);
         for instance in &function.updated {
-            if (whole && instance.is_updated) || instance.function || !instance.loops.is_empty() {
+            // Whose it is that a helper updates, its callers tell.
+            let is_callers = || is_named_by_callers(index, function, instance, &sites);
+            let is_helped = || whole && instance.is_updated && !is_callers();
+            if instance.function || !instance.loops.is_empty() || is_helped() {
                 found.add(index, function.graph, &instance.place, instance.law);
             }
         }
     }
     found
+}
+
+/// The calls of each function, with the functions that they stand in.
+type CallSites<'a, 'b> = BTreeMap<FunctionId, Vec<(&'a FunctionFacts<'b>, &'a CallSite)>>;
+
+fn call_sites<'a, 'b>(index: &Index, facts: &'a [FunctionFacts<'b>]) -> CallSites<'a, 'b> {
+    let mut found = CallSites::new();
+    for function in facts.iter().filter(|function| function.kind != FunctionKind::Outside) {
+        for node in &function.graph.nodes {
+            let Effect::Call(site) = &node.effect else { continue };
+            for target in &site.targets {
+                found.entry(index.origin(*target)).or_default().push((function, &**site));
+            }
+        }
+    }
+    found
+}
+
+/// Whether each call of a function names what it gives for the instance, so that the update is listed there as one of that.
+fn is_named_by_callers(
+    index: &Index,
+    function: &FunctionFacts<'_>,
+    instance: &Instance,
+    sites: &CallSites<'_, '_>,
+) -> bool {
+    let info = instance.place.base_var().map(|var| function.graph.var(var));
+    let Some(number) = info.and_then(|info| info.param) else { return false };
+    let Some(sites) = sites.get(&index.origin(function.graph.function)) else { return false };
+    sites.iter().all(|(caller, site)| {
+        let given = site.args.get(number).and_then(|arg| arg.place.as_ref()).filter(|_| !site.is_dispatched);
+        let is_named = |root: &Place| {
+            let info = root.base_var().map(|var| caller.graph.var(var));
+            let ty = place_ty(index, caller.graph, root).map(|ty| inner(&ty));
+            info.is_none_or(|info| !info.name.is_empty() || info.param.is_some())
+                && matches!(ty, Some(Ty::Adt(..) | Ty::Tuple(_) | Ty::Array(..)))
+        };
+        given.is_some_and(|place| caller.aliases.roots(place).iter().all(is_named))
+    })
 }
 
 /// The fields of types that some code updates or hands to something unseen.

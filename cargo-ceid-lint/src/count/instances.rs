@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::flow::{Base, ControlFlowGraph, IndexKey, Place, Projection};
 use crate::index::{Index, SHARED_RESOURCE, Shape, Ty};
+use crate::syntax::tree::Fields;
 use crate::types::is_transparent;
 
 /// The type of a place; `None` if some step of it cannot be followed.
@@ -133,6 +134,8 @@ pub(super) struct Leaf {
     pub(super) ty: Ty,
     /// Whether it may be absent, shared, or one of an unknown number: then nothing is owed to it as a sibling.
     pub(super) is_uncertain: bool,
+    /// Whether it lies behind a handle whose clones lead to it as well.
+    pub(super) is_shared: bool,
     /// The length of the array that it is an element of.
     pub(super) length: Option<u64>,
     /// Whether it lies in a cell or lock, so that it can be updated through a shared reference.
@@ -143,8 +146,11 @@ pub(super) struct Leaf {
 #[derive(Clone, Copy, Default)]
 struct Way {
     is_uncertain: bool,
+    is_shared: bool,
     length: Option<u64>,
     is_in_cell: bool,
+    /// Whether the variants of enums are looked into.
+    into_variants: bool,
     depth: u32,
 }
 
@@ -168,6 +174,30 @@ pub(super) fn leaves(index: &Index, ty: &Ty) -> Vec<Leaf> {
     let mut found = Vec::new();
     collect(index, ty, &mut Vec::new(), Way::default(), &mut found);
     found
+}
+
+/// The same, with those that lie in the variants of enums.
+pub(super) fn leaves_and_payloads(index: &Index, ty: &Ty) -> Vec<Leaf> {
+    let mut found = Vec::new();
+    collect(index, ty, &mut Vec::new(), Way { into_variants: true, ..Way::default() }, &mut found);
+    found
+}
+
+/// Whether a filter, by the steps that lead there, is in each value that is at a place: beyond that place no option, variant or
+/// collection is entered.
+pub(super) fn is_always_in(index: &Index, graph: &ControlFlowGraph, whole: &Place, steps: &[Projection]) -> bool {
+    let Some(ty) = place_ty(index, graph, whole) else { return false };
+    let is_in =
+        |ty: &Ty, steps: &[Projection]| leaves(index, ty).iter().any(|leaf| leaf.steps == steps && !leaf.is_uncertain);
+    match (&ty, whole.steps.last(), steps) {
+        (Ty::Adt(id, _), Some(Projection::Field(name)), [Projection::Field(field), rest @ ..]) => {
+            let Shape::Enum(variants) = &index.type_def(*id).shape else { return is_in(&ty, steps) };
+            let variant = variants.iter().position(|variant| *variant.name == **name);
+            let inner = variant.and_then(|variant| index.field_ty(&ty, Some(variant), field));
+            inner.is_some_and(|inner| is_in(&inner, rest))
+        }
+        _ => is_in(&ty, steps),
+    }
 }
 
 /// Whether a value of the type may be, hold or refer to a filter, as far as is known.
@@ -211,6 +241,7 @@ fn collect(index: &Index, ty: &Ty, steps: &mut Vec<Projection>, way: Way, found:
             steps: steps.clone(),
             ty: ty.clone(),
             is_uncertain: way.is_uncertain,
+            is_shared: way.is_shared,
             length: way.length,
             is_in_cell: way.is_in_cell,
         });
@@ -225,15 +256,17 @@ fn collect(index: &Index, ty: &Ty, steps: &mut Vec<Projection>, way: Way, found:
             // What a driver or guard of ceid-core holds is updated by it.
             let is_driver =
                 matches!(def.name.as_str(), "Cyclic" | "CycleGuard") && index.crate_of(def.module).name == "ceid_core";
-            let Shape::Struct(fields) = &def.shape else { return };
-            if is_driver {
-                return;
-            }
-            for field in &fields.fields {
-                let Some(inner) = index.field_ty(ty, None, &field.name) else { continue };
-                steps.push(Projection::Field(field.name.as_str().into()));
-                collect(index, &inner, steps, way.inside(), found);
-                steps.pop();
+            match &def.shape {
+                Shape::Struct(_) if is_driver => {}
+                Shape::Struct(fields) => collect_fields(index, ty, None, fields, steps, way.inside(), found),
+                Shape::Enum(variants) if way.into_variants => {
+                    for (number, variant) in variants.iter().enumerate() {
+                        steps.push(Projection::Field(variant.name.as_str().into()));
+                        collect_fields(index, ty, Some(number), &variant.fields, steps, way.uncertain(), found);
+                        steps.pop();
+                    }
+                }
+                Shape::Enum(_) => {}
             }
         }
         Ty::Tuple(parts) => {
@@ -272,10 +305,28 @@ fn collect(index: &Index, ty: &Ty, steps: &mut Vec<Projection>, way: Way, found:
             } else if matches!(name, "Box" | "Pin" | "MutexGuard" | "RefMut" | "SharedResource") {
                 collect(index, first, steps, way.inside(), found);
             } else if is_transparent(name) {
-                collect(index, first, steps, way.uncertain(), found);
+                let is_shared = way.is_shared || matches!(name, "Rc" | "Arc" | "Weak");
+                collect(index, first, steps, Way { is_shared, ..way.uncertain() }, found);
             }
         }
         _ => {}
+    }
+}
+
+fn collect_fields(
+    index: &Index,
+    ty: &Ty,
+    variant: Option<usize>,
+    fields: &Fields,
+    steps: &mut Vec<Projection>,
+    way: Way,
+    found: &mut Vec<Leaf>,
+) {
+    for field in &fields.fields {
+        let Some(inner) = index.field_ty(ty, variant, &field.name) else { continue };
+        steps.push(Projection::Field(field.name.as_str().into()));
+        collect(index, &inner, steps, way, found);
+        steps.pop();
     }
 }
 

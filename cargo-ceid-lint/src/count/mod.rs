@@ -24,6 +24,7 @@ mod guards;
 mod handed;
 mod instances;
 mod monomorphise;
+mod outside;
 mod owed;
 mod remarks;
 mod returned;

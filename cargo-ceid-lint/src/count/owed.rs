@@ -4,17 +4,15 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::analyse::{Context, CycleId, FunctionFacts};
 use super::analysis::{Analysis, Unregistered};
-use super::counts::Count;
 use super::decide::{self, Decision};
 use super::fields::Fields;
 use super::functions::FunctionKind;
 use super::given::place_of;
 use super::instances::{self, leaves, place_ty};
 use super::search::{Region, Search};
-use super::summary::Summary;
 use super::verdict::{Pair, Verdict};
 use crate::config::Multiplicity;
-use crate::flow::{Base, Caller, ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Transfer, Var};
+use crate::flow::{Base, ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::CycleDirective;
@@ -51,7 +49,11 @@ impl Context<'_> {
             // The law of a filter is not owed to the filter by its own methods, but to its parts.
             let is_self = of_self && info.name == "self" && index.filter_spec(&instances::inner(&info.ty)).is_some();
             let is_own = is_self || super::analyse::own_filter(index, graph) == Some(Place::var(var));
-            let all = if is_own { instances::parts(index, &info.ty) } else { leaves(index, &info.ty) };
+            let all = if is_own {
+                instances::parts(index, &info.ty)
+            } else {
+                instances::leaves_and_payloads(index, &info.ty)
+            };
             for leaf in all.into_iter().filter(|leaf| !is_shared || leaf.is_in_cell) {
                 let place = Place::var(var).join(&leaf.steps);
                 // What was moved there and is known by its old name is judged under that.
@@ -147,40 +149,6 @@ impl Context<'_> {
         }
     }
 
-    /// An instance that is updated, but in no cycle, is owed an update by the cycle that uses it.
-    fn owed_after_all(&self, facts: &FunctionFacts<'_>, place: &Place, pairs: &mut BTreeMap<CycleId, Vec<Pair>>) {
-        let graph = facts.graph;
-        let is_in_cycle = facts
-            .updated
-            .iter()
-            .any(|instance| instance.place.overlaps(place) && (!instance.loops.is_empty() || instance.function));
-        let elsewhere = !self.fields.laws(self.program.index, graph, place).is_empty();
-        if is_in_cycle || elsewhere || self.is_updated_in_loop_of_callee(facts, place) {
-            return;
-        }
-        // What is made inside the iteration owes nothing.
-        let is_outside = |id: LoopId| {
-            let declared = place.base_var().and_then(|var| graph.var(var).in_loop);
-            declared.is_none_or(|declared| declared != id && graph.is_within(Some(id), declared))
-        };
-        if let Some(id) = self.using_loop(facts, place).filter(|id| is_outside(*id)) {
-            self.push_missed(facts, place, 0, CycleId::Loop(id), pairs);
-        }
-    }
-
-    /// Whether a function that is called updates an instance in a loop of its own: `calibrate(&mut gyro);`
-    fn is_updated_in_loop_of_callee(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
-        let is_it = |other: &Place| facts.aliases.shared_roots(other).iter().any(|root| root.overlaps(place));
-        facts.graph.nodes.iter().any(|node| {
-            let Effect::Call(site) = &node.effect else { return false };
-            let callees = site.targets.iter().filter_map(|target| self.summaries.get(*target));
-            callees.flat_map(Summary::all_outcomes).any(|(given, outcomes)| {
-                outcomes.iter().any(|outcome| outcome.count == Count::PerSample)
-                    && place_of(given, site).is_some_and(|place| is_it(&place))
-            })
-        })
-    }
-
     fn owed_instance(
         &self,
         facts: &FunctionFacts<'_>,
@@ -203,7 +171,8 @@ impl Context<'_> {
         let uses = self.uses(facts, place);
         // Whatever is fed is there.
         let is_fed = || uses.fed && !instances::is_in_map(index, graph, place);
-        let is_absent = || leaf.is_uncertain && !uses.copied && !is_fed() && !self.is_beside_updated(facts, place);
+        let is_absent =
+            || leaf.is_uncertain && !uses.copied && !is_fed() && !self.is_beside_updated(facts, place, leaf.is_shared);
         let is_read_only = (uses.read || uses.looked_into) && !uses.fed && !uses.written;
         // A clone that is only read shows what the other one was.
         let is_snapshot = uses.is_snapshot || is_read_only && var.is_some_and(|var| is_clone(graph, var));
@@ -241,6 +210,17 @@ impl Context<'_> {
             self.push_missed(facts, place, 0, CycleId::Loop(id), pairs);
             return;
         }
+        let is_read_by_round =
+            || graph.node_ids().any(|id| graph.node(id).in_loop.is_none() && self.node_uses(facts, id, place));
+        if scope(CycleId::Function)
+            && !is_param_itself
+            && !leaf.is_uncertain
+            && !instances::is_lent(index, graph, place)
+            && is_read_by_round()
+        {
+            self.push_missed(facts, place, 0, CycleId::Function, pairs);
+            return;
+        }
         let is_built = |var: &Var| self.is_built_here(graph, *var);
         let Some(var) = var.filter(|var| !is_param && is_built(var) && !uses.copied) else { return };
         // Its scope holds a loop that never ends.
@@ -258,28 +238,29 @@ impl Context<'_> {
         }
     }
 
-    /// Whether something is updated that lies in the same elements of a collection: where there is one, there is the other.
-    fn is_beside_updated(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
-        let index = self.program.index;
-        (0..place.steps.len()).filter(|at| place.steps[*at].key().is_some()).any(|at| {
-            let (collection, rest) = (&place.steps[..at], &place.steps[at + 1..]);
-            let element = Place { base: place.base, steps: place.steps[..=at].to_vec() };
-            let is_certain = place_ty(index, facts.graph, &element)
-                .is_some_and(|ty| leaves(index, &ty).iter().any(|leaf| leaf.steps == rest && !leaf.is_uncertain));
-            is_certain
+    /// Whether something is updated that lies in the same element of a collection, or in the same value of an option or variant:
+    /// where there is one, there is the other. Another handle to the value may update the rest.
+    fn is_beside_updated(&self, facts: &FunctionFacts<'_>, place: &Place, is_shared: bool) -> bool {
+        (0..place.steps.len()).any(|at| {
+            let (steps, rest) = place.steps.split_at(at);
+            let whole = Place { base: place.base, steps: steps.to_vec() };
+            let is_element = whole.steps.last().is_some_and(|step| step.key().is_some());
+            // Of a collection no two elements are told apart.
+            let is_in_same = |other: &Place| match (other.steps.get(..at), is_element) {
+                (Some(others), true) => others[..at - 1] == steps[..at - 1] && others[at - 1].key().is_some(),
+                (Some(others), false) => !is_shared && others == steps,
+                (None, _) => false,
+            };
+            instances::is_always_in(self.program.index, facts.graph, &whole, rest)
                 && facts.updated.iter().any(|instance| {
                     let other = &instance.place;
-                    other.base == place.base
-                        && other.steps.len() > at + 1
-                        && other.steps[..at] == *collection
-                        && other.steps[at].key().is_some()
-                        && other.steps[at + 1..] != *rest
+                    other.base == place.base && is_in_same(other) && other.steps[at..] != *rest
                 })
         })
     }
 
     /// Whether a cycle updates something in the same scope: a local of the function, or a field of the same value.
-    fn is_sibling(&self, facts: &FunctionFacts<'_>, place: &Place, id: CycleId) -> bool {
+    pub(super) fn is_sibling(&self, facts: &FunctionFacts<'_>, place: &Place, id: CycleId) -> bool {
         let graph = facts.graph;
         let is_local = |place: &Place| {
             place.base_var().is_some_and(|var| graph.var(var).param.is_none() || place.steps.is_empty())
@@ -295,7 +276,7 @@ impl Context<'_> {
         })
     }
 
-    fn is_declared_before(&self, graph: &ControlFlowGraph, var: Var, id: LoopId) -> bool {
+    pub(super) fn is_declared_before(&self, graph: &ControlFlowGraph, var: Var, id: LoopId) -> bool {
         let info = graph.var(var);
         info.param.is_some() || info.declared < graph.loop_info(id).head
     }
@@ -327,7 +308,7 @@ impl Context<'_> {
             CycleId::Loop(id) => {
                 let info = graph.loop_info(id);
                 match info.cycle_head() {
-                    Some((head, _)) if info.caller != Caller::Unseen => head,
+                    Some((head, _)) if !info.is_unseen() => head,
                     _ => return,
                 }
             }
@@ -368,7 +349,7 @@ impl Context<'_> {
     }
 
     /// The loop that uses an instance and therefore owes it an update.
-    fn using_loop(&self, facts: &FunctionFacts<'_>, place: &Place) -> Option<LoopId> {
+    pub(super) fn using_loop(&self, facts: &FunctionFacts<'_>, place: &Place) -> Option<LoopId> {
         let graph = facts.graph;
         // A filter that is made inside the iteration is owed nothing by it.
         let made_in = place.base_var().and_then(|var| graph.var(var).in_loop);
@@ -391,7 +372,7 @@ impl Context<'_> {
         None
     }
 
-    fn node_uses(&self, facts: &FunctionFacts<'_>, id: NodeId, place: &Place) -> bool {
+    pub(super) fn node_uses(&self, facts: &FunctionFacts<'_>, id: NodeId, place: &Place) -> bool {
         let touches =
             |other: &Place| {
                 facts.aliases.shared_roots(other).iter().any(|root| {

@@ -126,9 +126,11 @@ impl Context<'_> {
         site.targets.iter().all(|target| self.program.index.function(*target).name == "clone")
     }
 
-    /// Whether a variable that something is moved into has a name, or is a part of a new value.
+    /// Whether a variable that something is moved into has a name, or is a part of a new value. What is put into `_old` is
+    /// dropped there.
     fn is_real_move(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
-        place.base_var().is_none_or(|var| !facts.graph.var(var).name.is_empty() || !place.steps.is_empty())
+        let is_name = |name: &str| !name.is_empty() && !name.starts_with('_');
+        place.base_var().is_none_or(|var| is_name(&facts.graph.var(var).name) || !place.steps.is_empty())
     }
 
     /// Whether every target of a call takes an argument by value.

@@ -165,6 +165,8 @@ pub struct Pair {
     pub through: Vec<Span>,
     /// Further paths that show the verdict, each at another place, the shortest first.
     pub others: Vec<Evidence>,
+    /// Whether another path neither updates nor resets the filter without a reason, where one updates it more than once.
+    pub skips: bool,
     /// Where the cycle updates it.
     pub updates: Vec<Span>,
     /// The reason of the suppression that hides all that is found on it, if it is hidden; may be empty.

@@ -67,6 +67,8 @@ pub enum Caller {
     Framework,
     /// Something unseen that gets a closure, and may call it once per cycle.
     Unseen,
+    /// The code that keeps a closure and calls it by another name: each call belongs to the cycle that it stands in.
+    Keeper,
 }
 
 /// A loop.
@@ -117,6 +119,12 @@ pub struct LoopInfo {
 }
 
 impl LoopInfo {
+    /// Whether it is a closure of which only its own rounds are known, and nothing of who calls it.
+    #[must_use]
+    pub fn is_unseen(&self) -> bool {
+        matches!(self.caller, Caller::Unseen | Caller::Keeper)
+    }
+
     /// Where its cycle begins in this function, and what that is; `None` if it is only another function's.
     #[must_use]
     pub fn cycle_head(&self) -> Option<(Span, CycleKind)> {

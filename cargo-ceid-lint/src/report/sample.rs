@@ -124,6 +124,7 @@ fn cycles(head: Span, sources: &SourceMap) -> Vec<Cycle> {
         gate: None,
         rules: Vec::new(),
         left_out: Vec::new(),
+        skips: false,
         cause: None,
         witness: Vec::new(),
         through: Vec::new(),

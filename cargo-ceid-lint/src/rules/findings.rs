@@ -94,7 +94,17 @@ fn of_verdict(cycle: &Cycle, verdict: Verdict) -> Vec<&Pair> {
         let has_own = pair.rules.iter().any(tells) || verdict.rule().is_some_and(|rule| !pair.rules.contains(&rule));
         matches!(verdict, Verdict::Missed | Verdict::Skipped) && has_own
     };
-    cycle.filters.iter().filter(|pair| pair.verdict == verdict).filter(|pair| !is_told(pair)).collect()
+    // What goes wrong with a filter goes wrong with the filters that it is made of.
+    let is_of_another = |pair: &&Pair| {
+        cycle.filters.iter().any(|other| {
+            let rest = pair.name.strip_prefix(&other.name);
+            other.verdict == verdict
+                && other.primary == pair.primary
+                && rest.is_some_and(|rest| rest.starts_with(['.', '[']))
+        })
+    };
+    let pairs = cycle.filters.iter().filter(|pair| pair.verdict == verdict);
+    pairs.filter(|pair| !is_told(pair) && !is_of_another(pair)).collect()
 }
 
 /// Pairs that go into one finding: those that belong together and that the same suppression hides, or none.
@@ -120,7 +130,7 @@ fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair]) -> Option<Diagnostic
     let siblings: Vec<String> =
         siblings.iter().map(|sibling| sibling.name.clone()).chain(pair.left_out.iter().cloned()).collect();
     let mut message = format!("`{}` is updated more than once in one cycle", pair.name);
-    if pair.counts.contains(&0) {
+    if pair.skips {
         message.push_str(" and not at all on another path");
     }
     if let Some(first) = siblings.first() {

@@ -456,6 +456,12 @@ pub fn names_constructor(name: &str) -> bool {
 }
 
 /// The parameters and the output of a type that can only be called: `impl FnMut(A) -> B`, `F: Fn(A)`, `&mut dyn FnMut(A)`.
+/// Whether a value of the type is called by its name, whatever stands behind that.
+#[must_use]
+pub fn is_callable(ty: &Ty) -> bool {
+    matches!(ty, Ty::Closure(_)) || callable_bound(ty).is_some()
+}
+
 fn callable_bound(ty: &Ty) -> Option<(Vec<Ty>, Ty)> {
     let bounds: &[TraitRef] = match ty.peel() {
         Ty::Param(param) => {

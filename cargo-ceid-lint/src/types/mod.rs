@@ -22,7 +22,7 @@ use crate::syntax::tree::{ExprId, PatId};
 
 pub use adapted::ADAPTED;
 pub use builtin::{is_lock, is_pointer, is_transparent};
-pub use calls::names_constructor;
+pub use calls::{is_callable, names_constructor};
 
 /// A variable of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

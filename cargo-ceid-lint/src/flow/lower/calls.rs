@@ -1,6 +1,7 @@
 //! Calls: of analysed code, of the standard library, and of what cannot be seen.
 
 use super::laws::Law;
+use super::stored::Holder;
 use super::{Builder, Value};
 use crate::flow::{Argument, CallSite, Caller, Cause, Computed, Effect, IndexKey, Place, Transfer, Var};
 use crate::index::{Def, FunctionId, Ty};
@@ -19,7 +20,10 @@ impl Builder<'_> {
                 let values = self.values(args);
                 match value.closure {
                     Some(closure) => self.call_closure(id, closure, values),
-                    None => self.unknown_call(id, self.text(callee), args, &values),
+                    None => {
+                        self.calls_kept(callee, &value);
+                        self.unknown_call(id, self.text(callee), args, &values)
+                    }
                 }
             }
             Some(Callee::Resolved(resolved)) => {
@@ -39,7 +43,10 @@ impl Builder<'_> {
                 let values = self.values(args);
                 match value.closure {
                     Some(closure) => self.call_closure(id, closure, values),
-                    None => self.unknown_call(id, self.text(callee), args, &values),
+                    None => {
+                        self.calls_kept(callee, &value);
+                        self.unknown_call(id, self.text(callee), args, &values)
+                    }
                 }
             }
         }
@@ -164,6 +171,7 @@ impl Builder<'_> {
             self.emit(Effect::Reset { place, full }, span);
             return Value::default();
         }
+        self.lends_kept(id, &resolved.targets, exprs, values);
         if values.iter().any(|value| value.closure.is_some() || value.iterator.is_some()) {
             if let Some(value) = self.runs_given(id, values) {
                 return value;
@@ -298,7 +306,7 @@ impl Builder<'_> {
     }
 
     /// Whether a function gets what an argument names, or a copy of it, and not a reference to it.
-    fn is_passed_by_value(
+    pub(super) fn is_passed_by_value(
         &self,
         expr: ExprId,
         value: &Value,
@@ -353,6 +361,7 @@ impl Builder<'_> {
         if let Some(value) = self.runs_given(id, values) {
             return value;
         }
+        self.lends_kept(id, &[], exprs, values);
         let mut takes_callback = self.takes_callback(id);
         let mut places = Vec::new();
         for (expr, value) in exprs.iter().zip(values) {
@@ -362,7 +371,7 @@ impl Builder<'_> {
                 if !is_future && !self.is_item(closure) && std::mem::take(&mut takes_callback) {
                     self.callback(closure, Caller::Framework, span);
                 } else {
-                    self.closure_for_unseen(closure, Cause::Closure(path_tail(&text)), span);
+                    self.closure_for_unseen(closure, Holder::Unseen, Cause::Closure(path_tail(&text)), span);
                 }
                 continue;
             }

@@ -1,9 +1,10 @@
 //! Closures and functions whose bodies are read where they run, and code that runs elsewhere.
 
+use super::stored::{Holder, StoredClosure};
 use super::{Builder, ClosureRef, Frame, MAX_INLINE, Value};
 use std::collections::{BTreeSet, HashSet};
 
-use crate::flow::{About, Caller, Cause, CycleKind, Effect, NodeId, Place, Rounds, Var};
+use crate::flow::{About, Caller, Cause, CycleKind, Effect, LoopId, NodeId, Place, Rounds, Var};
 use crate::index::FunctionId;
 use crate::source::Span;
 use crate::syntax::tree::{Body, ExprKind, Receiver, Stmt, StmtKind};
@@ -121,21 +122,23 @@ impl Builder<'_> {
     }
 
     /// A closure that something unseen may run any number of times, perhaps once per cycle. A function is judged by itself.
-    pub(super) fn closure_for_unseen(&mut self, closure: ClosureRef, cause: Cause, span: Span) {
+    pub(super) fn closure_for_unseen(&mut self, closure: ClosureRef, holder: Holder, cause: Cause, span: Span) {
         if self.at.is_none() || self.is_item(closure) {
             return;
         }
         if let Some(choices) = self.choices.get(&(closure.frame, closure.expr)).cloned() {
             for choice in choices {
-                self.closure_for_unseen(choice, cause.clone(), span);
+                self.closure_for_unseen(choice, holder, cause.clone(), span);
             }
             return;
         }
         let places = self.captured(closure);
         if !places.is_empty() {
-            self.emit(Effect::Unknown { places, cause }, span);
+            self.emit(Effect::Unknown { places: places.clone(), cause }, span);
         }
+        let id = LoopId(u32::try_from(self.graph.loops.len()).unwrap_or(u32::MAX));
         self.callback(closure, Caller::Unseen, span);
+        self.stored.closures.push(StoredClosure { id, places, holder });
     }
 
     /// A variable gets a closure. Which one it holds is not known where it gets another one somewhere.
@@ -158,10 +161,15 @@ impl Builder<'_> {
 
     /// A closure that is put somewhere, from where it may be called.
     pub(super) fn keep_closure(&mut self, value: &Value, span: Span) {
+        self.keep_closure_in(None, value, span);
+    }
+
+    /// A closure that is put into a variable or a part of one, if that is known.
+    pub(super) fn keep_closure_in(&mut self, holder: Option<Var>, value: &Value, span: Span) {
         self.keep_iterator(value, &Cause::Code("an iterator that is kept for later".to_owned()), span);
         if let Some(closure) = value.closure {
             let cause = Cause::Code("a closure that is kept for later".to_owned());
-            self.closure_for_unseen(closure, cause, span);
+            self.closure_for_unseen(closure, Holder::Code(holder), cause, span);
         }
     }
 

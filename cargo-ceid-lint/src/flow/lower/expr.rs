@@ -280,7 +280,7 @@ impl Builder<'_> {
 
     /// A part of a new value.
     pub(super) fn place_part(&mut self, part: Place, value: &Value, expr: ExprId) {
-        self.keep_closure(value, self.span(expr));
+        self.keep_closure_in(part.base_var(), value, self.span(expr));
         self.move_made(value.place.as_ref(), &part);
         if let (Some(guard), Some(var)) = (self.moved_guard(value), part.base_var()) {
             self.guards_of.insert(var, guard);

@@ -3,6 +3,7 @@
 use std::rc::Rc;
 
 use super::sources::{Item, Source};
+use super::stored::Holder;
 use super::{Builder, Value};
 use crate::flow::{Cause, Effect, IndexKey, Place, Var};
 use crate::index::{TraitName, Ty};
@@ -114,7 +115,7 @@ impl Builder<'_> {
             self.emit(Effect::Unknown { places, cause: cause.clone() }, span);
         }
         for closure in closures {
-            self.closure_for_unseen(closure, cause.clone(), span);
+            self.closure_for_unseen(closure, Holder::Code(None), cause.clone(), span);
         }
     }
 }

@@ -40,6 +40,7 @@ mod reads;
 mod received;
 mod resets;
 mod sources;
+mod stored;
 mod subjects;
 mod switches;
 mod threads;
@@ -164,6 +165,8 @@ struct Builder<'a> {
     choices: HashMap<(usize, ExprId), Vec<ClosureRef>>,
     /// The closures that have come from the branches so far, by the variable in which they meet.
     arrived: HashMap<Var, Vec<Option<ClosureRef>>>,
+    /// The closures that are put somewhere, and what may call them from there.
+    stored: stored::Stored,
     /// Patterns of several alternatives whose names are bound where each of them is asked for.
     bound_by_asking: HashSet<(usize, PatId)>,
     guards_of: HashMap<Var, GuardId>,
@@ -241,6 +244,7 @@ impl<'a> Builder<'a> {
             deferred: HashMap::new(),
             choices: HashMap::new(),
             arrived: HashMap::new(),
+            stored: stored::Stored::default(),
             bound_by_asking: HashSet::new(),
             guards_of: HashMap::new(),
             alive: HashMap::new(),
@@ -300,6 +304,7 @@ impl<'a> Builder<'a> {
     }
 
     fn finish(mut self) -> ControlFlowGraph {
+        self.settle_stored();
         self.settle_copies();
         self.copy_subjects();
         self.mark_debug_only();

@@ -311,7 +311,7 @@ impl Builder<'_> {
             }
         }
         let place = self.expr(target).place;
-        self.keep_closure(value, span);
+        self.keep_closure_in(place.as_ref().and_then(Place::base_var), value, span);
         self.lose_made(value);
         let Some(place) = place else { return };
         self.put_away(target, &place, &[source], std::slice::from_ref(value));

@@ -1,0 +1,125 @@
+//! Closures that the code puts somewhere and calls from there: what they may update, each such call may update.
+
+use super::{Builder, Value};
+use crate::flow::{Caller, Cause, Effect, LoopId, NodeId, Place, Var};
+use crate::index::{FunctionId, Shape, Ty};
+use crate::syntax::tree::{ExprId, ExprKind, Fields};
+
+/// The closures that are put somewhere, and the calls that may run them from there.
+#[derive(Default)]
+pub(super) struct Stored {
+    pub(super) closures: Vec<StoredClosure>,
+    calls: Vec<StoredCall>,
+}
+
+/// A closure that is put somewhere.
+pub(super) struct StoredClosure {
+    /// The loop that stands for its calls.
+    pub(super) id: LoopId,
+    /// What it captures.
+    pub(super) places: Vec<Place>,
+    pub(super) holder: Holder,
+}
+
+/// Who has a closure.
+#[derive(Clone, Copy)]
+pub(super) enum Holder {
+    /// The code, in this variable if that is known.
+    Code(Option<Var>),
+    /// Something unseen, which may hand it back in a value of its own.
+    Unseen,
+}
+
+/// A call that may run a closure that is put somewhere.
+struct StoredCall {
+    node: NodeId,
+    /// The variable by which it is reached.
+    by: Option<Var>,
+    /// Whether what is called is itself such a value, and does not only hold one.
+    is_callee: bool,
+}
+
+impl Builder<'_> {
+    /// A call of a value of which it is not known what stands behind it.
+    pub(super) fn calls_kept(&mut self, callee: ExprId, value: &Value) {
+        // What captures something is no function pointer.
+        if !matches!(self.ty(callee).peel(), Ty::Function(..)) {
+            let by = value.place.as_ref().and_then(Place::base_var);
+            self.note_stored_call(by, true, self.span(callee));
+        }
+    }
+
+    /// A call that lends what may hold a closure. What it is given for good is no affair of the code here any more, unless the
+    /// next round gives it again.
+    pub(super) fn lends_kept(&mut self, id: ExprId, targets: &[FunctionId], exprs: &[ExprId], values: &[Value]) {
+        let receiver = match &self.body().expr(id).kind {
+            ExprKind::MethodCall { receiver, .. } => Some(*receiver),
+            _ => None,
+        };
+        for (expr, value) in exprs.iter().zip(values) {
+            if let Some(by) = value.place.as_ref().and_then(Place::base_var)
+                && !(self.loops.is_empty() && self.is_passed_by_value(*expr, value, receiver, targets))
+                && self.holds_callable(self.ty(*expr), 0)
+            {
+                self.note_stored_call(Some(by), false, self.span(id));
+            }
+        }
+    }
+
+    fn note_stored_call(&mut self, by: Option<Var>, is_callee: bool, span: crate::source::Span) {
+        if self.at.is_some() {
+            let node = self.emit(Effect::Nothing, span);
+            self.stored.calls.push(StoredCall { node, by, is_callee });
+        }
+    }
+
+    /// Whether a value of the type may hold something that is called.
+    fn holds_callable(&self, ty: &Ty, depth: u32) -> bool {
+        const MAX_DEPTH: u32 = 6;
+        if depth > MAX_DEPTH || crate::types::is_callable(ty) {
+            return true;
+        }
+        let holds = |ty: &Ty| self.holds_callable(ty, depth + 1);
+        let index = self.program.index;
+        match ty {
+            Ty::Ref(_, inner) | Ty::Array(inner, _) | Ty::Slice(inner) => holds(inner),
+            Ty::Tuple(parts) | Ty::External(_, parts) => parts.iter().any(holds),
+            Ty::Adt(id, args) => {
+                let of = |variant: Option<usize>, fields: &Fields| {
+                    let types = fields.fields.iter().filter_map(|field| index.field_ty(ty, variant, &field.name));
+                    types.collect::<Vec<_>>().iter().any(holds)
+                };
+                args.iter().any(holds)
+                    || match &index.type_def(*id).shape {
+                        Shape::Struct(fields) => of(None, fields),
+                        Shape::Enum(variants) => variants.iter().enumerate().any(|(at, it)| of(Some(at), &it.fields)),
+                    }
+            }
+            _ => false,
+        }
+    }
+
+    /// Tells each call what the closures that it may run capture.
+    pub(super) fn settle_stored(&mut self) {
+        let Stored { closures, calls } = std::mem::take(&mut self.stored);
+        for call in calls {
+            let is_param = call.by.is_some_and(|by| self.graph.var(by).param.is_some());
+            let within = self.graph.node(call.node).in_loop;
+            let mut places = Vec::new();
+            for closure in &closures {
+                let may_be = match closure.holder {
+                    Holder::Code(holder) => !is_param || (holder.is_some() && holder == call.by),
+                    Holder::Unseen => call.is_callee && !is_param,
+                };
+                if may_be && !self.graph.is_within(within, closure.id) {
+                    places.extend(closure.places.iter().cloned());
+                    self.graph.loops[closure.id.0 as usize].caller = Caller::Keeper;
+                }
+            }
+            if !places.is_empty() {
+                let cause = Cause::Code("a closure that is kept for later".to_owned());
+                self.graph.nodes[call.node.0 as usize].effect = Effect::Unknown { places, cause };
+            }
+        }
+    }
+}
