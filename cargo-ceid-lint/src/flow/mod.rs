@@ -4,20 +4,19 @@ mod change;
 mod cycle;
 mod lower;
 mod place;
+mod program;
 mod steps;
 mod test;
 mod waits;
 
-use crate::index::{BodyOwner, FunctionId, Index, Ty};
-use crate::parallel::Cores;
+use crate::index::{FunctionId, Index, Ty};
 use crate::source::Span;
-use crate::syntax::{CycleDirective, Directives};
-use crate::types::TypedBody;
 
 pub use change::{Change, ChangeKind};
 pub use cycle::{Caller, CycleKind, Limit, LoopInfo, Rounds};
 pub use lower::{is_flag, is_receiving, lower_function};
 pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
+pub use program::Program;
 use steps::parameter_names;
 pub use steps::{Step, StepUnit, is_time_name, step_unit, takes_step};
 pub use test::{About, Head, OTHER_HEADS, Subject, SubjectId, Test};
@@ -409,42 +408,6 @@ pub struct GuardInfo {
     pub name: Option<String>,
     /// Set if it is a value of another type, whose own destructor runs where it ends.
     pub destructor: Option<FunctionId>,
-}
-
-/// What the lowering may ask.
-#[derive(Clone, Copy, Debug)]
-pub struct Program<'a> {
-    /// The items.
-    pub index: &'a Index,
-    /// The typed bodies of all functions, by number.
-    pub bodies: &'a [Option<TypedBody>],
-    /// The text of the sources, for messages.
-    pub sources: &'a crate::source::SourceMap,
-    /// What comments say of loops, functions and gates.
-    pub directives: &'a Directives,
-    /// How many cores the analysis may take.
-    pub cores: Cores,
-}
-
-impl<'a> Program<'a> {
-    /// The types of a function's body.
-    #[must_use]
-    pub fn typed(&self, id: FunctionId) -> Option<&'a TypedBody> {
-        self.bodies.get(self.index.origin(id).0 as usize)?.as_ref()
-    }
-
-    /// What a comment says of the cycle or gate at a place.
-    #[must_use]
-    pub fn directive(&self, place: Span) -> Option<CycleDirective> {
-        self.directives.of_cycle(self.sources, place)
-    }
-
-    /// Infers the types of all functions of an index.
-    #[must_use]
-    pub fn infer_all(index: &Index, cores: Cores) -> Vec<Option<TypedBody>> {
-        let functions: Vec<FunctionId> = index.function_ids().collect();
-        cores.deeply(functions.len(), |at| crate::types::infer(index, BodyOwner::Function(functions[at])))
-    }
 }
 
 impl ControlFlowGraph {

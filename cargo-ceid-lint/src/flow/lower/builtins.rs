@@ -277,7 +277,7 @@ impl Builder<'_> {
                 Value::default()
             }
             "clone" if self.is_cloned_state(self.ty(id)) => self.copy_of(value, self.ty(id).clone(), span),
-            name if super::calls::is_spawn(name) => {
+            name if super::threads::is_spawn(name) => {
                 let is_given = name == "spawn_scoped";
                 let scope = args.first().copied().filter(|_| is_given).or((!is_given).then_some(receiver));
                 self.spawn(id, name, scope, args)

@@ -482,11 +482,6 @@ impl Builder<'_> {
     }
 }
 
-/// Functions that start a thread or task.
-pub(super) fn is_spawn(name: &str) -> bool {
-    name == "spawn" || name.starts_with("spawn_") || name == "must_spawn"
-}
-
 /// The last two names of a path.
 pub(super) fn path_tail(path: &str) -> String {
     let parts: Vec<&str> = path.split("::").collect();

@@ -1,8 +1,8 @@
 //! Calls of functions outside the analysed code that are known: what they do to the places they get.
 
-use super::calls::{is_spawn, path_tail};
+use super::calls::path_tail;
 use super::laws::Law;
-use super::threads::is_thread_scope;
+use super::threads::{is_spawn, is_thread_scope};
 use super::{Builder, Value};
 use crate::flow::{Cause, Effect, Place, Rounds, Transfer};
 use crate::index::{Def, Shape, Ty};

@@ -52,7 +52,7 @@ impl Builder<'_> {
     pub(super) fn runs_given(&mut self, id: ExprId, values: &[Value]) -> Option<Value> {
         let future = values.iter().rev().find(|value| self.is_future(value))?;
         let name = self.called_name(id);
-        if super::calls::is_spawn(name) {
+        if super::threads::is_spawn(name) {
             let span = self.span(id);
             for closure in values.iter().filter_map(|value| value.closure) {
                 self.detach_closure(closure, span);

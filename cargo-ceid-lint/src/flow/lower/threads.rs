@@ -15,6 +15,11 @@ pub(super) fn is_thread_scope(name: &str) -> bool {
     matches!(name, "scope" | "scope_fifo" | "in_place_scope" | "in_place_scope_fifo")
 }
 
+/// Functions that start a thread or task.
+pub(super) fn is_spawn(name: &str) -> bool {
+    name == "spawn" || name.starts_with("spawn_") || name == "must_spawn"
+}
+
 impl Builder<'_> {
     /// `thread::scope(|s| …)`: what `s` spawns has run to its end when this returns.
     pub(super) fn thread_scope(&mut self, closure: ClosureRef, span: Span) -> Value {
