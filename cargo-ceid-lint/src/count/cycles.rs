@@ -4,11 +4,10 @@ use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
 use super::functions::FunctionKind;
-use super::instances::place_ty;
 use super::search::Search;
 use super::summary::Summaries;
 use crate::flow::{CallSite, Caller, Computed, ControlFlowGraph, Effect, IndexKey, LoopId, NodeId, Place, Rounds, Var};
-use crate::index::{FunctionId, Index, Ty};
+use crate::index::{FunctionId, Ty};
 use crate::syntax::CycleDirective;
 
 /// An instance that a function updates, with its cycles.
@@ -92,7 +91,7 @@ pub(super) fn choose_cycles(
     let outside = chosen.iter().any(|(_, id)| id.is_none());
     let function = match kind {
         FunctionKind::Cycle => outside && !made_here,
-        FunctionKind::Presumed => outside && !made_here && !is_given_away(search.program.index, graph, search.instance),
+        FunctionKind::Presumed => outside && !made_here && !is_given_away(search, graph, search.instance),
         _ => false,
     };
     Instance { place: search.instance.clone(), law: search.law, is_updated, loops: outer, function, sample_loops }
@@ -100,17 +99,15 @@ pub(super) fn choose_cycles(
 
 /// Whether the function was given the instance itself, and no reference to it: a state that it takes and gives back is not the one
 /// that it is called with the next time.
-fn is_given_away(index: &Index, graph: &ControlFlowGraph, instance: &Place) -> bool {
-    let is_given = instance.base_var().is_some_and(|var| graph.var(var).param.is_some());
-    let is_shared = |ty: &Ty| match ty {
-        Ty::Ref(..) => true,
-        Ty::External(path, _) => ["Arc", "Rc", "Pin"].iter().any(|name| path.rsplit("::").next() == Some(name)),
-        // The next call gets what the law gave back.
-        _ => index.returned_spec(ty).is_some(),
+fn is_given_away(search: &Search<'_>, graph: &ControlFlowGraph, instance: &Place) -> bool {
+    let Some(info) = instance.base_var().map(|var| graph.var(var)).filter(|info| info.param.is_some()) else {
+        return false;
     };
-    let on_the_way =
-        |count| place_ty(index, graph, &Place { base: instance.base, steps: instance.steps[..count].to_vec() });
-    is_given && (0..=instance.steps.len()).all(|count| on_the_way(count).is_some_and(|ty| !is_shared(&ty)))
+    let index = search.program.index;
+    // What a field leads to may be someone else's, and what the function hands to a thread or does in rounds goes on.
+    let is_owned =
+        |ty: &Ty| matches!(ty, Ty::Adt(..)) && index.filter_spec(ty).is_some() && index.returned_spec(ty).is_none();
+    instance.steps.is_empty() && is_owned(&info.ty) && graph.loops.is_empty()
 }
 
 /// The cycle of one update among the loops around it, innermost first.

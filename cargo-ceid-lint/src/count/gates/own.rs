@@ -15,9 +15,28 @@ impl Gates<'_, '_> {
         // What a helper finds as it is may be changed by its caller, who is asked.
         let gate = self.changed_by(&subject.reads, way).filter(|gate| !self.is_helper || *gate == Gate::Mode)?;
         if gate == Gate::Mode {
+            if self.may_resume(way) {
+                return None;
+            }
             self.own_states.borrow_mut().extend(subject.reads.iter().cloned());
         }
         Some(gate)
+    }
+
+    /// Whether something else than filters is asked before, and another answer leads to an update: the pause may end with that.
+    fn may_resume(&self, way: &Way) -> bool {
+        let graph = self.search.graph;
+        let of_filters = |test: &Test| {
+            let reads = &test.about.reads;
+            !reads.is_empty() && reads.iter().all(|place| self.is_in_filter(place))
+        };
+        let asked = way.nodes.iter().take_while(|node| **node != way.at);
+        asked.zip(way.nodes.iter().skip(1)).any(|(node, taken)| match &graph.node(*node).effect {
+            Effect::Branch(test) if !of_filters(test) => {
+                graph.node(*node).next.iter().any(|next| next != taken && reach[next.0 as usize])
+            }
+            _ => false,
+        })
     }
 
     /// What the values at these places of filters wait for: `None` if something else than an update or a reset changes one of them,
@@ -88,16 +107,8 @@ impl Gates<'_, '_> {
     /// updated either where it says no.
     pub(super) fn asks_sibling_too(&self, test: &Test, at: NodeId, way: &Way) -> Option<Gate> {
         let graph = self.search.graph;
-        let index = self.search.program.index;
         let reads = &test.about.reads;
-        // What the question is put to, or a field of it that its body reads.
-        let is_filter = |place: &Place| {
-            (0..=place.steps.len()).any(|count| {
-                let owner = Place { base: place.base, steps: place.steps[..count].to_vec() };
-                self.ty(&owner).is_some_and(|ty| index.filter_spec(ty.peel()).is_some())
-            })
-        };
-        if test.about.is_presence || reads.is_empty() || !reads.iter().all(is_filter) {
+        if test.about.is_presence || reads.is_empty() || !reads.iter().all(|place| self.is_in_filter(place)) {
             return None;
         }
         let reach = self.reach();
@@ -115,6 +126,15 @@ impl Gates<'_, '_> {
         });
         let is_updated = reads.iter().any(|place| way.nodes.iter().any(|id| self.updates_at(*id, place)));
         self.changed_by(reads, way).filter(|_| was_asked && !is_updated)
+    }
+
+    /// Whether a place is a filter, or lies in one: what a question is put to, or a field of it that its body reads.
+    fn is_in_filter(&self, place: &Place) -> bool {
+        let index = self.search.program.index;
+        (0..=place.steps.len()).any(|count| {
+            let owner = Place { base: place.base, steps: place.steps[..count].to_vec() };
+            self.ty(&owner).is_some_and(|ty| index.filter_spec(ty.peel()).is_some())
+        })
     }
 
     /// Whether a node updates the filter at a place.
