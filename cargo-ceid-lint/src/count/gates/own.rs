@@ -33,7 +33,7 @@ impl Gates<'_, '_> {
         let asked = way.nodes.iter().take_while(|node| **node != way.at);
         asked.zip(way.nodes.iter().skip(1)).any(|(node, taken)| match &graph.node(*node).effect {
             Effect::Branch(test) if !of_filters(test) => {
-                graph.node(*node).next.iter().any(|next| next != taken && reach[next.0 as usize])
+                graph.node(*node).next.iter().any(|next| next != taken && self.reach()[next.0 as usize])
             }
             _ => false,
         })
