@@ -112,7 +112,7 @@ impl Gates<'_, '_> {
             return None;
         }
         let reach = self.reach();
-        let Some(asked_at) = way.nodes.iter().position(|node| *node == at) else { return None };
+        let asked_at = way.nodes.iter().position(|node| *node == at)?;
         // The filter itself was asked before, and would have been updated had it said yes.
         let was_asked = way.nodes[..asked_at].windows(2).any(|pair| match &graph.node(pair[0]).effect {
             Effect::Branch(before) => {
