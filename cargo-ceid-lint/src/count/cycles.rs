@@ -7,7 +7,7 @@ use super::functions::FunctionKind;
 use super::search::Search;
 use super::summary::Summaries;
 use crate::flow::{CallSite, Computed, ControlFlowGraph, Effect, IndexKey, LoopId, NodeId, Place, Rounds, Var};
-use crate::index::FunctionId;
+use crate::index::{FunctionId, Ty};
 use crate::syntax::CycleDirective;
 
 /// An instance that a function updates, with its cycles.
@@ -96,8 +96,25 @@ pub(super) fn choose_cycles(
         .copied()
         .collect();
     let outside = chosen.iter().any(|(_, id)| id.is_none());
-    let function = outside && !made_here && matches!(kind, FunctionKind::Cycle | FunctionKind::Presumed);
+    let function = match kind {
+        FunctionKind::Cycle => outside && !made_here,
+        FunctionKind::Presumed => outside && !made_here && !is_given_away(search, graph, search.instance),
+        _ => false,
+    };
     Instance { place: search.instance.clone(), law: search.law, is_updated, loops: outer, function, sample_loops }
+}
+
+/// Whether the function was given the instance itself, and no reference to it: a state that it takes and gives back is not the one
+/// that it is called with the next time.
+fn is_given_away(search: &Search<'_>, graph: &ControlFlowGraph, instance: &Place) -> bool {
+    let Some(info) = instance.base_var().map(|var| graph.var(var)).filter(|info| info.param.is_some()) else {
+        return false;
+    };
+    let index = search.program.index;
+    // What a field leads to may be someone else's, and what the function hands to a thread or does in rounds goes on.
+    let is_owned =
+        |ty: &Ty| matches!(ty, Ty::Adt(..)) && index.filter_spec(ty).is_some() && index.returned_spec(ty).is_none();
+    instance.steps.is_empty() && is_owned(&info.ty) && graph.loops.is_empty()
 }
 
 /// The cycle of one update among the loops around it, innermost first.

@@ -8,7 +8,7 @@ use super::gates::Gates;
 use super::instances;
 use super::returned;
 use super::search::{End, EndKind, Exploration, Region, Search};
-use super::skips::{is_by_key, loop_left, skip_place};
+use super::skips::{is_by_key, is_of_nothing, loop_left, skip_place};
 use super::verdict::{Evidence, Gate, Verdict};
 use super::witness::{is_closure_call, steps, steps_inside};
 use crate::diagnostic::WitnessStep;
@@ -151,7 +151,8 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
     for end in ends.iter_mut().filter(|end| end.state.attempted) {
         end.state.count = end.state.count.then(Count::One);
     }
-    let completing: Vec<&End> = ends.iter().filter(|end| end.kind == EndKind::Completes).collect();
+    let is_there = |end: &&End| end.state.count != Count::Zero || !is_of_nothing(search, &exploration, end);
+    let completing: Vec<&End> = ends.iter().filter(|end| end.kind == EndKind::Completes).filter(is_there).collect();
     let mut counts: Vec<u8> = completing.iter().map(|end| end.state.count.number()).collect();
     counts.sort_unstable();
     counts.dedup();

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::search::{End, Exploration, Search};
 use super::verdict::Evidence;
-use crate::flow::{Effect, LoopId, Mark, NodeId, Place};
+use crate::flow::{Effect, LoopId, Mark, NodeId, Place, Subject};
 use crate::source::Span;
 
 /// The statement that skips: the way out that is taken, the arm, or the condition that fails. Where it is in a function that is
@@ -38,6 +38,39 @@ pub(super) fn is_decided_behind(search: &Search<'_>, end: &End, path: &[NodeId])
     let Some(decided) = end.state.skipped_at else { return false };
     let mut behind = before.iter().skip_while(|node| **node != decided).skip(1);
     behind.any(|node| *node != decided && search.decides(*node, *way_out))
+}
+
+/// Whether a way does not update because the collection is empty that holds the instances: there is none to update.
+pub(super) fn is_of_nothing(search: &Search<'_>, exploration: &Exploration, end: &End) -> bool {
+    let graph = search.graph;
+    let Some(at) = end.state.skipped_at else { return false };
+    let Effect::Branch(test) = &graph.node(at).effect else { return false };
+    let Some(subject) = test.subject.map(|id| &graph.subjects[id.0 as usize]) else { return false };
+    let [collection] = subject.reads.as_slice() else { return false };
+    let mut path = exploration.path(end.at).into_iter().map(|at| exploration.states[at].node);
+    if !path.any(|node| node == at) {
+        return false;
+    }
+    let taken = if graph.node(at).next.first() == path.next().as_ref() { test.holds } else { test.fails };
+    let instance = search.instance;
+    let is_around = |root: &Place| {
+        root.base == instance.base
+            && instance.steps.starts_with(&root.steps)
+            && instance.steps.get(root.steps.len()).is_some_and(|step| step.key().is_some())
+    };
+    is_empty_head(subject, taken) && search.aliases.shared_roots(collection).iter().any(is_around)
+}
+
+/// Whether what is left of the answers says that a collection is empty: `is_empty()`, `len() == 0`, `len() > 0`.
+fn is_empty_head(subject: &Subject, taken: u32) -> bool {
+    let empty = match subject.key.trim_end_matches([')', '(']) {
+        key if key.ends_with(".is_empty") => "true",
+        key if key.ends_with(".len") => "0",
+        key if key.ends_with(".len() <= 0") => "true",
+        key if key.ends_with(".len() < 1") => "true",
+        _ => return false,
+    };
+    taken & subject.anything() == subject.bit(empty)
 }
 
 /// Whether the way out at the beginning of a path leads out of nothing but rounds or loops in which the instance is not updated, so

@@ -4,6 +4,7 @@ mod carried;
 mod event;
 mod helper;
 mod mode;
+mod own;
 mod rate;
 mod sample;
 mod sources;
@@ -12,7 +13,7 @@ mod step;
 mod time;
 
 use std::cell::{OnceCell, RefCell};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 pub(super) use helper::Asks;
 pub(super) use mode::KeptMode;
@@ -40,6 +41,8 @@ pub(super) struct Gates<'s, 'a> {
     step: OnceCell<Sources>,
     time_base: OnceCell<TimeBase>,
     modes: RefCell<BTreeMap<SubjectId, bool>>,
+    /// What was asked of filters that only their updates and resets change.
+    own_states: RefCell<BTreeSet<Place>>,
     /// Whether the cycle keeps a time in a place.
     kept_times: RefCell<BTreeMap<Place, bool>>,
     /// See [`Self::updating`].
@@ -84,6 +87,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             step: OnceCell::new(),
             time_base: OnceCell::new(),
             modes: RefCell::default(),
+            own_states: RefCell::default(),
             kept_times: RefCell::default(),
             updating: RefCell::default(),
             inside: OnceCell::new(),
@@ -189,8 +193,11 @@ impl<'s, 'a> Gates<'s, 'a> {
         // A lock that is not waited for fails while another holds it: that is no setting.
         let is_tried = about.names.iter().any(|name| name.starts_with("try_"));
         let is_there = about.is_presence && !is_tried && self.is_presence_of_filter(test);
-        if is_there || self.asks_only_filter(test) || self.asks_sibling_too(test, at, way) {
+        if is_there {
             return Some(Gate::Config);
+        }
+        if let Some(gate) = self.own_state(test, way).or_else(|| self.asks_sibling_too(test, at, way)) {
+            return Some(gate);
         }
         if self.is_latch(test, at) || self.is_first(test) || self.is_warm_up(test, at, way) {
             return Some(Gate::Startup);

@@ -97,7 +97,10 @@ impl Gates<'_, '_> {
             };
             Some(KeptMode { place, bears: subject.heads.iter().filter(bears).cloned().collect() })
         });
-        kept.collect()
+        // Whoever changes a filter's own state otherwise ends the pause without a reset.
+        let own_states = self.own_states.borrow();
+        let own = own_states.iter().filter_map(|place| given(graph, place));
+        kept.chain(own.map(|place| KeptMode { place, bears: Vec::new() })).collect()
     }
 
     /// Whether the cycle leaves the states alone for which a helper pauses, as far as that can do harm: it gives them only heads that

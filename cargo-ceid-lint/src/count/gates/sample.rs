@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Gates, Sources, Way};
+use super::{Gates, Sources};
 use crate::count::given::place_of;
 use crate::count::search::{Region, Search};
 use crate::flow::{CallSite, Computed, Effect, NodeId, Place, Test, Var};
@@ -153,57 +153,6 @@ impl Gates<'_, '_> {
     /// Whether something that is fed is computed from one of these variables.
     pub(super) fn feeds_any(&self, vars: &[Var]) -> bool {
         vars.iter().any(|var| self.fed().has_var(*var))
-    }
-
-    /// A question to nothing but the filter itself, or to its siblings: `if smoother.is_smoothing() { smoother.next() }`.
-    pub(super) fn asks_only_filter(&self, test: &Test) -> bool {
-        let index = self.search.program.index;
-        let reads = &test.about.reads;
-        let is_filter = |place: &Place| self.ty(place).is_some_and(|ty| index.filter_spec(ty.peel()).is_some());
-        !test.about.is_presence
-            && reads.iter().any(|place| self.lies_in_instance(place))
-            && reads.iter().all(|place| self.lies_in_instance(place) || is_filter(place))
-    }
-
-    /// The other half of such a question: `if a.is_smoothing() || b.is_smoothing() { a.next(); b.next() }`. What it asks is not
-    /// updated either where it says no.
-    pub(super) fn asks_sibling_too(&self, test: &Test, at: NodeId, way: &Way) -> bool {
-        let graph = self.search.graph;
-        let index = self.search.program.index;
-        let reads = &test.about.reads;
-        // What the question is put to, or a field of it that its body reads.
-        let is_filter = |place: &Place| {
-            (0..=place.steps.len()).any(|count| {
-                let owner = Place { base: place.base, steps: place.steps[..count].to_vec() };
-                self.ty(&owner).is_some_and(|ty| index.filter_spec(ty.peel()).is_some())
-            })
-        };
-        if test.about.is_presence || reads.is_empty() || !reads.iter().all(is_filter) {
-            return false;
-        }
-        let reach = self.reach();
-        let Some(asked_at) = way.nodes.iter().position(|node| *node == at) else { return false };
-        // The filter itself was asked before, and would have been updated had it said yes.
-        let was_asked = way.nodes[..asked_at].windows(2).any(|pair| match &graph.node(pair[0]).effect {
-            Effect::Branch(before) => {
-                let others = graph.node(pair[0]).next.iter().filter(|next| **next != pair[1]);
-                self.asks_only_filter(before)
-                    && others.clone().count() > 0
-                    && others.clone().all(|next| reach[next.0 as usize])
-            }
-            _ => false,
-        });
-        was_asked && reads.iter().all(|place| !way.nodes.iter().any(|id| self.updates_at(*id, place)))
-    }
-
-    /// Whether a node updates the filter at a place.
-    fn updates_at(&self, id: NodeId, place: &Place) -> bool {
-        let is_there = |other: &Place| self.search.aliases.shared_roots(other).iter().any(|root| root.overlaps(place));
-        match &self.search.graph.node(id).effect {
-            Effect::Update(update) => is_there(&update.place),
-            Effect::Call(site) => self.search.summaries.updates(site).any(|other| is_there(&other)),
-            _ => false,
-        }
     }
 
     /// Whether what is present or absent is the filter itself.

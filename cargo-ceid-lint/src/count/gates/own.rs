@@ -1,0 +1,159 @@
+//! Questions to the filter itself: what they read is a setting, or a state that nothing but its own updates and resets change.
+
+use super::{Gates, Way};
+use crate::count::verdict::Gate;
+use crate::flow::{Effect, NodeId, Place, Test};
+
+impl Gates<'_, '_> {
+    /// Why a filter skips that is asked itself. What nothing in the cycle changes is a setting; what only updates and resets change
+    /// stays as it is while the filter pauses. What the cycle feeds is neither.
+    pub(super) fn own_state(&self, test: &Test, way: &Way) -> Option<Gate> {
+        if !self.asks_only_filter(test) {
+            return None;
+        }
+        let subject = &self.search.graph.subjects[test.subject?.0 as usize];
+        // What a helper finds as it is may be changed by its caller, who is asked.
+        let gate = self.changed_by(&subject.reads, way).filter(|gate| !self.is_helper || *gate == Gate::Mode)?;
+        if gate == Gate::Mode {
+            if self.may_resume(way) {
+                return None;
+            }
+            self.own_states.borrow_mut().extend(subject.reads.iter().cloned());
+        }
+        Some(gate)
+    }
+
+    /// Whether something else than filters is asked before, and another answer leads to an update: the pause may end with that.
+    fn may_resume(&self, way: &Way) -> bool {
+        let graph = self.search.graph;
+        let of_filters = |test: &Test| {
+            let reads = &test.about.reads;
+            !reads.is_empty() && reads.iter().all(|place| self.is_in_filter(place))
+        };
+        let asked = way.nodes.iter().take_while(|node| **node != way.at);
+        asked.zip(way.nodes.iter().skip(1)).any(|(node, taken)| match &graph.node(*node).effect {
+            Effect::Branch(test) if !of_filters(test) => {
+                graph.node(*node).next.iter().any(|next| next != taken && self.reach()[next.0 as usize])
+            }
+            _ => false,
+        })
+    }
+
+    /// What the values at these places of filters wait for: `None` if something else than an update or a reset changes one of them,
+    /// or one of these does so on the way.
+    fn changed_by(&self, reads: &[Place], way: &Way) -> Option<Gate> {
+        let index = self.search.program.index;
+        let is_handed = |place: &Place| self.ty(place).is_some_and(|ty| index.returned_spec(ty.peel()).is_some());
+        if reads.is_empty() || reads.iter().any(is_handed) || is_handed(self.search.instance) {
+            return None;
+        }
+        let roots: Vec<Place> = reads.iter().flat_map(|place| self.search.aliases.roots(place)).collect();
+        let is_read = |place: &Place| {
+            self.search.aliases.shared_roots(place).iter().any(|root| roots.iter().any(|read| read.overlaps(root)))
+        };
+        let mut gate = Gate::Config;
+        for id in self.nodes() {
+            match self.change_at(id, &is_read) {
+                Some(OwnChange::Other) => return None,
+                Some(OwnChange::Law) if way.nodes.contains(&id) => return None,
+                Some(OwnChange::Law | OwnChange::Reset) => gate = Gate::Mode,
+                None => {}
+            }
+        }
+        Some(gate)
+    }
+
+    /// How a node changes what a question reads, if it does.
+    fn change_at(&self, id: NodeId, is_read: &dyn Fn(&Place) -> bool) -> Option<OwnChange> {
+        match &self.search.graph.node(id).effect {
+            Effect::Reset { place, .. } if is_read(place) => Some(OwnChange::Reset),
+            // What a law does whose body is not known may be anything.
+            Effect::Update(update) if is_read(&update.place) && !self.is_seen_law(id) => Some(OwnChange::Law),
+            Effect::Call(site) if self.written_by(site).any(|place| is_read(&place)) => match site.law_of {
+                Some(_) => Some(OwnChange::Law),
+                None => Some(OwnChange::Other),
+            },
+            // A new reference leaves alone what it refers to.
+            Effect::Write(write) | Effect::Set(write) if !write.rebinds && is_read(&write.place) => {
+                let is_name = write.from.is_some() && self.search.aliases.roots(&write.place) != [write.place.clone()];
+                (!is_name).then_some(OwnChange::Other)
+            }
+            Effect::Unknown { places, .. } if places.iter().any(is_read) => Some(OwnChange::Other),
+            _ => None,
+        }
+    }
+
+    /// Whether the body of the law is known that an update runs.
+    fn is_seen_law(&self, id: NodeId) -> bool {
+        let graph = self.search.graph;
+        let span = graph.node(id).span;
+        let is_it = |site: &crate::flow::CallSite| site.law_of.is_some() && !site.targets.is_empty();
+        self.nodes().any(|other| {
+            graph.node(other).span == span && matches!(&graph.node(other).effect, Effect::Call(site) if is_it(site))
+        })
+    }
+
+    /// A question to nothing but the filter itself, or to its siblings: `if smoother.is_smoothing() { smoother.next() }`.
+    fn asks_only_filter(&self, test: &Test) -> bool {
+        let index = self.search.program.index;
+        let reads = &test.about.reads;
+        let is_filter = |place: &Place| self.ty(place).is_some_and(|ty| index.filter_spec(ty.peel()).is_some());
+        !test.about.is_presence
+            && reads.iter().any(|place| self.lies_in_instance(place))
+            && reads.iter().all(|place| self.lies_in_instance(place) || is_filter(place))
+    }
+
+    /// The other half of such a question: `if a.is_smoothing() || b.is_smoothing() { a.next(); b.next() }`. What it asks is not
+    /// updated either where it says no.
+    pub(super) fn asks_sibling_too(&self, test: &Test, at: NodeId, way: &Way) -> Option<Gate> {
+        let graph = self.search.graph;
+        let reads = &test.about.reads;
+        if test.about.is_presence || reads.is_empty() || !reads.iter().all(|place| self.is_in_filter(place)) {
+            return None;
+        }
+        let reach = self.reach();
+        let asked_at = way.nodes.iter().position(|node| *node == at)?;
+        // The filter itself was asked before, and would have been updated had it said yes.
+        let was_asked = way.nodes[..asked_at].windows(2).any(|pair| match &graph.node(pair[0]).effect {
+            Effect::Branch(before) => {
+                let others = graph.node(pair[0]).next.iter().filter(|next| **next != pair[1]);
+                self.asks_only_filter(before)
+                    && self.own_state(before, way).is_some()
+                    && others.clone().count() > 0
+                    && others.clone().all(|next| reach[next.0 as usize])
+            }
+            _ => false,
+        });
+        let is_updated = reads.iter().any(|place| way.nodes.iter().any(|id| self.updates_at(*id, place)));
+        self.changed_by(reads, way).filter(|_| was_asked && !is_updated)
+    }
+
+    /// Whether a place is a filter, or lies in one: what a question is put to, or a field of it that its body reads.
+    fn is_in_filter(&self, place: &Place) -> bool {
+        let index = self.search.program.index;
+        (0..=place.steps.len()).any(|count| {
+            let owner = Place { base: place.base, steps: place.steps[..count].to_vec() };
+            self.ty(&owner).is_some_and(|ty| index.filter_spec(ty.peel()).is_some())
+        })
+    }
+
+    /// Whether a node updates the filter at a place.
+    fn updates_at(&self, id: NodeId, place: &Place) -> bool {
+        let is_there = |other: &Place| self.search.aliases.shared_roots(other).iter().any(|root| root.overlaps(place));
+        match &self.search.graph.node(id).effect {
+            Effect::Update(update) => is_there(&update.place),
+            Effect::Call(site) => self.search.summaries.updates(site).any(|other| is_there(&other)),
+            _ => false,
+        }
+    }
+}
+
+/// What changes a filter's own state.
+enum OwnChange {
+    /// An update of it, or of a sibling that is asked as well.
+    Law,
+    /// A reset.
+    Reset,
+    /// Anything else, as what it is fed with.
+    Other,
+}
