@@ -30,10 +30,21 @@ impl Run<'_, '_> {
                 }
                 let node = asked.0;
                 if *looks.entry(asked).or_insert_with_key(|(node, answers)| self.can_update_from(*node, answers)) {
-                    self.exploration.ends[number].state.skipped_at = Some(node);
+                    // The arms of one `match` ask the same, and the last one is about the update.
+                    if self.matched(node).is_none_or(|matched| self.matched(skipped_at) != Some(matched)) {
+                        self.exploration.ends[number].state.skipped_at = Some(node);
+                    }
                     break;
                 }
             }
+        }
+    }
+
+    /// What is matched at a branch that is an arm.
+    fn matched(&self, node: NodeId) -> Option<&str> {
+        match &self.search.graph.node(node).effect {
+            Effect::Branch(test) => test.text.split_once(" is ").map(|(matched, _)| matched),
+            _ => None,
         }
     }
 
