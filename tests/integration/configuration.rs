@@ -256,6 +256,26 @@ fn what_names_something_is_accepted() {
 }
 
 #[test]
+fn findings_name_the_half_of_a_law() {
+    let code = |body: &str| {
+        format!(
+            "pub struct Kf(f32);\nimpl Kf {{ pub fn predict(&mut self) {{ self.0 *= 0.9; }} pub fn correct(&mut self, z: f32) {{ self.0 += z; }} }}\n\
+             pub fn run(mut kf: Kf, read: fn() -> f32) {{ loop {{ {body} }} }}\n"
+        )
+    };
+    let configuration = "[[filter]]\ntype = \"crate::Kf\"\nlaw = [[\"predict\"], [\"correct\"]]\n";
+    for (body, told) in [
+        ("kf.correct(read());", "`kf` is never updated by `predict` in this cycle"),
+        ("kf.predict(); if read() > 1.0 { continue; } kf.correct(1.0);", "`kf` is not updated by `correct` on a path"),
+        ("kf.predict(); kf.correct(1.0); kf.correct(2.0);", "`kf` is updated by `correct` more than once"),
+    ] {
+        let told_by = run(&package(&code(body), configuration), [""; 0]);
+        told_by.assert_stderr(told);
+        assert!(!told_by.stderr.contains("by `predict` more"), "{}", told_by.stderr);
+    }
+}
+
+#[test]
 fn a_raw_name_is_the_name() {
     let code = "pub mod r#type { pub struct Pid(f32); impl Pid { pub fn r#try(&mut self) { self.0 += 1.0; } } }
         pub fn run(mut pid: r#type::Pid) { loop { pid.r#try(); pid.r#try(); } }";

@@ -125,11 +125,21 @@ fn grouped(
 pub(super) const GUARD_HELP: &str =
     "let a guard update it: `ceid_core::ceid!(cycle => …)` at the head of the cycle, and no update by hand";
 
+/// Which half of a law goes wrong, where the cycle has to do with another half of it as well.
+fn by_half(cycle: &Cycle, pairs: &[&Pair]) -> String {
+    let law = &pairs[0].law;
+    let is_half = |pair: &&Pair| {
+        let is_other = |other: &Pair| other.name == pair.name && other.half != pair.half;
+        pair.law == *law && cycle.filters.iter().any(is_other)
+    };
+    if pairs.iter().all(is_half) { format!(" by `{law}`") } else { String::new() }
+}
+
 fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair]) -> Option<Diagnostic> {
     let rule = find("repeated_update")?;
     let siblings: Vec<String> =
         siblings.iter().map(|sibling| sibling.name.clone()).chain(pair.left_out.iter().cloned()).collect();
-    let mut message = format!("`{}` is updated more than once in one cycle", pair.name);
+    let mut message = format!("`{}` is updated{} more than once in one cycle", pair.name, by_half(cycle, &[pair]));
     if pair.skips {
         message.push_str(" and not at all on another path");
     }
@@ -158,8 +168,8 @@ fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair]) -> Option<Diagnostic
 fn missing(cycle: &Cycle, pairs: &[&Pair]) -> Option<Diagnostic> {
     let rule = find("missed_update")?;
     let (verb, them) = if pairs.len() == 1 { ("is", "it") } else { ("are", "them") };
-    let message = format!("{} {verb} never updated in this cycle", names(pairs));
-    let label = format!("no path through this cycle updates {them}");
+    let message = format!("{} {verb} never updated{} in this cycle", names(pairs), by_half(cycle, pairs));
+    let label = format!("no path through this cycle updates {them}{}", by_half(cycle, pairs));
     let mut finding = start(rule, cycle, pairs, message, pairs[0].primary?, &label);
     // Behind the head of the cycle, it tells where what the law gives back is dropped.
     if let Some(pair) = pairs.iter().find(|pair| pair.witness.len() > 1) {
@@ -182,7 +192,7 @@ fn missing(cycle: &Cycle, pairs: &[&Pair]) -> Option<Diagnostic> {
 fn skipped(cycle: &Cycle, pairs: &[&Pair]) -> Option<Diagnostic> {
     let rule = find("skipped_update")?;
     let (verb, them) = if pairs.len() == 1 { ("is", "it") } else { ("are", "them") };
-    let message = format!("{} {verb} not updated on a path through this cycle", names(pairs));
+    let message = format!("{} {verb} not updated{} on a path through this cycle", names(pairs), by_half(cycle, pairs));
     let mut finding =
         start(rule, cycle, pairs, message, pairs[0].primary?, &format!("this path goes on without updating {them}"));
     let stands = if pairs.len() == 1 { "it stands" } else { "they stand" };
