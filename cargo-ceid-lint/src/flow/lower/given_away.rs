@@ -16,11 +16,12 @@ impl Builder<'_> {
     /// A call has got guards by value: the functions that it may run drop them, or what becomes of them is not known.
     pub(super) fn give_away(&mut self, id: ExprId, targets: &[FunctionId], exprs: &[ExprId], values: &[Value]) {
         for (number, (expr, value)) in exprs.iter().zip(values).enumerate() {
-            if self.is_receiver(id, *expr) && !self.takes_receiver(targets) {
+            let is_lent = || self.is_receiver(id, *expr) && !self.takes_receiver(targets);
+            // What a function drops takes long to find out, and few values are guards.
+            if !self.goes_by_value(*expr, value) || is_lent() {
                 continue;
             }
-            let is_dropped = !targets.is_empty() && targets.iter().all(|target| self.drops(*target, number, 0));
-            if is_dropped && self.goes_by_value(*expr, value) {
+            if !targets.is_empty() && targets.iter().all(|target| self.drops(*target, number, 0)) {
                 let how = format!("`{}` drops it here", self.called_name(id));
                 self.drop_value(id, *expr, value, &how);
             } else {

@@ -58,7 +58,7 @@ use super::{
 };
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{Body, ExprId, PatId};
+use crate::syntax::tree::{Body, ExprId, ExprKind, PatId};
 use crate::types::{LocalId, TypedBody};
 
 /// How many nodes a graph may have; more is said to be too large.
@@ -94,6 +94,8 @@ struct Frame<'a> {
     given_anew: HashSet<LocalId>,
     /// What is followed by nothing but the end of an iteration.
     last: HashSet<ExprId>,
+    /// Whether a closure is written in it.
+    has_closures: bool,
 }
 
 impl<'a> Frame<'a> {
@@ -108,6 +110,7 @@ impl<'a> Frame<'a> {
             passed: borrowed::passed(body),
             given_anew: closures::given_anew(body, typed),
             last: last::last_of_iterations(body),
+            has_closures: body.exprs.iter().any(|expr| matches!(expr.kind, ExprKind::Closure(_))),
         }
     }
 }

@@ -52,6 +52,9 @@ impl Builder<'_> {
     /// A call that lends what may hold a closure. What it is given for good is no affair of the code here any more, unless the
     /// next round gives it again.
     pub(super) fn lends_kept(&mut self, id: ExprId, targets: &[FunctionId], exprs: &[ExprId], values: &[Value]) {
+        if !self.frames.iter().any(|frame| frame.has_closures) {
+            return;
+        }
         let receiver = match &self.body().expr(id).kind {
             ExprKind::MethodCall { receiver, .. } => Some(*receiver),
             _ => None,
