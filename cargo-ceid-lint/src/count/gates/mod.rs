@@ -339,21 +339,7 @@ impl<'s, 'a> Gates<'s, 'a> {
     }
 
     fn reached_from(&self, from: NodeId, follows: impl Fn(NodeId, usize) -> bool) -> Vec<bool> {
-        let graph = self.search.graph;
-        let start = self.start();
-        let mut reached = vec![false; graph.nodes.len()];
-        let mut open = vec![from];
-        while let Some(id) = open.pop() {
-            if std::mem::replace(&mut reached[id.0 as usize], true) {
-                continue;
-            }
-            for (edge, next) in graph.node(id).next.iter().enumerate() {
-                if *next != start && self.is_inside(*next) && follows(id, edge) {
-                    open.push(*next);
-                }
-            }
-        }
-        reached
+        self.search.reached_from(self.region, from, follows)
     }
 
     /// Whether an iteration can come to its end from a node by these edges.

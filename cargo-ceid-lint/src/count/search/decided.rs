@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::Region;
 use super::run::Run;
 use crate::count::counts::Count;
 use crate::flow::{Effect, NodeId, Place, SubjectId};
@@ -73,20 +72,20 @@ impl Run<'_, '_> {
 
     /// Whether an update may follow a branch in the iteration, by what was found before it.
     fn can_update_from(&self, node: NodeId, answers: &Answers) -> bool {
-        let all = self.nodes_behind(node, &|_, _| true);
+        let search = self.search;
+        let behind = |reached: Vec<bool>| search.graph.node_ids().filter(move |id| reached[id.0 as usize]);
+        let all: Vec<NodeId> = behind(search.reached_from(self.region, node, |_, _| true)).collect();
         // What may change on the way is not known there any more.
-        let known: Answers = answers
-            .iter()
-            .filter(|(subject, _)| !self.may_change(**subject, &all))
-            .map(|(id, own)| (*id, *own))
-            .collect();
+        let is_kept = |subject: &SubjectId| !self.may_change(*subject, &all);
+        let known: Answers =
+            answers.iter().filter(|(subject, _)| is_kept(subject)).map(|(id, own)| (*id, *own)).collect();
         let follows = |node: NodeId, edge: usize| {
-            let Effect::Branch(test) = &self.search.graph.node(node).effect else { return true };
+            let Effect::Branch(test) = &search.graph.node(node).effect else { return true };
             let heads = if edge == 0 { test.holds } else { test.fails };
             test.subject.and_then(|subject| known.get(&subject)).is_none_or(|found| found & heads != 0)
         };
-        let updating = self.search.updating();
-        self.nodes_behind(node, &follows).iter().any(|node| updating.contains(node))
+        let updating = search.updating();
+        behind(search.reached_from(self.region, node, follows)).any(|node| updating.contains(&node))
     }
 
     /// Whether one of these nodes may change what a subject reads.
@@ -105,25 +104,5 @@ impl Run<'_, '_> {
             Effect::Reset { place, .. } => changes(place),
             _ => false,
         })
-    }
-
-    /// The nodes that follow one in the iteration, by the edges that may be taken.
-    fn nodes_behind(&self, node: NodeId, follows: &dyn Fn(NodeId, usize) -> bool) -> Vec<NodeId> {
-        let graph = self.search.graph;
-        let is_inside = |to: NodeId| match self.region {
-            Region::Function => true,
-            Region::Loop(id) => to != graph.loop_info(id).head && graph.is_within(graph.node(to).in_loop, id),
-        };
-        let mut seen = vec![false; graph.nodes.len()];
-        let (mut found, mut open) = (Vec::new(), vec![node]);
-        while let Some(at) = open.pop() {
-            for (edge, to) in graph.node(at).next.iter().enumerate() {
-                if is_inside(*to) && follows(at, edge) && !std::mem::replace(&mut seen[to.0 as usize], true) {
-                    found.push(*to);
-                    open.push(*to);
-                }
-            }
-        }
-        found
     }
 }

@@ -36,4 +36,31 @@ impl Search<'_> {
         }
         reach
     }
+
+    /// The nodes that an iteration can reach from one, which is among them; `follows` says which edges it may take.
+    pub(in crate::count) fn reached_from(
+        &self,
+        region: Region,
+        from: NodeId,
+        follows: impl Fn(NodeId, usize) -> bool,
+    ) -> Vec<bool> {
+        let graph = self.graph;
+        let is_inside = |to: NodeId| match region {
+            Region::Function => true,
+            Region::Loop(id) => to != graph.loop_info(id).head && graph.is_within(graph.node(to).in_loop, id),
+        };
+        let mut reached = vec![false; graph.nodes.len()];
+        let mut open = vec![from];
+        while let Some(id) = open.pop() {
+            if std::mem::replace(&mut reached[id.0 as usize], true) {
+                continue;
+            }
+            for (edge, next) in graph.node(id).next.iter().enumerate() {
+                if is_inside(*next) && follows(id, edge) {
+                    open.push(*next);
+                }
+            }
+        }
+        reached
+    }
 }
