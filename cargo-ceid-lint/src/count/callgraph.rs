@@ -1,9 +1,19 @@
 //! Who may run whom, and in which order functions are looked at: callees first.
 
-use std::collections::{HashMap, HashSet, VecDeque};
+use std::collections::{BTreeSet, HashMap, HashSet, VecDeque};
 
 use crate::flow::{ControlFlowGraph, Effect, NodeId};
 use crate::index::FunctionId;
+
+/// The functions that call each other in a circle, or themselves.
+pub(super) fn recursive(graphs: &[Option<ControlFlowGraph>]) -> BTreeSet<FunctionId> {
+    let calls_itself = |id: &FunctionId| {
+        let graph = graphs[id.0 as usize].as_ref();
+        graph.is_some_and(|graph| callees(graph).contains(&(id.0 as usize)))
+    };
+    let circles = components(graphs).into_iter();
+    circles.filter(|circle| circle.len() > 1 || circle.iter().any(calls_itself)).flatten().collect()
+}
 
 /// The strongly connected components of the call graph, callees first (Tarjan's algorithm without recursion).
 pub(super) fn components(graphs: &[Option<ControlFlowGraph>]) -> Vec<Vec<FunctionId>> {

@@ -93,14 +93,21 @@ fn keys(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Vec<FieldKey>
 }
 
 /// The fields of types that some cycle updates, with the halves of the law.
-pub(super) fn updated_fields(index: &Index, facts: &[FunctionFacts<'_>], in_cycle: &BTreeSet<FunctionId>) -> Fields {
+pub(super) fn updated_fields(
+    index: &Index,
+    facts: &[FunctionFacts<'_>],
+    in_cycle: &BTreeSet<FunctionId>,
+    recursive: &BTreeSet<FunctionId>,
+) -> Fields {
     let mut found = Fields::default();
     let sites = call_sites(index, facts);
     for function in facts {
         let whole = in_cycle.contains(&function.graph.function);
         for instance in &function.updated {
-            // Whose it is that a helper updates, its callers tell.
-            let is_callers = || is_named_by_callers(index, function, instance, &sites);
+            // Whose it is that a helper updates, its callers tell, unless a recursion leads deeper than places are followed.
+            let is_callers = || {
+                !recursive.contains(&function.graph.function) && is_named_by_callers(index, function, instance, &sites)
+            };
             let is_helped = || whole && instance.is_updated && !is_callers();
             if instance.function || !instance.loops.is_empty() || is_helped() {
                 found.add(index, function.graph, &instance.place, instance.law);
