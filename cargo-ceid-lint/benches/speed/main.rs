@@ -3,8 +3,8 @@
 //! `cargo bench -p cargo-ceid-lint --bench speed` makes corpora of the sources in cargo's registry, runs everything in turn,
 //! and prints medians and ranges of the ratios, for only ratios of one run can be compared. Ratios of processor time hold on a
 //! machine that has other work; ratios of wall time want a quiet one. `-- --rounds 7` runs longer, `-- --lines 20000` takes one
-//! corpus of about that size, `-- --compiled` only the workspace that compiles, `-- --edits 10000` gives the language server more to do, and `-- --install-peers` installs those
-//! tools that are missing below the target directory.
+//! corpus of about that size, `-- --compiled` only the workspace that compiles, `-- --edits 10000` gives the language server more
+//! to do, and `-- --install-peers` installs those tools that are missing below the target directory.
 
 #![expect(clippy::print_stdout, reason = "a benchmark shows its results")]
 

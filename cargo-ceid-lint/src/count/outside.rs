@@ -6,9 +6,10 @@ use super::analyse::{Context, CycleId, FunctionFacts};
 use super::counts::Count;
 use super::cycles::Instance;
 use super::given::place_of;
+use super::search::Region;
 use super::summary::Summary;
 use super::verdict::{Pair, Verdict};
-use crate::flow::{ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds};
+use crate::flow::{Effect, LoopId, NodeId, Place, Rounds};
 
 impl Context<'_> {
     /// An instance that is updated, but in no cycle, is owed an update by the cycle that uses it, or that updates a sibling.
@@ -65,10 +66,11 @@ impl Context<'_> {
         if is_lent || uses.leaves || uses.copied || uses.written || is_shown {
             return None;
         }
+        let leads = |from, to: NodeId| search.reached_from(Region::Function, from, |_, _| true)[to.0 as usize];
         pairs.iter().find_map(|(id, filters)| {
             let CycleId::Loop(at) = *id else { return None };
             let info = graph.loop_info(at);
-            let is_on_way = leads(graph, *update, info.head) || leads(graph, info.head, *update);
+            let is_on_way = leads(*update, info.head) || leads(info.head, *update);
             let owes = info.rounds == Rounds::Unbounded
                 && !info.is_foreign
                 && is_on_way
@@ -91,19 +93,4 @@ impl Context<'_> {
             })
         })
     }
-}
-
-/// Whether a way leads from one node to another.
-fn leads(graph: &ControlFlowGraph, from: NodeId, to: NodeId) -> bool {
-    let mut seen = vec![false; graph.nodes.len()];
-    let mut open = vec![from];
-    while let Some(id) = open.pop() {
-        if id == to {
-            return true;
-        }
-        if !std::mem::replace(&mut seen[id.0 as usize], true) {
-            open.extend(graph.node(id).next.iter().copied());
-        }
-    }
-    false
 }
