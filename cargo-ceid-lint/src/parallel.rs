@@ -1,9 +1,10 @@
 //! Work on all cores, and on stacks that are large enough for the longest expression that is read. Knows nothing of the work.
 
+use std::cell::Cell;
 use std::cmp::Reverse;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread::{Builder, Scope, ScopedJoinHandle};
+use std::thread::{Builder, JoinHandle, Scope, ScopedJoinHandle};
 
 /// The stack of a deep thread in bytes: in a debug build, the longest input that is read takes less than half of it. Pages that
 /// are not touched cost nothing but addresses.
@@ -12,14 +13,30 @@ const STACK_BYTES: usize = if cfg!(target_pointer_width = "64") { 512 * 1024 * 1
 /// As many pieces of deep work as are worth threads of their own.
 const MANY: usize = 256;
 
-/// Runs `work` on a thread with a stack for deeply nested code, and waits for it.
+thread_local! {
+    /// Whether the thread has a large stack.
+    static IS_DEEP: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Runs `work` with a stack for deeply nested code, and waits for it: on a thread of its own, if the caller's stack is small.
 ///
 /// The parser and everything that walks expressions by recursion belongs in here.
 ///
 /// # Panics
 /// If `work` panics, or if the system refuses a thread.
 pub fn with_large_stack<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    if IS_DEEP.get() {
+        return work();
+    }
     std::thread::scope(|scope| result_of(start(scope, Kind::Deep, work)))
+}
+
+/// Starts a thread that stays, with a stack for deeply nested code.
+///
+/// # Panics
+/// If the system refuses a thread.
+pub fn stay_with_large_stack(work: impl FnOnce() + Send + 'static) -> JoinHandle<()> {
+    builder(Kind::Deep).spawn(|| deep(work)).expect("a thread can be started")
 }
 
 /// The results of `work` for each number below `count`, in their order, made on all cores.
@@ -98,11 +115,20 @@ fn start<'s, T: Send + 's>(
     kind: Kind,
     work: impl FnOnce() -> T + Send + 's,
 ) -> ScopedJoinHandle<'s, T> {
-    let thread = match kind {
+    let work = move || if kind == Kind::Deep { deep(work) } else { work() };
+    builder(kind).spawn_scoped(scope, work).expect("a thread can be started")
+}
+
+fn builder(kind: Kind) -> Builder {
+    match kind {
         Kind::Plain => Builder::new(),
         Kind::Deep => Builder::new().name("deep".to_owned()).stack_size(STACK_BYTES),
-    };
-    thread.spawn_scoped(scope, work).expect("a thread can be started")
+    }
+}
+
+fn deep<T>(work: impl FnOnce() -> T) -> T {
+    IS_DEEP.set(true);
+    work()
 }
 
 fn result_of<T>(thread: ScopedJoinHandle<'_, T>) -> T {

@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender};
-use std::thread;
 
 use super::Event;
 use super::settings::Settings;
 use super::unit::Loaded;
+use crate::parallel::stay_with_large_stack;
 use crate::pipeline::Report;
 use crate::project::Project;
 use crate::source::{DiskSource, MemorySource, ReadError, ReadSource};
@@ -117,7 +117,7 @@ impl Checker {
         let (jobs, inbox) = mpsc::channel();
         let wanted = Arc::new(AtomicU64::new(0));
         let seen = Arc::clone(&wanted);
-        thread::spawn(move || work(&inbox, &events, &seen, check));
+        stay_with_large_stack(move || work(&inbox, &events, &seen, check));
         Self { jobs, wanted }
     }
 

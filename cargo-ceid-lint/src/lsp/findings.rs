@@ -33,29 +33,26 @@ pub(super) fn of_report(
     documents: &Documents,
 ) -> BTreeMap<PathBuf, Vec<Diagnostic>> {
     let mut all: BTreeMap<PathBuf, Vec<Diagnostic>> = BTreeMap::new();
-    let mut by_file: BTreeMap<FileId, Vec<Diagnostic>> = BTreeMap::new();
-    let mut views: BTreeMap<FileId, View<'_>> = BTreeMap::new();
-    let mut view = |file: FileId, read: &mut dyn FnMut(&View<'_>) -> Diagnostic| {
-        read(views.entry(file).or_insert_with(|| View::new(report, file, client, documents)))
+    let mut by_file: BTreeMap<FileId, (View<'_>, Vec<Diagnostic>)> = BTreeMap::new();
+    let mut add = |file: FileId, read: &dyn Fn(&View<'_>) -> Diagnostic| {
+        let new = || (View::new(report, file, client, documents), Vec::new());
+        let (view, diagnostics) = by_file.entry(file).or_insert_with(new);
+        diagnostics.push(read(view));
     };
     for finding in report.diagnostics.iter().filter(|finding| finding.suppressed.is_none()) {
-        let file = finding.primary.span.file;
-        by_file.entry(file).or_default().push(view(file, &mut |view| of_finding(view, finding)));
+        add(finding.primary.span.file, &|view| of_finding(view, finding));
     }
     for problem in &report.problems {
         match problem.span {
-            Some(span) => by_file
-                .entry(span.file)
-                .or_default()
-                .push(view(span.file, &mut |view| of_problem(problem, view.range(span)))),
+            Some(span) => add(span.file, &|view| of_problem(problem, view.range(span))),
             None => {
                 let path = identity(&root.join(&problem.file));
                 all.entry(path).or_default().push(of_problem(problem, FIRST_LINE));
             }
         }
     }
-    for (file, diagnostics) in by_file {
-        all.entry(identity(&report.sources.file(file).path)).or_default().extend(diagnostics);
+    for (view, diagnostics) in by_file.into_values() {
+        all.entry(view.path).or_default().extend(diagnostics);
     }
     all
 }

@@ -164,6 +164,8 @@ fn add_new<'a>(list: &mut Vec<&'a Diagnostic>, diagnostics: &'a [Diagnostic]) {
 pub(super) struct View<'a> {
     pub(super) report: &'a Report,
     pub(super) file: FileId,
+    /// The identity of the file.
+    pub(super) path: PathBuf,
     pub(super) lines: Lines<'a>,
     pub(super) client: &'a Client,
     pub(super) documents: &'a Documents,
@@ -171,8 +173,8 @@ pub(super) struct View<'a> {
 
 impl<'a> View<'a> {
     pub(super) fn new(report: &'a Report, file: FileId, client: &'a Client, documents: &'a Documents) -> Self {
-        let lines = Lines::new(&report.sources.file(file).text);
-        Self { report, file, lines, client, documents }
+        let source = report.sources.file(file);
+        Self { report, file, path: identity(&source.path), lines: Lines::new(&source.text), client, documents }
     }
 
     /// The findings that an editor shows: those that are known as well.
@@ -196,6 +198,9 @@ impl<'a> View<'a> {
 
     /// The address of a file of the report.
     pub(super) fn uri(&self, file: FileId) -> String {
+        if file == self.file {
+            return self.documents.uri_of(&self.path);
+        }
         self.documents.uri_of(&identity(&self.report.sources.file(file).path))
     }
 

@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::{Component, Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{FileId, SourceMap};
 
@@ -131,13 +131,15 @@ impl ReadSource for DiskSource {
 pub struct MemorySource {
     texts: BTreeMap<PathBuf, Arc<str>>,
     below: Option<Box<dyn ReadSource>>,
+    /// Those that were asked for: the disk follows each link of a path anew.
+    identities: Mutex<BTreeMap<PathBuf, PathBuf>>,
 }
 
 impl MemorySource {
     /// Texts that hide those of `below`: unsaved buffers over the disk.
     #[must_use]
     pub fn over(below: Box<dyn ReadSource>) -> Self {
-        Self { texts: BTreeMap::new(), below: Some(below) }
+        Self { below: Some(below), ..Self::default() }
     }
 
     /// Adds or replaces the text of `path`.
@@ -161,7 +163,9 @@ impl ReadSource for MemorySource {
     }
 
     fn identity(&self, path: &Path) -> PathBuf {
-        self.below.as_ref().map_or_else(|| normalize(path), |below| below.identity(path))
+        let Some(below) = &self.below else { return normalize(path) };
+        let mut known = self.identities.lock().unwrap_or_else(PoisonError::into_inner);
+        known.entry(path.to_owned()).or_insert_with(|| below.identity(path)).clone()
     }
 
     fn held(&self) -> Vec<PathBuf> {

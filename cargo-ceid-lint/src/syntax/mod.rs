@@ -81,8 +81,7 @@ pub fn parse_root(
     files: &mut FileSet,
     problems: &mut Vec<Problem>,
 ) -> RootModule {
-    // A fresh thread also means that the parser's own map of texts is dropped when the crate is done.
-    with_large_stack(|| Loader::new(cfg, edition, files, problems).root(root_file))
+    deeply(|| Loader::new(cfg, edition, files, problems).root(root_file))
 }
 
 /// As [`parse_root`], without any items: no more than the tree of one file is in memory at a time.
@@ -93,7 +92,16 @@ pub fn survey_root(
     files: &mut FileSet,
     problems: &mut Vec<Problem>,
 ) -> RootModule {
-    with_large_stack(|| Loader::new(cfg, edition, files, problems).without_items().root(root_file))
+    deeply(|| Loader::new(cfg, edition, files, problems).without_items().root(root_file))
+}
+
+/// Parses a crate. Its tree has spans of its own: the parser's, with its copies of all texts, are done with.
+fn deeply(parse: impl FnOnce() -> RootModule + Send) -> RootModule {
+    with_large_stack(|| {
+        let root = parse();
+        proc_macro2::extra::invalidate_current_thread_spans();
+        root
+    })
 }
 
 /// The items of a text that is shown as `name`, with modules from nowhere: for tests of this floor and of those above it.
