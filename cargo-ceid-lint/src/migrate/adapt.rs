@@ -240,7 +240,7 @@ fn named_in_head(of: &LoopBody<'_>, own: &Guarded) -> Result<(), Reason> {
         return Ok(());
     }
     let is_outside = |id: &ExprId| !of.inside.contains(id);
-    let named = super::walk::within(of.body, of.loop_statement()).into_iter().filter(is_outside).find(|id| {
+    let named = of.body.within(of.loop_statement()).into_iter().filter(is_outside).find(|id| {
         let local = of.typed.local(own.place.local);
         if let ExprKind::Opaque(call) = of.kind(*id) {
             return call.mentions.contains(&local.name);

@@ -4,7 +4,6 @@ use super::exits::diverges;
 use super::iteration::is_closure_of_a_loop;
 use super::loops::{Loops, Parents};
 use super::text::{Style, words};
-use super::walk;
 use crate::flow::Program;
 use crate::index::{FunctionDef, FunctionId};
 use crate::source::{FileId, Span};
@@ -43,7 +42,7 @@ impl<'a> LoopBody<'a> {
         let (function, whole, block) = loops.at(head)?;
         let body = program.index.function(function).function.body.as_ref()?;
         let typed = program.typed(function)?;
-        let inside = walk::within(body, block);
+        let inside = body.within(block);
         let parents = loops.parents(function);
         let text = &program.sources.file(head.file).text;
         let style = loops.style(head.file);

@@ -6,12 +6,11 @@ use std::path::Path;
 use std::rc::Rc;
 
 use super::text::{Style, has_word};
-use super::walk;
 use crate::flow::Program;
 use crate::index::{FunctionId, ModuleId};
 use crate::source::{FileId, Span};
 use crate::syntax::Outline;
-use crate::syntax::tree::{ExprId, ExprKind};
+use crate::syntax::tree::{Body, ExprId, ExprKind};
 
 /// The expression in which each one of a body lies.
 pub(super) type Parents = Rc<[Option<ExprId>]>;
@@ -69,7 +68,7 @@ impl<'a> Loops<'a> {
 
     pub(super) fn parents(&self, function: FunctionId) -> Parents {
         let body = self.program.index.function(function).function.body.as_ref();
-        let find = || body.map(walk::parents).unwrap_or_default().into();
+        let find = || body.map(Body::parents).unwrap_or_default().into();
         Rc::clone(self.parents.borrow_mut().entry(function).or_insert_with(find))
     }
 

@@ -8,7 +8,6 @@ use super::adapt::Adaptation;
 use super::body::LoopBody;
 use super::each;
 use super::sites::{Place, Site, number};
-use super::walk;
 use crate::count::Verdict;
 use crate::index::{FunctionId, Index, Ty};
 use crate::source::Span;
@@ -223,7 +222,7 @@ fn is_captured(of: &LoopBody<'_>, at: ExprId) -> bool {
     let is_around = |text: &ExprId| {
         matches!(of.kind(*text), ExprKind::Literal(Literal::Str(_))) && of.span(*text).contains(of.span(at))
     };
-    let beside = of.parent(at).map(|parent| walk::children(of.body, parent)).unwrap_or_default();
+    let beside = of.parent(at).map(|parent| of.body.children(parent)).unwrap_or_default();
     matches!(of.kind(at), ExprKind::Path(_)) && beside.iter().any(is_around)
 }
 

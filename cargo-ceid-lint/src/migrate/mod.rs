@@ -31,7 +31,6 @@ mod plan;
 mod purity;
 mod sites;
 mod text;
-mod walk;
 mod whole;
 
 use std::collections::BTreeSet;

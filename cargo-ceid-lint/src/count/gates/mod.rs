@@ -187,7 +187,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             }
         }
         let is_kept = self.is_kept_flag(test);
-        if about.is_remainder && !is_kept && self.remainder_counts(test) && !self.stands_still(test, at, way) {
+        if about.is_remainder && !is_kept && self.remainder_counts(test, at) && !self.stands_still(test, at, way) {
             return Some(Gate::Rate);
         }
         // A lock that is not waited for fails while another holds it: that is no setting.

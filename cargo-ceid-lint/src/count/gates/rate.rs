@@ -63,6 +63,9 @@ impl Gates<'_, '_> {
             if (steps.up || steps.sums) && self.is_used_up(place, at, way) {
                 return Some(Gate::Rate);
             }
+            if steps.up && self.is_deadline(test, place, at, way) {
+                return Some(Gate::Rate);
+            }
             // A warm-up goes on in each cycle that waits for it.
             let counts_on = !self.reached(|node, _| !self.counts_at(node, place))[at.0 as usize]
                 || way.after(at).is_none_or(|next| !self.completes(next, |node, _| !self.counts_at(node, place)));
@@ -192,6 +195,23 @@ impl Gates<'_, '_> {
         lowering.peek().is_some() && lowering.all(|id| !elsewhere[id.0 as usize] && !way.nodes.contains(&id))
     }
 
+    /// Whether a count is compared with one that is put off behind the branch, where the way does not go, and nowhere else:
+    /// `if n >= next { next += FULL; … }`.
+    fn is_deadline(&self, test: &Test, place: &Place, at: NodeId, way: &Way) -> bool {
+        let elsewhere = self.reached(|node, _| node != at);
+        let puts_off = |id: NodeId| {
+            let kind = self.search.graph.changes.get(&id).map(|change| change.kind);
+            matches!(kind, Some(ChangeKind::CountsUp | ChangeKind::Accumulates | ChangeKind::Other))
+                && !elsewhere[id.0 as usize]
+                && !way.nodes.contains(&id)
+        };
+        test.about.compared.contains(&Some(place.clone()))
+            && test.about.compared.iter().flatten().any(|other| {
+                let mut assigning = self.assigning(other).peekable();
+                other != place && self.outlives(other) && assigning.peek().is_some() && assigning.all(puts_off)
+            })
+    }
+
     pub(super) fn is_number(&self, place: &Place) -> bool {
         matches!(self.ty(place), Some(Ty::Int))
     }
@@ -254,7 +274,7 @@ impl Gates<'_, '_> {
     }
 
     /// Whether the remainder that is compared is that of something that counts, or tells the time; not of a reading.
-    pub(super) fn remainder_counts(&self, test: &Test) -> bool {
+    pub(super) fn remainder_counts(&self, test: &Test, at: NodeId) -> bool {
         let graph = self.search.graph;
         let sources = self.behind(test);
         let counts = sources.places.iter().any(|place| {
@@ -262,10 +282,21 @@ impl Gates<'_, '_> {
                 info.counter.is_some_and(|(counter, _)| Some(counter) == place.base_var())
                     || place.base_var().is_some_and(|var| info.bound.contains(&var))
             });
-            is_counter || (self.is_number(place) && self.outlives(place))
+            is_counter || (self.is_number(place) && self.outlives(place) && !self.is_given_anew(place, at))
         });
         let is_told = |name: &String| contains_any(name, COUNTERS);
-        counts || sources.calls.iter().any(is_told) || sources.calls.iter().all(|name| is_arithmetic(name))
+        let is_reckoned = sources.calls.iter().all(|name| is_arithmetic(name))
+            && !sources.places.iter().any(|place| self.is_number(place) && self.is_given_anew(place, at));
+        counts || sources.calls.iter().any(is_told) || is_reckoned
+    }
+
+    /// Whether a place has another value than that of the round before at a node, and not one that is counted from it.
+    fn is_given_anew(&self, place: &Place, at: NodeId) -> bool {
+        let is_given = |id: NodeId| {
+            let kind = self.search.graph.changes.get(&id).map(|change| change.kind);
+            self.assigns(id, place) && matches!(kind, Some(ChangeKind::Other))
+        };
+        !self.reached(|node, _| !is_given(node))[at.0 as usize]
     }
 }
 

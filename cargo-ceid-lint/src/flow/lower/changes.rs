@@ -75,7 +75,8 @@ impl Builder<'_> {
 
     /// What adding a value to a place, or taking it away, does.
     fn added(&self, target: ExprId, value: ExprId, up: bool) -> ChangeKind {
-        let counts = *self.ty(target).peel() == Ty::Int && self.constant_head(value).is_some();
+        let is_number = matches!(self.ty(target).peel(), Ty::Int | Ty::Float);
+        let counts = is_number && self.constant_head(value).is_some();
         match (counts, up) {
             (true, true) => ChangeKind::CountsUp,
             (true, false) => ChangeKind::CountsDown,

@@ -206,12 +206,17 @@ impl Builder<'_> {
         let (Some(left), Some(right)) = (self.pure(lhs), self.pure(rhs)) else {
             return (None, Vec::new(), false);
         };
-        // A comparison with NaN fails both ways, so floats keep the direction in which they are written.
         let is_float = *self.ty(lhs) == Ty::Float || *self.ty(rhs) == Ty::Float;
+        if let Some(orders) = orders_asked(op).filter(|_| is_float) {
+            let key = format!("({} <=> {})", left.key, right.key);
+            let reads = [left.reads, right.reads].concat();
+            let to_heads = |orders: &[&str]| orders.iter().map(|order| (*order).to_owned()).collect();
+            return (Some((Pure { key, reads, whole: None }, Some(to_heads(&ORDERS)))), to_heads(orders), false);
+        }
         let (symbol, negated) = match op {
             "==" | "!=" => ("==", op == "!="),
-            ">=" if !is_float => ("<", true),
-            ">" if !is_float => ("<=", true),
+            ">=" => ("<", true),
+            ">" => ("<=", true),
             other => (other, false),
         };
         if symbol == "==" && self.is_state(self.ty(lhs)) {
@@ -316,6 +321,20 @@ impl Builder<'_> {
         self.resume_if_reached(no);
         self.end_branch(&join, &fails, span);
         self.close_join(&join)
+    }
+}
+
+/// How two floats may stand to each other: with NaN on a side, no comparison holds.
+const ORDERS: [&str; 4] = ["less", "equal", "greater", "unordered"];
+
+/// Of which orders a comparison of floats asks.
+fn orders_asked(op: &str) -> Option<&'static [&'static str]> {
+    match op {
+        "<" => Some(&["less"]),
+        "<=" => Some(&["less", "equal"]),
+        ">" => Some(&["greater"]),
+        ">=" => Some(&["equal", "greater"]),
+        _ => None,
     }
 }
 

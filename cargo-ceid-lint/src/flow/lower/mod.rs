@@ -47,6 +47,7 @@ mod threads;
 mod ticks;
 mod values;
 mod waits;
+mod written;
 
 use std::collections::{HashMap, HashSet};
 use std::rc::Rc;

@@ -340,6 +340,13 @@ impl Builder<'_> {
 
     /// `place += value`
     pub(super) fn assign_op(&mut self, id: ExprId, op: &str, target: ExprId, value: ExprId) -> Value {
+        if *self.ty(target).peel() == Ty::Bool {
+            match (op, self.constant_head(value).as_deref()) {
+                ("|", Some("true")) | ("&", Some("false")) => return self.assign(id, target, value),
+                ("|", Some("false")) | ("&", Some("true")) => return Value::default(),
+                _ => {}
+            }
+        }
         let bases = self.assigned_vars(target);
         self.derive(&bases, value);
         let given = self.expr_into(bases, value);

@@ -5,6 +5,7 @@
 mod body;
 mod literal;
 mod ty;
+mod walk;
 
 use crate::source::Span;
 pub use body::*;

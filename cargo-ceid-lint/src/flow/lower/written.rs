@@ -1,0 +1,289 @@
+//! The fields of `self` that a method writes: those that it may write, and those that it clears whatever happens.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::flow::Program;
+use crate::index::{FunctionId, Ty};
+use crate::syntax::tree::{Body, ExprId, ExprKind, MacroKind, PatKind, Receiver, StmtKind};
+use crate::types::{Callee, LocalId, TypedBody};
+
+/// How deep calls are followed.
+const MOST_CALLS: u32 = 4;
+
+/// The fields of `self` that a function may write; `None` if it writes all of it, or hands it to something else.
+pub(super) fn written_fields(program: &Program<'_>, id: FunctionId) -> Option<BTreeSet<String>> {
+    Method::new(program, id, 0)?.written()
+}
+
+/// The fields of `self` that a function gives a new value on every path; `None` if it does so with all of them, or cannot be
+/// seen.
+pub(super) fn cleared_fields(program: &Program<'_>, id: FunctionId) -> Option<BTreeSet<String>> {
+    match Method::new(program, id, 0)?.cleared() {
+        Cleared::Everything => None,
+        Cleared::Fields(fields) => Some(fields),
+    }
+}
+
+/// What has a new value.
+#[derive(Clone)]
+enum Cleared {
+    Everything,
+    Fields(BTreeSet<String>),
+}
+
+impl Cleared {
+    fn add(&mut self, more: Self) {
+        match (self, more) {
+            (Self::Everything, _) => {}
+            (Self::Fields(fields), Self::Fields(more)) => fields.extend(more),
+            (own, Self::Everything) => *own = Self::Everything,
+        }
+    }
+
+    /// What both have cleared.
+    fn common(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Everything, one) | (one, Self::Everything) => one,
+            (Self::Fields(one), Self::Fields(other)) => Self::Fields(one.intersection(&other).cloned().collect()),
+        }
+    }
+}
+
+/// A method's body.
+struct Method<'p, 'a> {
+    program: &'p Program<'a>,
+    body: &'a Body,
+    typed: &'a TypedBody,
+    itself: LocalId,
+    /// The variables that stand for fields: `let Self { low, .. } = self;`.
+    fields: BTreeMap<LocalId, String>,
+    depth: u32,
+    /// What is cleared where the body is left early.
+    exits: Vec<Cleared>,
+}
+
+impl<'p, 'a> Method<'p, 'a> {
+    fn new(program: &'p Program<'a>, id: FunctionId, depth: u32) -> Option<Self> {
+        let body = program.index.function(id).function.body.as_ref()?;
+        let typed = program.typed(id).filter(|_| depth <= MOST_CALLS)?;
+        let itself = typed.locals.iter().position(|local| local.name == "self")?;
+        let itself = LocalId(u32::try_from(itself).ok()?);
+        let mut method = Self { program, body, typed, itself, fields: BTreeMap::new(), depth, exits: Vec::new() };
+        method.fields = method.taken_apart();
+        Some(method)
+    }
+
+    fn taken_apart(&self) -> BTreeMap<LocalId, String> {
+        let blocks = self.body.exprs.iter().filter_map(|expr| match &expr.kind {
+            ExprKind::Block(block) => Some(block),
+            _ => None,
+        });
+        let parts = blocks.flat_map(|block| &block.stmts).filter_map(|stmt| match &stmt.kind {
+            StmtKind::Let { pat, init: Some(init), .. } if self.is_self(*init) => match &self.body.pat(*pat).kind {
+                PatKind::Struct(_, fields) => Some(fields),
+                _ => None,
+            },
+            _ => None,
+        });
+        let local = |(name, pat): &(String, _)| Some((*self.typed.pat_local.get(pat)?, name.clone()));
+        parts.flatten().filter_map(local).collect()
+    }
+
+    /// Whether an expression is `self`, `*self` or a reference to it.
+    fn is_self(&self, expr: ExprId) -> bool {
+        match &self.body.expr(expr).kind {
+            ExprKind::Deref(inner) | ExprKind::Reference { value: inner, .. } => self.is_self(*inner),
+            _ => self.typed.expr_local.get(&expr) == Some(&self.itself),
+        }
+    }
+
+    /// The field of `self` in which a place lies.
+    fn field(&self, expr: ExprId) -> Option<&str> {
+        match &self.body.expr(expr).kind {
+            ExprKind::Field { base, name } if self.is_self(*base) => Some(name),
+            ExprKind::Field { base, .. } | ExprKind::Index { base, .. } => self.field(*base),
+            ExprKind::Deref(inner) | ExprKind::Reference { value: inner, .. } => self.field(*inner),
+            ExprKind::MethodCall { receiver, .. } => self.field(*receiver),
+            _ => self.fields.get(self.typed.expr_local.get(&expr)?).map(String::as_str),
+        }
+    }
+
+    /// The methods of the analysed code that a call may run.
+    fn targets(&self, call: ExprId) -> Option<&'a [FunctionId]> {
+        match self.typed.callees.get(&call) {
+            Some(Callee::Resolved(resolved)) => Some(&resolved.targets),
+            _ => None,
+        }
+    }
+
+    /// Whether a method may write what it is called on.
+    fn writes(&self, call: ExprId, receiver: ExprId) -> bool {
+        let takes_it =
+            |id: &FunctionId| self.program.index.function(*id).function.receiver == Some(Receiver::Exclusive);
+        match self.targets(call) {
+            Some(targets) => targets.iter().any(takes_it),
+            None => !matches!(self.typed.ty(receiver).peel(), Ty::Int | Ty::Float | Ty::Bool),
+        }
+    }
+
+    fn written(&self) -> Option<BTreeSet<String>> {
+        let mut fields = BTreeSet::new();
+        for id in (0u32..).map(ExprId).take(self.body.exprs.len()) {
+            match &self.body.expr(id).kind {
+                ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } => {
+                    if self.is_self(*place) {
+                        return None;
+                    }
+                    fields.extend(self.field(*place).map(str::to_owned));
+                }
+                ExprKind::Reference { mutable: true, value, .. } => {
+                    fields.extend(self.field(*value).map(str::to_owned))
+                }
+                ExprKind::MethodCall { receiver, .. } if self.is_self(*receiver) => {
+                    for target in self.targets(id).unwrap_or_default() {
+                        fields.extend(Self::new(self.program, *target, self.depth + 1)?.written()?);
+                    }
+                }
+                ExprKind::MethodCall { receiver, .. } if self.writes(id, *receiver) => {
+                    fields.extend(self.field(*receiver).map(str::to_owned));
+                }
+                _ => {}
+            }
+        }
+        Some(fields)
+    }
+
+    fn cleared(&mut self) -> Cleared {
+        let end = self.walk(self.body.root, Cleared::Fields(BTreeSet::new()));
+        let ways = std::mem::take(&mut self.exits).into_iter().chain(end);
+        // What never comes back leaves nothing behind.
+        ways.reduce(Cleared::common).unwrap_or(Cleared::Everything)
+    }
+
+    /// What is cleared behind an expression; nothing if no path leads behind it.
+    fn walk(&mut self, id: ExprId, before: Cleared) -> Option<Cleared> {
+        let body = self.body;
+        match &body.expr(id).kind {
+            // Ways that leave it by its label are not told apart.
+            ExprKind::Block(block) if block.label.is_some() => self.walk_children(id, before.clone()).and(Some(before)),
+            ExprKind::Block(block) => {
+                let mut now = before;
+                for stmt in &block.stmts {
+                    now = match &stmt.kind {
+                        StmtKind::Let { init: Some(init), otherwise, .. } => {
+                            let now = self.walk(*init, now)?;
+                            if let Some(otherwise) = otherwise {
+                                self.walk(*otherwise, now.clone());
+                            }
+                            now
+                        }
+                        StmtKind::Let { init: None, .. } => now,
+                        StmtKind::Expr { expr, .. } => self.walk(*expr, now)?,
+                    };
+                }
+                block.tail.map_or(Some(now.clone()), |tail| self.walk(tail, now))
+            }
+            ExprKind::If { condition, then, otherwise } => {
+                let now = self.walk(*condition, before)?;
+                let then = self.walk(*then, now.clone());
+                let otherwise = otherwise.map_or(Some(now.clone()), |otherwise| self.walk(otherwise, now));
+                then.into_iter().chain(otherwise).reduce(Cleared::common)
+            }
+            ExprKind::Match { scrutinee, arms } => {
+                let now = self.walk(*scrutinee, before)?;
+                let arms: Vec<_> = arms.iter().filter_map(|arm| self.walk(arm.body, now.clone())).collect();
+                arms.into_iter().reduce(Cleared::common)
+            }
+            // Arrays and buffers are cleared in loops, of which it is taken that they do not end early.
+            ExprKind::For { iterable, body, .. } | ExprKind::While { condition: iterable, body, .. } => {
+                let now = self.walk(*iterable, before)?;
+                Some(self.walk(*body, now.clone()).unwrap_or(now))
+            }
+            ExprKind::Loop { body, .. } => {
+                self.walk(*body, before.clone());
+                Some(before)
+            }
+            ExprKind::Return(value) => {
+                let now = value.map_or(Some(before.clone()), |value| self.walk(value, before))?;
+                self.exits.push(now);
+                None
+            }
+            ExprKind::Break { .. } | ExprKind::Continue { .. } => None,
+            ExprKind::Try(value) => {
+                let now = self.walk(*value, before)?;
+                self.exits.push(now.clone());
+                Some(now)
+            }
+            ExprKind::Binary { op: "&&" | "||", lhs, rhs } => {
+                let now = self.walk(*lhs, before)?;
+                self.walk(*rhs, now.clone());
+                Some(now)
+            }
+            ExprKind::Closure(_) => Some(before),
+            ExprKind::Macro(call) => match &call.kind {
+                MacroKind::DebugOnly(..) | MacroKind::Logging(_) => Some(before),
+                MacroKind::Diverges(_) => None,
+                MacroKind::ReturnsErr(_) => {
+                    self.exits.push(before);
+                    None
+                }
+                MacroKind::Ensure(..) => {
+                    self.exits.push(before.clone());
+                    self.walk_children(id, before)
+                }
+                _ => self.walk_children(id, before),
+            },
+            _ => {
+                let mut now = self.walk_children(id, before)?;
+                now.add(self.cleared_by(id));
+                Some(now)
+            }
+        }
+    }
+
+    fn walk_children(&mut self, id: ExprId, before: Cleared) -> Option<Cleared> {
+        self.body.children(id).into_iter().try_fold(before, |now, child| self.walk(child, now))
+    }
+
+    /// What an expression clears by itself.
+    fn cleared_by(&self, id: ExprId) -> Cleared {
+        let field = |place: ExprId| Cleared::Fields(self.field(place).map(str::to_owned).into_iter().collect());
+        match &self.body.expr(id).kind {
+            ExprKind::Assign { place, value } if self.is_self(*place) => match &self.body.expr(*value).kind {
+                ExprKind::Struct { fields, rest: Some(rest), .. } if self.is_self(*rest) => {
+                    let is_new = |(name, value): &&(String, ExprId)| !self.keeps(*value, name);
+                    Cleared::Fields(fields.iter().filter(is_new).map(|(name, _)| name.clone()).collect())
+                }
+                ExprKind::MethodCall { receiver, method, .. } if method == "clone" && self.is_self(*receiver) => {
+                    Cleared::Fields(BTreeSet::new())
+                }
+                _ => Cleared::Everything,
+            },
+            ExprKind::Assign { place, value } if self.field(*place).is_some_and(|name| !self.keeps(*value, name)) => {
+                field(*place)
+            }
+            ExprKind::Reference { mutable: true, value, .. } => field(*value),
+            ExprKind::MethodCall { receiver, .. } if self.is_self(*receiver) => {
+                let of = |target: &FunctionId| Some(Self::new(self.program, *target, self.depth + 1)?.cleared());
+                let called = self.targets(id).unwrap_or_default().iter().filter_map(of);
+                called.reduce(Cleared::common).unwrap_or(Cleared::Fields(BTreeSet::new()))
+            }
+            ExprKind::MethodCall { receiver, .. } if self.writes(id, *receiver) => field(*receiver),
+            _ => Cleared::Fields(BTreeSet::new()),
+        }
+    }
+
+    /// Whether a value is made of what a field was: `self.low * 0.9`.
+    fn keeps(&self, value: ExprId, name: &str) -> bool {
+        match &self.body.expr(value).kind {
+            ExprKind::Field { base, name: own } => own == name && self.is_self(*base),
+            ExprKind::Binary { lhs, rhs, .. } => self.keeps(*lhs, name) || self.keeps(*rhs, name),
+            ExprKind::Negate(value) | ExprKind::Cast { value, .. } => self.keeps(*value, name),
+            ExprKind::MethodCall { receiver, method, .. } => {
+                let is_number = matches!(self.typed.ty(*receiver).peel(), Ty::Int | Ty::Float);
+                (is_number || method == "clone") && self.keeps(*receiver, name)
+            }
+            _ => false,
+        }
+    }
+}
