@@ -12,7 +12,7 @@ use super::uri;
 pub(super) struct Client {
     /// How it counts characters.
     pub(super) encoding: Encoding,
-    /// It asks for findings by itself: then those in Rust files are not sent unasked, which would show them twice.
+    /// It asks for findings by itself: then those for which it asks are not sent unasked, which would show them twice.
     pub(super) pulls_diagnostics: bool,
     /// It asks again when told to.
     pub(super) refreshes_diagnostics: bool,

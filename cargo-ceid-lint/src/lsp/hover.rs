@@ -38,19 +38,34 @@ pub(super) fn hover(view: &View<'_>, position: Position) -> Option<Value> {
             }
         }
     }
-    if let Some((rule, span)) = named_rule(view, offset) {
-        place = Some(span);
+    let named = named_rule(view, offset);
+    if let Some((rule, span)) = &named {
+        place = Some(*span);
         rules.insert(rule.name);
     }
     let place = place?;
     paragraphs.dedup();
-    paragraphs.extend(rules.into_iter().filter_map(rules::find).map(|rule| rule.explanation.trim().to_owned()));
+    // What is allowed is no news.
+    let is_named = |rule: &str| named.as_ref().is_some_and(|(named, _)| named.name == rule);
+    rules.retain(|rule| is_named(rule) || view.report.diagnostics.iter().any(|finding| finding.rule == *rule));
+    paragraphs.extend(rules.into_iter().filter_map(rules::find).map(page));
     let text = paragraphs.join("\n\n---\n\n");
     let format = if view.client.renders_markdown { "markdown" } else { "plaintext" };
     Some(json!({
         "contents": { "kind": format, "value": text },
         "range": view.range(place),
     }))
+}
+
+/// The text of a rule, with headings that do not fill the box.
+fn page(rule: &Rule) -> String {
+    let mut is_code = false;
+    let lines = rule.explanation.trim().lines().map(|line| {
+        is_code ^= line.starts_with("```");
+        let is_heading = !is_code && line.starts_with('#');
+        format!("{}{line}", if is_heading { "##" } else { "" })
+    });
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 fn kind(cycle: &Cycle) -> String {

@@ -34,19 +34,24 @@ struct Sent {
 impl Server {
     /// Sends what is new, and takes back what is no longer so. Of files that are neither open nor among those that changed, all
     /// is as it was.
+    ///
+    /// A client that asks for findings is told unasked only of Rust files that it has not open, for some ask for no others; and
+    /// of none as soon as it asks for all at once.
     pub(super) fn publish(&mut self, changed: &BTreeSet<PathBuf>) {
+        let (pulls, is_whole) = (self.client.pulls_diagnostics, self.published.is_whole);
+        let asks_for = |path: &Path, is_open: bool| pulls && is_rust(path) && (is_open || is_whole);
         let mut paths: BTreeSet<PathBuf> = changed.clone();
         paths.extend(self.documents.iter().map(|(path, _)| path.clone()));
         let was_open = self.published.sent.iter().filter(|(_, sent)| sent.version.is_some());
         paths.extend(was_open.map(|(path, _)| path.clone()));
+        let told = self.published.sent.iter().filter(|(path, sent)| asks_for(path, false) && !sent.is_empty);
+        paths.extend(told.map(|(path, _)| path.clone()));
         let mut messages = Vec::new();
         for path in paths {
             let before = self.published.sent.get(&path);
-            if self.client.pulls_diagnostics && is_rust(&path) {
-                continue;
-            }
             let document = self.documents.get(&path);
-            let diagnostics = self.units.diagnostics_of(&path);
+            let is_asked_for = asks_for(&path, document.is_some());
+            let diagnostics = if is_asked_for { Vec::new() } else { self.units.diagnostics_of(&path) };
             let now = Sent {
                 uri: self.documents.uri_of(&path),
                 version: document.map(|document| document.version),
@@ -58,8 +63,8 @@ impl Server {
                 messages.push(json!({ "uri": before.uri, "diagnostics": [] }));
             }
             let is_news = before.map_or(document.is_some() || !now.is_empty, |before| *before != now);
-            // Nothing said of a closed file, and nothing to say, is nothing new.
-            let is_silent = document.is_none() && now.is_empty && before.is_none_or(|before| before.is_empty);
+            // Nothing said of a file about which nothing is awaited, and nothing to say, is nothing new.
+            let is_silent = (document.is_none() || is_asked_for) && now.is_empty && before.is_none_or(|before| before.is_empty);
             if is_news && !is_silent {
                 let mut message = json!({ "uri": now.uri, "diagnostics": diagnostics });
                 if let Some(version) = now.version {
@@ -113,8 +118,15 @@ impl Server {
             add(Some(path), self.documents.uri_of(path), None);
         }
         self.published.answered.extend(answered);
-        self.published.is_whole = true;
+        self.asks_for_all();
         json!({ "items": items })
+    }
+
+    /// The client asks for the findings of all files: what it was told unasked is taken back.
+    pub(super) fn asks_for_all(&mut self) {
+        if !std::mem::replace(&mut self.published.is_whole, true) && self.is_settled() {
+            self.publish(&BTreeSet::new());
+        }
     }
 
     /// Asks the client to ask again, where an answer that it has would be another one now.
@@ -138,8 +150,8 @@ impl Server {
                 self.ask("workspace/diagnostic/refresh", &Value::Null, None);
             }
         }
-        if self.client.refreshes_hints && self.settings.inlay_hints {
-            let hints = self.hints_result();
+        if self.client.refreshes_hints {
+            let hints = if self.settings.inlay_hints { self.hints_result() } else { String::new() };
             if hints != std::mem::replace(&mut self.published.hints, hints.clone()) {
                 self.ask("workspace/inlayHint/refresh", &Value::Null, None);
             }

@@ -35,6 +35,8 @@ pub(super) struct Server {
     pub(super) phase: Phase,
     pub(super) client: Client,
     pub(super) settings: Settings,
+    /// Those of `initializationOptions`: they hold where the editor's configuration says nothing.
+    initial: Settings,
     pub(super) documents: Documents,
     pub(super) units: Units,
     pub(super) published: Published,
@@ -93,6 +95,7 @@ impl Server {
             phase: Phase::New,
             client: Client::default(),
             settings: Settings::default(),
+            initial: Settings::default(),
             documents: Documents::default(),
             units: Units::default(),
             published: Published::default(),
@@ -186,6 +189,9 @@ impl Server {
             Some(Ok(question)) if self.is_settled() => Some(self.answer_or_bug(&question)),
             Some(Ok(question)) => {
                 self.is_introduced = true;
+                if matches!(question, Question::WorkspaceDiagnostic(_)) {
+                    self.asks_for_all();
+                }
                 self.waiting.push((id.clone(), question));
                 None
             }
@@ -206,7 +212,7 @@ impl Server {
         self.folders = client::folders(params).iter().map(|folder| identity(folder)).collect();
         self.phase = Phase::Ready;
         match Settings::read(params.get("initializationOptions").unwrap_or(&Value::Null)) {
-            Ok(settings) => self.settings = settings,
+            Ok(settings) => (self.initial, self.settings) = (settings.clone(), settings),
             Err(error) => self.show(1, &error),
         }
         self.recheck_all(Extent::Project);
@@ -353,8 +359,14 @@ impl Server {
         self.ask("workspace/configuration", &items, Some(Asked::Settings));
     }
 
-    fn set(&mut self, settings: &Value) -> Result<(), String> {
-        let settings = Settings::read(settings).inspect_err(|error| self.show(1, error))?;
+    /// Takes over a section of the editor's configuration. Some editors say `{}` of one that they do not have.
+    fn set(&mut self, section: &Value) -> Result<(), String> {
+        let says_nothing = section.is_null() || section.as_object().is_some_and(serde_json::Map::is_empty);
+        let settings = if says_nothing {
+            self.initial.clone()
+        } else {
+            Settings::read(section).inspect_err(|error| self.show(1, error))?
+        };
         if settings != self.settings {
             self.settings = settings;
             self.recheck_all(Extent::Disk);
@@ -375,9 +387,8 @@ impl Server {
                 }
             }
             (Asked::Settings, Ok(value)) => {
-                // Without settings of that name, those of the beginning hold. What is wrong with them was shown.
-                let settings = value.get(0).filter(|settings| !settings.is_null());
-                let _ = settings.map_or(Ok(()), |settings| self.set(settings));
+                // What is wrong with them was shown.
+                let _ = value.get(0).map_or(Ok(()), |section| self.set(section));
             }
             (asked, Err(error)) => self.log(2, &format!("the client refuses ({asked:?}): {}", error["message"])),
         }

@@ -34,9 +34,13 @@ impl Settings {
     /// # Errors
     /// What is wrong with them.
     pub(super) fn read(value: &Value) -> Result<Self, String> {
-        let own = value.get(SECTION).unwrap_or(value);
+        let mut own = value.get(SECTION).unwrap_or(value).clone();
         if own.is_null() {
             return Ok(Self::default());
+        }
+        if let Some(fields) = own.as_object_mut() {
+            // The client's own: whether it logs what is said.
+            fields.remove("trace");
         }
         Self::deserialize(own).map_err(|error| format!("wrong setting of `{SECTION}`: {error}"))
     }
@@ -73,6 +77,7 @@ mod tests {
         assert_eq!(Settings::read(&json!({ "ceid-lint": alone })), Ok(expected));
         assert_eq!(Settings::read(&Value::Null), Ok(Settings::default()));
         assert_eq!(Settings::read(&json!({ "ceid-lint": null })), Ok(Settings::default()));
+        assert_eq!(Settings::read(&json!({ "trace": { "server": "verbose" } })), Ok(Settings::default()));
     }
 
     #[test]

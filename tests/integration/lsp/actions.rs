@@ -172,6 +172,7 @@ fn hover_tells_the_verdict_and_the_rule() {
     assert!(cycle.contains("`kf` (`Kalman`): **repeated**, many updates"), "{cycle}");
     let proved = value(4, 33);
     assert!(proved.contains("`pf` (`Kalman`): **once**, updated exactly once on every path"), "{proved}");
+    assert!(!proved.contains("unguarded_update"), "what is allowed is no news: {proved}");
     let update = value(4, 42);
     assert!(update.contains("**once**") && update.contains("`loop` of `other`"), "{update}");
     let comment = value(3, 20);

@@ -34,6 +34,8 @@ pub(super) struct Client {
     shown: BTreeMap<String, Value>,
     /// What the server says that it is at.
     running: BTreeSet<String>,
+    /// What is answered when the server asks for its section of the configuration.
+    pub(super) section: Value,
 }
 
 /// What a client of no special ability says of itself.
@@ -75,7 +77,7 @@ impl Client {
         });
         let input = child.stdin.take();
         let (heard, shown, running) = (VecDeque::new(), BTreeMap::new(), BTreeSet::new());
-        Self { child, input, messages, heard, last_id: 0, is_ours, shown, running }
+        Self { child, input, messages, heard, last_id: 0, is_ours, shown, running, section: Value::Null }
     }
 
     /// Starts the server for a folder.
@@ -169,6 +171,11 @@ impl Client {
         self.heard.iter().filter(|message| message["method"] == method).count()
     }
 
+    /// How many findings stand as they were told unasked.
+    pub(super) fn standing(&self) -> usize {
+        self.shown.values().filter_map(Value::as_array).map(Vec::len).sum()
+    }
+
     #[track_caller]
     fn wait(&mut self, is_it: impl Fn(&Value) -> bool) -> Value {
         if let Some(at) = self.heard.iter().position(&is_it) {
@@ -210,7 +217,7 @@ impl Client {
         }
         if let Some(id) = message.get("id") {
             let result = match method {
-                "workspace/configuration" => json!([null]),
+                "workspace/configuration" => json!([self.section]),
                 "window/showDocument" => json!({ "success": true }),
                 _ => Value::Null,
             };

@@ -106,7 +106,7 @@ fn client_that_asks_is_not_told_twice() {
     assert_eq!(items.len(), 2, "{report}");
     let previous: Vec<Value> =
         items.iter().map(|item| json!({ "uri": item["uri"], "value": item["resultId"] })).collect();
-    assert_eq!(client.left_over("textDocument/publishDiagnostics"), 0);
+    assert_eq!(client.standing(), 0);
 
     // Another file has changed: the client has to ask again.
     let other = folder.join("src/other.rs");
@@ -213,4 +213,40 @@ fn helper_in_another_file_decides() {
     assert_eq!(codes(told["diagnostics"].as_array().expect("it is a list")), ["ceid::repeated_update"]);
     client.replace(&helper, 3, &text(""));
     assert_eq!(client.published(&file)["diagnostics"], json!([]));
+}
+
+#[test]
+fn client_that_asks_for_open_files_only_is_told_of_the_others() {
+    let files: &[(&str, &[u8])] = &[("src/lib.rs", b"mod a;\n"), ("src/a.rs", GUILTY.as_bytes())];
+    let folder = temporary_package("lsp_open_files_only", files);
+    let file = folder.join("src/a.rs");
+    let mut client = Client::in_folder(&folder, &json!({ "textDocument": { "diagnostic": {} } }));
+    assert_eq!(places(&client.published(&file)["diagnostics"]), [[6, 8, 19]]);
+    client.open(&file, GUILTY);
+    assert_eq!(client.published(&file)["diagnostics"], json!([]), "it is shown twice");
+    assert_eq!(codes(&client.pull(&file)), ["ceid::repeated_update"]);
+    client.replace(&file, 2, &GUILTY.replacen("loop", "loop  ", 1));
+    assert_eq!(codes(&client.pull(&file)), ["ceid::repeated_update"]);
+    client.close(&file);
+    assert_eq!(places(&client.published(&file)["diagnostics"]), [[6, 8, 19]]);
+    // Now it asks for all.
+    let report = client.request("workspace/diagnostic", &json!({ "previousResultIds": [] }));
+    assert_eq!(report["items"].as_array().map(Vec::len), Some(1), "{report}");
+    assert_eq!(client.published(&file)["diagnostics"], json!([]), "it is shown twice");
+    client.open(&file, &innocent());
+    assert_eq!(client.pull(&file), Vec::<Value>::new());
+    client.close(&file);
+    client.request("workspace/diagnostic", &json!({ "previousResultIds": [] }));
+    assert_eq!(client.left_over("textDocument/publishDiagnostics"), 0);
+}
+
+#[test]
+fn client_that_asks_for_all_files_is_told_of_none() {
+    let (folder, file) = guilty("lsp_all_files");
+    let mut client = Client::in_folder(&folder, &json!({ "textDocument": { "diagnostic": {} } }));
+    let report = client.request("workspace/diagnostic", &json!({ "previousResultIds": [] }));
+    assert_eq!(report["items"].as_array().map(Vec::len), Some(1), "{report}");
+    client.open(&file, GUILTY);
+    assert_eq!(codes(&client.pull(&file)), ["ceid::repeated_update"]);
+    assert_eq!(client.standing(), 0);
 }

@@ -175,3 +175,39 @@ fn settings_of_the_editor_hold() {
     client.notify("workspace/didChangeConfiguration", &settings);
     assert_eq!(codes(&client.pull(&file)), ["ceid::repeated_update"]);
 }
+
+#[test]
+fn options_of_the_beginning_hold_where_the_configuration_says_nothing() {
+    let (folder, file) = guilty("lsp_says_nothing");
+    let range = json!({ "start": { "line": 0, "character": 0 }, "end": { "line": 99, "character": 0 } });
+    let params = json!({ "textDocument": { "uri": uri(&file) }, "range": range });
+    let capabilities = json!({ "workspace": { "configuration": true, "inlayHint": { "refreshSupport": true } } });
+    let mut client = Client::with_options(&[&folder], &capabilities, &json!({ "inlayHints": true }));
+    client.told("workspace/configuration", |_| true);
+    client.open(&file, &innocent());
+    let mut hints = |section: Value| {
+        client.section = section;
+        client.notify("workspace/didChangeConfiguration", &json!({ "settings": null }));
+        client.told("workspace/configuration", |_| true);
+        let hints = client.request("textDocument/inlayHint", &params);
+        hints.as_array().expect("it is a list").len()
+    };
+    // lsp-mode says `{}` of a section that it does not have.
+    assert_eq!(hints(json!({})), 1);
+    assert_eq!(hints(json!({ "inlayHints": false })), 0);
+    assert_eq!(hints(Value::Null), 1);
+    assert_eq!(hints(json!({ "inlayHints": false, "trace": { "server": "verbose" } })), 0);
+}
+
+#[test]
+fn hints_go_when_they_are_switched_off() {
+    let (folder, file) = guilty("lsp_hints_off");
+    let capabilities = json!({ "workspace": { "inlayHint": { "refreshSupport": true } } });
+    let mut client = Client::in_folder(&folder, &capabilities);
+    client.open(&file, &innocent());
+    for is_on in [true, false] {
+        let settings = json!({ "settings": { "ceid-lint": { "inlayHints": is_on } } });
+        client.notify("workspace/didChangeConfiguration", &settings);
+        client.told("workspace/inlayHint/refresh", |_| true);
+    }
+}
