@@ -7,12 +7,14 @@ local function say(text)
   io.stdout:write(text .. "\n")
 end
 
+local clients = vim.lsp.get_clients or vim.lsp.get_active_clients
+
 local function leave(code)
-  for _, client in ipairs(vim.lsp.get_active_clients()) do
-    client.stop()
+  for _, client in ipairs(clients()) do
+    vim.lsp.stop_client(client.id)
   end
   vim.wait(5000, function()
-    return #vim.lsp.get_active_clients() == 0
+    return #clients() == 0
   end, 20)
   vim.cmd((code == 0) and "qall!" or "cquit!")
 end
@@ -44,21 +46,46 @@ local function print_findings(title, buffer)
   end
 end
 
-vim.cmd("edit " .. vim.fn.fnameescape(os.getenv("CEID_FILE")))
-local buffer = vim.api.nvim_get_current_buf()
-local id = vim.lsp.start_client({
-  name = "ceid-lint",
-  cmd = { os.getenv("CEID_LINT"), "lsp" },
-  root_dir = os.getenv("CEID_ROOT"),
-  workspace_folders = os.getenv("CEID_ROOT") and {
-    { uri = vim.uri_from_fname(os.getenv("CEID_ROOT")), name = "root" },
-  } or nil,
-})
+-- From 0.11 as the documentation has it, before that by hand. Answers the number of the client.
+local function start()
+  local cmd = { os.getenv("CEID_LINT"), "lsp" }
+  local edit = "edit " .. vim.fn.fnameescape(os.getenv("CEID_FILE"))
+  if vim.lsp.config then
+    vim.lsp.config("ceid_lint", {
+      cmd = cmd,
+      filetypes = { "rust", "toml" },
+      root_markers = { "ceid-lint.toml", "Cargo.lock", "Cargo.toml" },
+      settings = { ["ceid-lint"] = { inlayHints = true } },
+    })
+    vim.lsp.enable("ceid_lint")
+    vim.cmd("filetype on")
+    vim.cmd(edit)
+    vim.wait(60000, function()
+      return #clients() > 0
+    end, 20)
+    return clients()[1] and clients()[1].id
+  end
+  vim.cmd(edit)
+  local root = os.getenv("CEID_ROOT")
+  local id = vim.lsp.start_client({
+    name = "ceid-lint",
+    cmd = cmd,
+    root_dir = root,
+    workspace_folders = root and { { uri = vim.uri_from_fname(root), name = "root" } } or nil,
+  })
+  if id then
+    vim.lsp.buf_attach_client(0, id)
+  end
+  return id
+end
+
+local id = start()
 if not id then
   say("the server does not start")
   vim.cmd("cquit!")
 end
-vim.lsp.buf_attach_client(buffer, id)
+local client = vim.lsp.get_client_by_id(id)
+local buffer = vim.api.nvim_get_current_buf()
 
 await(buffer, function(found)
   return #found > 0
@@ -75,7 +102,7 @@ local hover = vim.lsp.buf_request_sync(buffer, "textDocument/hover", params, 600
 say("hover: " .. hover[id].result.contents.value:match("[^\n]*"))
 
 -- The suppression, done as the editor does it.
-local asked = vim.lsp.util.make_range_params()
+local asked = vim.lsp.util.make_range_params(0, client.offset_encoding)
 asked.range = {
   start = { line = first.lnum, character = first.col },
   ["end"] = { line = first.end_lnum, character = first.end_col },
@@ -89,7 +116,6 @@ for _, action in ipairs(actions[id].result) do
     suppression = action
   end
 end
-local client = vim.lsp.get_client_by_id(id)
 vim.lsp.util.apply_workspace_edit(suppression.edit, client.offset_encoding)
 await(buffer, function(found)
   return #found == count - 1
@@ -102,4 +128,14 @@ await(buffer, function(found)
   return #found == count
 end, "the finding again after undo")
 print_findings("after undo", buffer)
+
+if vim.lsp.inlay_hint then
+  vim.lsp.inlay_hint.enable(true)
+  vim.wait(60000, function()
+    return #vim.lsp.inlay_hint.get() > 0
+  end, 50)
+  for _, hint in ipairs(vim.lsp.inlay_hint.get()) do
+    say(string.format("hint behind line %d: %s", hint.inlay_hint.position.line + 1, hint.inlay_hint.label))
+  end
+end
 leave(0)
