@@ -35,11 +35,13 @@ impl Server {
     /// Sends what is new, and takes back what is no longer so. Of files that are neither open nor among those that changed, all
     /// is as it was.
     ///
-    /// A client that asks for findings is told unasked only of Rust files that it has not open, for some ask for no others; and
-    /// of none as soon as it asks for all at once.
+    /// A client that asks for findings is told unasked of Rust files that it never had open, for some ask for no others; and of
+    /// none as soon as it asks for all at once. What it has asked for it may go on showing.
     pub(super) fn publish(&mut self, changed: &BTreeSet<PathBuf>) {
-        let (pulls, is_whole) = (self.client.pulls_diagnostics, self.published.is_whole);
-        let asks_for = |path: &Path, is_open: bool| pulls && is_rust(path) && (is_open || is_whole);
+        let (pulls, is_whole, answered) =
+            (self.client.pulls_diagnostics, self.published.is_whole, &self.published.answered);
+        let asks_for =
+            |path: &Path, is_open: bool| pulls && is_rust(path) && (is_open || is_whole || answered.contains_key(path));
         let mut paths: BTreeSet<PathBuf> = changed.clone();
         paths.extend(self.documents.iter().map(|(path, _)| path.clone()));
         let was_open = self.published.sent.iter().filter(|(_, sent)| sent.version.is_some());
@@ -64,7 +66,8 @@ impl Server {
             }
             let is_news = before.map_or(document.is_some() || !now.is_empty, |before| *before != now);
             // Nothing said of a file about which nothing is awaited, and nothing to say, is nothing new.
-            let is_silent = (document.is_none() || is_asked_for) && now.is_empty && before.is_none_or(|before| before.is_empty);
+            let is_silent =
+                (document.is_none() || is_asked_for) && now.is_empty && before.is_none_or(|before| before.is_empty);
             if is_news && !is_silent {
                 let mut message = json!({ "uri": now.uri, "diagnostics": diagnostics });
                 if let Some(version) = now.version {

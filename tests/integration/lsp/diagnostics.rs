@@ -227,17 +227,20 @@ fn client_that_asks_for_open_files_only_is_told_of_the_others() {
     assert_eq!(codes(&client.pull(&file)), ["ceid::repeated_update"]);
     client.replace(&file, 2, &GUILTY.replacen("loop", "loop  ", 1));
     assert_eq!(codes(&client.pull(&file)), ["ceid::repeated_update"]);
+    // It goes on showing what it has asked for.
     client.close(&file);
+    assert_eq!(codes(&client.pull(&file)), ["ceid::repeated_update"]);
+    assert_eq!(client.left_over("textDocument/publishDiagnostics"), 0);
+}
+
+#[test]
+fn what_was_told_is_taken_back_when_the_client_asks_for_all_files() {
+    let (folder, file) = guilty("lsp_all_files_later");
+    let mut client = Client::in_folder(&folder, &json!({ "textDocument": { "diagnostic": {} } }));
     assert_eq!(places(&client.published(&file)["diagnostics"]), [[6, 8, 19]]);
-    // Now it asks for all.
     let report = client.request("workspace/diagnostic", &json!({ "previousResultIds": [] }));
     assert_eq!(report["items"].as_array().map(Vec::len), Some(1), "{report}");
     assert_eq!(client.published(&file)["diagnostics"], json!([]), "it is shown twice");
-    client.open(&file, &innocent());
-    assert_eq!(client.pull(&file), Vec::<Value>::new());
-    client.close(&file);
-    client.request("workspace/diagnostic", &json!({ "previousResultIds": [] }));
-    assert_eq!(client.left_over("textDocument/publishDiagnostics"), 0);
 }
 
 #[test]
