@@ -68,6 +68,10 @@ pub(super) fn choose_cycles(
             around.push(id);
         }
         around.retain(|id| !search.binds(*id) && graph.loop_info(*id).directive != Some(CycleDirective::NotACycle));
+        // `while is_ready() { …; break; }` is an `if`, where something else goes round.
+        if kind == FunctionKind::Cycle || around.iter().any(|id| graph.goes_round(*id)) {
+            around.retain(|id| graph.goes_round(*id));
+        }
         chosen.push((
             node,
             choose(graph, aliases, summaries, search, node, &around, counts_as, is_helper, &mut sample_loops),
