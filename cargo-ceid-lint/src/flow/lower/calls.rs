@@ -38,7 +38,8 @@ impl Builder<'_> {
                 let path = path.clone();
                 self.external_call(id, &path, args)
             }
-            Some(Callee::Builtin | Callee::Unknown) | None => {
+            Some(Callee::Builtin) => self.path_method(id, callee, args),
+            Some(Callee::Unknown) | None => {
                 let value = self.expr(callee);
                 let values = self.values(args);
                 match value.closure {
