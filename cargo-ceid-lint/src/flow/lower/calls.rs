@@ -377,7 +377,9 @@ impl Builder<'_> {
                 continue;
             }
             self.keep_iterator(value, &Cause::Call(text.clone()), span);
-            if let Some(place) = &value.place
+            if let Some(place) = value.place.as_ref().filter(|_| self.is_value_of_filter(*expr)) {
+                self.note_use(place, *expr);
+            } else if let Some(place) = &value.place
                 && (!self.is_shared(*expr) || crate::types::is_lock(self.ty(*expr)))
             {
                 if self.may_hold_filter(self.ty(*expr)) {
@@ -399,6 +401,13 @@ impl Builder<'_> {
         }
         // What comes back may be a borrow of what went in, but which part is not known.
         Value::default()
+    }
+
+    /// Whether an argument is what a field of a filter holds whose code is not read: the filter stays where it is.
+    fn is_value_of_filter(&self, expr: ExprId) -> bool {
+        let ExprKind::Field { base, .. } = &self.body().expr(expr).kind else { return false };
+        let of = self.ty(*base).peel();
+        *self.ty(expr) == Ty::Unknown && matches!(of, Ty::External(..)) && self.program.index.filter_spec(of).is_some()
     }
 
     /// Whether a value of the type can be the state of a law that takes it as an argument, and holds no filter.
