@@ -267,8 +267,7 @@ impl Builder<'_> {
             })
             .collect();
         let text = self.text(id);
-        let mut fed = Vec::new();
-        let mut from = Computed::default();
+        let (mut fed, mut from) = (Vec::new(), Computed::default());
         for arg in exprs.iter().skip(1) {
             fed.extend(self.reads_of(*arg));
             let computed = self.computed_from(*arg);
@@ -401,13 +400,6 @@ impl Builder<'_> {
         }
         // What comes back may be a borrow of what went in, but which part is not known.
         Value::default()
-    }
-
-    /// Whether an argument is what a field of a filter holds whose code is not read: the filter stays where it is.
-    fn is_value_of_filter(&self, expr: ExprId) -> bool {
-        let ExprKind::Field { base, .. } = &self.body().expr(expr).kind else { return false };
-        let of = self.ty(*base).peel();
-        *self.ty(expr) == Ty::Unknown && matches!(of, Ty::External(..)) && self.program.index.filter_spec(of).is_some()
     }
 
     /// Whether a value of the type can be the state of a law that takes it as an argument, and holds no filter.
