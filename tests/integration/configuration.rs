@@ -165,6 +165,16 @@ fn a_setter_of_an_unread_type_gives_its_filter_back() {
 }
 
 #[test]
+fn what_a_field_of_an_unread_type_holds_is_read_and_leaves_the_filter_where_it_is() {
+    let before = "let mut other = pid::Pid::new(1.0);";
+    check_unread(before, "pid.calc(pid::Number::from_num(other.last));", &["other missed", "pid once"]);
+    let both = "pid.calc(pid::Number::from_num(other.last)); other.calc(read());";
+    check_unread(before, both, &["other once", "pid once"]);
+    // What is lent may be updated.
+    check_unread(before, "pid.calc(pid::Number::of(&mut other));", &["other unproved", "pid once"]);
+}
+
+#[test]
 fn an_argument_that_no_call_of_the_law_has_is_refused() {
     let entry = |rest: &str| format!("[[filter]]\ntype = \"crate::control::Pid\"\nlaw = \"calc\"\n{rest}\n");
     let only_one = "`calc` has only argument 0";

@@ -102,6 +102,9 @@ const MAX_NAMES: usize = 1_000;
 /// How many steps a name may have: a reference that runs through a list has one more with each link, and names nothing there.
 const MAX_STEPS: usize = 24;
 
+/// Through how many moves an instance is followed to the place that keeps it.
+const MAX_LINKS: u32 = 6;
+
 impl Aliases {
     pub(super) fn of(index: &Index, graph: &ControlFlowGraph, summaries: &Summaries) -> Self {
         let mut aliases = Self::default();
@@ -288,7 +291,7 @@ impl Aliases {
         if info.param.is_some() && !from.steps.is_empty() {
             return true;
         }
-        if self.unnamed.contains(&var) {
+        if self.unnamed.contains(&var) || self.is_moved_on(graph, from, at, 0) {
             return true;
         }
         match at {
@@ -298,6 +301,21 @@ impl Aliases {
                 Some(declared) => declared != inner && graph.is_within(Some(inner), declared),
             },
         }
+    }
+
+    /// Whether what is moved out of a place was moved there from one that keeps it.
+    fn is_moved_on(&self, graph: &ControlFlowGraph, from: &Place, at: Option<LoopId>, links: u32) -> bool {
+        let sources = from.base_var().filter(|_| links < MAX_LINKS).and_then(|var| self.sources.get(&var));
+        sources.into_iter().flatten().any(|(steps, source)| {
+            // What a function has by value ends with it, under whatever name.
+            let outlives = source.base_var().is_none_or(|var| {
+                !self.unnamed.contains(&var) && (at.is_some() || matches!(graph.var(var).ty, Ty::Ref(..)))
+            });
+            let rest = from.steps.get(steps.len()..).unwrap_or_default();
+            let source = source.join(rest);
+            may_match(steps, &from.steps)
+                && (outlives && self.keeps_moved(graph, &source, at) || self.is_moved_on(graph, &source, at, links + 1))
+        })
     }
 
     /// The places that a place may be a name of, itself if it is a name of nothing else.

@@ -14,9 +14,10 @@ use super::returned;
 use super::search::{Region, Search};
 use super::shown::Shown;
 use super::slice::ControlDependence;
+use super::uses::is_plain;
 use super::verdict::Gate;
 use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, Head, Place, Program, Projection, Transfer};
-use crate::index::FunctionId;
+use crate::index::{FunctionId, Index};
 
 /// One way through a function, as far as one place goes.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -235,7 +236,7 @@ impl Summaries {
                 _ => {}
             }
         }
-        summary.keeps = self.kept_params(graph, &aliases);
+        summary.keeps = self.kept_params(program.index, graph, &aliases);
         summary.uses.retain(|given| holds_filter_at(program, graph, &instance_of(graph, given)));
         if summary.returns.len() > MAX_PLACES {
             let whole = |borrow: &Borrow| Borrow { part: Vec::new(), param: borrow.param, steps: Vec::new() };
@@ -268,7 +269,7 @@ impl Summaries {
     }
 
     /// The parameters that a function puts into what another one of them leads to: `self.all.push(filter)`.
-    fn kept_params(&self, graph: &ControlFlowGraph, aliases: &Aliases) -> BTreeSet<usize> {
+    fn kept_params(&self, index: &Index, graph: &ControlFlowGraph, aliases: &Aliases) -> BTreeSet<usize> {
         let params = |places: &mut dyn Iterator<Item = Place>| -> BTreeSet<usize> {
             let bases = places.filter_map(|place| given(graph, &place)).map(|given| given.base);
             bases.filter_map(|base| if let GivenBase::Param(param) = base { Some(param) } else { None }).collect()
@@ -277,7 +278,7 @@ impl Summaries {
         for node in &graph.nodes {
             match &node.effect {
                 Effect::Set(set) | Effect::Write(set) if !set.place.steps.is_empty() => {
-                    let Some(from) = &set.from else { continue };
+                    let Some(from) = set.from.as_ref().filter(|from| !is_plain(index, graph, from)) else { continue };
                     let owner = Place { base: set.place.base, steps: Vec::new() };
                     let owners = params(&mut aliases.roots(&owner).into_iter());
                     let given = params(&mut aliases.parts(from).into_iter().map(|(_, root)| root));
@@ -288,7 +289,8 @@ impl Summaries {
                 Effect::Call(site) => {
                     let callees = site.targets.iter().filter_map(|target| self.get(*target));
                     for place in callees.flat_map(|callee| &callee.keeps).filter_map(|number| site.args.get(*number)) {
-                        kept.extend(place.place.iter().flat_map(|place| params(&mut aliases.roots(place).into_iter())));
+                        let moved = place.place.iter().filter(|place| !is_plain(index, graph, place));
+                        kept.extend(moved.flat_map(|place| params(&mut aliases.roots(place).into_iter())));
                     }
                 }
                 _ => {}

@@ -3,7 +3,7 @@
 use super::analyse::{Context, FunctionFacts};
 use super::instances;
 use crate::flow::{Assignment, CallSite, ControlFlowGraph, Effect, Place, Transfer};
-use crate::index::FunctionId;
+use crate::index::{FunctionId, Index};
 use crate::syntax::tree::{Receiver, TypeRef};
 
 /// What a function does with an instance.
@@ -28,6 +28,7 @@ pub(super) struct Uses {
 impl Context<'_> {
     /// What the function does with an instance that it never updates.
     pub(super) fn uses(&self, facts: &FunctionFacts<'_>, place: &Place) -> Uses {
+        let index = self.program.index;
         let mut uses = Uses::default();
         let mut is_assigned = false;
         let mut is_emptied = false;
@@ -45,7 +46,8 @@ impl Context<'_> {
                 Effect::Reset { place, .. } => uses.written |= holds(place),
                 Effect::Write(write) => {
                     uses.written |= holds(&write.place);
-                    let leaves = write.from.as_ref().is_some_and(&holds) && write.transfer != Transfer::Borrow;
+                    let from = write.from.as_ref().filter(|from| !is_plain(index, facts.graph, from));
+                    let leaves = from.is_some_and(&holds) && write.transfer != Transfer::Borrow;
                     uses.leaves |= leaves && write.transfer != Transfer::Copy;
                     uses.copied |= leaves;
                     is_assigned |= leaves;
@@ -55,7 +57,7 @@ impl Context<'_> {
                 Effect::Set(set) => {
                     let leaves = set.transfer != Transfer::Borrow
                         && !is_lent
-                        && set.from.as_ref().is_some_and(|from| {
+                        && set.from.as_ref().filter(|from| !is_plain(index, facts.graph, from)).is_some_and(|from| {
                             facts.aliases.shared_roots(from).iter().any(|root| {
                                 root.base == place.base && root.steps.len() <= place.steps.len() && root.overlaps(place)
                             })
@@ -155,6 +157,12 @@ impl Context<'_> {
                 .iter()
                 .all(|target| self.program.index.function(*target).function.receiver == Some(Receiver::Shared))
     }
+}
+
+/// Whether a place holds a plain value of a `Copy` type: whoever takes that leaves the filter that it lies in where it is.
+pub(super) fn is_plain(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
+    instances::place_ty(index, graph, place)
+        .is_some_and(|ty| index.is_copy(&ty) && !instances::may_hold_filter(index, &ty))
 }
 
 /// A place, and those whose values are copied into it on the way to where a function gives it back.

@@ -67,6 +67,27 @@ pub fn is_lock(ty: &Ty) -> bool {
     }
 }
 
+/// Whether a type outside the analysed code has the methods that a path of the standard library names.
+pub(super) fn has_methods_of(own: &str, path: &str) -> bool {
+    own == path || is_method_trait(path) || (own.ends_with("::LockResult") && path == "std::result::Result")
+}
+
+/// Traits of the standard library whose methods the types themselves are asked for.
+pub(super) fn is_method_trait(path: &str) -> bool {
+    matches!(
+        path,
+        "std::iter::Iterator"
+            | "std::iter::IntoIterator"
+            | "std::clone::Clone"
+            | "std::convert::AsMut"
+            | "std::convert::AsRef"
+            | "std::borrow::Borrow"
+            | "std::borrow::BorrowMut"
+            | "std::ops::Deref"
+            | "std::ops::DerefMut"
+    )
+}
+
 /// Cells and locks.
 pub(super) fn is_cell(name: &str) -> bool {
     matches!(
@@ -185,6 +206,7 @@ pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&
             let name = path.rsplit("::").next().unwrap_or("");
             let inner = arg(params, 0);
             match name {
+                _ if is_pointer(name) && matches!(method, "deref" | "deref_mut") => Some(reference(inner)),
                 // A guard hands out what it holds: `cell.borrow_mut().as_mut()` looks into the option in the cell.
                 "LockResult" if opens_option(method) && is_option(inner.peel()) => {
                     self::method(inner.peel(), method, args, closure)

@@ -383,6 +383,9 @@ impl Infer<'_> {
                 return self.external_filter_method(id, &ty, law, args, Vec::new());
             }
         }
+        if let Some(made) = self.path_method(id, &ty, name, args) {
+            return made;
+        }
         let given: Vec<Ty> = args.iter().map(|arg| self.expr(*arg, None)).collect();
         // `Type::default()` of a derive: the type is known although the function is not.
         let (path, params) = match &ty {

@@ -175,6 +175,28 @@ impl Infer<'_> {
         }
     }
 
+    /// `Mutex::lock(&lpf)`, `Iterator::next(&mut filters)`: a method of the standard library that is called by its path.
+    pub(super) fn path_method(&mut self, id: ExprId, owner: &Ty, method: &str, args: &[ExprId]) -> Option<Ty> {
+        let (first, rest) = args.split_first()?;
+        let Ty::External(path, _) = owner else { return None };
+        let found = self.expr(*first, None);
+        let mut receiver = self.variables.shallow(&found);
+        loop {
+            let inner = match &receiver {
+                Ty::Ref(_, inner) => inner,
+                Ty::External(own, _) if builtin::has_methods_of(own, path) => break,
+                // The argument is a reference to what the pointer holds.
+                Ty::External(own, params) if builtin::is_pointer(own.rsplit("::").next().unwrap_or("")) => {
+                    params.first()?
+                }
+                _ if builtin::is_method_trait(path) => break,
+                _ => return None,
+            };
+            receiver = self.variables.shallow(inner);
+        }
+        self.builtin_call(id, &receiver, method, rest)
+    }
+
     fn builtin_call(&mut self, id: ExprId, receiver: &Ty, method: &str, args: &[ExprId]) -> Option<Ty> {
         let body = self.body;
         let receiver = self.shallow_deep(receiver);

@@ -260,7 +260,11 @@ impl Run<'_, '_> {
         }
         let mut next = state.clone();
         let is_next = self.versions_after(&mut next, set);
-        if !is_next && is_concerned(self.names.get(state.names), set) {
+        if !is_next && self.search.is_refilled(self.names.get(state.names), set) {
+            next.names = self.names.intern(vec![self.search.instance.clone()]);
+            next.reset = true;
+            self.rejuvenate(&mut next);
+        } else if !is_next && is_concerned(self.names.get(state.names), set) {
             let names = self.names.get(state.names).clone();
             let (renamed, replaced) = self.search.renamed(&names, set, &|var| self.number(state, var));
             if renamed.iter().any(|name| name.steps.len() > MAX_STEPS) {

@@ -55,6 +55,23 @@ impl Search<'_> {
         (kept, replaced)
     }
 
+    /// Whether the instance was taken out of its place, and what is put there, as it would be put back, is a new value on this
+    /// path: from now on that is the instance.
+    pub(super) fn is_refilled(&self, names: &[Place], set: &Assignment) -> bool {
+        let instance = self.instance;
+        let lies_in = |place: &Place| matches!(set.place.relate(place, &|_| None), Relation::Holds(_));
+        let Some(from) = set.from.as_ref().filter(|_| !set.rebinds && lies_in(instance)) else { return false };
+        let local = |place: &Place| place.base_var().map(|var| self.graph.var(var)).filter(|info| info.param.is_none());
+        if !names.iter().all(|name| local(name).is_some() && !from.overlaps(name)) {
+            return false;
+        }
+        let is_made_here =
+            |root: &Place| local(root).is_some_and(|info| info.in_loop.is_some() || self.graph.loops.is_empty());
+        let may_be = self.aliases.parts(from);
+        may_be.iter().any(|(_, root)| lies_in(root))
+            && may_be.iter().all(|(_, root)| lies_in(root) || is_made_here(root))
+    }
+
     /// The names after a call that may give back a borrow, if they are others than before, and whether it depends on the callee if
     /// the instance is among what is borrowed.
     pub(super) fn borrowed(&self, names: &[Place], site: &CallSite) -> Option<(Vec<Place>, bool)> {

@@ -4,9 +4,22 @@ use super::sources::{Item, Source};
 use super::{Builder, ClosureRef, Value};
 use crate::flow::{Assignment, Cause, Effect, IndexKey, NodeId, Place, Transfer};
 use crate::index::Ty;
-use crate::syntax::tree::ExprId;
+use crate::syntax::tree::{ExprId, ExprKind};
 
 impl Builder<'_> {
+    /// `Mutex::lock(&lpf)` is `lpf.lock()`.
+    pub(super) fn path_method(&mut self, id: ExprId, callee: ExprId, args: &[ExprId]) -> Value {
+        let body = self.body();
+        let (ExprKind::Path(path), Some((first, rest))) = (&body.expr(callee).kind, args.split_first()) else {
+            return Value::default();
+        };
+        let receiver = match &body.expr(*first).kind {
+            ExprKind::Reference { value, .. } => *value,
+            _ => *first,
+        };
+        self.method_expr(id, receiver, path.last(), rest)
+    }
+
     pub(super) fn builtin_method(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
         let value = self.expr(receiver);
         if self.at.is_none() {

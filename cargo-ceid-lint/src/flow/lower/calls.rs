@@ -38,7 +38,8 @@ impl Builder<'_> {
                 let path = path.clone();
                 self.external_call(id, &path, args)
             }
-            Some(Callee::Builtin | Callee::Unknown) | None => {
+            Some(Callee::Builtin) => self.path_method(id, callee, args),
+            Some(Callee::Unknown) | None => {
                 let value = self.expr(callee);
                 let values = self.values(args);
                 match value.closure {
@@ -266,8 +267,7 @@ impl Builder<'_> {
             })
             .collect();
         let text = self.text(id);
-        let mut fed = Vec::new();
-        let mut from = Computed::default();
+        let (mut fed, mut from) = (Vec::new(), Computed::default());
         for arg in exprs.iter().skip(1) {
             fed.extend(self.reads_of(*arg));
             let computed = self.computed_from(*arg);
@@ -376,7 +376,9 @@ impl Builder<'_> {
                 continue;
             }
             self.keep_iterator(value, &Cause::Call(text.clone()), span);
-            if let Some(place) = &value.place
+            if let Some(place) = value.place.as_ref().filter(|_| self.is_value_of_filter(*expr)) {
+                self.note_use(place, *expr);
+            } else if let Some(place) = &value.place
                 && (!self.is_shared(*expr) || crate::types::is_lock(self.ty(*expr)))
             {
                 if self.may_hold_filter(self.ty(*expr)) {

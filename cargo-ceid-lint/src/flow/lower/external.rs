@@ -137,9 +137,25 @@ impl Builder<'_> {
                     self.note_lent(*arg);
                 }
             }
+            if *self.ty(id) == Ty::Unknown && !tells_of_handle(last) {
+                self.may_lend(path, args, &values, span);
+            }
             return Value::default();
         }
         self.unknown_call(id, path_tail(path), args, &values)
+    }
+
+    /// What a function of the standard library gives back may be a way to write what it was lent.
+    fn may_lend(&mut self, path: &str, args: &[ExprId], values: &[Value], span: crate::source::Span) {
+        let is_writable = |ty: &Ty| matches!(ty, Ty::Ref(true, _)) || crate::types::is_lock(ty);
+        let lent = args.iter().zip(values).filter(|(arg, _)| {
+            let ty = self.ty(**arg);
+            is_writable(ty) && self.may_hold_filter(ty)
+        });
+        let places: Vec<Place> = lent.filter_map(|(_, value)| value.place.clone()).collect();
+        if !places.is_empty() {
+            self.emit(Effect::Unknown { places, cause: Cause::Call(path_tail(path)) }, span);
+        }
     }
 
     /// What is known of a result that holds a value: the filter that it is, but not its head.
@@ -264,6 +280,11 @@ impl Builder<'_> {
         });
         given.collect::<Vec<ExprId>>().into_iter().any(|target| self.static_place(target).as_ref() == Some(place))
     }
+}
+
+/// Whether a function tells something of a handle or of memory, and nothing of what is there.
+fn tells_of_handle(function: &str) -> bool {
+    matches!(function, "strong_count" | "weak_count" | "ptr_eq" | "size_of_val" | "align_of_val" | "type_name_of_val")
 }
 
 /// What takes a value out of the hands of its destructor, as messages name it.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::subjects::Pure;
 use super::{Builder, Value};
-use crate::flow::{About, Effect, Head, IndexKey, Mark, NodeId, Place, Section, Test, Var};
+use crate::flow::{About, Effect, Head, IndexKey, Mark, NodeId, Place, Section, Test, Transfer, Var};
 use crate::index::{Def, Shape};
 use crate::source::Span;
 use crate::syntax::tree::{Arm, ExprId, ExprKind, PatId, PatKind};
@@ -101,9 +101,10 @@ impl Builder<'_> {
                 let span = self.span(scrutinee);
                 let var = self.temporary(self.ty(scrutinee).clone(), span);
                 self.set(var, &value, span);
-                // What a tuple carries has moved there with it.
-                let is_tuple = matches!(self.body().expr(scrutinee).kind, ExprKind::Tuple(_));
-                if is_tuple && value.place.is_some() && self.may_hold_filter(self.ty(scrutinee)) {
+                // What a tuple carries has moved there with it, and so has what is taken out of its place.
+                let is_moved = matches!(self.body().expr(scrutinee).kind, ExprKind::Tuple(_))
+                    || value.leaves_by == Some(Transfer::Move);
+                if is_moved && value.place.is_some() && self.may_hold_filter(self.ty(scrutinee)) {
                     value.place = Some(Place::var(var));
                 }
                 Some(self.pure_var(var))

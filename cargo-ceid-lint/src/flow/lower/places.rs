@@ -425,7 +425,11 @@ impl Builder<'_> {
                         || self.program.index.filter_spec(ty).is_some()
                 }
             },
-            Ty::Adt(..) => self.program.index.holds_filter(ty),
+            // What a type parameter stands for may be a filter.
+            Ty::Adt(_, args) => {
+                let is_open = |arg: &Ty| arg.is_open() && self.holds(arg, depth + 1);
+                self.program.index.holds_filter(ty) || args.iter().any(is_open)
+            }
             Ty::Unknown | Ty::Var(_) | Ty::Param(_) | Ty::Opaque(_) | Ty::Function(..) | Ty::Closure(_) => true,
         }
     }

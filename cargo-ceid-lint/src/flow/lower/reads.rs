@@ -3,11 +3,18 @@
 use super::Builder;
 use super::received::received_by;
 use crate::flow::{Computed, Var};
-use crate::index::MethodOwner;
+use crate::index::{MethodOwner, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, PatId, PatKind, Receiver, TypeRef};
 use crate::types::Callee;
 
 impl Builder<'_> {
+    /// Whether an argument is what a field of a filter holds whose code is not read: the filter stays where it is.
+    pub(super) fn is_value_of_filter(&self, expr: ExprId) -> bool {
+        let ExprKind::Field { base, .. } = &self.body().expr(expr).kind else { return false };
+        let of = self.ty(*base).peel();
+        *self.ty(expr) == Ty::Unknown && matches!(of, Ty::External(..)) && self.program.index.filter_spec(of).is_some()
+    }
+
     /// The variables that an expression reads anywhere in it. Children stand before their parents.
     pub(super) fn reads_of(&mut self, id: ExprId) -> Vec<Var> {
         let body = self.body();
