@@ -58,6 +58,11 @@ fn repeated_behind_a_gate() {
 }
 
 #[test]
+fn repeated_where_a_failure_panics() {
+    check("repeated_update", "behind_what_must_not_fail");
+}
+
+#[test]
 fn missed() {
     check("missed_update", "field_of_the_same_self");
 }

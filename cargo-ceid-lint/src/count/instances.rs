@@ -17,12 +17,17 @@ pub(super) fn place_ty(index: &Index, graph: &ControlFlowGraph, place: &Place) -
     may_be(index, &ty, rest).into_iter().next().map(|(_, ty)| ty)
 }
 
-/// The types that may be behind a trait object or a type parameter on the way to a place, as far as they have such a place.
+/// The types that may be behind a trait object or a type parameter on the way to a place, as far as they have such a place: where
+/// it is the trait object itself, those that are filters.
 pub(super) fn types_behind(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Vec<Ty> {
-    let Some((ty, at)) = known_steps(index, graph, place).filter(|(_, at)| *at < place.steps.len()) else {
-        return Vec::new();
-    };
-    may_be(index, &ty, &place.steps[at..]).into_iter().map(|(owner, _)| owner).collect()
+    let Some((ty, at)) = known_steps(index, graph, place) else { return Vec::new() };
+    let ty = inner(&ty);
+    if at < place.steps.len() {
+        return may_be(index, &ty, &place.steps[at..]).into_iter().map(|(owner, _)| owner).collect();
+    }
+    // What the bounds make a filter is one whatever lies behind them.
+    let is_filter = |ty: &Ty| index.filter_spec(ty).is_some();
+    if is_filter(&ty) { Vec::new() } else { index.types_behind(&ty).into_iter().filter(is_filter).collect() }
 }
 
 /// The types of the analysed code that a type known by its bounds may be, each with the type that these steps lead to in it.

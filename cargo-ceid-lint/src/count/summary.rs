@@ -103,6 +103,8 @@ pub(super) struct Summary {
     pub(super) shown: Shown,
     /// The parameters that it puts into what another one of them leads to.
     pub(super) keeps: BTreeSet<usize>,
+    /// The functions that it calls.
+    pub(super) calls: BTreeSet<FunctionId>,
     /// What only a debug build updates, with the half of the law.
     pub(super) debug_only: BTreeMap<(Given, usize), DebugOnly>,
 }
@@ -309,6 +311,7 @@ impl Summaries {
         touched: &mut BTreeSet<Given>,
         unknown: &mut BTreeMap<Given, Cause>,
     ) {
+        summary.calls.extend(&site.targets);
         for callee in site.targets.iter().filter_map(|target| self.get(*target)) {
             for (given, outcomes) in callee.all_outcomes() {
                 let Some(place) = place_of(given, site) else { continue };

@@ -14,6 +14,9 @@ const RETURNS: &str = "`return` ends the cycle";
 /// How a way comes to a second update at the place of the first one.
 pub const WAYS_AGAIN: [&str; 2] = [", in the next round of the inner loop", ", by the other guard"];
 
+/// How a call is told that updates the filter in a function.
+pub const BY_CALL: &str = " updates it";
+
 /// What the update of a guard is called.
 const BY_GUARD: &str = "the guard's update";
 
@@ -56,17 +59,14 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
             }
             Effect::Call(site) if after != state.count => {
                 updates += 1;
-                let often = if after == Count::Many && state.count == Count::Zero {
-                    "updates it more than once"
-                } else {
-                    "updates it"
-                };
+                let more = after == Count::Many && state.count == Count::Zero;
+                let often = format!("{BY_CALL}{}", if more { " more than once" } else { "" });
                 let inner = inner_repeat(search, exploration, *at, after);
                 let message = match inner {
-                    Some(_) => format!("`{}` {often}", site.text),
+                    Some(_) => format!("`{}`{often}", site.text),
                     None => {
                         let again = again(&nodes[..number], state.node);
-                        format!("{} update: `{}` {often}{again}", ordinal(updates), site.text)
+                        format!("{} update: `{}`{often}{again}", ordinal(updates), site.text)
                     }
                 };
                 steps.push(WitnessStep { span: node.span, message });
@@ -88,7 +88,7 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
                 let is_choice = test.about.is_event && test.subject.is_none() && !test.text.contains(" is ");
                 // A pattern in the rules of a macro is not to be seen where it is called.
                 let is_of_macro = test.text.split_once(" is ").is_some_and(|(_, pattern)| pattern.contains("!("));
-                if decides && !test.text.is_empty() && !is_choice && !is_of_macro {
+                if decides && !test.text.is_empty() && !is_choice && !is_of_macro && has_choice(search, state.node) {
                     // A pattern of several parts asks for each of them, and the last answer is that of the whole.
                     steps.pop_if(|last| asked == Some(last.span) && last.span == test.span);
                     steps.push(WitnessStep { span: test.span, message: condition_text(&test.text, holds) });
@@ -120,6 +120,19 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
         asked = asked.filter(|_| steps.len() == said);
     }
     steps
+}
+
+/// Whether both ways of a branch go on: what panics otherwise, as `unwrap` does, is no choice.
+fn has_choice(search: &Search<'_>, at: NodeId) -> bool {
+    let graph = search.graph;
+    let is_end = |next: &NodeId| {
+        let mut node = graph.node(*next);
+        while let (Effect::Nothing, [next]) = (&node.effect, node.next.as_slice()) {
+            node = graph.node(*next);
+        }
+        matches!(node.effect, Effect::Diverge)
+    };
+    !graph.node(at).next.iter().any(is_end)
 }
 
 /// Whether a closure that is written elsewhere is called at a node.

@@ -2,7 +2,8 @@
 
 use super::known::{Hidden, Known, calls_of};
 use super::{Rule, find};
-use crate::count::{Analysis, Cycle, Gate, GuardDefect, Pair, Unregistered, Verdict, WAYS_AGAIN, is_guard_rule};
+use crate::count::{Analysis, Cycle, Gate, GuardDefect, Pair, Unregistered, Verdict, is_guard_rule};
+use crate::count::{BY_CALL, WAYS_AGAIN};
 use crate::diagnostic::{Diagnostic, Facts, Label, Level, Witness, WitnessStep};
 use crate::source::Span;
 
@@ -53,7 +54,9 @@ fn of_cycle(cycle: &Cycle, known: &Known<'_>, found: &mut Vec<Diagnostic>) {
     let mut missed = with_hidden(cycle, missed, "missed_update", known);
     for (pair, hidden) in repeats {
         let is_sibling = |(other, other_hidden): &(&Pair, Option<Hidden>)| {
-            other_hidden.is_none() && pasted_from(other, &told).is_some_and(|from| from.name == pair.name)
+            other_hidden.is_none()
+                && can_be_sibling(pair, &other.name)
+                && pasted_from(other, &told).is_some_and(|from| from.name == pair.name)
         };
         let (siblings, others): (Vec<_>, Vec<_>) = missed.into_iter().partition(is_sibling);
         missed = others;
@@ -63,7 +66,8 @@ fn of_cycle(cycle: &Cycle, known: &Known<'_>, found: &mut Vec<Diagnostic>) {
     for (group, hidden) in grouped(missed, |_, _| true) {
         add(missing(cycle, &group), hidden);
     }
-    let by_statement = |one: &Pair, other: &Pair| one.primary == other.primary && one.primary.is_some();
+    let by_statement =
+        |one: &Pair, other: &Pair| one.primary == other.primary && one.primary.is_some() && takes_one_path(one, other);
     for (group, hidden) in
         grouped(with_hidden(cycle, of_verdict(cycle, Verdict::Skipped), "skipped_update", known), by_statement)
     {
@@ -78,6 +82,29 @@ fn of_cycle(cycle: &Cycle, known: &Known<'_>, found: &mut Vec<Diagnostic>) {
     for pair in cycle.filters.iter().filter(|pair| pair.rules.contains(&"unguarded_update")) {
         add(unguarded(cycle, pair), hidden(cycle, pair, "unguarded_update", known));
     }
+}
+
+/// Whether the paths of two pairs can be one: no condition holds on the one and not on the other.
+fn takes_one_path(one: &Pair, other: &Pair) -> bool {
+    let is_against = |step: &WitnessStep| {
+        let at = |own: &&WitnessStep| own.span == step.span;
+        other.witness.iter().any(|own| at(&own))
+            && other.witness.iter().filter(at).all(|own| own.message != step.message)
+    };
+    !one.witness.iter().any(is_against)
+}
+
+/// Whether a sibling could stand where a pair is updated again: the law is called there, or a function with what tells the pair from
+/// the sibling, and no procedure with the owner of both.
+fn can_be_sibling(pair: &Pair, sibling: &str) -> bool {
+    let ends = pair.name.match_indices(['.', '[']).map(|(at, _)| at).chain([pair.name.len()]);
+    let told_by = ends.map(|end| &pair.name[..end]).find(|owner| {
+        let rest = sibling.strip_prefix(owner);
+        rest.is_none_or(|rest| !rest.is_empty() && !rest.starts_with(['.', '[']))
+    });
+    let is_call = |step: &&WitnessStep| Some(step.span) == pair.primary && step.message.contains(BY_CALL);
+    let says_so = |step: &WitnessStep| told_by.is_some_and(|owner| step.message.contains(owner));
+    pair.witness.iter().filter(is_call).all(says_so)
 }
 
 /// The repeated filter of the same type that was written in place of a missed one: that with the most similar name.
@@ -137,8 +164,8 @@ fn by_half(cycle: &Cycle, pairs: &[&Pair]) -> String {
 
 fn repeated(cycle: &Cycle, pair: &Pair, siblings: &[&Pair]) -> Option<Diagnostic> {
     let rule = find("repeated_update")?;
-    let siblings: Vec<String> =
-        siblings.iter().map(|sibling| sibling.name.clone()).chain(pair.left_out.iter().cloned()).collect();
+    let left_out = pair.left_out.iter().filter(|sibling| can_be_sibling(pair, sibling)).cloned();
+    let siblings: Vec<String> = siblings.iter().map(|sibling| sibling.name.clone()).chain(left_out).collect();
     let mut message = format!("`{}` is updated{} more than once in one cycle", pair.name, by_half(cycle, &[pair]));
     if pair.skips {
         message.push_str(" and not at all on another path");
@@ -181,7 +208,7 @@ fn missing(cycle: &Cycle, pairs: &[&Pair]) -> Option<Diagnostic> {
     } else {
         finding.witness = Witness::default();
         finding.notes.push(format!(
-            "a filter whose update law does not run keeps its old estimate: what is read from {them} here stands still"
+            "a filter whose update law does not run keeps its old estimate: whatever reads {them} gets a value that stands still"
         ));
         finding.helps.push(format!("update {them} once in every cycle, or {GUARD_HELP}"));
     }

@@ -42,7 +42,7 @@ impl Infer<'_> {
                 let mut result = Ty::Never;
                 for arm in arms {
                     let found = self.in_scope(|this| {
-                        this.pat(arm.pat, &ty, None);
+                        this.arm_pat(arm.pat, &ty);
                         if let Some(guard) = arm.guard {
                             this.expr(guard, Some(&Ty::Bool));
                         }

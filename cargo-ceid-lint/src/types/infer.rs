@@ -21,6 +21,8 @@ pub(super) struct Infer<'a> {
     /// What each closure gives back, so that calls of it know.
     pub(super) closure_outputs: HashMap<ExprId, Ty>,
     pub(super) closure_params: HashMap<ExprId, Vec<Ty>>,
+    /// Whether the pattern of an arm is bound.
+    pub(super) in_arm: bool,
 }
 
 pub(super) fn run(index: &Index, owner: BodyOwner) -> Option<TypedBody> {
@@ -51,6 +53,7 @@ pub(super) fn run(index: &Index, owner: BodyOwner) -> Option<TypedBody> {
         break_tys: Vec::new(),
         closure_outputs: HashMap::new(),
         closure_params: HashMap::new(),
+        in_arm: false,
     };
     for _ in 0..2 {
         infer.pass(&params);

@@ -108,6 +108,13 @@ impl Infer<'_> {
         }
     }
 
+    /// The pattern of an arm, which may be one of several constants.
+    pub(super) fn arm_pat(&mut self, id: PatId, ty: &Ty) {
+        let outer = std::mem::replace(&mut self.in_arm, true);
+        self.pat(id, ty, None);
+        self.in_arm = outer;
+    }
+
     fn sequence(&mut self, pats: &[PatId], parts: &[Ty], mode: Option<bool>) {
         let rest = pats.iter().position(|pat| matches!(self.body.pat(*pat).kind, PatKind::Rest));
         for (number, pat) in pats.iter().enumerate() {
@@ -127,8 +134,15 @@ impl Infer<'_> {
                 self.typed.pat_def.insert(id, def);
                 true
             }
-            Some(Def::External(path)) if path.ends_with("::None") => {
+            // What an unread crate has is a constant by its name alone. Only an arm asks for one: registers are named like that too.
+            Some(Def::External(path))
+                if path.ends_with("::None") || (self.in_arm && name.starts_with(char::is_uppercase)) =>
+            {
                 self.typed.pat_def.insert(id, Def::External(path));
+                true
+            }
+            None if self.in_arm && is_screaming(name) => {
+                self.typed.pat_def.insert(id, Def::External(name.to_owned()));
                 true
             }
             Some(def @ Def::Type(_)) => {
@@ -219,6 +233,13 @@ impl Infer<'_> {
         };
         self.index.field_ty(&subject, variant, name).unwrap_or(Ty::Unknown)
     }
+}
+
+/// Whether a name is written as constants are, and no lone letter of a formula.
+fn is_screaming(name: &str) -> bool {
+    name.len() > 1
+        && name.starts_with(|letter: char| letter.is_ascii_uppercase())
+        && name.chars().all(|letter| letter.is_ascii_uppercase() || letter.is_ascii_digit() || letter == '_')
 }
 
 /// The names that a pattern binds, with their patterns.

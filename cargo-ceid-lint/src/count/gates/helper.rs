@@ -8,7 +8,9 @@ use crate::count::search::{End, Exploration, Mode};
 use crate::count::slice::subject_of;
 use crate::count::summary::Outcome;
 use crate::count::verdict::Gate;
-use crate::flow::{CallSite, Computed, ControlFlowGraph, Effect, Head, NodeId, Place, Subject, SubjectId};
+use crate::flow::{
+    CallSite, Computed, ControlFlowGraph, Effect, Head, IndexKey, NodeId, Place, Projection, Subject, SubjectId,
+};
 
 /// Something of the caller's that a function asks for before it updates.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -45,18 +47,19 @@ impl Gates<'_, '_> {
         let graph = self.search.graph;
         let at = end.state.skipped_at?;
         let known = |place: Place| given(graph, &place).filter(|_| self.is_left_alone(&place));
+        let readable = |place: Place| known(place.clone()).or_else(|| self.known_element(&place));
         let is_copy = |place: &Place| self.copied_from(place) == self.taken_from(place);
         match &graph.node(at).effect {
             Effect::Branch(test) => {
                 let subject = test.subject.map(|id| &graph.subjects[id.0 as usize]);
                 let reads = subject.map_or(&test.about.reads, |subject| &subject.reads);
                 let is_remainder = test.about.is_remainder;
-                let is_kept = |place: &Place| known(self.taken_from(place)).is_some();
+                let is_kept = |place: &Place| readable(self.taken_from(place)).is_some();
                 let is_pure = subject.is_some() && reads.iter().all(is_copy) && reads.iter().all(is_kept);
                 // What counts may be changed here as well.
                 let read = |place: &Place| match is_remainder {
                     true => given(graph, &self.taken_from(place)),
-                    false => known(self.taken_from(place)),
+                    false => readable(self.taken_from(place)),
                 };
                 let reads: Option<Vec<Given>> = reads.iter().map(read).collect();
                 let mask = test.subject.and_then(|id| self.updating(id)).unwrap_or(0);
@@ -79,12 +82,32 @@ impl Gates<'_, '_> {
                 let [asks] = self.asked_by(site, heads)?.try_into().ok()?;
                 let read = read_by(asks, site)?;
                 let is_pure = asks.is_pure && !read.is_computed && read.places.iter().all(is_copy);
-                let reads: Option<Vec<Given>> = read.places.iter().map(|place| known(self.taken_from(place))).collect();
+                let reads: Option<Vec<Given>> =
+                    read.places.iter().map(|place| readable(self.taken_from(place))).collect();
                 let whole = asks.whole.as_ref().and_then(|given| known(self.copied_from(&asked_at(given, site)?)));
                 Some(Asks { reads: reads?, is_pure, whole, ..asks.clone() })
             }
             _ => None,
         }
+    }
+
+    /// A part of an element over which the helper goes, as its caller knows it, if the helper leaves it alone in all of them.
+    fn known_element(&self, place: &Place) -> Option<Given> {
+        let graph = self.search.graph;
+        let roots = self.search.aliases.shared_roots(place);
+        let [root] = &*roots else { return None };
+        let is_it = |written: &Place| {
+            !written.steps.is_empty()
+                && self.search.aliases.shared_roots(written).iter().any(|written| written.overlaps(root))
+        };
+        let is_written = self.nodes().any(|id| match &graph.node(id).effect {
+            Effect::Write(write) | Effect::Set(write) => is_it(&write.place),
+            Effect::Call(site) => self.written_by(site).any(|written| is_it(&written)),
+            Effect::Unknown { places, .. } => places.iter().any(is_it),
+            _ => false,
+        });
+        let is_each = root.steps.iter().filter_map(Projection::key).all(|key| *key == IndexKey::Each);
+        given(graph, root).filter(|_| is_each && !is_written && place.steps.len() < root.steps.len())
     }
 
     /// What a call that does not update waits for, where the helper asks for something that is known here.

@@ -179,7 +179,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         }
         if about.is_event {
             // `match receiver.try_recv() { Ok(sample) => …, Err(_) => … }` asks only whether there is one.
-            if about.asks_presence() && self.feeds_sample(test) {
+            if about.asks_presence() && self.lacks_sample(test, at, way) {
                 return Some(Gate::Sample);
             }
             if !self.is_absent(test, at, way) {
@@ -205,7 +205,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.is_event(test) {
             return Some(Gate::Event);
         }
-        if about.is_presence && self.feeds_sample(test) {
+        if about.is_presence && self.lacks_sample(test, at, way) {
             return Some(Gate::Sample);
         }
         if self.is_flag_of_others(test) {
@@ -213,7 +213,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         }
         // `match port.read() { Reading::Fresh(sample) => …, Reading::Stale => … }`
         let is_reading = !about.heads.is_empty() && !about.binds.is_empty() && !about.names.is_empty();
-        if is_reading && self.feeds_sample(test) {
+        if is_reading && self.lacks_sample(test, at, way) {
             return Some(Gate::Sample);
         }
         if self.is_taken(test) {

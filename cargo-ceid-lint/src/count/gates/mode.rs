@@ -3,11 +3,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Gates, Way};
-use crate::count::given::{Given, given, given_subject, place_of};
-use crate::count::search::{End, Mode, Region};
-use crate::count::summary::Outcome;
+use crate::count::given::{Given, GivenBase, given, given_subject, place_of};
+use crate::count::search::{End, Mode, Region, Search};
+use crate::count::summary::{Outcome, Summary};
 use crate::count::verdict::Gate;
 use crate::flow::{CallSite, Effect, Head, NodeId, OTHER_HEADS, Place, Projection, Relation, Subject, SubjectId, Test};
+use crate::index::{FunctionId, Index, Owner, Ty, TypeId};
+use crate::syntax::tree::Receiver;
 
 /// A state of the caller's for which a helper pauses, with a reset before it updates again.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -20,6 +22,16 @@ pub(in crate::count) struct KeptMode {
 impl KeptMode {
     fn bears_with(&self, head: Option<&Head>) -> bool {
         head.is_some_and(|head| self.bears.contains(head))
+    }
+}
+
+/// The type of which a function is a method that may change the value.
+fn self_type(index: &Index, function: FunctionId) -> Option<TypeId> {
+    let def = index.function(function);
+    let Owner::Impl(of) = def.owner else { return None };
+    match (&def.function.receiver, &index.impl_def(of).self_ty) {
+        (Some(receiver), Ty::Adt(id, _)) if *receiver != Receiver::Shared => Some(*id),
+        _ => None,
     }
 }
 
@@ -42,7 +54,45 @@ impl Gates<'_, '_> {
         }
         self.updating(subject).is_some_and(|updating| {
             !self.pauses_for_good(subject, updating)
+                && !self.is_resumed_elsewhere(subject, updating)
                 && self.search.resets_in_pauses(self.region, Mode { subject, updating, asked_by: None, foreign: 0 })
+        })
+    }
+
+    /// Whether another method of the type whose cycle this is ends the pause and does not reset the filter: `fn resume(&mut self)`.
+    fn is_resumed_elsewhere(&self, id: SubjectId, updating: u32) -> bool {
+        let Search { graph, program, summaries, instance, .. } = self.search;
+        let subject = &graph.subjects[id.0 as usize];
+        let known = subject.whole.as_ref().and_then(|whole| Some((given(graph, whole)?, given(graph, instance)?)));
+        let Some((asked, filter)) = known.filter(|(asked, filter)| asked.base == filter.base) else { return false };
+        let own = self_type(program.index, graph.function);
+        if self.region != Region::Function || self.is_helper || own.is_none() || asked.base != GivenBase::Param(0) {
+            return false;
+        }
+        let leads_to = |steps: &[Projection], to: &Given| to.steps.starts_with(steps) || steps.starts_with(&to.steps);
+        let resumes = |summary: &Summary| {
+            let is_it = |set: &Given| set.base == asked.base && leads_to(&set.steps, &asked);
+            let is_updating = |head: &Option<Head>| head.as_ref().is_none_or(|head| subject.bit(head) & updating != 0);
+            summary.sets.iter().any(|(set, head)| is_it(set) && is_updating(head))
+        };
+        // What it does to the filter, or may do to it, is more than to go on with the state from before.
+        let concerns = |summary: &Summary| {
+            let mut ways = summary.outcomes(self.search.law);
+            ways.any(|(given, _)| given.base == filter.base && leads_to(&given.steps, &filter))
+        };
+        let is_method = |function: FunctionId| self_type(program.index, function) == own;
+        let is_step = |function: &FunctionId| {
+            let called = |(caller, summary): (&FunctionId, &Summary)| {
+                summary.calls.contains(function) && is_method(*caller) && concerns(summary)
+            };
+            summaries.of.iter().any(called)
+        };
+        summaries.of.iter().any(|(function, summary)| {
+            is_method(*function)
+                && !program.index.function(*function).is_test
+                && resumes(summary)
+                && !concerns(summary)
+                && !is_step(function)
         })
     }
 
@@ -261,7 +311,7 @@ impl Gates<'_, '_> {
 
     fn is_enum(&self, place: &Place) -> bool {
         match self.ty(place) {
-            Some(crate::index::Ty::Adt(id, _)) => {
+            Some(Ty::Adt(id, _)) => {
                 matches!(self.search.program.index.type_def(id).shape, crate::index::Shape::Enum(_))
             }
             _ => false,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Gates, Sources};
+use super::{Gates, Sources, Way};
 use crate::count::given::place_of;
 use crate::count::search::{Region, Search};
 use crate::flow::{CallSite, Computed, Effect, NodeId, Place, Test, Var};
@@ -170,6 +170,19 @@ impl Gates<'_, '_> {
             _ => false,
         });
         by_name || (by_place && !is_law)
+    }
+
+    /// Whether a way does without an update because a sample is not there. What is fed where none came is no sample of this
+    /// iteration, even if an earlier one left it: `if let Some(z) = read() { last = z; } else { f.update(last); }`.
+    pub(super) fn lacks_sample(&self, test: &Test, at: NodeId, way: &Way) -> bool {
+        let holds = way.after(at) == self.search.graph.node(at).next.first().copied();
+        // What a future is ready with has the head of an absent value, because it ends the future.
+        let asked = test.subject.and_then(|id| self.search.graph.subjects[id.0 as usize].whole.as_ref());
+        let asked = asked.filter(|place| place.steps.is_empty()).and_then(Place::base_var);
+        let is_poll = asked.is_some_and(|var| self.search.graph.var(var).ty.external_name() == Some("Poll"));
+        let is_present = |head: &str| ((head == "+") != is_poll) == holds;
+        let is_there = test.about.asks_presence() && test.about.heads.iter().all(|head| is_present(head));
+        !is_there && self.feeds_sample(test)
     }
 
     /// Whether every value that may be absent feeds this filter.

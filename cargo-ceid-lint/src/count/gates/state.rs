@@ -13,6 +13,24 @@ const SETTING_WORDS: &[&str] =
 /// How many copies are followed to the latch that they are of.
 const MAX_COPIES: u32 = 4;
 
+/// Whether a function or method gives the same whenever it is called with the same plain values.
+fn is_pure(name: &str) -> bool {
+    matches!(
+        name,
+        "Some"
+            | "then_some"
+            | "is_some"
+            | "is_none"
+            | "unwrap_or"
+            | "clone"
+            | "abs"
+            | "min"
+            | "max"
+            | "clamp"
+            | "signum"
+    )
+}
+
 impl Gates<'_, '_> {
     /// A truth value or option that is set once and never taken back.
     pub(super) fn is_latch(&self, test: &Test, at: NodeId) -> bool {
@@ -117,7 +135,7 @@ impl Gates<'_, '_> {
         let subject = test.subject.map(|id| &graph.subjects[id.0 as usize]);
         subject.is_none_or(|subject| subject.reads.iter().all(is_named))
             && !test.about.reads.is_empty()
-            && test.about.reads.iter().all(|place| self.is_setting(place))
+            && test.about.reads.iter().all(|place| self.is_invariant(place, 0))
     }
 
     /// Whether a flag is asked that was made before the first iteration and stays as it is, whatever it was made from.
@@ -126,7 +144,43 @@ impl Gates<'_, '_> {
         let asked = test.subject.and_then(|id| graph.subjects[id.0 as usize].whole.as_ref());
         asked.is_some_and(|place| {
             let is_named = place.base_var().is_some_and(|var| !graph.var(var).name.is_empty());
-            is_named && matches!(self.ty(place), Some(Ty::Bool)) && self.is_setting(place)
+            is_named && matches!(self.ty(place), Some(Ty::Bool)) && self.is_invariant(place, 0)
+        })
+    }
+
+    /// Whether a place has one value for all iterations, or is a variable of the iteration that is computed from such places and
+    /// from nothing else: `let is_on = settings.is_on;`
+    fn is_invariant(&self, place: &Place, copies: u32) -> bool {
+        if self.is_setting(place) {
+            return true;
+        }
+        let graph = self.search.graph;
+        let Some(var) = place.base_var().filter(|var| copies < MAX_COPIES && !graph.handed.contains(var)) else {
+            return false;
+        };
+        let whole = Place::var(var);
+        let [only] = *self.assignments().of(&whole) else { return false };
+        let is_bound = graph.loops.iter().any(|info| info.bound.contains(&var));
+        if is_bound || graph.var(var).param.is_some() || self.outlives(&whole) || self.calls_write(&whole) {
+            return false;
+        }
+        if let Some(from) = graph.copied(only).filter(|_| self.assigns(only, &whole)) {
+            return self.is_invariant(&from, copies + 1);
+        }
+        // What a closure gives is another value each time, and it is called by the name of its variable.
+        let is_plain = |place: &Place| matches!(self.ty(place), Some(Ty::Bool | Ty::Int | Ty::Float | Ty::Char));
+        graph.computed.get(&var).is_some_and(|computed| {
+            // Of `self.limit`, `self` is noted as well.
+            let is_part = |owner: &Place, part: &Place| {
+                part.base == owner.base && part.steps.len() > owner.steps.len() && part.steps.starts_with(&owner.steps)
+            };
+            let is_owner = |place: &Place| computed.places.iter().any(|part| is_part(place, part));
+            !computed.places.is_empty()
+                && computed.calls.iter().all(|name| is_pure(name))
+                && computed
+                    .places
+                    .iter()
+                    .all(|from| is_owner(from) || (is_plain(from) && self.is_invariant(from, copies + 1)))
         })
     }
 

@@ -76,7 +76,8 @@ impl Search<'_> {
                 false => found.extend(own),
             }
         }
-        found.into_iter().collect()
+        // The bodies are those of something else that gets it.
+        if found.is_empty() { site.targets.clone() } else { found.into_iter().collect() }
     }
 
     /// The same, where these of the places that it has to do with may be the instance or hold it.
