@@ -16,6 +16,15 @@ impl Given {
     /// The elements that it stands for one by one, where it is each of a slice with known ends.
     pub(super) fn numbered(self) -> Vec<Self> {
         const MOST: u64 = 16;
+        if let Some(at) = self
+            .steps
+            .iter()
+            .position(|step| matches!(step.key(), Some(IndexKey::EachIn(section)) if section.is_taken()))
+        {
+            let mut given = self;
+            given.steps[at] = given.steps[at].with_key(IndexKey::Each);
+            return vec![given];
+        }
         let section = self.steps.iter().enumerate().find_map(|(at, step)| match step.key() {
             Some(IndexKey::EachIn(section)) if section.is_exact => {
                 Some((at, section.from..section.to.filter(|to| to - section.from.min(*to) <= MOST)?))

@@ -393,7 +393,7 @@ fn named_elements(
                 constants.insert(key.clone());
             }
             IndexKey::Var(var) => constants.extend(counted_part(index, graph, &collection, *var)),
-            IndexKey::EachIn(section) if section.is_exact => {
+            IndexKey::EachIn(section) if section.is_exact && !section.is_taken() => {
                 let numbers = length.map(|length| section.from..section.to.unwrap_or(length).min(length));
                 constants.extend(numbers.into_iter().flatten().map(IndexKey::Number));
             }

@@ -61,16 +61,22 @@ pub(super) fn is_of_nothing(search: &Search<'_>, exploration: &Exploration, end:
     is_empty_head(subject, taken) && search.aliases.shared_roots(collection).iter().any(is_around)
 }
 
-/// Whether what is left of the answers says that a collection is empty: `is_empty()`, `len() == 0`, `len() > 0`.
+/// Whether what is left of the answers says that a collection is empty: `is_empty()`, `len() == 0`, `len() > 0`, no `first_mut()`.
 fn is_empty_head(subject: &Subject, taken: u32) -> bool {
     let empty = match subject.key.trim_end_matches([')', '(']) {
         key if key.ends_with(".is_empty") => "true",
         key if key.ends_with(".len") => "0",
         key if key.ends_with(".len() <= 0") => "true",
         key if key.ends_with(".len() < 1") => "true",
+        key if [".first_mut", ".last_mut", "split_first_mut", "split_last_mut"]
+            .iter()
+            .any(|end| key.ends_with(end)) =>
+        {
+            "-"
+        }
         _ => return false,
     };
-    taken & subject.anything() == subject.bit(empty)
+    subject.heads.iter().any(|head| head == empty) && taken & subject.anything() == subject.bit(empty)
 }
 
 /// Whether the way out at the beginning of a path leads out of nothing but rounds or loops in which the instance is not updated, so

@@ -92,6 +92,8 @@ pub struct Section {
 }
 
 const CHUNK: &str = "a chunk";
+const TAKEN: &str = "the first";
+const SKIPPED: &str = "behind the first";
 
 impl Section {
     /// A slice of which nothing is known but how it is written.
@@ -112,6 +114,46 @@ impl Section {
         &*self.text == CHUNK
     }
 
+    /// The first ones of a collection: as many as there are, or fewer.
+    #[must_use]
+    pub fn taken(count: Option<u64>) -> Self {
+        Self { from: 0, to: count, is_exact: count.is_some(), text: Arc::from(TAKEN) }
+    }
+
+    /// Whether it is the first ones of a collection, which may be all of them.
+    #[must_use]
+    pub fn is_taken(&self) -> bool {
+        &*self.text == TAKEN
+    }
+
+    /// All elements of a collection but the first ones, if it is known how many these are.
+    #[must_use]
+    pub fn skipped(count: Option<u64>) -> Self {
+        Self { from: count.unwrap_or_default(), to: None, is_exact: count.is_some(), text: Arc::from(SKIPPED) }
+    }
+
+    /// Whether it is all elements of a collection but the first ones.
+    #[must_use]
+    pub fn is_skipped(&self) -> bool {
+        &*self.text == SKIPPED
+    }
+
+    /// The slice of the whole collection that another one is of this slice.
+    fn within(&self, inner: &Self) -> Self {
+        let is_said = |section: &Self| section.is_chunk() || section.is_taken() || section.is_skipped();
+        // What an adaptor says of a slice does not hold of the whole.
+        let text = match (is_said(inner), is_said(self)) {
+            (true, true) if !self.is_chunk() || !inner.is_chunk() => Arc::from(".."),
+            (true, false) => self.text.clone(),
+            _ => inner.text.clone(),
+        };
+        if !self.is_exact || !inner.is_exact {
+            return Self::unknown(&text);
+        }
+        let to = inner.to.map(|to| self.from + to).or(self.to);
+        Self { from: self.from + inner.from, to, is_exact: true, text }
+    }
+
     /// Whether it has the element with that number; `None` if that cannot be known.
     #[must_use]
     pub fn has(&self, number: u64) -> Option<bool> {
@@ -123,12 +165,8 @@ impl Section {
         match key {
             IndexKey::Each => IndexKey::EachIn(self.clone()),
             IndexKey::Number(number) if self.is_exact => IndexKey::Number(self.from + number),
-            IndexKey::Slice(inner) if self.is_exact && inner.is_exact => IndexKey::Slice(Self {
-                from: self.from + inner.from,
-                to: inner.to.map(|to| self.from + to).or(self.to),
-                ..inner.clone()
-            }),
-            IndexKey::Slice(inner) => IndexKey::Slice(Self::unknown(&inner.text)),
+            IndexKey::Slice(inner) => IndexKey::Slice(self.within(inner)),
+            IndexKey::EachIn(inner) => IndexKey::EachIn(self.within(inner)),
             _ => IndexKey::Data(self.text.clone()),
         }
     }

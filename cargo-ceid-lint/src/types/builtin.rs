@@ -428,14 +428,14 @@ fn iterator_method(item: &Ty, method: &str, args: &[Ty], closure: Option<&Ty>) -
         "next" | "last" | "nth" | "find" | "min_by_key" | "max_by_key" | "min_by" | "max_by" | "next_back"
         | "reduce" => option(item.clone()),
         "for_each" => Ty::unit(),
-        "fold" => args.first().cloned().unwrap_or(Ty::Unknown),
+        "fold" | "rfold" => args.first().cloned().unwrap_or(Ty::Unknown),
         "count" | "position" | "len" => Ty::Int,
-        "all" | "any" => Ty::Bool,
+        "all" | "any" | "eq" | "ne" | "lt" | "le" | "gt" | "ge" => Ty::Bool,
         // What lends filters to a guard is kept in a vector.
         "collect" if matches!(item, Ty::External(path, _) if path == super::ADAPTED) => {
             Ty::std("std::vec::Vec", vec![item.clone()])
         }
-        "try_for_each" | "try_fold" => closure.cloned().unwrap_or(Ty::Unknown),
+        "try_for_each" | "try_fold" | "find_map" => closure.cloned().unwrap_or(Ty::Unknown),
         "sum" | "product" | "collect" | "max" | "min" | "unzip" | "partition" => Ty::Unknown,
         _ => return None,
     })
@@ -463,16 +463,17 @@ pub(super) fn closure_params(receiver: &Ty, method: &str, args: &[Ty]) -> Vec<Ty
     match (name, method) {
         ("LocalKey", "with") => vec![Ty::Ref(false, Box::new(inner))],
         ("LocalKey", "with_borrow" | "with_borrow_mut") => closure_params(&inner, method, args),
-        ("Iterator" | "Range", "fold" | "try_fold" | "scan") => {
+        ("Iterator" | "Range", "fold" | "rfold" | "try_fold" | "scan") => {
             vec![args.first().cloned().unwrap_or(Ty::Unknown), inner]
         }
         (
             "Iterator" | "Range",
-            "filter" | "inspect" | "take_while" | "skip_while" | "find" | "max_by_key" | "min_by_key",
+            "filter" | "inspect" | "take_while" | "skip_while" | "find" | "max_by_key" | "min_by_key" | "partition",
         ) => {
             vec![Ty::Ref(false, Box::new(inner))]
         }
         ("Iterator" | "Range", _) => vec![inner],
+        ("Option", "filter") => vec![Ty::Ref(false, Box::new(inner))],
         ("Option" | "Poll", "map" | "and_then" | "map_or" | "map_or_else" | "is_some_and" | "inspect") => vec![inner],
         ("Result" | "LockResult", "map" | "and_then" | "map_or" | "is_ok_and" | "inspect") => vec![inner],
         ("Result", "map_err" | "or_else" | "unwrap_or_else" | "inspect_err") => vec![arg(params, 1)],

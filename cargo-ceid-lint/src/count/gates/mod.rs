@@ -173,6 +173,10 @@ impl<'s, 'a> Gates<'s, 'a> {
         if about.is_constant {
             return Some(Gate::Config);
         }
+        // Which number an element has is no reason why it should stand still.
+        if self.asks_own_number(test) {
+            return None;
+        }
         // A function that does not call its closure in this round begins no cycle of the closure.
         if self.is_around_closure(at) {
             return Some(Gate::Event);

@@ -184,16 +184,27 @@ impl Gates<'_, '_> {
         })
     }
 
+    /// Whether nothing is asked but which number the element has that the instance is. A constant with a name is a setting.
+    pub(super) fn asks_own_number(&self, test: &Test) -> bool {
+        let about = &test.about;
+        let is_set = about.is_masked || !about.names.is_empty();
+        !is_set && !about.reads.is_empty() && about.reads.iter().all(|place| self.is_own_number(place))
+    }
+
+    fn is_own_number(&self, place: &Place) -> bool {
+        let is_counter = |var: Var| {
+            (0u32..).zip(&self.search.graph.loops).any(|(number, info)| {
+                self.search.covers(LoopId(number)) && info.counter.is_some_and(|(counter, _)| counter == var)
+            })
+        };
+        place.steps.is_empty() && place.base_var().is_some_and(is_counter)
+    }
+
     /// Whether a place has one value for all iterations.
     pub(super) fn is_setting(&self, place: &Place) -> bool {
         let graph = self.search.graph;
         // The number of an element is the same in all iterations.
-        let is_own_number = |var: Var| {
-            (0u32..).zip(&graph.loops).any(|(number, info)| {
-                self.search.covers(LoopId(number)) && info.counter.is_some_and(|(counter, _)| counter == var)
-            })
-        };
-        if place.steps.is_empty() && place.base_var().is_some_and(is_own_number) {
+        if self.is_own_number(place) {
             return true;
         }
         // A field of an element keeps its value where nothing writes that of any; a cycle over elements has another one each time.

@@ -94,8 +94,8 @@ pub(super) struct Search<'a> {
     pub(super) behind: Vec<Ty>,
     /// Whether these are one of several.
     is_one_of_many: bool,
-    /// Loops that visit each element of the collection that the instance is an element of.
-    covering: BTreeSet<LoopId>,
+    /// Loops that visit each element of the collection that the instance is an element of, and whether they may go past it.
+    covering: BTreeMap<LoopId, bool>,
     dependence: &'a ControlDependence,
     /// What the calls do that were asked for, by their results.
     called: RefCell<HashMap<Var, std::sync::Arc<Called>>>,
@@ -152,7 +152,12 @@ impl<'a> Search<'a> {
 
     /// Whether a loop visits each element once, the instance among them.
     pub(super) fn covers(&self, id: LoopId) -> bool {
-        self.covering.contains(&id)
+        self.covering.contains_key(&id)
+    }
+
+    /// Whether such a loop may have no round for the instance.
+    pub(super) fn passes_over(&self, id: LoopId) -> bool {
+        self.covering.get(&id) == Some(&true)
     }
 
     /// Whether a loop binds the instance or its index, so that it is no cycle of it.

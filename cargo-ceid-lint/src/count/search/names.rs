@@ -6,10 +6,10 @@ use crate::count::aliases::Aliases;
 use crate::count::instances::place_ty;
 use crate::flow::{
     Assignment, CallSite, ControlFlowGraph, IndexKey, Limit, LoopId, LoopInfo, NodeId, Place, Projection, Relation,
-    Rounds, Transfer, Var,
+    Rounds, Section, Transfer, Var,
 };
 use crate::index::{Index, Ty};
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
 impl Search<'_> {
     /// The names after a value is given to a place, and whether the instance itself is replaced.
@@ -206,8 +206,9 @@ fn element_rest(source: &Place, name: &Place) -> Option<Vec<Projection>> {
     let matches = source.steps.iter().zip(&name.steps).all(|(left, right)| match (left, right) {
         (Projection::Index(IndexKey::Each | IndexKey::Slice(_)), Projection::Index(_)) => true,
         (Projection::Index(IndexKey::EachIn(section)), Projection::Index(IndexKey::Number(number))) => {
-            section.is_chunk() || section.has(*number) == Some(true)
+            section.is_chunk() || section.has(*number).unwrap_or(section.is_taken())
         }
+        (Projection::Index(IndexKey::EachIn(_)), Projection::Index(IndexKey::Each)) => true,
         (Projection::Index(IndexKey::EachIn(section)), Projection::Index(_)) if section.is_chunk() => true,
         (left, right) => left == right,
     });
@@ -300,16 +301,49 @@ fn may_end_before(
     roots.filter(own).any(|root| !info.limits.iter().all(|limit| goes_on_behind(&root, limit)))
 }
 
-/// Loops that visit each element of the collection that the instance is an element of.
+/// The part of the collection that a loop runs over, where the instance stands for each element of the whole.
+fn section_of(aliases: &Aliases, info: &LoopInfo, instance: &Place) -> Option<Section> {
+    let section = |root: &Place| {
+        let mut keys = root.steps.iter().zip(&instance.steps).map(|(step, own)| (step.key(), own.key()));
+        keys.find_map(|(key, own)| match (key, own) {
+            (Some(IndexKey::EachIn(section)), Some(IndexKey::Each)) if !section.is_chunk() => Some(section.clone()),
+            _ => None,
+        })
+    };
+    let mut roots = info.items.iter().flat_map(|(_, source)| aliases.parts(source));
+    roots.find_map(|(_, root)| section(&root).filter(|_| root.overlaps(instance)))
+}
+
+/// Loops over a part of the collection that tells how often an element is updated: no other loop runs over another part of it.
+fn loops_over_one_part(graph: &ControlFlowGraph, aliases: &Aliases, instance: &Place) -> BTreeMap<LoopId, Section> {
+    let ids = (0u32..).map(LoopId);
+    let parts: BTreeMap<LoopId, Section> =
+        ids.zip(&graph.loops).filter_map(|(id, info)| Some((id, section_of(aliases, info, instance)?))).collect();
+    let is_only = |section: &Section| parts.values().all(|other| other == section);
+    let runs_over = |info: &&LoopInfo| {
+        info.items.iter().flat_map(|(_, source)| aliases.parts(source)).any(|(_, root)| root.overlaps(instance))
+    };
+    let tells = |section: &Section| match section.is_taken() {
+        true => parts.values().all(Section::is_taken),
+        false if section.is_exact => section.is_skipped() && is_only(section),
+        false => section.is_skipped() && graph.loops.iter().filter(runs_over).count() == 1,
+    };
+    parts.iter().filter(|(_, section)| tells(section)).map(|(id, section)| (*id, section.clone())).collect()
+}
+
+/// Loops that visit each element of the collection that the instance is an element of, and whether they may go past it.
 pub(super) fn covering_loops(
     index: &Index,
     graph: &ControlFlowGraph,
     aliases: &Aliases,
     instance: &Place,
-) -> BTreeSet<LoopId> {
-    let mut found = BTreeSet::new();
-    for (number, info) in (0u32..).zip(&graph.loops) {
-        let is_own = |root: &Place| element_rest(&in_each_round(graph, root, instance), instance).is_some();
+) -> BTreeMap<LoopId, bool> {
+    let mut found = BTreeMap::new();
+    let parts = loops_over_one_part(graph, aliases, instance);
+    for (id, info) in (0u32..).map(LoopId).zip(&graph.loops) {
+        let section = parts.get(&id);
+        let is_part = section.is_none() && section_of(aliases, info, instance).is_some();
+        let is_own = |root: &Place| !is_part && element_rest(&in_each_round(graph, root, instance), instance).is_some();
         let of_items = info.items.iter().any(|(_, source)| aliases.parts(source).iter().any(|(_, root)| is_own(root)));
         // A loop that counts to a constant and does not stand for each element is followed round by round.
         let exact = matches!(info.rounds, Rounds::Constant(count) if count <= MAX_ROUNDS)
@@ -320,7 +354,11 @@ pub(super) fn covering_loops(
             && !may_begin_behind(aliases, info, instance)
             && !may_end_before(index, graph, aliases, info, instance);
         if (of_items || of_index) && info.rounds != Rounds::Unbounded {
-            found.insert(LoopId(number));
+            found.insert(
+                id,
+                info.passes_over
+                    || section.is_some_and(|section| section.is_skipped() && *section != Section::skipped(Some(0))),
+            );
         }
     }
     found

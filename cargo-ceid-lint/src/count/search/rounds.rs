@@ -37,7 +37,7 @@ impl Run<'_, '_> {
                 None if done == 0 => self.follow(at, state.clone(), *round),
                 _ => self.follow(at, State { rounds: passed, ..state.clone() }, *round),
             }
-            if done > before.unwrap_or(0) || info.passes_over {
+            if done > before.unwrap_or(0) || self.search.passes_over(id) {
                 for to in rest {
                     self.follow(at, state.clone(), *to);
                 }

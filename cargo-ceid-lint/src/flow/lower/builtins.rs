@@ -99,11 +99,13 @@ impl Builder<'_> {
                 self.map_items(method, value)
             }
             "chunks_mut" | "chunks_exact_mut" if value.place.is_some() => {
-                for arg in args {
-                    self.expr(*arg);
-                }
-                let item = value.place.clone().map_or(Item::Opaque, Item::Chunk);
-                self.iterator_value(Source { item, ..Source::bounded() })
+                let item = value.place.clone().map_or(Item::Opaque, Item::Element);
+                let length = match self.ty(receiver).peel() {
+                    Ty::Array(_, length) => Some(length.clone()),
+                    _ => None,
+                };
+                let source = self.chunked(id, method, args, Source { item, length, ..Source::bounded() });
+                self.iterator_value(source)
             }
             "unwrap" | "expect" | "unwrap_unchecked" => {
                 self.assume_present(value, receiver, span);
@@ -186,6 +188,7 @@ impl Builder<'_> {
                 Value { head: None, same_as: None, ..value.clone() }
             }
             "map" | "and_then" | "map_or" | "is_some_and" | "is_ok_and" | "is_none_or" | "map_or_else" | "inspect"
+            | "filter"
                 if self.is_optional(receiver) =>
             {
                 self.map_payload(id, receiver, method, args, value)
@@ -266,7 +269,9 @@ impl Builder<'_> {
                 for arg in args {
                     self.expr(*arg);
                 }
-                self.next_item(id, value)
+                let item = self.next_item(id, value);
+                self.note_advanced(receiver);
+                item
             }
             "entry" => {
                 for arg in args {
@@ -396,16 +401,23 @@ impl Builder<'_> {
         if self.at.is_none() {
             return Value::default();
         }
+        let payload = Value { head: None, same_as: None, ..value.clone() };
+        let on_payload = |this: &mut Self| {
+            let result = this.inline_closure(closure, std::slice::from_ref(&payload), span);
+            match method {
+                "filter" => payload,
+                // The closure says what there is.
+                "and_then" | "map_or" | "map_or_else" | "is_some_and" | "is_ok_and" | "is_none_or" => result,
+                _ => Value { head: Some("+".to_owned()), same_as: None, ..result },
+            }
+        };
+        if value.head.as_deref() == Some("+") {
+            return on_payload(self);
+        }
         let (present, absent) = self.branch_on_payload(receiver, closure, value, span);
         let join = self.new_join(self.ty(id).clone(), span);
         self.resume(present);
-        let payload = Value { head: None, same_as: None, ..value.clone() };
-        let result = self.inline_closure(closure, &[payload], span);
-        let result = match method {
-            // The closure says what there is.
-            "and_then" | "map_or" | "map_or_else" | "is_some_and" | "is_ok_and" | "is_none_or" => result,
-            _ => Value { head: Some("+".to_owned()), same_as: None, ..result },
-        };
+        let result = on_payload(self);
         self.end_branch(&join, &result, span);
         self.resume(absent);
         let head = |head: &str| Value { head: Some(head.to_owned()), ..Value::default() };

@@ -460,7 +460,8 @@ impl Builder<'_> {
         // What takes a value that is copied leaves the place as it is.
         let reads_only =
             reads_only || matches!(method, "max" | "min" | "clamp") && self.program.index.copies_filter(ty);
-        let is_own = matches!(ty, Ty::Adt(..)) && self.program.index.opaque_items.is_empty();
+        let is_own =
+            matches!(ty, Ty::Adt(..)) && self.program.index.opaque_items.is_empty() && !self.draws_by_itself(ty);
         // What a state hands out when it is asked for nothing is no update of it: its law is known, and takes it as an argument.
         let reads_only = reads_only || (args.is_empty() && self.is_state_apart(ty));
         if matches!(method, "into" | "try_into") && value.is_owned {

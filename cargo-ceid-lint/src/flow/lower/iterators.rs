@@ -43,6 +43,7 @@ impl Builder<'_> {
                 let source = self.source_of(*value, true);
                 if *mutable {
                     self.note_lent(*value);
+                    self.note_advanced(*value);
                 }
                 source
             }
@@ -77,8 +78,12 @@ impl Builder<'_> {
         if let Some(source) = &value.iterator {
             // What was made outside a loop is used up after the first of its rounds.
             let is_older = source.made_in != self.loops.last().copied();
-            if source.is_choice || is_older {
-                let which = if is_older { "is made outside the loop" } else { "a condition chooses" };
+            if source.is_choice || source.is_advanced || is_older {
+                let which = match source.is_advanced {
+                    _ if is_older => "is made outside the loop",
+                    true => "has given some of its items",
+                    false => "a condition chooses",
+                };
                 let cause = Cause::Code(format!("an iterator that {which}"));
                 self.keep_iterator(&value, &cause, self.span(id));
                 return Source::bounded();
@@ -89,14 +94,22 @@ impl Builder<'_> {
         let is_endless = is_endless_type(ty);
         let is_map = is_map(ty);
         let over = value.place.clone();
+        let is_optional = matches!(ty.external_name(), Some("Option" | "Result"));
+        let is_there = is_optional && value.head.as_deref() == Some("+");
         let item = match value.place {
+            Some(place) if self.draws_by_itself(ty) => {
+                let cause = Cause::Call(self.text(id));
+                self.emit(Effect::Unknown { places: vec![place], cause }, self.span(id));
+                Item::Opaque
+            }
             // The loop gets copies of them.
             Some(_) if !is_lent && self.program.index.copies_filter(self.ty(id)) => Item::Made,
             Some(place) if is_map && self.may_hold_filter(ty) => Item::entry(place),
-            Some(place) if ty.external_name() == Some("Option") && self.may_hold_filter(ty) => {
-                Item::Present(Box::new(Item::Same(place)))
-            }
+            Some(place) if is_optional && self.may_hold_filter(ty) => Item::Present(Box::new(Item::Same(place))),
             Some(place) if self.may_hold_filter(ty) => Item::Element(place),
+            _ if is_optional && !is_there => {
+                Item::Present(Box::new(Item::Drawn(self.reads_of(id), self.computed_from(id))))
+            }
             _ if is_receiver(ty) => {
                 // Iterating over a receiver receives.
                 let mut computed = self.computed_from(id);
@@ -110,7 +123,7 @@ impl Builder<'_> {
         } else {
             match ty {
                 Ty::Array(_, length) => length.value.map_or(Rounds::Bounded, Rounds::Constant),
-                _ if matches!(item, Item::Present(_)) => Rounds::Constant(1),
+                _ if is_optional => Rounds::Constant(1),
                 _ => Rounds::Bounded,
             }
         };
@@ -217,7 +230,7 @@ impl Builder<'_> {
             true => source.cut_somewhere(".."),
             false => source.shortened(&rounds),
         });
-        let passes_over = source.passes_over || other.passes_over;
+        let passes_over = source.passes() || other.passes();
         let limits = [source.limits.as_slice(), &other.limits].concat();
         let item = Item::Tuple(vec![source.staged(), other.staged()]);
         Source { item, rounds, passes_over, in_order, limits, ..Source::bounded() }
@@ -232,7 +245,7 @@ impl Builder<'_> {
             (Rounds::Constant(a), Rounds::Constant(b)) => Rounds::Constant(a.saturating_add(*b)),
             _ => Rounds::Bounded,
         };
-        let passes_over = source.passes_over || other.passes_over;
+        let passes_over = source.passes() || other.passes();
         let item = source.item.or(&other.item);
         let Some(item) = item.filter(|_| source.stages.is_empty() && other.stages.is_empty()) else {
             let cause = Cause::Code("a chain of iterators".to_owned());
@@ -280,7 +293,7 @@ impl Builder<'_> {
                 if let (Some(arg), Item::Element(place)) = (args.first(), source.item.clone()) {
                     source.passes_over |= self.is_short_of(*arg, &place);
                 }
-                Source { rounds, ..source }
+                Source { rounds, ..source.headed(count) }
             }
             "chain" => self.chain(receiver, args),
             "skip" | "step_by" => {
@@ -290,17 +303,7 @@ impl Builder<'_> {
                     self.expr(*arg);
                     number = self.number(*arg);
                 }
-                let rounds = match (&source.rounds, method, number) {
-                    (Rounds::Unbounded, ..) => Rounds::Unbounded,
-                    (Rounds::Constant(count), "step_by", Some(step)) if step > 0 => {
-                        Rounds::Constant(count.div_ceil(step))
-                    }
-                    (Rounds::Constant(count), "skip", Some(skipped)) => Rounds::Constant(count.saturating_sub(skipped)),
-                    _ => Rounds::Bounded,
-                };
-                let passes_over = source.passes_over || source.item.is_lent();
-                let item = if matches!(source.item, Item::Counter(_)) { Item::Opaque } else { source.item };
-                Source { item, rounds, passes_over, in_order: false, ..source }
+                source.thinned(method, number)
             }
             "flatten" if self.gives_rows(receiver) => {
                 let source = self.source(receiver);
@@ -329,28 +332,23 @@ impl Builder<'_> {
                 let mut source = self.source(receiver);
                 let closure = args.iter().map(|arg| self.expr(*arg)).filter_map(|value| value.closure).last();
                 let stage = match method {
-                    "map" | "scan" => Stage::Map,
+                    "map" => Stage::Map,
+                    "scan" => Stage::Scan,
                     "flat_map" => Stage::Flatten,
                     "inspect" => Stage::Inspect,
                     _ => Stage::Filter,
                 };
                 // What a closure made may be left out when its work is done.
                 let is_own = source.stages.iter().all(|stage| matches!(stage, Stage::Inspect(_) | Stage::Filter(_)));
-                let leaves_out = matches!(method, "filter" | "filter_map" | "skip_while") && is_own;
-                source.passes_over |= leaves_out || matches!(method, "take_while" | "map_while");
+                source.leaves_out |= matches!(method, "filter" | "filter_map") && is_own;
+                let stops = matches!(method, "take_while" | "map_while") || method == "skip_while" && is_own;
+                source.passes_over |= stops;
                 source.stages.extend(closure.map(stage));
                 source
             }
             "chunks_mut" | "chunks" | "chunks_exact_mut" | "chunks_exact" | "split_mut" => {
                 let source = self.source_of(receiver, true);
-                for arg in args {
-                    self.expr(*arg);
-                }
-                let item = match source.item {
-                    Item::Element(place) => Item::Chunk(place),
-                    other => other,
-                };
-                Source { item, ..source }
+                self.chunked(id, method, args, source)
             }
             "values_mut" | "values" | "into_values" if is_map(self.ty(receiver).peel()) => {
                 let source = self.source_of(receiver, true);
@@ -407,7 +405,9 @@ impl Builder<'_> {
                 | "min_by_key"
                 | "max_by_key"
                 | "nth"
-        );
+                | "find_map"
+                | "rfold"
+        ) || compares(method);
         // `[&mut roll, &mut pitch].map(|axis| …)` takes each element at once.
         let maps_array = method == "map" && matches!(self.ty(receiver).peel(), Ty::Array(..));
         // `voices.retain(|voice| …)` asks each element, and keeps some.
@@ -430,6 +430,9 @@ impl Builder<'_> {
         };
         let picked = Value { place: picked, ..Value::default() };
         let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
+        for value in &values {
+            self.keep_iterator(value, &Cause::Call(self.text(id)), self.span(id));
+        }
         let closure = values.iter().rev().find_map(|value| value.closure);
         // What is put together of results or options ends with the first one that is missing, and says so.
         let tells = matches!(method, "try_for_each" | "try_fold" | "collect" | "sum" | "product")
@@ -437,16 +440,25 @@ impl Builder<'_> {
         let stops = if tells {
             let told = self.temporary(self.ty(id).clone(), self.span(id));
             Stops::AndTells(told)
-        } else if matches!(method, "all" | "any" | "find" | "position" | "try_for_each" | "try_fold") {
+        } else if stops_anywhere(method) {
             Stops::Anywhere
         } else {
             Stops::Never
         };
+        if matches!(stops, Stops::Anywhere | Stops::AndTells(_)) {
+            self.note_advanced(receiver);
+        }
         if closure.is_none() && source.stages.is_empty() {
             return Some(picked);
         }
-        let takes_state = matches!(method, "fold" | "try_fold" | "reduce");
+        let takes_state = matches!(method, "fold" | "rfold" | "try_fold" | "reduce");
         let gathers = matches!(method, "collect" | "partition" | "unzip") || picks_one(method);
+        let gives_elements = || source.stages.iter().all(|stage| matches!(stage, Stage::Filter(_) | Stage::Inspect(_)));
+        if method == "partition" && gives_elements() {
+            // Which of the two collections has an element is not known.
+            let all = self.iterator_value(Source { stages: Vec::new(), ..source.clone() });
+            self.keep_iterator(&all, &Cause::Index(self.text(id)), self.span(id));
+        }
         self.consume(id, source, closure, Consumer { takes_state, stops, gathers });
         Some(match stops {
             Stops::AndTells(told) => {
@@ -464,17 +476,14 @@ impl Builder<'_> {
         }
         // A trait without a body of its own: a stream, as far as its method's name tells.
         if matches!(ty, Ty::Unknown | Ty::Param(_) | Ty::Opaque(_)) {
-            return matches!(consumer, "for_each" | "fold" | "try_for_each") || self.has_adaptor(id);
+            let is_told = || !compares(consumer) && self.has_adaptor(id);
+            return matches!(consumer, "for_each" | "fold" | "try_for_each") || is_told();
         }
         false
     }
 
     /// Whether each item of an iterator is an array, slice or vector.
     fn gives_rows(&self, id: ExprId) -> bool {
-        let is_row = |ty: &Ty| {
-            matches!(ty, Ty::Array(..) | Ty::Slice(_))
-                || matches!(ty.external_name(), Some("Vec" | "ArrayVec" | "SmallVec"))
-        };
         matches!(self.ty(id), Ty::External(_, args) if args.first().map(Ty::peel).is_some_and(is_row))
     }
 
@@ -607,8 +616,8 @@ impl Builder<'_> {
         };
         let info = LoopInfo {
             over: source.over.clone(),
-            passes_over: source.passes_over,
-            in_order: source.in_order && !source.passes_over,
+            passes_over: source.passes(),
+            in_order: source.in_order && !source.passes(),
             drains: source.drains,
             limits: source.limits.clone(),
             ..self.plain_loop(kind, keyword, rounds, source.text.clone())
@@ -630,7 +639,16 @@ impl Builder<'_> {
                 self.note_counter(id, closure, 0, &source.item);
             }
             let first = self.graph.nodes.len();
-            item = self.stage(id, *stage, item, head, keyword, source.item.is_lent());
+            let acts_before = self.acts_since(round.0 as usize);
+            item = match stage {
+                Stage::Skip if acts_before => self.skipped(id, item, head, keyword),
+                _ => self.stage(id, *stage, item, head, keyword, source.item.is_lent()),
+            };
+            // What a filter does to each element is done to those as well that it leaves out.
+            if matches!(stage, Stage::Filter(_)) && self.acts_since(first) && !source.passes_over {
+                let info = &mut self.graph.loops[id.0 as usize];
+                (info.passes_over, info.in_order) = (false, source.in_order);
+            }
             // The first closure that does something is what a reader takes for the cycle.
             if let (CycleKind::Closure, None, Some(closure)) = (kind, acting, stage.closure())
                 && self.acts_since(first)
@@ -645,7 +663,8 @@ impl Builder<'_> {
         self.pop_loop_scope();
         self.jump(head);
         // A loop that certainly has a round, and whose round never comes to its end, is not left at its head.
-        let has_round = matches!(self.graph.loop_info(id).rounds, Rounds::Constant(1..)) && !source.passes_over;
+        let info = self.graph.loop_info(id);
+        let has_round = matches!(info.rounds, Rounds::Constant(1..)) && !info.passes_over;
         let goes_on = self.graph.nodes[round.0 as usize..].iter().any(|node| node.next.contains(&head));
         if goes_on || !has_round {
             self.link(head, after);
@@ -666,8 +685,7 @@ impl Builder<'_> {
     ) -> Value {
         let first = self.graph.nodes.len();
         let Some(closure) = stage.closure() else { return self.numbered(id, item, span) };
-        let args = if matches!(stage, Stage::Make(_)) { Vec::new() } else { vec![item.clone()] };
-        let mut made = self.inline_closure(closure, &args, span);
+        let mut made = self.inline_closure(closure, &stage.args(&item), span);
         if self.is_future(&made) {
             // Where it is awaited is not seen.
             self.keep_closure(&made, span);
@@ -675,8 +693,18 @@ impl Builder<'_> {
         }
         match stage {
             Stage::Map(_) | Stage::Make(_) => made,
-            Stage::Flatten(_) => self.flattened(made, span),
-            Stage::Inspect(_) | Stage::Number => item,
+            Stage::Scan(_) => {
+                if self.at.is_some() {
+                    let (text, about) = ("the item is there".to_owned(), crate::flow::About::default());
+                    let (goes_on, ends) = self.branch_on_head(&made, "+", "-", span, text, about);
+                    self.resume(ends);
+                    self.break_out(span);
+                    self.resume(goes_on);
+                }
+                Value { head: None, same_as: None, ..made }
+            }
+            Stage::Flatten(closure) => self.flattened(closure, made, span),
+            Stage::Inspect(_) | Stage::Number | Stage::Skip => item,
             Stage::Filter(_) => {
                 if self.at.is_some() {
                     // What the closure answers is a condition like any other.
@@ -698,10 +726,60 @@ impl Builder<'_> {
         }
     }
 
-    /// An item of the iterator that a closure gives for each item.
-    fn flattened(&mut self, made: Value, span: Span) -> Value {
-        self.keep_iterator(&made, &Cause::Code("an iterator of iterators".to_owned()), span);
-        Value { iterator: None, ..made }
+    /// An item of the iterator that a closure gives for each item: each element of a collection, and what may be there.
+    fn flattened(&mut self, closure: ClosureRef, made: Value, span: Span) -> Value {
+        let over = match made.iterator.as_deref() {
+            Some(Source { item: Item::Element(place), stages, passes_over: false, leaves_out: false, .. })
+                if stages.is_empty() =>
+            {
+                Some(place.clone())
+            }
+            Some(_) => None,
+            None => made.place.clone().filter(|_| self.lends_collection(closure)),
+        };
+        if let Some(place) = over {
+            return Value { place: Some(place.element(IndexKey::Each)), ..Value::default() };
+        }
+        let cause = Cause::Code("an iterator of iterators".to_owned());
+        self.keep_iterator(&made, &cause, span);
+        match &made.place {
+            Some(place) if self.at.is_some() && self.output_of(closure).is_some_and(is_row) => {
+                self.emit(Effect::Unknown { places: vec![place.clone()], cause }, span);
+                Value::default()
+            }
+            _ => Value { iterator: None, ..made },
+        }
+    }
+
+    /// Whether a closure lends a collection, or gives an iterator over one.
+    fn lends_collection(&self, closure: ClosureRef) -> bool {
+        self.output_of(closure).is_some_and(|ty| match ty {
+            Ty::Ref(_, inner) => is_row(inner.peel()),
+            ty => ty.external_name() == Some("Iterator"),
+        })
+    }
+
+    /// The type of what a closure gives.
+    fn output_of(&self, closure: ClosureRef) -> Option<&Ty> {
+        let frame = &self.frames[closure.frame];
+        match &frame.body.expr(closure.expr).kind {
+            ExprKind::Closure(code) => Some(frame.typed.ty(code.body)),
+            _ => None,
+        }
+    }
+
+    /// Drops an item after its closures have run, or goes on with it.
+    fn skipped(&mut self, id: LoopId, item: Value, head: crate::flow::NodeId, span: Span) -> Value {
+        if self.at.is_some() {
+            // As many rounds as there are items, not as there are results.
+            self.graph.loops[id.0 as usize].rounds = Rounds::Bounded;
+            let about = crate::flow::About::default();
+            let (passes, skipped) = self.opaque_branch(span, "the item is not skipped".to_owned(), about);
+            self.resume(skipped);
+            self.jump(head);
+            self.resume(passes);
+        }
+        item
     }
 
     /// Whether anything may have happened to a filter since a node.
@@ -748,16 +826,17 @@ impl Builder<'_> {
                 let mut value = self.item_value(id, inner, reads, span);
                 for stage in stages {
                     let Some(closure) = stage.closure() else {
-                        value = self.numbered(id, value, span);
+                        if matches!(stage, Stage::Number) {
+                            value = self.numbered(id, value, span);
+                        }
                         continue;
                     };
-                    let args = if matches!(stage, Stage::Make(_)) { Vec::new() } else { vec![value.clone()] };
-                    let made = self.inline_closure(closure, &args, span);
+                    let made = self.inline_closure(closure, &stage.args(&value), span);
                     self.note_made_from(id, &made, &value);
                     match stage {
-                        Stage::Map(_) | Stage::Make(_) => value = made,
-                        Stage::Flatten(_) => value = self.flattened(made, span),
-                        Stage::Inspect(_) | Stage::Filter(_) | Stage::Number => {}
+                        Stage::Map(_) | Stage::Make(_) | Stage::Scan(_) => value = made,
+                        Stage::Flatten(closure) => value = self.flattened(*closure, made, span),
+                        Stage::Inspect(_) | Stage::Filter(_) | Stage::Number | Stage::Skip => {}
                     }
                 }
                 value
@@ -847,9 +926,36 @@ impl Builder<'_> {
     }
 }
 
+/// Whether a type is an array, slice or vector.
+fn is_row(ty: &Ty) -> bool {
+    matches!(ty, Ty::Array(..) | Ty::Slice(_)) || matches!(ty.external_name(), Some("Vec" | "ArrayVec" | "SmallVec"))
+}
+
+impl Stage {
+    /// What its closure gets for an item.
+    fn args(self, item: &Value) -> Vec<Value> {
+        match self {
+            Self::Make(_) => Vec::new(),
+            Self::Scan(_) => vec![Value::default(), item.clone()],
+            _ => vec![item.clone()],
+        }
+    }
+}
+
 /// Whether a consumer gives back one of the elements.
 fn picks_one(method: &str) -> bool {
     ["min", "max"].iter().any(|name| method.starts_with(name)) || matches!(method, "find" | "last" | "nth" | "reduce")
+}
+
+/// Whether a consumer may stop before the last element: where one decides, or where another iterator ends.
+fn stops_anywhere(method: &str) -> bool {
+    compares(method)
+        || matches!(method, "all" | "any" | "find" | "find_map" | "position" | "nth" | "try_for_each" | "try_fold")
+}
+
+/// Whether a consumer compares with another iterator.
+fn compares(method: &str) -> bool {
+    matches!(method, "eq" | "ne" | "lt" | "le" | "gt" | "ge" | "cmp" | "partial_cmp")
 }
 
 /// Whether a value of the type is the end of a channel at which messages arrive.

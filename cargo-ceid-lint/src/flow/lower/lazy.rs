@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::sources::{Item, Source};
 use super::stored::Holder;
 use super::{Builder, Value};
-use crate::flow::{Cause, Effect, IndexKey, Place, Var};
+use crate::flow::{Cause, Effect, IndexKey, Place, Rounds, Var};
 use crate::index::{TraitName, Ty};
 use crate::source::Span;
 use crate::syntax::tree::ExprId;
@@ -93,6 +93,72 @@ impl Builder<'_> {
             None => value.place.clone(),
         };
         Value { place: place.map(|place| place.element(key)), ..Value::default() }
+    }
+
+    /// Notes that some items are taken of an iterator that has a name.
+    pub(super) fn note_advanced(&mut self, id: ExprId) {
+        let Some(local) = self.typed().expr_local.get(&id).copied() else { return };
+        let var = self.var_of(local);
+        let source = match self.iterators.get(&var) {
+            Some(source) => Source::clone(source),
+            // An iterator over a whole collection goes by the collection's name.
+            None if self.iterates(self.ty(id)) && self.may_hold_filter(self.ty(id)) => Source {
+                item: Item::Element(Place::var(var)),
+                made_in: self.loops.last().copied(),
+                ..Source::bounded()
+            },
+            None => return,
+        };
+        self.iterators.insert(var, Rc::new(Source { is_advanced: true, ..source }));
+    }
+
+    /// Whether the body of a loop over an iterator that has a name takes items of it by itself.
+    pub(super) fn is_advanced_in(&self, id: ExprId, body: ExprId) -> bool {
+        let Some(local) = self.typed().expr_local.get(&id) else { return false };
+        let tree = self.body();
+        let span = tree.expr(body).span;
+        (0u32..)
+            .map(ExprId)
+            .zip(&tree.exprs)
+            .any(|(at, expr)| span.contains(expr.span) && self.typed().expr_local.get(&at) == Some(local))
+    }
+
+    /// The chunks of what an iterator runs over. What is left behind chunks of one size is in none of them.
+    pub(super) fn chunked(&mut self, id: ExprId, method: &str, args: &[ExprId], source: Source) -> Source {
+        let size = args.first().and_then(|arg| {
+            self.expr(*arg);
+            self.number(*arg)
+        });
+        let is_exact = method.contains("exact");
+        let rounds = match (&source.rounds, size.filter(|size| *size > 0)) {
+            (Rounds::Unbounded, _) => Rounds::Unbounded,
+            (Rounds::Constant(all), Some(size)) if is_exact => Rounds::Constant(all / size),
+            (Rounds::Constant(all), Some(size)) => Rounds::Constant(all.div_ceil(size)),
+            _ => Rounds::Bounded,
+        };
+        let Item::Element(place) = source.item.clone() else { return Source { rounds, ..source } };
+        let source = Source { item: Item::Chunk(place), rounds, ..source };
+        if !is_exact {
+            return source;
+        }
+        let length = source.length.as_ref().and_then(|length| length.value);
+        match length.zip(size.filter(|size| *size > 0)) {
+            Some((length, size)) => Source { passes_over: source.passes_over || length % size > 0, ..source },
+            None => {
+                let value = self.iterator_value(source);
+                self.keep_iterator(&value, &Cause::Index(self.text(id)), self.span(id));
+                Source::bounded()
+            }
+        }
+    }
+
+    /// Whether a type of the analysed code is an iterator, and a filter in it may be updated for each of its items.
+    pub(super) fn draws_by_itself(&self, ty: &Ty) -> bool {
+        let index = self.program.index;
+        let is_std = |name: &TraitName| matches!(name, TraitName::External(path) if path.ends_with("::Iterator"));
+        matches!(ty.peel(), Ty::Adt(..))
+            && index.holds_filter(ty.peel())
+            && index.methods(ty.peel(), "next").iter().any(|owner| owner.of_trait().is_some_and(is_std))
     }
 
     /// Whether a value of the type is an iterator.

@@ -175,7 +175,11 @@ impl Builder<'_> {
         }
         let crate::syntax::tree::PatKind::TupleStruct(_, inner) = &tree.pat(*pat).kind else { return None };
         let [inner] = inner.as_slice() else { return None };
-        let source = self.source(*receiver);
+        let source = match self.is_advanced_in(*receiver, body) {
+            true => self.part_of(*value, *receiver),
+            false => self.source(*receiver),
+        };
+        self.note_advanced(*receiver);
         let item = source.item.clone();
         let inner = *inner;
         self.run_loop(CycleKind::While, keyword, label, source, |this, value, this_loop| {

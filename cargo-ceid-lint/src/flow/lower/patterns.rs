@@ -203,17 +203,32 @@ impl Builder<'_> {
             }
             PatKind::Literal(text) => self.ask_heads(std::slice::from_ref(text), true, matched, span, no),
             PatKind::Slice(pats) => {
-                let is_plain = pats.iter().all(|pat| self.is_irrefutable(*pat));
-                let is_array = matched.value.place.is_some()
-                    && is_plain
-                    && pats.iter().any(|pat| matches!(self.body().pat(*pat).kind, PatKind::Rest))
-                    && pats.len() == 1;
-                if !is_array {
-                    self.ask_opaque(matched, span, no);
-                }
+                self.ask_slice(pats, matched, span, no);
             }
             PatKind::Range(_) | PatKind::Unknown => self.ask_opaque(matched, span, no),
         }
+    }
+
+    /// A slice pattern asks for the number of elements, and for the elements.
+    fn ask_slice(&mut self, pats: &[PatId], matched: &Matched, span: Span, no: NodeId) {
+        let body = self.body();
+        let is_plain = pats.iter().all(|pat| body.is_rest(*pat) || self.is_irrefutable(*pat));
+        let has_rest = pats.iter().any(|pat| body.is_rest(*pat));
+        let pure = matched.pure.as_ref().filter(|_| is_plain && self.at.is_some());
+        let (head, is_turned) = match pats.len() - usize::from(has_rest) {
+            0 if has_rest && is_plain => return,
+            1 if has_rest => ("0".to_owned(), true),
+            count if !has_rest => (count.to_string(), false),
+            _ => return self.ask_opaque(matched, span, no),
+        };
+        let Some(pure) = pure else { return self.ask_opaque(matched, span, no) };
+        let length = Pure { key: format!("{}.len()", pure.key), reads: pure.reads.clone(), whole: None };
+        let id = self.subject(length, None);
+        let about = About { is_turned, ..matched.about.clone() };
+        let (holds, fails) = self.branch_on_subject(id, &[head], true, span, matched.text.clone(), about);
+        let (yes, failed) = if is_turned { (fails, holds) } else { (holds, fails) };
+        self.link(failed, no);
+        self.resume(yes);
     }
 
     fn ask_opaque(&mut self, matched: &Matched, span: Span, no: NodeId) {

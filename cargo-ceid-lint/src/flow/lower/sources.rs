@@ -70,6 +70,26 @@ impl Item {
         }
     }
 
+    /// The same of a slice only; `None` if that cannot be said of it.
+    fn cut(&self, section: &Section) -> Option<Self> {
+        match self {
+            Self::Element(place) => Some(Self::Element(place.slice(section.clone()))),
+            Self::Counter(Some(first)) if section.is_exact => Some(Self::Counter(Some(first + section.from))),
+            Self::Counter(_) => Some(Self::Opaque),
+            Self::Tuple(items) => Some(Self::Tuple(items.iter().map(|item| item.cut(section)).collect::<Option<_>>()?)),
+            Self::Opaque | Self::Drawn(..) => Some(self.clone()),
+            _ => None,
+        }
+    }
+
+    /// Whether it is such a place, or has one in it.
+    fn has_lent(&self) -> bool {
+        match self {
+            Self::Tuple(items) => items.iter().any(Self::has_lent),
+            item => item.is_lent(),
+        }
+    }
+
     /// Whether it is such a place.
     pub(super) fn is_lent(&self) -> bool {
         let mut found = Vec::new();
@@ -84,6 +104,8 @@ pub(super) struct Source {
     pub(super) item: Item,
     pub(super) rounds: Rounds,
     pub(super) passes_over: bool,
+    /// Whether a closure that it begins with leaves some of the elements out.
+    pub(super) leaves_out: bool,
     pub(super) in_order: bool,
     /// Whether it takes what is there from a queue.
     pub(super) drains: bool,
@@ -91,6 +113,8 @@ pub(super) struct Source {
     pub(super) stages: Vec<Stage>,
     /// Whether it is one of several, and which one is not known.
     pub(super) is_choice: bool,
+    /// Whether some of its items were taken before, and which ones are left is not known.
+    pub(super) is_advanced: bool,
     /// The innermost loop in which it was made.
     pub(super) made_in: Option<LoopId>,
     pub(super) text: String,
@@ -112,10 +136,14 @@ pub(super) enum Stage {
     Flatten(ClosureRef),
     Filter(ClosureRef),
     Inspect(ClosureRef),
+    /// As a map, with a state before the item; the first item that is missing ends the iteration.
+    Scan(ClosureRef),
     /// Makes the item from nothing.
     Make(ClosureRef),
     /// Puts the number of the item before it.
     Number,
+    /// Drops some items, whatever they are: what was done to them before is done.
+    Skip,
 }
 
 impl Stage {
@@ -125,8 +153,9 @@ impl Stage {
             | Self::Flatten(closure)
             | Self::Filter(closure)
             | Self::Inspect(closure)
+            | Self::Scan(closure)
             | Self::Make(closure) => Some(closure),
-            Self::Number => None,
+            Self::Number | Self::Skip => None,
         }
     }
 }
@@ -162,6 +191,52 @@ impl Source {
         }
     }
 
+    /// What `skip` or `step_by` leaves of it.
+    pub(super) fn thinned(mut self, method: &str, number: Option<u64>) -> Self {
+        let is_step = method == "step_by";
+        let rounds = match (&self.rounds, number) {
+            (Rounds::Unbounded, _) => Rounds::Unbounded,
+            (Rounds::Constant(all), Some(step)) if is_step && step > 0 => Rounds::Constant(all.div_ceil(step)),
+            (Rounds::Constant(all), Some(skipped)) if !is_step => Rounds::Constant(all.saturating_sub(skipped)),
+            _ => Rounds::Bounded,
+        };
+        self.rounds = rounds;
+        if !self.stages.is_empty() {
+            self.stages.push(Stage::Skip);
+            self.in_order = false;
+            return self;
+        }
+        let is_plain = self.in_order && !self.passes() && !is_step;
+        match self.item.cut(&Section::skipped(number)).filter(|_| is_plain) {
+            Some(item) => self.item = item,
+            None => {
+                self.passes_over |= self.item.has_lent();
+                self.in_order = false;
+                if matches!(self.item, Item::Counter(_)) {
+                    self.item = Item::Opaque;
+                }
+            }
+        }
+        self
+    }
+
+    /// What `take` leaves of it.
+    pub(super) fn headed(mut self, number: Option<u64>) -> Self {
+        if let Item::Element(place) = &self.item
+            && self.in_order
+            && self.stages.is_empty()
+            && !self.passes()
+        {
+            self.item = Item::Element(place.slice(Section::taken(number)));
+        }
+        self
+    }
+
+    /// Whether an item may be passed over.
+    pub(super) fn passes(&self) -> bool {
+        self.passes_over || self.leaves_out
+    }
+
     /// Some of its elements, and which ones is not known.
     pub(super) fn cut_somewhere(self, text: &str) -> Self {
         match &self.item {
@@ -175,10 +250,12 @@ impl Source {
             item: Item::Opaque,
             rounds: Rounds::Bounded,
             passes_over: false,
+            leaves_out: false,
             in_order: true,
             drains: false,
             stages: Vec::new(),
             is_choice: false,
+            is_advanced: false,
             made_in: None,
             text: String::new(),
             reads: Vec::new(),

@@ -169,7 +169,10 @@ impl Builder<'_> {
                 Some(Pure { key: format!("({} {op} {})", left.key, right.key), reads, whole: None })
             }
             // Lending what may be there asks about the same.
-            ExprKind::MethodCall { receiver, method, .. } if lends_payload(method) && self.is_optional(*receiver) => {
+            ExprKind::MethodCall { receiver, method, .. }
+                if lends_payload(method) && self.is_optional(*receiver)
+                    || matches!(method.as_str(), "as_mut_slice" | "as_slice") =>
+            {
                 self.pure(*receiver)
             }
             ExprKind::MethodCall { receiver, method, args, .. } => {
@@ -301,6 +304,10 @@ impl Builder<'_> {
                 | "contains"
                 | "contains_key"
                 | "is_infinite"
+                | "first_mut"
+                | "last_mut"
+                | "split_first_mut"
+                | "split_last_mut"
         );
         match self.typed().callees.get(&id) {
             Some(Callee::Builtin) => known,
