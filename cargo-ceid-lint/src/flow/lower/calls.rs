@@ -463,8 +463,7 @@ impl Builder<'_> {
                 | "ge"
         );
         // What takes a mutable reference may write through it.
-        let reads_only =
-            reads_only && !(matches!(method, "into" | "try_into") && matches!(self.ty(receiver), Ty::Ref(true, _)));
+        let converts = matches!(method, "into" | "try_into") && matches!(self.ty(receiver), Ty::Ref(true, _));
         // What takes a value that is copied leaves the place as it is.
         let reads_only =
             reads_only || matches!(method, "max" | "min" | "clamp") && self.program.index.copies_filter(ty);
@@ -477,7 +476,7 @@ impl Builder<'_> {
         }
         let mut exprs = Vec::new();
         let mut all = Vec::new();
-        if !reads_only && !is_own {
+        if converts || !reads_only && !is_own {
             exprs.push(receiver);
             all.push(value.clone());
         }
