@@ -417,19 +417,6 @@ impl Builder<'_> {
                 && args.iter().all(|arg| !index.holds_filter(arg)))
     }
 
-    /// A place that something unseen may write.
-    pub(super) fn written_unseen(&mut self, place: Place, span: crate::source::Span) {
-        let assignment = crate::flow::Assignment {
-            place,
-            from: None,
-            transfer: Transfer::Move,
-            rebinds: false,
-            head: None,
-            same_as: None,
-        };
-        self.emit(Effect::Write(Box::new(assignment)), span);
-    }
-
     /// A method of a type that is not known, or that the type does not have in the analysed code.
     fn unseen_method(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
         let value = self.expr(receiver);
