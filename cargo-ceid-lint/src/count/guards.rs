@@ -76,7 +76,7 @@ fn defects<'f>(
     let index = program.index;
     let def = index.function(graph.function);
     let info = index.crate_of(def.module);
-    for (number, guard) in (0u32..).zip(&graph.guards).filter(|(_, guard)| guard.destructor.is_none()) {
+    for (number, guard) in (0u32..).zip(&graph.guards).filter(|(_, guard)| !guard.is_destructor) {
         let cycle = guard.in_loop.map(|id| graph.loop_info(id).keyword);
         let mut defect = GuardDefect {
             package: info.package,

@@ -406,8 +406,8 @@ pub struct GuardInfo {
     pub forgotten: Option<(Span, String)>,
     /// The name it is bound to, if it has one.
     pub name: Option<String>,
-    /// Set if it is a value of another type, whose own destructor runs where it ends.
-    pub destructor: Option<FunctionId>,
+    /// Whether it is a value of another type, with destructors that run where it ends.
+    pub is_destructor: bool,
 }
 
 impl ControlFlowGraph {

@@ -57,6 +57,11 @@ impl Index {
                 Ty::Param(_) | Ty::Array(..) | Ty::Slice(_) | Ty::Tuple(_) | Ty::Opaque(_) => {
                     self.impls_of_any.push(id);
                 }
+                Ty::Ref(mutable, inner) => {
+                    if let Ty::Adt(ty, _) = **inner {
+                        self.impls_of_reference.entry((*mutable, ty)).or_default().push(id);
+                    }
+                }
                 // No other type is looked for by its impls, and libraries of mathematics have thousands of these.
                 _ => {}
             }
@@ -93,6 +98,10 @@ impl Index {
         let mut impls = match ty {
             Ty::Adt(id, _) => self.impls_of_type.get(id).cloned().unwrap_or_default(),
             Ty::External(path, _) => self.impls_of_external.get(path).cloned().unwrap_or_default(),
+            Ty::Ref(mutable, inner) => match **inner {
+                Ty::Adt(id, _) => self.impls_of_reference.get(&(*mutable, id)).cloned().unwrap_or_default(),
+                _ => Vec::new(),
+            },
             _ => Vec::new(),
         };
         impls.extend(self.impls_of_any.iter().filter(|id| self.blanket_holds(**id, ty)));

@@ -87,6 +87,7 @@ pub struct Index {
     pub opaque_items: Vec<(ModuleId, OpaqueMacro)>,
     impls_of_type: HashMap<TypeId, Vec<ImplId>>,
     impls_of_external: HashMap<String, Vec<ImplId>>,
+    impls_of_reference: HashMap<(bool, TypeId), Vec<ImplId>>,
     traits_of_type: HashMap<TypeId, HashSet<TraitName>>,
     traits_of_external: HashMap<String, HashSet<TraitName>>,
     /// The impls that can cover several types.

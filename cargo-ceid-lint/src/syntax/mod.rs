@@ -29,6 +29,7 @@ use crate::source::{FileId, FileSet, MemorySource, SourceMap};
 pub use depth::{Excess, MAX_LINKS, MAX_NESTING, TooDeep, check_depth};
 pub use directives::{CycleDirective, Directive, DirectiveKind, Directives, NearMiss, Site, Suppression};
 pub(crate) use lex::{Lexer, Token, TokenKind};
+pub use macros::spelled;
 use modules::Loader;
 pub use outline::{Enclosure, Outline};
 use tree::{Attribute, Item};

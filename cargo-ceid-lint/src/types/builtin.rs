@@ -153,6 +153,18 @@ pub(super) fn iterator(item: Ty) -> Ty {
     Ty::std("std::iter::Iterator", vec![item])
 }
 
+/// What a function of `Rc` or `Arc` gives that is called by its path; `None` if it is not known.
+pub(super) fn handle_function(handle: &Ty, name: &str) -> Option<Ty> {
+    let Ty::External(path, params) = handle else { return None };
+    let inner = arg(params, 0);
+    match name {
+        "downgrade" => path.rsplit_once("::").map(|(module, _)| Ty::std(&format!("{module}::Weak"), params.clone())),
+        "make_mut" => Some(reference(inner)),
+        "get_mut" => Some(option(reference(inner))),
+        _ => None,
+    }
+}
+
 fn option(inner: Ty) -> Ty {
     Ty::std("std::option::Option", vec![inner])
 }
@@ -222,6 +234,14 @@ pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&
                 }
                 "Entry" => matches!(method, "or_insert" | "or_insert_with" | "or_default" | "or_insert_with_key")
                     .then(|| reference(inner)),
+                "Weak" => match method {
+                    "upgrade" => {
+                        let handle = if path.starts_with("std::sync::") { "std::sync::Arc" } else { "std::rc::Rc" };
+                        Some(option(Ty::std(handle, params.clone())))
+                    }
+                    "clone" => Some(receiver.clone()),
+                    _ => None,
+                },
                 "Pin" => matches!(method, "as_mut" | "get_mut" | "as_ref" | "get_unchecked_mut" | "into_inner")
                     .then(|| reference(inner)),
                 "Box" | "Rc" | "Arc" => match method {

@@ -397,6 +397,12 @@ impl Infer<'_> {
             return made;
         }
         let last = path.rsplit("::").next().unwrap_or("");
+        if let ("Rc" | "Arc", Some(of)) = (path.rsplit("::").next().unwrap_or(""), given.first()) {
+            let of = self.variables.resolve(of);
+            if let Some(made) = builtin::handle_function(of.peel(), name) {
+                return made;
+            }
+        }
         if name == "clone" {
             return given.first().map_or(Ty::Unknown, |first| first.peel().clone());
         }

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use super::unify::Variables;
 use super::{Callee, Local, LocalId, TypedBody};
 use crate::index::{BodyOwner, FunctionDef, Index, ModuleId, Owner, Ty, TyScope};
+use crate::syntax::spelled;
 use crate::syntax::tree::{Body, ExprId, PatId, Receiver};
 
 /// The state of the walk.
@@ -143,7 +144,7 @@ impl Infer<'_> {
             let id = LocalId(u32::try_from(self.typed.locals.len()).expect("fewer than 2^32 variables"));
             let span = self.body.pat(pat).span;
             let ty = self.variables.fresh();
-            self.typed.locals.push(Local { name: name.to_owned(), ty, span, by_ref });
+            self.typed.locals.push(Local { name: spelled(name).to_owned(), ty, span, by_ref });
             self.typed.pat_local.insert(pat, id);
             id
         });

@@ -74,7 +74,7 @@ impl Builder<'_> {
         let place = value.place.as_ref().filter(|place| value.is_owned && place.steps.is_empty())?;
         let var = place.base_var()?;
         let id = self.guards_of.get(&var).copied()?;
-        let may_be = self.has_guard(&self.graph.var(var).ty, 0);
+        let may_be = self.graph.guards[id.0 as usize].is_destructor || self.has_guard(&self.graph.var(var).ty, 0);
         may_be.then_some(id)
     }
 

@@ -108,8 +108,14 @@ impl Builder<'_> {
                 self.iterator_value(source)
             }
             "unwrap" | "expect" | "unwrap_unchecked" => {
+                for arg in args {
+                    self.expr(*arg);
+                }
                 self.assume_present(value, receiver, span);
-                Value { head: None, same_as: None, ..value.clone() }
+                self.copied_out(id, receiver, Value { head: None, same_as: None, ..value.clone() })
+            }
+            "upgrade" if args.is_empty() && self.is_shared_handle(receiver) => {
+                Value { is_owned: false, head: None, same_as: None, ..value.clone() }
             }
             "as_mut" | "as_ref" | "as_deref_mut" | "as_deref" | "as_pin_mut" | "iter_mut" | "iter" | "as_mut_slice"
             | "as_slice" | "borrow_mut" | "borrow" | "try_borrow_mut" | "by_ref" | "deref_mut" | "deref"
@@ -134,10 +140,13 @@ impl Builder<'_> {
                 }
                 Value { closure: None, iterator: None, ..value.clone() }
             }
-            // What a `Cell` gives is a copy that is put back with `set`.
+            // What a `Cell` gives is a copy, and may be put back with `set`.
             "get" if args.is_empty() && self.is_cell(receiver) => {
-                Value { is_owned: false, head: None, same_as: None, ..value.clone() }
+                let is_copy = self.program.index.copies_filter(self.ty(id));
+                let content = Value { is_owned: is_copy, head: None, same_as: None, ..value.clone() };
+                if is_copy { self.copy_of(&content, self.ty(id).clone(), span) } else { content }
             }
+            "replace" if args.len() == 1 && self.is_cell(receiver) => self.replace_content(id, value, args),
             "set" if args.len() == 1 && self.is_cell(receiver) => {
                 let given = self.expr(args[0]);
                 self.write_whole(value, &given, span);
@@ -185,7 +194,7 @@ impl Builder<'_> {
                         this.inline_closure(closure, &[Value::default()], span);
                     });
                 }
-                Value { head: None, same_as: None, ..value.clone() }
+                self.copied_out(id, receiver, Value { head: None, same_as: None, ..value.clone() })
             }
             "map" | "and_then" | "map_or" | "is_some_and" | "is_ok_and" | "is_none_or" | "map_or_else" | "inspect"
             | "filter"
@@ -337,7 +346,7 @@ impl Builder<'_> {
 
     /// Whether a value is a handle whose clones share one instance.
     pub(super) fn is_shared_handle(&self, id: ExprId) -> bool {
-        matches!(self.ty(id).peel().external_name(), Some("Rc" | "Arc"))
+        matches!(self.ty(id).peel().external_name(), Some("Rc" | "Arc" | "Weak"))
     }
 
     /// A path on which the value is absent ends here.

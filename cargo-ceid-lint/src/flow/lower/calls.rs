@@ -128,8 +128,12 @@ impl Builder<'_> {
             Some(Callee::Resolved(resolved)) => {
                 let resolved = resolved.clone();
                 let value = self.expr(receiver);
+                self.drop_lent(&resolved.targets, receiver, &value);
                 let place = value.place.map(|place| {
-                    resolved.derefs.iter().fold(place, |place, through| self.through_deref(&place, *through))
+                    resolved
+                        .derefs
+                        .iter()
+                        .fold(place, |place, through| self.dereferenced(place, *through, self.span(id)))
                 });
                 let mut values = vec![Value { place, ..value }];
                 values.extend(self.values(args));
@@ -157,6 +161,8 @@ impl Builder<'_> {
             return Value::default();
         }
         let span = self.span(id);
+        let coerced = self.coerced(&resolved.targets, exprs, values);
+        let values = coerced.as_deref().unwrap_or(values);
         let self_place = values.first().filter(|_| resolved.has_receiver).and_then(|value| value.place.clone());
         if let Some((spec, group)) = self.law_of(resolved) {
             let law = Law { spec, group, targets: &resolved.targets, has_receiver: resolved.has_receiver };
@@ -219,6 +225,7 @@ impl Builder<'_> {
         }
         let result = self.emit_call(id, &resolved.targets, exprs, values, None);
         self.give_away(id, &resolved.targets, exprs, values);
+        self.give_destructors(&resolved.targets, exprs, values, span);
         if self.never_returns(id) {
             self.diverge(span);
             return Value::default();
@@ -412,19 +419,6 @@ impl Builder<'_> {
                 && args.iter().all(|arg| !index.holds_filter(arg)))
     }
 
-    /// A place that something unseen may write.
-    pub(super) fn written_unseen(&mut self, place: Place, span: crate::source::Span) {
-        let assignment = crate::flow::Assignment {
-            place,
-            from: None,
-            transfer: Transfer::Move,
-            rebinds: false,
-            head: None,
-            same_as: None,
-        };
-        self.emit(Effect::Write(Box::new(assignment)), span);
-    }
-
     /// A method of a type that is not known, or that the type does not have in the analysed code.
     fn unseen_method(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
         let value = self.expr(receiver);
@@ -457,6 +451,8 @@ impl Builder<'_> {
                 | "gt"
                 | "ge"
         );
+        // What takes a mutable reference may write through it.
+        let converts = matches!(method, "into" | "try_into") && matches!(self.ty(receiver), Ty::Ref(true, _));
         // What takes a value that is copied leaves the place as it is.
         let reads_only =
             reads_only || matches!(method, "max" | "min" | "clamp") && self.program.index.copies_filter(ty);
@@ -470,7 +466,7 @@ impl Builder<'_> {
         }
         let mut exprs = Vec::new();
         let mut all = Vec::new();
-        if !reads_only && !is_own {
+        if converts || !reads_only && !is_own {
             exprs.push(receiver);
             all.push(value.clone());
         }

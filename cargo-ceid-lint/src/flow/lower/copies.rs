@@ -62,6 +62,27 @@ impl Builder<'_> {
         Value { place: Some(Place::var(copy)), is_owned: true, ..Value::default() }
     }
 
+    /// What is taken out of a wrapper that stays where it is: another instance, if the type is copied.
+    pub(super) fn copied_out(&mut self, id: ExprId, wrapper: ExprId, content: Value) -> Value {
+        let ty = self.ty(id).clone();
+        let is_place = matches!(
+            self.body().expr(wrapper).kind,
+            ExprKind::Path(_) | ExprKind::Field { .. } | ExprKind::Index { .. } | ExprKind::Deref(_)
+        );
+        if !is_place || content.place.is_none() || self.at.is_none() || self.transfer(&content, &ty) != Transfer::Copy {
+            return content;
+        }
+        self.copy_used(&content, ty, self.span(id))
+    }
+
+    /// Another instance with the state of one that is read for it.
+    pub(super) fn copy_used(&mut self, value: &Value, ty: Ty, span: Span) -> Value {
+        if let (Some(place), true) = (value.place.clone(), self.at.is_some()) {
+            self.emit(Effect::Use { place }, span);
+        }
+        self.copy_of(value, ty, span)
+    }
+
     /// The copies that a `move` closure takes of what it names: it goes on with them from call to call.
     pub(super) fn copy_captured(&mut self, closure: ClosureRef, span: Span) {
         let body = self.body();

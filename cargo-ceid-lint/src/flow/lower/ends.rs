@@ -11,11 +11,10 @@ impl Builder<'_> {
     pub(super) fn discard(&mut self, expr: ExprId, value: &Value, span: Span) {
         self.note_dropped_state(value);
         if self.at.is_some()
-            && !self.is_bound(value)
-            && let (Some(destructor), Some(place)) = (self.destructor(self.ty(expr)), value.place.clone())
-            && value.is_owned
+            && (self.destroyed_by(value).is_none() || value.leaves_by.is_some())
+            && !self.is_guard(expr)
         {
-            return self.destroy(destructor, place, span);
+            return self.drop_now(expr, value, span);
         }
         if self.at.is_some() && self.is_guard(expr) && !self.is_bound(value) {
             self.mark_dropped(expr, value, span, "it is never bound to a name");
@@ -26,8 +25,9 @@ impl Builder<'_> {
     pub(super) fn discard_wild(&mut self, expr: ExprId, value: &Value, span: Span) {
         self.note_dropped_state(value);
         if self.at.is_some() && self.is_guard(expr) && !self.is_bound(value) {
-            self.mark_dropped(expr, value, span, "`let _` drops it at once");
+            return self.mark_dropped(expr, value, span, "`let _` drops it at once");
         }
+        self.drop_unnamed(expr, value);
     }
 
     /// A state that a law gave back is dropped by the statement that runs the law.
@@ -86,6 +86,9 @@ impl Builder<'_> {
             return;
         }
         let span = self.span(call);
+        if !self.is_guard(expr) {
+            return self.drop_now(expr, value, span);
+        }
         if !self.frames[self.frame].last.contains(&call) {
             return self.mark_dropped(expr, value, span, how);
         }
@@ -99,13 +102,11 @@ impl Builder<'_> {
         if self.at.is_none() {
             return;
         }
-        let Some(guard) = self.guard_of(expr, value) else { return };
-        let info = &mut self.graph.guards[guard.0 as usize];
-        info.forgotten = Some((span, how.to_owned()));
-        if info.destructor.is_some() {
-            self.ended.insert(guard);
-            return;
+        if let Some(guard) = self.destroyed_by(value) {
+            return self.release(guard, span);
         }
+        let Some(guard) = self.guard_of(expr, value) else { return };
+        self.graph.guards[guard.0 as usize].forgotten = Some((span, how.to_owned()));
         // What it holds is not reached by it any more on this way.
         self.let_go(guard, span);
         self.end_now(guard, span);

@@ -223,7 +223,7 @@ impl Builder<'_> {
         let failed = Value { head: Some("-".to_owned()), ..Value::default() };
         self.return_value(failed, mark, false);
         self.resume(good);
-        Value { place: value.place, is_owned: value.is_owned, ..Value::default() }
+        self.copied_out(id, inner, Value { place: value.place, is_owned: value.is_owned, ..Value::default() })
     }
 
     /// Nothing follows.

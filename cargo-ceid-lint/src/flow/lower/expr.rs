@@ -35,7 +35,8 @@ impl Builder<'_> {
             ExprKind::MethodCall { receiver, method, args, .. } => self.method_expr(id, *receiver, method, args),
             ExprKind::Field { base, name } => {
                 let value = self.expr(*base);
-                let place = value.place.map(|place| self.field_place(*base, &place, name));
+                self.drop_unnamed(*base, &value);
+                let place = value.place.map(|place| self.read_field(*base, place, name));
                 if let Some(place) = &place
                     && self.may_hold_filter(self.ty(*base))
                 {
@@ -49,6 +50,7 @@ impl Builder<'_> {
             ExprKind::Reference { raw, mutable, value } => {
                 let inner = *value;
                 let value = self.expr(inner);
+                self.drop_unnamed(inner, &value);
                 if *mutable && !self.frames[self.frame].passed.contains(&id) {
                     self.note_lent(inner);
                 }
@@ -190,12 +192,12 @@ impl Builder<'_> {
     }
 
     /// What `*expr` names: the same place, through the `Deref` impl of a newtype.
-    fn deref_place(&self, inner: ExprId, place: Place) -> Place {
+    fn deref_place(&mut self, inner: ExprId, place: Place) -> Place {
         let ty = self.ty(inner);
         if matches!(ty, Ty::Adt(..))
             && let Some(through) = self.deref_function(ty)
         {
-            return self.through_deref(&place, through);
+            return self.dereferenced(place, through, self.span(inner));
         }
         place
     }

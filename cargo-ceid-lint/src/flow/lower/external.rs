@@ -97,7 +97,17 @@ impl Builder<'_> {
         let wraps = crate::types::is_transparent(owner)
             && matches!(
                 last,
-                "new" | "pin" | "from" | "clone" | "const_new" | "new_unchecked" | "init" | "as_mut" | "get_mut"
+                "new"
+                    | "pin"
+                    | "from"
+                    | "clone"
+                    | "const_new"
+                    | "new_unchecked"
+                    | "init"
+                    | "as_mut"
+                    | "get_mut"
+                    | "make_mut"
+                    | "downgrade"
             );
         if wraps
             || matches!(
@@ -205,16 +215,29 @@ impl Builder<'_> {
     /// `mem::replace(&mut a, new)`, `mem::take(&mut a)`: a new value.
     fn replace(&mut self, id: ExprId, args: &[ExprId]) -> Value {
         let values = self.values(args);
+        let Some((content, new)) = values.split_first() else { return Value::default() };
+        self.replace_by(id, content, args.get(1).copied(), new.first())
+    }
+
+    /// `cell.replace(new)`
+    pub(super) fn replace_content(&mut self, id: ExprId, content: &Value, args: &[ExprId]) -> Value {
+        let values = self.values(args);
+        self.replace_by(id, content, args.first().copied(), values.first())
+    }
+
+    fn replace_by(&mut self, id: ExprId, content: &Value, given: Option<ExprId>, new: Option<&Value>) -> Value {
         let span = self.span(id);
-        let Some(place) = values.first().and_then(|value| value.place.clone()) else { return Value::default() };
-        self.put_away(id, &place, &args[1..], &values[1..]);
+        let Some(place) = content.place.clone() else { return Value::default() };
+        if let (Some(given), Some(new)) = (given, new) {
+            self.put_away(id, &place, &[given], std::slice::from_ref(new));
+        }
         // What was there has another name now, and may come back; the place holds a new instance.
         let taken = self.temporary(self.ty(id).clone(), span);
         let is_truth = *self.ty(id) == Ty::Bool;
-        let same_as = values.first().and_then(|value| value.same_as).filter(|_| is_truth);
+        let same_as = content.same_as.filter(|_| is_truth);
         // What is put back where it was is the same instance all the time.
         let mut is_put_back = self.is_put_back(id, &place);
-        if is_put_back && args.first().is_some_and(|arg| self.has_several_homes(self.ty(*arg).peel())) {
+        if is_put_back && self.has_several_homes(self.ty(id)) {
             // It may come back as another variant, and a filter of one may be that of another from then on.
             let cause = Cause::Code("a state that is taken out and put back".to_owned());
             self.emit(Effect::Unknown { places: vec![place.clone()], cause }, span);
@@ -225,7 +248,7 @@ impl Builder<'_> {
         self.set(taken, &old, span);
         self.note_copied_part(taken, &old);
         let taken_out = Value { head: is_truth.then(|| "false".to_owned()), ..Value::default() };
-        let new = values.get(1).cloned().unwrap_or(taken_out);
+        let new = new.cloned().unwrap_or(taken_out);
         let writes = crate::flow::Assignment {
             place: place.clone(),
             from: new.place,
@@ -235,8 +258,8 @@ impl Builder<'_> {
             same_as: None,
         };
         self.emit(Effect::Write(Box::new(writes)), span);
-        if let Some(given) = args.get(1) {
-            self.note_given(&place, *given);
+        if let Some(given) = given {
+            self.note_given(&place, given);
         }
         let same_as = (is_truth || is_put_back).then_some(taken);
         Value { place: Some(Place::var(taken)), is_owned: true, same_as, ..Value::default() }

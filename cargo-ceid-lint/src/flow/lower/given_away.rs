@@ -18,7 +18,8 @@ impl Builder<'_> {
         for (number, (expr, value)) in exprs.iter().zip(values).enumerate() {
             let is_lent = || self.is_receiver(id, *expr) && !self.takes_receiver(targets);
             // What a function drops takes long to find out, and few values are guards.
-            if !self.goes_by_value(*expr, value) || is_lent() {
+            let drops_itself = || !targets.is_empty() && self.destroyed_by(value).is_some();
+            if !self.goes_by_value(*expr, value) || is_lent() || drops_itself() {
                 continue;
             }
             if !targets.is_empty() && targets.iter().all(|target| self.drops(*target, number, 0)) {
@@ -34,11 +35,15 @@ impl Builder<'_> {
     /// cycle.
     pub(super) fn put_away(&mut self, id: ExprId, owner: &Place, exprs: &[ExprId], values: &[Value]) {
         for (expr, value) in exprs.iter().zip(values) {
-            let Some(guard) = self.moved_guard(value) else { continue };
+            let Some(guard) = self.moved_guard(value) else {
+                self.keep_destructor(*expr, value);
+                continue;
+            };
             let in_loop = self.graph.guards[guard.0 as usize].in_loop;
             let ends_with_it =
                 |base: Var| self.graph.var(base).in_loop == in_loop && self.graph.var(base).param.is_none();
-            if !owner.base_var().is_some_and(ends_with_it) {
+            let is_destructor = self.graph.guards[guard.0 as usize].is_destructor;
+            if is_destructor || !owner.base_var().is_some_and(ends_with_it) {
                 self.lose_guard(id, *expr, value);
             }
         }
@@ -74,6 +79,9 @@ impl Builder<'_> {
         let places = self.graph.guards[guard.0 as usize].holds.iter().copied().map(Place::var).collect();
         let cause = Cause::Code("where its guard goes".to_owned());
         self.emit(Effect::Unknown { places, cause }, span);
+        if self.graph.guards[guard.0 as usize].is_destructor {
+            return self.release(guard, span);
+        }
         self.let_go(guard, span);
         self.end_now(guard, span);
     }

@@ -2,8 +2,8 @@
 
 use super::made::Made;
 use super::{Builder, Value};
-use crate::flow::{Argument, CallSite, Effect, GuardId, GuardInfo, IndexKey, Place, RunBy, Update, Var};
-use crate::index::{FunctionId, Ty, is_guard_type};
+use crate::flow::{Effect, GuardId, GuardInfo, IndexKey, Place, RunBy, Update, Var};
+use crate::index::{Ty, is_guard_type};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
 use crate::types::Callee;
@@ -68,7 +68,7 @@ impl Builder<'_> {
             dropped: None,
             forgotten: None,
             name: None,
-            destructor: None,
+            is_destructor: false,
         });
         id
     }
@@ -82,48 +82,6 @@ impl Builder<'_> {
         if let Some(scope) = self.scopes.get_mut(scope) {
             scope.guards.push(id);
         }
-    }
-
-    /// The destructor of a type of the analysed code that may hold filters or references to them.
-    pub(super) fn destructor(&self, ty: &Ty) -> Option<FunctionId> {
-        let index = self.program.index;
-        if !matches!(ty, Ty::Adt(..)) || !self.may_hold_filter(ty) || index.guard_spec(ty).is_some() {
-            return None;
-        }
-        let owners = index.methods(ty, "drop");
-        let of_drop = owners.iter().find(|owner| owner.of_trait().is_some_and(|name| index.trait_text(name) == "Drop"));
-        of_drop?.function()
-    }
-
-    /// A value whose own destructor runs where its scope ends.
-    pub(super) fn bind_destructor(&mut self, var: Var, value: &Value, span: Span) {
-        let Some(destructor) = self.destructor(&self.graph.var(var).ty.clone()) else { return };
-        if !value.is_owned {
-            return;
-        }
-        let id = self.add_guard(span, vec![var], Vec::new(), Vec::new());
-        self.graph.guards[id.0 as usize].destructor = Some(destructor);
-        self.guards_of.insert(var, id);
-        self.start_guard(id, self.innermost(), span);
-    }
-
-    /// Runs a destructor.
-    pub(super) fn destroy(&mut self, destructor: FunctionId, place: Place, span: Span) {
-        let result = self.temporary(Ty::Tuple(Vec::new()), span);
-        let site = CallSite {
-            hands: None,
-            targets: vec![destructor],
-            args: vec![Argument { place: Some(place), ..Argument::default() }],
-            result,
-            types: Vec::new(),
-            text: "drop".to_owned(),
-            law_of: None,
-            is_dispatched: false,
-            fed: Vec::new(),
-            into: Vec::new(),
-            from: crate::flow::Computed::default(),
-        };
-        self.emit(Effect::Call(Box::new(site)), span);
     }
 
     /// The end of a scope: guards that are still alive end.
@@ -391,11 +349,8 @@ impl Builder<'_> {
     /// The end of a guard: what it holds is updated.
     pub(super) fn end_guard(&mut self, guard: GuardId, span: Span) {
         let info = &self.graph.guards[guard.0 as usize];
-        if let Some(destructor) = info.destructor {
-            for var in info.holds.clone() {
-                self.destroy(destructor, Place::var(var), span);
-            }
-            return;
+        if info.is_destructor {
+            return self.destroy_held(guard, span);
         }
         for place in info.updates.clone() {
             let update = Update {

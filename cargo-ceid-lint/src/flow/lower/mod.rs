@@ -14,6 +14,8 @@ mod conditions;
 mod constants;
 mod copies;
 mod debug_only;
+mod derefs;
+mod destructors;
 mod ends;
 mod exits;
 mod expr;
@@ -288,6 +290,7 @@ impl<'a> Builder<'a> {
             }
         }
         self.open_block();
+        self.bind_parameters(function, span);
         let value = self.expr(body.root);
         let returned = self.moved_guard(&value);
         self.close_block_without(returned, span);

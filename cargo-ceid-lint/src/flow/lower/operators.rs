@@ -1,7 +1,7 @@
 //! Operators of the analysed code: `filter + 1.0` runs what its impl says.
 
 use super::{Builder, Value};
-use crate::index::{FunctionId, TraitName};
+use crate::index::{FunctionId, TraitName, Ty};
 use crate::syntax::tree::ExprId;
 use crate::types::Resolved;
 
@@ -15,13 +15,15 @@ impl Builder<'_> {
         values: &[Value],
     ) -> Option<Value> {
         let (of_trait, method) = operator(op, operands.len())?;
-        let self_ty = self.ty(*operands.first()?).peel().clone();
+        let written = self.ty(*operands.first()?).clone();
+        let self_ty = written.peel().clone();
         if !self.program.index.holds_filter(&self_ty) || self.at.is_none() {
             return None;
         }
         let index = self.program.index;
         let is_operator = |name: &TraitName| matches!(name, TraitName::External(path) if path.ends_with(of_trait));
-        let own = index.methods(&self_ty, method).into_iter();
+        let of_reference = Some(&written).filter(|ty| matches!(ty, Ty::Ref(..)));
+        let own = of_reference.into_iter().chain([&self_ty]).flat_map(|ty| index.methods(ty, method));
         let own = own.filter(|owner| owner.of_trait().is_some_and(is_operator));
         let targets: Vec<FunctionId> = own.filter_map(|owner| owner.function()).collect();
         let gives_filter = |target: &FunctionId| {

@@ -476,7 +476,12 @@ impl Builder<'_> {
                     self.bind_pattern(*sub, value);
                 }
             }
-            PatKind::Reference(inner) => self.bind_pattern(*inner, value),
+            // What is taken from behind a reference is a copy.
+            PatKind::Reference(inner) => {
+                let ty = self.bound_ty(*inner);
+                let copy = self.program.index.copies_filter(&ty).then(|| self.copy_used(value, ty, span));
+                self.bind_pattern(*inner, copy.as_ref().unwrap_or(value));
+            }
             PatKind::Tuple(pats) => {
                 let rest = pats.iter().position(|pat| matches!(body.pat(*pat).kind, PatKind::Rest));
                 for (number, inner) in pats.iter().enumerate() {
@@ -552,6 +557,12 @@ impl Builder<'_> {
             let place = value.place.as_ref().map(|place| place.element(key));
             self.bind_pattern(*inner, &Value { place, is_owned: value.is_owned, ..Value::default() });
         }
+    }
+
+    /// The type of the name that a pattern is.
+    fn bound_ty(&self, pat: PatId) -> crate::index::Ty {
+        let local = self.typed().pat_local.get(&pat);
+        local.map_or(crate::index::Ty::Unknown, |local| self.typed().local(*local).ty.clone())
     }
 
     fn bind_part(&mut self, pat: PatId, value: &Value, name: &str) {

@@ -1,9 +1,7 @@
 //! Expressions that are places: variables, fields, elements, through references, pointers, options and locks.
 
-use std::sync::Arc;
-
 use super::{Builder, Value};
-use crate::flow::{Cause, Effect, IndexKey, Place, Projection, Section, Transfer, Var};
+use crate::flow::{Cause, Effect, IndexKey, Place, Section, Transfer, Var};
 use crate::index::{Def, FunctionId, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, Literal, Path};
 
@@ -40,55 +38,6 @@ impl Builder<'_> {
             }
             _ => None,
         }
-    }
-
-    /// A field of a place, through the `Deref` impls of newtypes.
-    pub(super) fn field_place(&self, base: ExprId, place: &Place, name: &str) -> Place {
-        let mut ty = self.ty(base).peel().clone();
-        let mut place = place.clone();
-        for _ in 0..4 {
-            match &ty {
-                Ty::External(_, args) if !args.is_empty() => ty = args[0].peel().clone(),
-                Ty::Adt(..) if self.program.index.field_ty(&ty, None, name).is_none() => {
-                    let Some((target, through)) = self.deref_target(&ty) else { break };
-                    place = self.through_deref(&place, through);
-                    ty = target.peel().clone();
-                }
-                _ => break,
-            }
-        }
-        place.field(name)
-    }
-
-    fn deref_target(&self, ty: &Ty) -> Option<(Ty, FunctionId)> {
-        let index = self.program.index;
-        let target = index.project(ty, "Target");
-        let through =
-            index.methods(ty, "deref_mut").into_iter().chain(index.methods(ty, "deref")).next()?.function()?;
-        (target != Ty::Unknown).then_some((target, through))
-    }
-
-    /// The place that a `deref` or `deref_mut` of the analysed code hands out: the field its body names.
-    pub(super) fn through_deref(&self, place: &Place, function: FunctionId) -> Place {
-        let Some(body) = &self.program.index.function(function).function.body else { return place.clone() };
-        let mut id = body.root;
-        let mut steps = Vec::new();
-        loop {
-            match &body.expr(id).kind {
-                ExprKind::Block(block) if block.stmts.is_empty() => match block.tail {
-                    Some(tail) => id = tail,
-                    None => break,
-                },
-                ExprKind::Reference { value, .. } | ExprKind::Deref(value) => id = *value,
-                ExprKind::Field { base, name } => {
-                    steps.push(Projection::Field(Arc::from(name.as_str())));
-                    id = *base;
-                }
-                _ => break,
-            }
-        }
-        steps.reverse();
-        place.join(&steps)
     }
 
     /// Which element an index names; `None` for a range, which names the whole.

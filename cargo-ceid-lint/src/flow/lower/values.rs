@@ -1,7 +1,7 @@
 //! Blocks, statements, and values that come from several branches.
 
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Effect, NodeId, Place, Var};
+use crate::flow::{Assignment, Effect, NodeId, Place, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{Block, BlockKind, CfgKey, ExprId, PatKind, Stmt, StmtKind};
@@ -66,6 +66,13 @@ impl Builder<'_> {
             self.keep_closure(&Value { closure: Some(closure), ..Value::default() }, span);
         }
         None
+    }
+
+    /// A place that something unseen may write.
+    pub(super) fn written_unseen(&mut self, place: Place, span: Span) {
+        let assignment =
+            Assignment { place, from: None, transfer: Transfer::Move, rebinds: false, head: None, same_as: None };
+        self.emit(Effect::Write(Box::new(assignment)), span);
     }
 
     pub(super) fn block(&mut self, id: ExprId, block: &Block) -> Value {

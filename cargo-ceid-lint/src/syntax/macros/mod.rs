@@ -17,6 +17,7 @@ use super::text::{captures, mentions};
 use super::tree::{ExprId, ExprKind, Item, Literal, MacroExpr, MacroKind, OpaqueMacro, Path};
 use crate::source::Span;
 pub(super) use cfg_if::CfgBranch;
+pub use expand::spelled;
 pub(super) use expand::{OwnMacros, Progress};
 
 /// Crates whose macros are known by their path: `tracing::info!`.

@@ -10,7 +10,13 @@ fn check(rules: &str, code: &str, expected: &str) {
     let text = format!("macro_rules! m {{ {rules} }} fn f() {{ {code} }}");
     let items = parse_ok(&text);
     let body = show::body_of_f(&items);
-    assert_eq!(show::Show { body }.expr(body.root), format!("{{{expected}}}"), "{text}");
+    let shown = show::Show { body }.expr(body.root);
+    // A rule's own variables are marked, and numbered by their call.
+    let mut parts = shown.split('\u{2b9}');
+    let first = parts.next().unwrap_or_default().to_owned();
+    let unnumbered = parts
+        .fold(first, |all, part| format!("{all}'{}", part.trim_start_matches(|digit: char| digit.is_ascii_digit())));
+    assert_eq!(unnumbered, format!("{{{expected}}}"), "{text}");
 }
 
 #[test]
@@ -44,7 +50,7 @@ fn an_expression_stays_one() {
 fn types_and_paths() {
     check("($a:ty) => { $a::new() }", "m!(A)", "A::new()");
     check("($a:ty) => { $a::new() }", "m!(A<B>)", "<A<B>>::new()");
-    check("($a:ty) => { let x: $a; }", "m!(&mut [A; 3]);", "{let x:&mut [A;3];};");
+    check("($a:ty) => { let x: $a; }", "m!(&mut [A; 3]);", "{let x':&mut [A;3];};");
     check("($a:path) => { $a(1) }", "m!(b::c)", "b::c(1)");
 }
 
@@ -125,9 +131,12 @@ fn wrong_rules_and_code_stay_opaque() {
 
 #[test]
 fn variables_of_a_macro_stay_in_it() {
-    check("($a:expr) => { let x = $a; x.up() }", "m!(y); x", "{let x=y;x.up()};x");
+    check("($a:expr) => { let x = $a; x.up() }", "m!(y); x", "{let x'=y;x'.up()};x");
+    check("($a:expr) => { let x = 1; $a.up(x) }", "m!(x)", "{let x'=1;x.up(x')}");
+    check("($a:expr) => { for x in r { $a.x(x) } }", "m!(x)", "for x' in r {x.x(x')}");
+    check("($a:expr) => { let x = $a; S { x, y: x } }", "m!(x)", "{let x=x;S{x:x, y:x}}");
     check("($a:ident) => { let $a = new(); }", "m!(x); x", "let x=new();x");
-    check("($a:ident) => { let x = 1; $a.up(x); }", "let y = m!(y);", "let y={let x=1;y.up(x);};");
+    check("($a:ident) => { let x = 1; $a.up(x); }", "let y = m!(y);", "let y={let x'=1;y.up(x');};");
 }
 
 #[test]
@@ -173,7 +182,7 @@ fn computed_indices_of_a_macro_stay_opaque() {
     check("($i:expr) => { a[$i].up() }", "m!(i + 1)", "a[(i+1)].up()");
     check("($i:expr) => { a[$i + 1].up() }", "m!(i)", "m!opaque(i)");
     check("($i:expr, $j:expr) => { a[$i + $j].up() }", "m!(i, j)", "m!opaque(i j)");
-    check("($i:expr) => { let k = $i + 1; a[k].up() }", "m!(i)", "{let k=(i+1);a[k].up()}");
+    check("($i:expr) => { let k = $i + 1; a[k].up() }", "m!(i)", "{let k'=(i+1);a[k'].up()}");
 }
 
 /// Arguments keep their places, and what the macro adds stands where it is called.

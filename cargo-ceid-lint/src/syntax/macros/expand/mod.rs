@@ -2,13 +2,15 @@
 //! stays opaque.
 //!
 //! The tokens of a call's arguments keep their places, and all others get that of the call: that is where somebody can act,
-//! and a macro may be defined in another file. Names are not renamed: what a macro declares for itself stays within the block
-//! that its code becomes.
+//! and a macro may be defined in another file. A variable that a rule declares for itself gets a name that no argument has.
 
 mod code;
+mod hygiene;
 mod matcher;
 mod rules;
 mod transcribe;
+
+pub use hygiene::spelled;
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};

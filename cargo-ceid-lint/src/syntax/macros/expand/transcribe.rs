@@ -1,10 +1,11 @@
 //! Writes down what a rule stands for. Never gives a token a place outside the call: the tokens of its arguments keep
 //! theirs, and all others get that of the call.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use proc_macro2::{Delimiter, Group, Ident, Punct, Spacing, Span, TokenStream, TokenTree};
 
+use super::hygiene::{marked, own_variables};
 use super::matcher::{Binding, Bindings};
 use super::rules::{Fragment, Node, Repeat, is_punct};
 
@@ -13,7 +14,7 @@ type Scope<'b> = BTreeMap<&'b str, &'b Binding>;
 
 /// The tokens of the transcriber; `None` if it is wrong or gives more than `limit`.
 pub(super) fn transcribe(nodes: &[Node], bindings: &Bindings, call: Span, limit: usize) -> Option<TokenStream> {
-    let mut writer = Writer { call, left: limit };
+    let mut writer = Writer { call, left: limit, number: limit, own: own_variables(nodes) };
     let scope = bindings.iter().map(|(name, binding)| (name.as_str(), binding)).collect();
     let tokens = writer.nodes(nodes, &scope)?;
     Some(tokens.into_iter().collect())
@@ -22,6 +23,10 @@ pub(super) fn transcribe(nodes: &[Node], bindings: &Bindings, call: Span, limit:
 struct Writer {
     call: Span,
     left: usize,
+    /// Tells this call from those in the same code: each has fewer tokens left than the one before.
+    number: usize,
+    /// The variables that the rule declares for itself.
+    own: BTreeSet<String>,
 }
 
 impl Writer {
@@ -30,7 +35,11 @@ impl Writer {
         for (index, node) in nodes.iter().enumerate() {
             let before = out.len();
             match node {
-                Node::Token(tokens) => out.extend(tokens.iter().map(|token| self.moved(token.clone()))),
+                Node::Token(tokens) => {
+                    let is_member = matches!(index.checked_sub(1).map(|before| &nodes[before]),
+                        Some(Node::Token(before)) if matches!(before.as_slice(), [dot] if is_punct(dot, '.')));
+                    out.extend(tokens.iter().map(|token| self.written(token, is_member)));
+                }
                 Node::Crate => out.push(TokenTree::Ident(Ident::new("crate", self.call))),
                 Node::Group(delimiter, inner) => {
                     let inner = self.nodes(inner, scope)?;
@@ -111,6 +120,16 @@ impl Writer {
     fn charge(&mut self, tokens: usize) -> Option<()> {
         self.left = self.left.checked_sub(tokens)?;
         Some(())
+    }
+
+    /// A token of the rule's own.
+    fn written(&self, token: &TokenTree, is_member: bool) -> TokenTree {
+        match token {
+            TokenTree::Ident(ident) if !is_member && self.own.contains(&ident.to_string()) => {
+                self.moved(TokenTree::Ident(marked(ident, self.number)))
+            }
+            _ => self.moved(token.clone()),
+        }
     }
 
     fn moved(&self, mut token: TokenTree) -> TokenTree {

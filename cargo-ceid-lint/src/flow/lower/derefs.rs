@@ -1,0 +1,130 @@
+//! `Deref` impls of the analysed code: the place that one hands out, and what it does before.
+
+use std::sync::Arc;
+
+use super::{Builder, Value};
+use crate::flow::{Place, Projection};
+use crate::index::{FunctionId, Ty};
+use crate::source::Span;
+use crate::syntax::tree::{ExprId, ExprKind};
+
+/// How many `Deref` impls are gone through.
+const MAX_DEREFS: usize = 4;
+
+/// What a `deref` hands out.
+struct DerefPath {
+    /// The way from `self`.
+    steps: Vec<Projection>,
+    /// Whether it does nothing else.
+    is_all: bool,
+}
+
+impl Builder<'_> {
+    /// A field of a place, through the `Deref` impls of newtypes.
+    pub(super) fn field_place(&self, base: ExprId, place: &Place, name: &str) -> Place {
+        let through = |place: Place, through: &FunctionId| match self.through_deref(*through) {
+            Some(path) => place.join(&path.steps),
+            None => place,
+        };
+        self.derefs_before(base, name).iter().fold(place.clone(), through).field(name)
+    }
+
+    /// The same, with what the `Deref` impls do.
+    pub(super) fn read_field(&mut self, base: ExprId, place: Place, name: &str) -> Place {
+        let span = self.span(base);
+        let derefs = self.derefs_before(base, name);
+        derefs.into_iter().fold(place, |place, through| self.dereferenced(place, through, span)).field(name)
+    }
+
+    /// The `Deref` impls that lead from a value to the field of that name.
+    fn derefs_before(&self, base: ExprId, name: &str) -> Vec<FunctionId> {
+        let mut ty = self.ty(base).peel().clone();
+        let mut derefs = Vec::new();
+        for _ in 0..MAX_DEREFS {
+            match &ty {
+                Ty::External(_, args) if !args.is_empty() => ty = args[0].peel().clone(),
+                Ty::Adt(..) if self.program.index.field_ty(&ty, None, name).is_none() => {
+                    let Some((target, through)) = self.deref_target(&ty) else { break };
+                    derefs.push(through);
+                    ty = target.peel().clone();
+                }
+                _ => break,
+            }
+        }
+        derefs
+    }
+
+    fn deref_target(&self, ty: &Ty) -> Option<(Ty, FunctionId)> {
+        let index = self.program.index;
+        let target = index.project(ty, "Target");
+        let through =
+            index.methods(ty, "deref_mut").into_iter().chain(index.methods(ty, "deref")).next()?.function()?;
+        (target != Ty::Unknown).then_some((target, through))
+    }
+
+    /// The place that a `deref` or `deref_mut` of the analysed code hands out, with what it does before.
+    pub(super) fn dereferenced(&mut self, place: Place, through: FunctionId, span: Span) -> Place {
+        match self.through_deref(through) {
+            Some(path) if path.is_all => place.join(&path.steps),
+            _ if self.at.is_none() => place,
+            _ => {
+                let index = self.program.index;
+                let function = &index.function(through).function;
+                let output = index.lower(&function.output, &index.scope_of(through));
+                Place::var(self.run_on(through, place, output, "deref".to_owned(), span))
+            }
+        }
+    }
+
+    /// The field that the body of a `deref` or `deref_mut` names; `None` if it hands out something else.
+    fn through_deref(&self, function: FunctionId) -> Option<DerefPath> {
+        let body = self.program.index.function(function).function.body.as_ref()?;
+        let mut id = body.root;
+        let mut path = DerefPath { steps: Vec::new(), is_all: true };
+        loop {
+            match &body.expr(id).kind {
+                ExprKind::Block(block) => {
+                    path.is_all &= block.stmts.is_empty();
+                    id = block.tail?;
+                }
+                ExprKind::Reference { value, .. } | ExprKind::Deref(value) => id = *value,
+                ExprKind::Field { base, name } => {
+                    path.steps.push(Projection::Field(Arc::from(name.as_str())));
+                    id = *base;
+                }
+                ExprKind::Path(path) if path.ident() == Some("self") => break,
+                _ => return None,
+            }
+        }
+        path.steps.reverse();
+        Some(path)
+    }
+
+    /// A reference to what a `Deref` impl hands out, where a function takes that and is given one to its owner.
+    pub(super) fn coerced(&mut self, targets: &[FunctionId], exprs: &[ExprId], values: &[Value]) -> Option<Vec<Value>> {
+        let [target] = targets else { return None };
+        let mut all: Option<Vec<Value>> = None;
+        for (number, (expr, value)) in exprs.iter().zip(values).enumerate() {
+            let (Ty::Ref(_, given), Some(place)) = (self.ty(*expr), &value.place) else { continue };
+            if !matches!(**given, Ty::Adt(..)) || !self.may_hold_filter(given) {
+                continue;
+            }
+            let Ty::Ref(_, wanted) = self.declared_param(*target, number) else { continue };
+            let (mut ty, mut place) = ((**given).clone(), place.clone());
+            for _ in 0..MAX_DEREFS {
+                if matches!((&ty, &*wanted), (Ty::Adt(own, _), Ty::Adt(other, _)) if own == other) {
+                    break;
+                }
+                let Some((to, through)) = self.deref_target(&ty).filter(|_| matches!(*wanted, Ty::Adt(..))) else {
+                    break;
+                };
+                place = self.dereferenced(place, through, self.span(*expr));
+                ty = to;
+            }
+            if Some(&place) != value.place.as_ref() {
+                all.get_or_insert_with(|| values.to_vec())[number].place = Some(place);
+            }
+        }
+        all
+    }
+}
