@@ -106,7 +106,8 @@ impl Gates<'_, '_> {
             Effect::Unknown { places, .. } => places.iter().any(is_it),
             _ => false,
         });
-        let is_each = root.steps.iter().filter_map(Projection::key).all(|key| *key == IndexKey::Each);
+        let mut keys = root.steps.iter().filter_map(Projection::key).peekable();
+        let is_each = keys.peek().is_some() && keys.all(|key| *key == IndexKey::Each);
         given(graph, root).filter(|_| is_each && !is_written && place.steps.len() < root.steps.len())
     }
 
