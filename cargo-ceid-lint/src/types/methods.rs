@@ -1,6 +1,7 @@
 //! Method calls: which method of the receiver's type is meant, through references, pointers and `Deref`.
 
 use super::builtin;
+use super::closure_params::closure_params;
 use super::infer::Infer;
 use super::{Callee, Resolved};
 use crate::index::{FunctionId, MethodOwner, Ty};
@@ -208,7 +209,7 @@ impl Infer<'_> {
         let mut closure_output = None;
         for arg in args {
             if let ExprKind::Closure(closure) = &body.expr(*arg).kind {
-                let params = builtin::closure_params(&receiver, method, &given);
+                let params = closure_params(&receiver, method, &given);
                 let ty = self.closure(*arg, closure, &params);
                 self.typed.expr_ty[arg.0 as usize] = ty;
                 closure_output = self.closure_outputs.get(arg).map(|ty| self.variables.shallow(ty));

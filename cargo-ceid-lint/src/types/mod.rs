@@ -6,6 +6,7 @@
 mod adapted;
 mod builtin;
 mod calls;
+mod closure_params;
 mod expr;
 mod infer;
 mod methods;

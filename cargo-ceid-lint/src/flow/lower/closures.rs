@@ -1,14 +1,21 @@
 //! Closures and functions whose bodies are read where they run, and code that runs elsewhere.
 
 use super::stored::{Holder, StoredClosure};
-use super::{Builder, ClosureRef, Frame, MAX_INLINE, Value};
+use super::{Builder, Frame, MAX_INLINE, Value};
 use std::collections::{BTreeSet, HashSet};
 
 use crate::flow::{About, Caller, Cause, CycleKind, Effect, LoopId, NodeId, Place, Rounds, Var};
 use crate::index::FunctionId;
 use crate::source::Span;
-use crate::syntax::tree::{Body, ExprKind, Receiver, Stmt, StmtKind};
+use crate::syntax::tree::{Body, ExprId, ExprKind, Receiver, Stmt, StmtKind};
 use crate::types::{LocalId, TypedBody};
+
+/// A closure: the frame it was written in, and its expression.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct ClosureRef {
+    pub(super) frame: usize,
+    pub(super) expr: ExprId,
+}
 
 impl Builder<'_> {
     /// Runs a closure here.
@@ -291,7 +298,7 @@ impl Builder<'_> {
         let span = frame.body.expr(closure.expr).span;
         let inside = (0u32..).zip(&frame.body.exprs).filter(move |(_, expr)| span.contains(expr.span));
         inside.filter_map(|(number, _)| {
-            let local = frame.typed.expr_local.get(&crate::syntax::tree::ExprId(number))?;
+            let local = frame.typed.expr_local.get(&ExprId(number))?;
             Some((*local, *frame.vars.get(local)?))
         })
     }

@@ -55,6 +55,8 @@ use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 pub use {flags::is_flag, received::is_receiving};
 
+use closures::ClosureRef;
+
 use super::{
     Assignment, Cause, ControlFlowGraph, Effect, GuardId, Head, LoopId, LoopInfo, Node, NodeId, Place, Program, Var,
     VarInfo,
@@ -116,13 +118,6 @@ impl<'a> Frame<'a> {
             has_closures: body.exprs.iter().any(|expr| matches!(expr.kind, ExprKind::Closure(_))),
         }
     }
-}
-
-/// A closure: the frame it was written in, and its expression.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct ClosureRef {
-    frame: usize,
-    expr: ExprId,
 }
 
 /// What an expression evaluates to, as far as filters go.
