@@ -222,7 +222,10 @@ impl<'a> Reader<'a> {
                 ExprKind::Path(_) if !only_written.contains(&id) => {
                     conduct.read.extend(self.field(id));
                 }
-                ExprKind::Assign { place, .. } => self.assign(*place, &mut conduct),
+                ExprKind::Assign { place, value } => {
+                    self.assign(*place, &mut conduct);
+                    conduct.sums += usize::from(self.is_kept_in_line(*place, *value));
+                }
                 ExprKind::AssignOp { op, place, value } => {
                     self.assign(*place, &mut conduct);
                     if is_sum(op) && !self.is_constant(*value) {
@@ -314,6 +317,16 @@ impl<'a> Reader<'a> {
         let ty = self.typed.ty(receiver).peel().clone();
         let targets = resolved.map(|resolved| resolved.targets.clone()).unwrap_or_default();
         conduct.calls.push(FieldCall { field, ty, method: method.to_owned(), targets });
+    }
+
+    /// Whether a sample is put where the line of old samples is written now: `self.line[self.head] = x`.
+    fn is_kept_in_line(&self, place: ExprId, value: ExprId) -> bool {
+        let ExprKind::Index { base, index } = &self.body.expr(place).kind else { return false };
+        self.field(*base).is_some() && self.is_own_field(*index) && self.is_measured(place) && !self.is_constant(value)
+    }
+
+    fn is_own_field(&self, expr: ExprId) -> bool {
+        matches!(&self.body.expr(expr).kind, ExprKind::Field { base, .. } if self.is_self(*base))
     }
 
     /// Whether an expression is a number that is no count: a float, a vector, a value of a generic type.

@@ -110,9 +110,10 @@ impl<'a> Finder<'a> {
                 .flat_map(|(ty, methods)| methods.iter().map(move |method| (*ty, *method)))
                 .filter_map(|(ty, method)| Some((method, self.judge(ty, method, &laws)?)))
                 .collect();
-            let now: BTreeSet<FunctionId> = judged
-                .values()
-                .filter(|judged| judged.weight >= LEAST_WEIGHT)
+            // What is tuned by a method beside the law does not run the law of what it holds.
+            let now: BTreeSet<FunctionId> = types
+                .iter()
+                .flat_map(|(_, methods)| self.one_law(&likely(methods, &judged)))
                 .map(|judged| judged.id)
                 .chain(by_argument.iter().copied())
                 .collect();
@@ -126,12 +127,8 @@ impl<'a> Finder<'a> {
         covered.extend(self.parts_of(&self.items_of_iterators()));
         let mut seen: BTreeMap<Span, usize> = BTreeMap::new();
         for (ty, methods) in types {
-            let own: Vec<&Judged> = methods
-                .iter()
-                .filter(|method| !covered.contains(method))
-                .filter_map(|method| judged.get(method))
-                .filter(|judged| judged.weight >= LEAST_WEIGHT)
-                .collect();
+            let mut own = likely(&methods, &judged);
+            own.retain(|judged| !covered.contains(&judged.id));
             let Some(found) = self.by_type(ty, &methods, &own) else { continue };
             // A file that belongs to several crates declares its types once in each.
             if let Some(at) = seen.get(&found.place) {
@@ -349,6 +346,11 @@ impl<'a> Finder<'a> {
             .collect();
         names.into_iter().collect()
     }
+}
+
+/// The methods of a type that may be its law.
+fn likely<'j>(methods: &[FunctionId], judged: &'j BTreeMap<FunctionId, Judged>) -> Vec<&'j Judged> {
+    methods.iter().filter_map(|method| judged.get(method)).filter(|judged| judged.weight >= LEAST_WEIGHT).collect()
 }
 
 /// The groups of a law: `predict` and what corrects it are halves, other methods are alternatives.

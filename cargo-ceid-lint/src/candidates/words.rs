@@ -28,7 +28,7 @@ const OTHER_VERBS: &str = "\
 const FILTERS: &str = "\
     pid pi pd pidf lqr mpc kalman ekf ukf eskf kf filter filters lowpass highpass bandpass lpf hpf bpf notch \
     biquad iir fir madgwick marg mahony ahrs vqf estimator observer luenberger integrator differentiator \
-    derivative smoother smoothed smoothing average ewma ema sma median mean debounce debouncer debounced hysteresis \
+    derivative smoother smoothed smoothing average ewma ema sma median mean avg movavg debounce debouncer debounced hysteresis \
     schmitt slew ramp complementary fusion envelope follower detector oscillator lfo phasor pll allpass comb \
     reverb chorus phaser flanger compressor limiter equalizer crossover oversampler upsampler downsampler \
     decimator interpolator adsr statistics rms leaky lag washout feedforward feedback odometry dcmimu imu \
@@ -109,8 +109,9 @@ pub(super) fn law_strength(name: &str) -> i32 {
         return -2;
     }
     let is_asked = matches!(*first, "get" | "add" | "put");
+    let is_next = *first == "next";
     let has_object = rest.iter().any(|word| is_among(LAW_OBJECTS, word));
-    if is_among(LAW_VERBS, first) || (is_asked && has_object) || *first == "events" {
+    if is_among(LAW_VERBS, first) || ((is_asked || is_next) && has_object) || *first == "events" {
         return 1;
     }
     if is_asked { -2 } else { 0 }
@@ -195,13 +196,14 @@ mod tests {
 
     #[test]
     fn laws_are_told_from_what_is_set_and_asked() {
-        for law in ["update", "step", "get_next_output", "add_sample", "calc_duty", "process_stereo"] {
+        for law in ["update", "step", "get_next_output", "add_sample", "calc_duty", "process_stereo", "next_sample"] {
             assert!(law_strength(law) > 0, "{law}");
         }
         for other in ["set_gain", "reset", "get_gain", "with_limit", "update_config", "push", "parse_next"] {
             assert!(law_strength(other) < 0, "{other}");
         }
         assert_eq!(law_strength("wobble"), 0);
+        assert_eq!(law_strength("next_line"), 0);
     }
 
     #[test]
