@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::measured::is_measured;
+use super::uses::loops;
 use super::words::is_among;
 use crate::flow::Program;
 use crate::index::{FunctionId, Index, Ty};
@@ -31,6 +32,8 @@ pub(super) struct Conduct {
     pub(super) calls: Vec<FieldCall>,
     /// The methods of `self` that it calls.
     pub(super) helpers: BTreeSet<FunctionId>,
+    /// Those that it calls in a loop.
+    pub(super) rounds: BTreeSet<FunctionId>,
     /// Whether it awaits, or reads text.
     pub(super) is_foreign: bool,
     /// Whether it reads a clock.
@@ -299,6 +302,10 @@ impl<'a> Reader<'a> {
         if self.is_self(receiver) {
             if let Some(resolved) = resolved.filter(|resolved| resolved.targets.len() == 1) {
                 conduct.helpers.extend(resolved.targets.iter().copied());
+                let span = self.body.expr(id).span;
+                if loops(self.body).iter().any(|own| own.contains(span)) {
+                    conduct.rounds.extend(resolved.targets.iter().copied());
+                }
             }
             return;
         }

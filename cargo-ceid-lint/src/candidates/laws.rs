@@ -11,6 +11,7 @@ use crate::config::{InstancePlace, Multiplicity, Receiver as Taken, TimeBase};
 use crate::flow::{Program, takes_step};
 use crate::index::{EntryScope, FunctionId, ModuleId, Namespace, Owner, Ty, TypeId};
 use crate::source::Span;
+use crate::syntax::tree::TypeRef;
 
 /// The search for candidates, and what it has found so far.
 pub(super) struct Finder<'a> {
@@ -213,12 +214,16 @@ impl<'a> Finder<'a> {
 
     /// Of the methods that look like laws, those that are the law: the best one, and what belongs to it.
     fn one_law<'j>(&self, judged: &[&'j Judged]) -> Vec<&'j Judged> {
-        // What only other methods of the type call is a part of them.
+        let is_inner = |one: &Judged| !self.calls.from_elsewhere.contains(&one.id);
+        // What only other methods of the type call is a part of them, but for the law that a block runs for each of its samples.
         let is_part = |one: &Judged| {
-            !self.calls.from_elsewhere.contains(&one.id)
-                && judged.iter().any(|other| other.id != one.id && self.reaches(other.id, one.id))
+            is_inner(one)
+                && judged.iter().any(|other| {
+                    other.id != one.id && self.reaches(other.id, one.id) && !self.is_block_of(other.id, one.id)
+                })
         };
-        let whole: Vec<&Judged> = judged.iter().copied().filter(|one| !is_part(one)).collect();
+        let is_block = |one: &Judged| judged.iter().any(|other| is_inner(other) && self.is_block_of(one.id, other.id));
+        let whole: Vec<&Judged> = judged.iter().copied().filter(|one| !is_part(one) && !is_block(one)).collect();
         let Some(best) = whole
             .iter()
             .copied()
@@ -239,6 +244,17 @@ impl<'a> Finder<'a> {
                     || (has_halves && is_half(&one.name) && is_half(&best.name))
             })
             .collect()
+    }
+
+    /// Whether a method takes a block of samples, and runs another one for each of them.
+    fn is_block_of(&self, block: FunctionId, sample: FunctionId) -> bool {
+        let takes_block = |id: FunctionId| {
+            let params = &self.program.index.function(id).function.params;
+            params
+                .iter()
+                .any(|ty| matches!(ty, TypeRef::Reference { inner, .. } if matches!(**inner, TypeRef::Slice(_))))
+        };
+        self.conduct(block).rounds.contains(&sample) && takes_block(block) && !takes_block(sample)
     }
 
     /// The private methods that only laws run, and only of their own type: each is a part of such a law, and none itself.
