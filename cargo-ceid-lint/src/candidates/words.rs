@@ -109,9 +109,8 @@ pub(super) fn law_strength(name: &str) -> i32 {
         return -2;
     }
     let is_asked = matches!(*first, "get" | "add" | "put");
-    let is_next = *first == "next";
     let has_object = rest.iter().any(|word| is_among(LAW_OBJECTS, word));
-    if is_among(LAW_VERBS, first) || ((is_asked || is_next) && has_object) || *first == "events" {
+    if is_among(LAW_VERBS, first) || (is_asked && has_object) || *first == "events" {
         return 1;
     }
     if is_asked { -2 } else { 0 }
@@ -196,14 +195,13 @@ mod tests {
 
     #[test]
     fn laws_are_told_from_what_is_set_and_asked() {
-        for law in ["update", "step", "get_next_output", "add_sample", "calc_duty", "process_stereo", "next_sample"] {
+        for law in ["update", "step", "get_next_output", "add_sample", "calc_duty", "process_stereo"] {
             assert!(law_strength(law) > 0, "{law}");
         }
         for other in ["set_gain", "reset", "get_gain", "with_limit", "update_config", "push", "parse_next"] {
             assert!(law_strength(other) < 0, "{other}");
         }
         assert_eq!(law_strength("wobble"), 0);
-        assert_eq!(law_strength("next_line"), 0);
     }
 
     #[test]
