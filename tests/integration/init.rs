@@ -271,7 +271,9 @@ fn what_a_glob_brings_from_an_unread_crate_has_no_path() {
 
 #[test]
 fn time_steps_have_many_names() {
-    for (name, is_time) in [("iteration_length", true), ("t_interval_seconds", true), ("attack_time", false)] {
+    for (name, is_time) in
+        [("iteration_length", true), ("t_interval_seconds", true), ("timestamp_now_us", true), ("attack_time", false)]
+    {
         let code = format!(
             "pub struct LowPass {{ y: f32, alpha: f32 }}\nimpl LowPass {{\n\
              pub fn update(&mut self, x: f32, {name}: f32) -> f32 {{ self.y += self.alpha * {name} * (x - self.y); self.y }} }}\n\
@@ -280,4 +282,79 @@ fn time_steps_have_many_names() {
         let file = written_for("init_time", &code);
         assert_eq!(file.contains("time_base = \"passed\""), is_time, "{name}\n{file}");
     }
+}
+
+#[test]
+fn a_law_that_lends_its_filter_is_no_builder() {
+    let code = "pub trait Regulator { fn update(&mut self, z: f32, now_us: i64) -> &mut Self; fn reset(&mut self); }\n\
+         pub struct Pi { kp: f32, sum: f32 }\n\
+         impl Pi { pub fn with_gain(&mut self, kp: f32) -> &mut Self { self.kp = kp; self } }\n\
+         impl Regulator for Pi { fn update(&mut self, z: f32, now_us: i64) -> &mut Self { self.sum += self.kp * z; self }\n\
+         fn reset(&mut self) { self.sum = 0.0; } }\n\
+         pub fn run(mut pi: Pi) { loop { pi.update(1.0, 2); } }\n";
+    let file = written_for("init_lent", code);
+    assert!(file.contains("trait = \"crate::Regulator\"\n#law = \"update\"\n#reset = [\"reset\"]"), "{file}");
+    assert!(file.contains("time_base = \"passed\"") && !file.contains("with_gain"), "{file}");
+}
+
+#[test]
+fn filters_made_of_filters_are_proposed_and_boards_with_filters_are_not() {
+    let code = "pub struct Delay { line: Vec<f32>, head: usize }\nimpl Delay {\n\
+         pub fn process(&mut self, x: f32) -> f32 {\n\
+         let y = self.line[self.head]; self.line[self.head] = x; self.head = (self.head + 1) % self.line.len(); y } }\n\
+         pub struct Diffuse { early: Delay, late: Vec<Delay> }\nimpl Diffuse {\n\
+         pub fn process(&mut self, x: f32) -> f32 { let mut y = self.early.process(x); for d in &mut self.late { y += d.process(x); } y } }\n\
+         pub struct Session { echo: Delay, log: Vec<f32> }\nimpl Session {\n\
+         pub fn process(&mut self, x: f32) -> f32 { self.echo.process(x) } }\n\
+         pub struct Mirror { shown: [f32; 4], at: usize }\nimpl Mirror {\n\
+         pub fn process(&mut self, x: f32) { self.shown[0] = x; self.at = self.shown.len(); } }\n\
+         pub fn run(mut space: Diffuse, mut session: Session, mut mirror: Mirror) {\n\
+         loop { space.process(1.0); session.process(1.0); mirror.process(1.0); } }\n";
+    let file = written_for("init_composites", code);
+    assert!(file.contains("type = \"crate::Delay\"") && file.contains("type = \"crate::Diffuse\""), "{file}");
+    assert!(!file.contains("Session") && !file.contains("Mirror"), "{file}");
+}
+
+#[test]
+fn what_retunes_the_parts_is_not_the_law() {
+    let code = "pub struct Biquad { rate: f32, b0: f32, y: f32 }\nimpl Biquad {\n\
+         pub fn update(&mut self, rate: f32) { if self.rate != rate { self.rate = rate; self.b0 = 0.5 * rate; } }\n\
+         pub fn process(&mut self, x: f32) -> f32 { self.y += self.b0 * (x - self.y); self.y } }\n\
+         pub struct BiquadBank { at: usize, parts: [Biquad; 2] }\nimpl BiquadBank {\n\
+         pub fn update(&mut self, rate: f32) { for part in self.parts.iter_mut() { part.update(rate); } }\n\
+         pub fn process_sample(&mut self, x: f32) -> f32 { self.parts[self.at].process(x) } }\n\
+         pub fn run(mut bank: BiquadBank, xs: &[f32]) { loop { bank.update(3.0); bank.process_sample(1.0); } }\n";
+    let file = written_for("init_retuned", code);
+    assert!(file.contains("type = \"crate::BiquadBank\"\n#law = \"process_sample\""), "{file}");
+}
+
+#[test]
+fn calls_tell_of_the_time_base_and_the_resets_of_an_unread_filter() {
+    let code = "pub fn run(mut pid: drives::SpeedPid, mut low: drives::LowPass, dt: f32) {\n\
+         loop { pid.reset_integral(); pid.update(1.0, dt as f64); pid.reset(); low.update(1.0); } }\n";
+    let directory = workspace::temporary_package("init_unread", &[("src/lib.rs", code.as_bytes())]);
+    let manifest =
+        "[package]\nname = \"init_unread\"\nedition = \"2021\"\n[dependencies]\ndrives = \"1\"\n[workspace]\n";
+    workspace::write(&directory, "Cargo.toml", manifest.as_bytes());
+    let file = run(&directory, ["init", "--stdout", "--offline"]).stdout;
+    let entry = "type = \"drives::SpeedPid\"\n#law = \"update\"\n#reset = [\"reset\"]\n#partial_reset = [\"reset_integral\"]\n\
+         #time_base = \"passed\"\n";
+    assert!(file.contains(entry) && file.matches("time_base").count() == 1, "{file}");
+}
+
+#[test]
+fn of_a_block_and_its_samples_the_law_is_that_of_a_sample() {
+    let code = |param: &str| {
+        format!(
+            "pub struct LowPass {{ b: f32, y: f32 }}\nimpl LowPass {{\n\
+             fn filter(&mut self, x: f32) -> f32 {{ self.y += self.b * (x - self.y); self.y }}\n\
+             pub fn process(&mut self, xs: {param}) -> f32 {{ for x in xs {{ self.filter(*x); }} self.y * self.b }} }}\n\
+             pub fn run(mut low: LowPass, xs: {param}) {{ loop {{ low.process(xs); }} }}\n"
+        )
+    };
+    let file = written_for("init_block", &code("&[f32]"));
+    assert!(file.contains("law = \"filter\""), "{file}");
+    // A vector is one measurement.
+    let file = written_for("init_vector", &code("&[f32; 3]"));
+    assert!(file.contains("law = \"process\""), "{file}");
 }

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::measured::is_measured;
+use super::uses::loops;
 use super::words::is_among;
 use crate::flow::Program;
 use crate::index::{FunctionId, Index, Ty};
@@ -31,6 +32,8 @@ pub(super) struct Conduct {
     pub(super) calls: Vec<FieldCall>,
     /// The methods of `self` that it calls.
     pub(super) helpers: BTreeSet<FunctionId>,
+    /// Those that it calls in a loop.
+    pub(super) rounds: BTreeSet<FunctionId>,
     /// Whether it awaits, or reads text.
     pub(super) is_foreign: bool,
     /// Whether it reads a clock.
@@ -222,7 +225,10 @@ impl<'a> Reader<'a> {
                 ExprKind::Path(_) if !only_written.contains(&id) => {
                     conduct.read.extend(self.field(id));
                 }
-                ExprKind::Assign { place, .. } => self.assign(*place, &mut conduct),
+                ExprKind::Assign { place, value } => {
+                    self.assign(*place, &mut conduct);
+                    conduct.sums += usize::from(self.is_kept_in_line(*place, *value));
+                }
                 ExprKind::AssignOp { op, place, value } => {
                     self.assign(*place, &mut conduct);
                     if is_sum(op) && !self.is_constant(*value) {
@@ -296,6 +302,10 @@ impl<'a> Reader<'a> {
         if self.is_self(receiver) {
             if let Some(resolved) = resolved.filter(|resolved| resolved.targets.len() == 1) {
                 conduct.helpers.extend(resolved.targets.iter().copied());
+                let span = self.body.expr(id).span;
+                if loops(self.body).iter().any(|own| own.contains(span)) {
+                    conduct.rounds.extend(resolved.targets.iter().copied());
+                }
             }
             return;
         }
@@ -314,6 +324,16 @@ impl<'a> Reader<'a> {
         let ty = self.typed.ty(receiver).peel().clone();
         let targets = resolved.map(|resolved| resolved.targets.clone()).unwrap_or_default();
         conduct.calls.push(FieldCall { field, ty, method: method.to_owned(), targets });
+    }
+
+    /// Whether a sample is put where the line of old samples is written now: `self.line[self.head] = x`.
+    fn is_kept_in_line(&self, place: ExprId, value: ExprId) -> bool {
+        let ExprKind::Index { base, index } = &self.body.expr(place).kind else { return false };
+        self.field(*base).is_some() && self.is_own_field(*index) && self.is_measured(place) && !self.is_constant(value)
+    }
+
+    fn is_own_field(&self, expr: ExprId) -> bool {
+        matches!(&self.body.expr(expr).kind, ExprKind::Field { base, .. } if self.is_self(*base))
     }
 
     /// Whether an expression is a number that is no count: a float, a vector, a value of a generic type.

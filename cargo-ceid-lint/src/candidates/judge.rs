@@ -137,6 +137,8 @@ impl Finder<'_> {
         let is_tuned = self.tuned_fields(ty).iter().any(|field| !conduct.written.contains(field));
         // What it does says enough, in whatever language it is named.
         let is_regulator = is_recurrence && is_fed && gives && is_tuned && uses.in_cycles > 0;
+        // A sample in, a sample out, and laws between: a filter made of filters.
+        let is_made_of_filters = !runs.is_empty() && is_fed && gives && name_strength > 0;
         weight += match name_strength {
             2 => 3,
             1 => 2,
@@ -146,7 +148,9 @@ impl Finder<'_> {
         weight += match type_strength {
             2 => 4,
             1 => 1,
-            0 if is_regulator => 0,
+            0 if is_regulator || is_made_of_filters => 0,
+            // A program or a device that has filters is told no time.
+            -2 if is_made_of_filters && is_timed => -2,
             0 if is_recurrence && is_fed => -2,
             0 => -3,
             _ => -6,
@@ -213,11 +217,15 @@ impl Finder<'_> {
         }
     }
 
-    /// Whether a method gives back what it is called on: it is a step of a builder.
+    /// Whether a method gives back what it is called on: it is a step of a builder. A law may lend its filter, whose output is then
+    /// asked for: `pid.update(z).output()`.
     fn is_builder(&self, ty: TypeId, id: FunctionId) -> bool {
         let index = self.program.index;
-        let output = index.lower(&index.function(id).function.output, &index.scope_of(id));
-        matches!(output.peel(), Ty::Adt(own, _) if *own == ty)
+        let function = &index.function(id).function;
+        let output = index.lower(&function.output, &index.scope_of(id));
+        let is_lent =
+            matches!(function.output, TypeRef::Reference { .. }) && law_strength(&index.function(id).name) == 2;
+        !is_lent && matches!(output.peel(), Ty::Adt(own, _) if *own == ty)
     }
 
     /// Whether a method reads or writes text, bytes or tokens: it parses, prints or sends.

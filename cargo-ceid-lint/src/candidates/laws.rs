@@ -11,6 +11,7 @@ use crate::config::{InstancePlace, Multiplicity, Receiver as Taken, TimeBase};
 use crate::flow::{Program, takes_step};
 use crate::index::{EntryScope, FunctionId, ModuleId, Namespace, Owner, Ty, TypeId};
 use crate::source::Span;
+use crate::syntax::tree::TypeRef;
 
 /// The search for candidates, and what it has found so far.
 pub(super) struct Finder<'a> {
@@ -110,9 +111,10 @@ impl<'a> Finder<'a> {
                 .flat_map(|(ty, methods)| methods.iter().map(move |method| (*ty, *method)))
                 .filter_map(|(ty, method)| Some((method, self.judge(ty, method, &laws)?)))
                 .collect();
-            let now: BTreeSet<FunctionId> = judged
-                .values()
-                .filter(|judged| judged.weight >= LEAST_WEIGHT)
+            // What is tuned by a method beside the law does not run the law of what it holds.
+            let now: BTreeSet<FunctionId> = types
+                .iter()
+                .flat_map(|(_, methods)| self.one_law(&likely(methods, &judged)))
                 .map(|judged| judged.id)
                 .chain(by_argument.iter().copied())
                 .collect();
@@ -126,12 +128,8 @@ impl<'a> Finder<'a> {
         covered.extend(self.parts_of(&self.items_of_iterators()));
         let mut seen: BTreeMap<Span, usize> = BTreeMap::new();
         for (ty, methods) in types {
-            let own: Vec<&Judged> = methods
-                .iter()
-                .filter(|method| !covered.contains(method))
-                .filter_map(|method| judged.get(method))
-                .filter(|judged| judged.weight >= LEAST_WEIGHT)
-                .collect();
+            let mut own = likely(&methods, &judged);
+            own.retain(|judged| !covered.contains(&judged.id));
             let Some(found) = self.by_type(ty, &methods, &own) else { continue };
             // A file that belongs to several crates declares its types once in each.
             if let Some(at) = seen.get(&found.place) {
@@ -216,12 +214,16 @@ impl<'a> Finder<'a> {
 
     /// Of the methods that look like laws, those that are the law: the best one, and what belongs to it.
     fn one_law<'j>(&self, judged: &[&'j Judged]) -> Vec<&'j Judged> {
-        // What only other methods of the type call is a part of them.
+        let is_inner = |one: &Judged| !self.calls.from_elsewhere.contains(&one.id);
+        // What only other methods of the type call is a part of them, but for the law that a block runs for each of its samples.
         let is_part = |one: &Judged| {
-            !self.calls.from_elsewhere.contains(&one.id)
-                && judged.iter().any(|other| other.id != one.id && self.reaches(other.id, one.id))
+            is_inner(one)
+                && judged.iter().any(|other| {
+                    other.id != one.id && self.reaches(other.id, one.id) && !self.is_block_of(other.id, one.id)
+                })
         };
-        let whole: Vec<&Judged> = judged.iter().copied().filter(|one| !is_part(one)).collect();
+        let is_block = |one: &Judged| judged.iter().any(|other| is_inner(other) && self.is_block_of(one.id, other.id));
+        let whole: Vec<&Judged> = judged.iter().copied().filter(|one| !is_part(one) && !is_block(one)).collect();
         let Some(best) = whole
             .iter()
             .copied()
@@ -242,6 +244,17 @@ impl<'a> Finder<'a> {
                     || (has_halves && is_half(&one.name) && is_half(&best.name))
             })
             .collect()
+    }
+
+    /// Whether a method takes a block of samples, and runs another one for each of them.
+    fn is_block_of(&self, block: FunctionId, sample: FunctionId) -> bool {
+        let takes_block = |id: FunctionId| {
+            let params = &self.program.index.function(id).function.params;
+            params
+                .iter()
+                .any(|ty| matches!(ty, TypeRef::Reference { inner, .. } if matches!(**inner, TypeRef::Slice(_))))
+        };
+        self.conduct(block).rounds.contains(&sample) && takes_block(block) && !takes_block(sample)
     }
 
     /// The private methods that only laws run, and only of their own type: each is a part of such a law, and none itself.
@@ -349,6 +362,11 @@ impl<'a> Finder<'a> {
             .collect();
         names.into_iter().collect()
     }
+}
+
+/// The methods of a type that may be its law.
+fn likely<'j>(methods: &[FunctionId], judged: &'j BTreeMap<FunctionId, Judged>) -> Vec<&'j Judged> {
+    methods.iter().filter_map(|method| judged.get(method)).filter(|judged| judged.weight >= LEAST_WEIGHT).collect()
 }
 
 /// The groups of a law: `predict` and what corrects it are halves, other methods are alternatives.

@@ -10,10 +10,11 @@ use super::uses::{is_test, loops};
 use super::words::{law_strength, type_strength};
 use super::{Reason, Subject, Uses};
 use crate::config::{InstancePlace, Receiver, TimeBase};
-use crate::flow::takes_step;
+use crate::flow::{is_time_name, takes_step};
 use crate::index::{Namespace, Owner, Ty};
 use crate::source::{FileId, Span};
-use crate::syntax::tree::{ExprKind, TypeRef};
+use crate::syntax::tree::{Body, ExprId, ExprKind, TypeRef};
+use crate::types::TypedBody;
 
 impl Finder<'_> {
     /// Functions that carry a number from call to call behind a `&mut` parameter.
@@ -91,7 +92,7 @@ impl Finder<'_> {
     /// Types of unread crates with the name of a filter, and the methods called on them that have the name of a law.
     pub(super) fn find_outside(&mut self) {
         let index = self.program.index;
-        let mut found: BTreeMap<String, (BTreeSet<String>, Uses)> = BTreeMap::new();
+        let mut found: BTreeMap<String, Seen> = BTreeMap::new();
         for id in index.function_ids() {
             let def = index.function(id);
             let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(id)) else { continue };
@@ -100,21 +101,31 @@ impl Finder<'_> {
             }
             let loops = loops(body);
             for expr in &body.exprs {
-                let ExprKind::MethodCall { receiver, method, .. } = &expr.kind else { continue };
+                let ExprKind::MethodCall { receiver, method, args, .. } = &expr.kind else { continue };
                 let ty = typed.ty(*receiver).peel();
                 let Ty::External(path, _) = ty else { continue };
                 // By `use somewhere::*`, nobody can say where.
                 let has_place = !path.starts_with('?');
-                if !has_place || !is_outside_law(ty, method) || index.law_spec(ty).is_some() {
+                if !has_place || !is_outside_law(ty, "update") || index.law_spec(ty).is_some() {
                     continue;
                 }
-                let (methods, uses) = found.entry(path.clone()).or_default();
-                methods.insert(method.clone());
-                uses.calls += 1;
-                uses.in_cycles += usize::from(loops.iter().any(|own| own.contains(expr.span)));
+                let seen = found.entry(path.clone()).or_default();
+                if is_outside_law(ty, method) {
+                    seen.methods.insert(method.clone());
+                    seen.is_timed |= args.iter().any(|arg| is_step(body, typed, *arg));
+                    seen.uses.calls += 1;
+                    seen.uses.in_cycles += usize::from(loops.iter().any(|own| own.contains(expr.span)));
+                } else if matches!(method.as_str(), "reset" | "clear" | "restart") {
+                    seen.resets.insert(method.clone());
+                } else if method.starts_with("reset_") {
+                    seen.partial_resets.insert(method.clone());
+                }
             }
         }
-        for (path, (methods, uses)) in found {
+        for (path, Seen { methods, resets, partial_resets, is_timed, uses }) in found {
+            if methods.is_empty() {
+                continue;
+            }
             let methods: Vec<String> = methods.into_iter().collect();
             let name = path.rsplit("::").next().unwrap_or(&path).to_owned();
             let is_law = methods.iter().any(|method| law_strength(method) == 2);
@@ -127,9 +138,9 @@ impl Finder<'_> {
                     law: groups(&methods),
                     instance: InstancePlace::Receiver,
                     receiver: Receiver::Exclusive,
-                    resets: Vec::new(),
-                    partial_resets: Vec::new(),
-                    time_base: TimeBase::Fixed,
+                    resets: resets.into_iter().collect(),
+                    partial_resets: partial_resets.into_iter().collect(),
+                    time_base: if is_timed { TimeBase::Passed } else { TimeBase::Fixed },
                     reasons: vec![Reason::Unread(name.clone(), methods)],
                     uses,
                     weight: LEAST_WEIGHT + i32::from(is_law) + i32::from(uses.in_cycles > 0),
@@ -139,6 +150,26 @@ impl Finder<'_> {
                 laws: Vec::new(),
             });
         }
+    }
+}
+
+/// What is called on a type of an unread crate.
+#[derive(Default)]
+struct Seen {
+    methods: BTreeSet<String>,
+    resets: BTreeSet<String>,
+    partial_resets: BTreeSet<String>,
+    is_timed: bool,
+    uses: Uses,
+}
+
+/// Whether an argument has the name of a time step: `dt`, `self.dt`, `elapsed as f64`.
+fn is_step(body: &Body, typed: &TypedBody, arg: ExprId) -> bool {
+    match &body.expr(arg).kind {
+        ExprKind::Cast { value, .. } | ExprKind::Reference { value, .. } => is_step(body, typed, *value),
+        ExprKind::MethodCall { receiver, args, .. } if args.is_empty() => is_step(body, typed, *receiver),
+        ExprKind::Field { name, .. } => is_time_name(name),
+        _ => typed.expr_local.get(&arg).is_some_and(|local| is_time_name(&typed.local(*local).name)),
     }
 }
 

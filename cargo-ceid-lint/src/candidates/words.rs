@@ -28,7 +28,7 @@ const OTHER_VERBS: &str = "\
 const FILTERS: &str = "\
     pid pi pd pidf lqr mpc kalman ekf ukf eskf kf filter filters lowpass highpass bandpass lpf hpf bpf notch \
     biquad iir fir madgwick marg mahony ahrs vqf estimator observer luenberger integrator differentiator \
-    derivative smoother smoothed smoothing average ewma ema sma median mean debounce debouncer debounced hysteresis \
+    derivative smoother smoothed smoothing average ewma ema sma median mean avg movavg debounce debouncer debounced hysteresis \
     schmitt slew ramp complementary fusion envelope follower detector oscillator lfo phasor pll allpass comb \
     reverb chorus phaser flanger compressor limiter equalizer crossover oversampler upsampler downsampler \
     decimator interpolator adsr statistics rms leaky lag washout feedforward feedback odometry dcmimu imu \

@@ -52,7 +52,7 @@ pub(super) fn run(args: &InitArgs) -> Result<ExitStatus, String> {
     }
     let mut status = ExitStatus::Clean;
     for (root, candidates) in &prospect.workspaces {
-        let draft = draft::write(candidates, &prospect.presets, &prospect.sources, &accept);
+        let draft = draft::write(candidates, &prospect.presets, &prospect.sources, root, &accept);
         let path = root.join(FILE_NAME);
         if args.stdout {
             console.print(&draft.text);

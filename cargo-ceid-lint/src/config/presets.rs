@@ -63,6 +63,7 @@ presets! {
     "pid-ctrl"
     "pid-lite"
     "pid-loop"
+    "pid_control"
     "pidgeon"
     "rotary-encoder-embedded"
     "rrtk"

@@ -2,15 +2,15 @@
 
 use std::fmt::Write as _;
 
+use super::places::Places;
 use super::prose::{comment, list, times};
 use crate::candidates::{CycleCandidate, CycleReason, CycleTarget, FilterCandidate, Reason, Subject, Uses};
 use crate::config::{InstancePlace, Multiplicity, Receiver, TimeBase};
-use crate::source::{SourceMap, Span};
 
 /// Writes a `[[filter]]` with its reasons.
-pub(super) fn filter(text: &mut String, filter: &FilterCandidate, sources: &SourceMap, is_on: bool) {
+pub(super) fn filter(text: &mut String, filter: &FilterCandidate, places: &Places<'_>, is_on: bool) {
     let name = filter.path.rsplit("::").next().unwrap_or(&filter.path);
-    let place = filter.place.map(|place| format!(" ({})", place_of(sources, place))).unwrap_or_default();
+    let place = filter.place.map(|place| format!(" ({})", places.of(place))).unwrap_or_default();
     let reasons: Vec<String> = filter.reasons.iter().map(because).collect();
     text.push('\n');
     comment(text, &format!("`{name}`{place}: {}; {}.", reasons.join("; "), used(filter.uses)));
@@ -51,8 +51,8 @@ pub(super) fn filter(text: &mut String, filter: &FilterCandidate, sources: &Sour
 }
 
 /// Writes a `[[cycle]]` with its reason.
-pub(super) fn cycle(text: &mut String, cycle: &CycleCandidate, sources: &SourceMap, is_on: bool) {
-    let place = place_of(sources, cycle.place);
+pub(super) fn cycle(text: &mut String, cycle: &CycleCandidate, places: &Places<'_>, is_on: bool) {
+    let place = places.of(cycle.place);
     let why = match cycle.reason {
         CycleReason::Attribute => "its attribute is that of a handler or task",
         CycleReason::Exported => "it is exported, as handlers are",
@@ -87,10 +87,6 @@ fn write_lines(text: &mut String, lines: &[String], is_on: bool) {
     for line in lines {
         let _ = writeln!(text, "{}{line}", if is_on { "" } else { "#" });
     }
-}
-
-pub(super) fn place_of(sources: &SourceMap, place: Span) -> String {
-    format!("{}:{}", sources.file(place.file).name, sources.line(place))
 }
 
 fn because(reason: &Reason) -> String {

@@ -3,13 +3,17 @@
 //! Prose begins with `# `; what can be turned on begins with `#` and no space, so that removing that `#` is all there is to do.
 
 mod entries;
+mod places;
 mod prose;
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use crate::candidates::{Candidates, Certainty, CycleCandidate, FilterCandidate};
 use crate::config::spelling::nearest;
 use crate::source::SourceMap;
+
+use places::Places;
 
 /// Which candidates are turned on.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -72,9 +76,10 @@ pub struct Draft {
     pub cycles: usize,
 }
 
-/// Writes the file.
+/// Writes the file that stands in `root`.
 #[must_use]
-pub fn write(candidates: &Candidates, presets: &[&str], sources: &SourceMap, accept: &Accept) -> Draft {
+pub fn write(candidates: &Candidates, presets: &[&str], sources: &SourceMap, root: &Path, accept: &Accept) -> Draft {
+    let places = &Places { sources, root };
     let filters_on = candidates.filters.iter().filter(|filter| accept.filter(filter)).count();
     let cycles_on = candidates.cycles.iter().filter(|cycle| accept.cycle(cycle)).count();
     let mut draft = Draft {
@@ -93,21 +98,21 @@ pub fn write(candidates: &Candidates, presets: &[&str], sources: &SourceMap, acc
     let possible: Vec<_> = off.iter().filter(of(Certainty::Possible)).collect();
     if !on.is_empty() {
         prose::heading(text, "Filters that are checked");
-        on.iter().for_each(|filter| entries::filter(text, filter, sources, true));
+        on.iter().for_each(|filter| entries::filter(text, filter, places, true));
     }
     if !likely.is_empty() {
         prose::heading(text, "Most likely filters: remove the `#` of those that are");
-        likely.iter().for_each(|filter| entries::filter(text, filter, sources, false));
+        likely.iter().for_each(|filter| entries::filter(text, filter, places, false));
     }
     if !possible.is_empty() {
         prose::heading(text, "Perhaps filters");
-        possible.iter().for_each(|filter| entries::filter(text, filter, sources, false));
+        possible.iter().for_each(|filter| entries::filter(text, filter, places, false));
     }
     if !candidates.cycles.is_empty() {
         prose::heading(text, "Functions that look like control cycles; loops are found without an entry");
-        candidates.cycles.iter().for_each(|cycle| entries::cycle(text, cycle, sources, accept.cycle(cycle)));
+        candidates.cycles.iter().for_each(|cycle| entries::cycle(text, cycle, places, accept.cycle(cycle)));
     }
-    prose::nameless(text, &candidates.nameless, sources);
+    prose::nameless(text, &candidates.nameless, places);
     if candidates.filters.is_empty() && candidates.cycles.is_empty() {
         prose::heading(text, "How an entry looks");
         let _ = write!(text, "{}", prose::EXAMPLE);

@@ -2,10 +2,9 @@
 
 use std::fmt::Write as _;
 
-use super::entries::place_of;
+use super::places::Places;
 use crate::candidates::{Candidates, Nameless};
 use crate::report::count;
-use crate::source::SourceMap;
 
 /// How wide a comment is.
 const WIDTH: usize = 100;
@@ -90,14 +89,14 @@ pub(super) fn known(text: &mut String, candidates: &Candidates, presets: &[&str]
 }
 
 /// What cannot be named.
-pub(super) fn nameless(text: &mut String, nameless: &[Nameless], sources: &SourceMap) {
+pub(super) fn nameless(text: &mut String, nameless: &[Nameless], places: &Places<'_>) {
     if nameless.is_empty() {
         return;
     }
     heading(text, "Left out, for every path to them names something else as well");
     text.push('\n');
     for one in nameless {
-        comment(text, &format!("`{}` ({})", one.name, place_of(sources, one.place)));
+        comment(text, &format!("`{}` ({})", one.name, places.of(one.place)));
     }
 }
 

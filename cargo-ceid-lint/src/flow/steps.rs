@@ -131,7 +131,10 @@ pub fn takes_step(index: &Index, id: FunctionId) -> bool {
 pub fn is_time_name(name: &str) -> bool {
     let name = name.trim_start_matches('_');
     let base = UNITS.iter().find_map(|(suffix, _)| name.strip_suffix(suffix)).unwrap_or(name);
-    matches!(step_unit(name), Some(StepUnit::Time(_))) || TIMES.contains(&base) || is_time_of_round(base)
+    matches!(step_unit(name), Some(StepUnit::Time(_)))
+        || TIMES.contains(&base)
+        || is_time_of_round(base)
+        || is_point(base)
 }
 
 /// Whether a name is put together of words for one round and for a time: `iteration_length`, `t_interval`. How long an attack or
@@ -142,6 +145,11 @@ fn is_time_of_round(name: &str) -> bool {
     let is_round =
         ["iteration", "sample", "loop", "cycle", "frame", "update", "tick", "step", "last", "t"].contains(&before);
     is_round && ["time", "length", "interval", "period", "duration", "elapsed", "dt"].contains(&last)
+}
+
+/// Whether a name says that it is a point in time, with words around: `timestamp_now`, `sample_timestamp`.
+fn is_point(name: &str) -> bool {
+    name.split('_').any(|word| word == "timestamp" || word == "now")
 }
 
 fn behind(ty: &TypeRef) -> &TypeRef {

@@ -137,7 +137,7 @@ impl<'p, 'a> Method<'p, 'a> {
                     fields.extend(self.field(*place).map(str::to_owned));
                 }
                 ExprKind::Reference { mutable: true, value, .. } => {
-                    fields.extend(self.field(*value).map(str::to_owned))
+                    fields.extend(self.field(*value).map(str::to_owned));
                 }
                 ExprKind::MethodCall { receiver, .. } if self.is_self(*receiver) => {
                     for target in self.targets(id).unwrap_or_default() {
