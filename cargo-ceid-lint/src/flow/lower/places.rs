@@ -175,6 +175,7 @@ impl Builder<'_> {
             match &body.expr(at).kind {
                 ExprKind::Deref(inner) | ExprKind::Index { base: inner, .. } => at = *inner,
                 ExprKind::Path(_) => break,
+                ExprKind::Tuple(places) => return places.iter().flat_map(|place| self.assigned_vars(*place)).collect(),
                 _ => return Vec::new(),
             }
         }
@@ -186,7 +187,9 @@ impl Builder<'_> {
 
     /// `place = value` and destructuring assignments.
     pub(super) fn assign(&mut self, id: ExprId, target: ExprId, value: ExprId) -> Value {
-        let bases = self.assigned_vars(target);
+        // What is assigned part by part comes from its part alone.
+        let is_by_parts = matches!(self.body().expr(value).kind, ExprKind::Tuple(_));
+        let bases = if is_by_parts { Vec::new() } else { self.assigned_vars(target) };
         self.derive(&bases, value);
         let given = self.expr_into(bases, value);
         if self.at.is_none() {
