@@ -102,8 +102,8 @@ const MAX_NAMES: usize = 1_000;
 /// How many steps a name may have: a reference that runs through a list has one more with each link, and names nothing there.
 const MAX_STEPS: usize = 24;
 
-/// Through how many moves an instance is followed to the place that keeps it.
-const MAX_LINKS: u32 = 6;
+/// How many places are asked for the one that keeps what was moved.
+const MAX_MOVES: usize = 64;
 
 impl Aliases {
     pub(super) fn of(index: &Index, graph: &ControlFlowGraph, summaries: &Summaries) -> Self {
@@ -283,15 +283,17 @@ impl Aliases {
         }
     }
 
-    /// Whether what is moved out of a place is still that place's instance: it comes from a parameter or static, which is
-    /// there after the function, or it is taken out inside a loop that the place outlives.
+    /// Whether what is moved out of a place is still that place's instance, or one's from which it was moved there.
     fn keeps_moved(&self, graph: &ControlFlowGraph, from: &Place, at: Option<LoopId>) -> bool {
+        self.keeps_itself(graph, from, at) || self.is_moved_on(graph, from, at, &mut BTreeSet::new())
+    }
+
+    /// Whether a place keeps its instance: it comes from a parameter or static, which is there after the function, or the
+    /// instance is taken out inside a loop that the place outlives.
+    fn keeps_itself(&self, graph: &ControlFlowGraph, from: &Place, at: Option<LoopId>) -> bool {
         let Some(var) = from.base_var() else { return true };
         let info = graph.var(var);
-        if info.param.is_some() && !from.steps.is_empty() {
-            return true;
-        }
-        if self.unnamed.contains(&var) || self.is_moved_on(graph, from, at, 0) {
+        if (info.param.is_some() && !from.steps.is_empty()) || self.unnamed.contains(&var) {
             return true;
         }
         match at {
@@ -303,9 +305,18 @@ impl Aliases {
         }
     }
 
-    /// Whether what is moved out of a place was moved there from one that keeps it.
-    fn is_moved_on(&self, graph: &ControlFlowGraph, from: &Place, at: Option<LoopId>, links: u32) -> bool {
-        let sources = from.base_var().filter(|_| links < MAX_LINKS).and_then(|var| self.sources.get(&var));
+    /// Whether what is moved out of a place was moved there from one that keeps it. Moves may go in a circle.
+    fn is_moved_on(
+        &self,
+        graph: &ControlFlowGraph,
+        from: &Place,
+        at: Option<LoopId>,
+        seen: &mut BTreeSet<Place>,
+    ) -> bool {
+        if seen.len() >= MAX_MOVES || !seen.insert(from.clone()) {
+            return false;
+        }
+        let sources = from.base_var().and_then(|var| self.sources.get(&var));
         sources.into_iter().flatten().any(|(steps, source)| {
             // What a function has by value ends with it, under whatever name.
             let outlives = source.base_var().is_none_or(|var| {
@@ -314,7 +325,7 @@ impl Aliases {
             let rest = from.steps.get(steps.len()..).unwrap_or_default();
             let source = source.join(rest);
             may_match(steps, &from.steps)
-                && (outlives && self.keeps_moved(graph, &source, at) || self.is_moved_on(graph, &source, at, links + 1))
+                && (outlives && self.keeps_itself(graph, &source, at) || self.is_moved_on(graph, &source, at, seen))
         })
     }
 
