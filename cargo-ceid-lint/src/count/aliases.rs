@@ -288,8 +288,7 @@ impl Aliases {
         self.keeps_itself(graph, from, at) || self.is_moved_on(graph, from, at, &mut BTreeSet::new())
     }
 
-    /// Whether a place keeps its instance: it comes from a parameter or static, which is there after the function, or the
-    /// instance is taken out inside a loop that the place outlives.
+    /// Whether a place keeps its instance: a parameter's or static's outlives the function, and others the loop that takes it.
     fn keeps_itself(&self, graph: &ControlFlowGraph, from: &Place, at: Option<LoopId>) -> bool {
         let Some(var) = from.base_var() else { return true };
         let info = graph.var(var);
