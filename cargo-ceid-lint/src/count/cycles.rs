@@ -68,10 +68,11 @@ pub(super) fn choose_cycles(
             around.push(id);
         }
         around.retain(|id| !search.binds(*id) && graph.loop_info(*id).directive != Some(CycleDirective::NotACycle));
-        // `while is_ready() { …; break; }` is an `if`, where something else goes round.
-        if kind == FunctionKind::Cycle || around.iter().any(|id| graph.goes_round(*id)) {
-            around.retain(|id| graph.goes_round(*id));
-        }
+        // `while is_ready() { …; break; }` is an `if`, where something around it goes round.
+        let going = around.iter().rposition(|id| graph.goes_round(*id));
+        let inner = if kind == FunctionKind::Cycle { around.len() } else { going.unwrap_or(0) };
+        let mut at = 0..;
+        around.retain(|id| at.next().is_none_or(|at| at >= inner) || graph.goes_round(*id));
         chosen.push((
             node,
             choose(graph, aliases, summaries, search, node, &around, counts_as, is_helper, &mut sample_loops),

@@ -2,6 +2,7 @@
 
 use crate::flow::{OTHER_HEADS, Program, Subject};
 use crate::index::FunctionId;
+use crate::syntax::tree::{Body, ExprId, ExprKind, Path};
 
 /// Which heads a result may have: a bit for each of the known ones, and one of several for any other.
 pub(super) type Heads = u32;
@@ -35,8 +36,32 @@ pub(super) fn of_mask(subject: &Subject, mask: u32) -> Heads {
 }
 
 /// The heads of a function's result as its callers may rely on them. Which of its own variants an `async fn` gives depends on
-/// what happens first, as `select` does, whatever constructors stand in its body.
+/// what happens first, as `select` does, whatever constructors stand in its body. What does nothing but give a constant stands
+/// in for something that is not written yet, or for another build: `fn read() -> Option<f32> { None }`.
 pub(super) fn of_function(program: &Program<'_>, function: FunctionId, heads: Heads) -> Heads {
-    let is_async = program.index.function(function).function.is_async;
-    if is_async && heads & OTHER != 0 { heads | OTHER } else { heads }
+    let function = &program.index.function(function).function;
+    match &function.body {
+        Some(body) if !function.is_const && is_constant(body, body.root) => ANY,
+        _ if function.is_async && heads & OTHER != 0 => heads | OTHER,
+        _ => heads,
+    }
+}
+
+fn is_constant(body: &Body, id: ExprId) -> bool {
+    match &body.expr(id).kind {
+        ExprKind::Literal(_) | ExprKind::Path(_) => true,
+        ExprKind::Block(block) => block.stmts.is_empty() && block.tail.is_some_and(|tail| is_constant(body, tail)),
+        ExprKind::Call { callee, args } => {
+            let is_constructor = matches!(&body.expr(*callee).kind, ExprKind::Path(path) if is_upper(path));
+            is_constructor && args.iter().all(|arg| is_constant(body, *arg))
+        }
+        ExprKind::Tuple(values) => values.iter().all(|value| is_constant(body, *value)),
+        ExprKind::Negate(value) => is_constant(body, *value),
+        _ => false,
+    }
+}
+
+/// Whether a path is spelled as constructors are.
+fn is_upper(path: &Path) -> bool {
+    path.text().rsplit("::").next().is_some_and(|name| name.starts_with(char::is_uppercase))
 }

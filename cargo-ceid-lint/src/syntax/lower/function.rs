@@ -23,6 +23,7 @@ impl Lowerer<'_, '_> {
             params,
             output: self.return_type(&sig.output),
             is_async: sig.asyncness.is_some(),
+            is_const: sig.constness.is_some(),
             body: block.filter(|block| !self.is_silent_block(block)).map(|block| self.function_body(sig, block)),
         }
     }

@@ -234,6 +234,8 @@ pub struct Function {
     pub output: TypeRef,
     /// `async fn`
     pub is_async: bool,
+    /// `const fn`
+    pub is_const: bool,
     /// The code; `None` for a signature.
     pub body: Option<Body>,
 }
