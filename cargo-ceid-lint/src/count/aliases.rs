@@ -1,8 +1,10 @@
 //! Which places a place may be another name of, whatever the path. Knows no counts.
 
 use std::cell::{Cell, OnceCell, RefCell};
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+
+use rustc_hash::FxHashMap;
 
 use super::given::{Given, place_of};
 use super::instances::{may_hold_filter, place_ty};
@@ -31,13 +33,13 @@ pub(super) struct Aliases {
     /// Collections of which a call is told the number of an element by a variable.
     indexed: Vec<(Var, Place)>,
     /// The roots of the places that were asked for.
-    known: RefCell<HashMap<Place, Arc<[Place]>>>,
+    known: RefCell<FxHashMap<Place, Arc<[Place]>>>,
     /// What the calls that were asked for have to do with, by their results.
-    calls: RefCell<HashMap<Var, Arc<[CalledPlace]>>>,
+    calls: RefCell<FxHashMap<Var, Arc<[CalledPlace]>>>,
     /// What calls mean to an instance that they have nothing to do with, by their results.
-    beside: RefCell<HashMap<Var, Arc<Called>>>,
+    beside: RefCell<FxHashMap<Var, Arc<Called>>>,
     /// The nodes at which something happens to what a base has.
-    near: OnceCell<HashMap<Base, Vec<NodeId>>>,
+    near: OnceCell<FxHashMap<Base, Vec<NodeId>>>,
     /// Whether there were more names than are followed, so that a place may be one of another that is not known.
     is_cut_off: Cell<bool>,
 }
@@ -382,7 +384,7 @@ impl Aliases {
     /// looked at.
     pub(super) fn near<'a>(&'a self, graph: &ControlFlowGraph, summaries: &Summaries, base: Base) -> &'a [NodeId] {
         let find = || {
-            let mut near: HashMap<Base, Vec<NodeId>> = HashMap::new();
+            let mut near: FxHashMap<Base, Vec<NodeId>> = FxHashMap::default();
             for id in graph.node_ids() {
                 let mut bases = BTreeSet::new();
                 let mut add = |place: &Place| bases.extend(self.shared_roots(place).iter().map(|root| root.base));

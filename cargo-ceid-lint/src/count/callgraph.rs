@@ -1,6 +1,8 @@
 //! Who may run whom, and in which order functions are looked at: callees first.
 
-use std::collections::{BTreeSet, HashMap, HashSet, VecDeque};
+use std::collections::{BTreeSet, VecDeque};
+
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::flow::{ControlFlowGraph, Effect, NodeId};
 use crate::index::FunctionId;
@@ -75,14 +77,14 @@ pub(super) fn by_return(graphs: &[Option<ControlFlowGraph>], component: Vec<Func
     if component.len() < 2 {
         return component;
     }
-    let mut waiting: HashMap<FunctionId, Vec<FunctionId>> = HashMap::new();
+    let mut waiting: FxHashMap<FunctionId, Vec<FunctionId>> = FxHashMap::default();
     for id in &component {
         for callee in graphs[id.0 as usize].iter().flat_map(callees) {
             waiting.entry(FunctionId(u32::try_from(callee).unwrap_or(u32::MAX))).or_default().push(*id);
         }
     }
-    let own: HashSet<FunctionId> = component.iter().copied().collect();
-    let mut returning: HashSet<FunctionId> = HashSet::new();
+    let own: FxHashSet<FunctionId> = component.iter().copied().collect();
+    let mut returning: FxHashSet<FunctionId> = FxHashSet::default();
     let mut ordered = Vec::new();
     let mut open: VecDeque<FunctionId> = component.iter().copied().collect();
     while let Some(id) = open.pop_front() {

@@ -69,10 +69,10 @@ pub(super) fn choose_cycles(
         }
         around.retain(|id| !search.binds(*id) && graph.loop_info(*id).directive != Some(CycleDirective::NotACycle));
         // `while is_ready() { …; break; }` is an `if`, where something around it goes round.
-        let going = around.iter().rposition(|id| graph.goes_round(*id));
+        let going = around.iter().rposition(|id| graph.loop_info(*id).goes_round);
         let inner = if kind == FunctionKind::Cycle { around.len() } else { going.unwrap_or(0) };
         let mut at = 0..;
-        around.retain(|id| at.next().is_none_or(|at| at >= inner) || graph.goes_round(*id));
+        around.retain(|id| at.next().is_none_or(|at| at >= inner) || graph.loop_info(*id).goes_round);
         chosen.push((
             node,
             choose(graph, aliases, summaries, search, node, &around, counts_as, is_helper, &mut sample_loops),

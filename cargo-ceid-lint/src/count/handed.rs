@@ -1,6 +1,6 @@
 //! States that are no receivers: which places hold them, and what calls make of those that they hand through.
 
-use std::collections::HashSet;
+use rustc_hash::FxHashSet;
 
 use super::aliases::Aliases;
 use super::counts::Count;
@@ -28,8 +28,8 @@ impl Summaries {
     }
 
     /// The places that are the states of laws that have them in an argument, here or in what is called.
-    pub(super) fn states_of(&self, graph: &ControlFlowGraph, aliases: &Aliases) -> HashSet<Place> {
-        let mut states = HashSet::new();
+    pub(super) fn states_of(&self, graph: &ControlFlowGraph, aliases: &Aliases) -> FxHashSet<Place> {
+        let mut states = FxHashSet::default();
         for node in &graph.nodes {
             match &node.effect {
                 Effect::Update(update) if !update.is_typed && !is_idle(aliases, update) => {

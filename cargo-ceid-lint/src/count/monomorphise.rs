@@ -1,7 +1,7 @@
 //! Generic functions for the types that they are called with: an instance of a function is a copy of its graph in which a method of
 //! a type parameter is that of the type. What is called with no certain type stays one for all types.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use crate::flow::{CallSite, ControlFlowGraph, Effect, Place, Program, Var};
 use crate::index::{FunctionId, Index, Owner, Ty};
@@ -18,7 +18,7 @@ type Types = Vec<(String, Ty)>;
 struct Instances {
     /// What they are instances of, in the order of their numbers.
     origins: Vec<FunctionId>,
-    known: HashMap<(FunctionId, Types), FunctionId>,
+    known: FxHashMap<(FunctionId, Types), FunctionId>,
 }
 
 /// Adds the instances that are called to the graphs. Answers which functions they are instances of.

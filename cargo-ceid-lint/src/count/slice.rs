@@ -1,7 +1,9 @@
 //! Which branches matter for an instance: those on which something that happens to it depends. The others are not told apart.
 
 use std::cell::RefCell;
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
+
+use rustc_hash::FxHashMap;
 
 use super::aliases::Aliases;
 use crate::flow::{ControlFlowGraph, Effect, NodeId, Place, SubjectId};
@@ -20,7 +22,7 @@ pub(super) struct ControlDependence {
     /// The branches on a subject.
     asking: BTreeMap<SubjectId, Vec<NodeId>>,
     /// The heads with which a subject that never changes comes to a node, as far as it was asked: it is the same for all filters.
-    arriving: RefCell<HashMap<(NodeId, SubjectId), u32>>,
+    arriving: RefCell<FxHashMap<(NodeId, SubjectId), u32>>,
 }
 
 impl ControlDependence {

@@ -1,6 +1,8 @@
 //! What a call of a function does to the places it gets: callees first, recursion to a fixpoint.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
+
+use rustc_hash::FxHashMap;
 
 use super::aliases::Aliases;
 use super::answers::{Answers, answers};
@@ -146,7 +148,7 @@ impl Summary {
 /// The summaries of all functions.
 #[derive(Debug, Default)]
 pub(super) struct Summaries {
-    pub(super) of: HashMap<FunctionId, Summary>,
+    pub(super) of: FxHashMap<FunctionId, Summary>,
     /// The functions that call each other and are summarised at the moment.
     pub(super) open: BTreeSet<FunctionId>,
     /// Whether they call each other at all, or themselves.

@@ -106,6 +106,8 @@ pub struct LoopInfo {
     pub in_order: bool,
     /// Whether it is a `while let` or `for` that takes what is there from a queue.
     pub drains: bool,
+    /// Whether it can begin another round.
+    pub goes_round: bool,
     /// Whether it stands in another function that was inlined here, so that it is that function's own.
     pub is_foreign: bool,
     /// The `|` of the closure of this function that a foreign loop calls.

@@ -442,14 +442,6 @@ impl ControlFlowGraph {
         false
     }
 
-    /// Whether a loop can begin another round.
-    #[must_use]
-    pub fn goes_round(&self, id: LoopId) -> bool {
-        let info = self.loop_info(id);
-        let begins_another = |node: &&Node| self.is_within(node.in_loop, id) && node.next.contains(&info.head);
-        info.is_foreign || self.nodes.iter().any(|node| begins_another(&node))
-    }
-
     /// The loops around a node, innermost first.
     pub fn loops_around(&self, node: NodeId) -> impl Iterator<Item = LoopId> + '_ {
         std::iter::successors(self.node(node).in_loop, |id| self.loop_info(*id).parent)

@@ -1,7 +1,9 @@
 //! From the trees of all crates to flat tables. Resolves nothing.
 
+use std::collections::BTreeMap;
 use std::collections::hash_map::Entry::{Occupied, Vacant};
-use std::collections::{BTreeMap, HashMap};
+
+use rustc_hash::FxHashMap;
 
 use super::{
     AliasDef, AliasId, BodyOwner, CrateId, CrateInfo, CrateInput, Def, Entry, FunctionDef, FunctionId, ImplDef, ImplId,
@@ -70,7 +72,7 @@ impl Collector {
             name,
             is_block,
             is_test,
-            names: HashMap::new(),
+            names: FxHashMap::default(),
             globs: Vec::new(),
         });
         id

@@ -138,6 +138,7 @@ impl Index {
             }
             fields.push((TypeId(number), all));
         }
+        self.leading = super::owned::Leading::find(self, &fields);
         self.holding.clear();
         loop {
             let found: Vec<TypeId> = fields

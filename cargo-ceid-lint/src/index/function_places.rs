@@ -1,7 +1,9 @@
 //! Which function a place lies in, and a path that tells the function from all others of its file. Looks at no body.
 
 use std::cmp::Reverse;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
+
+use rustc_hash::FxHashMap;
 
 use super::{BodyOwner, FunctionId, ImplDef, Index, ModuleId, Owner};
 use crate::source::{FileId, SourceMap, Span};
@@ -57,7 +59,7 @@ impl Index {
     /// All functions by their places.
     #[must_use]
     pub fn function_places(&self, sources: &SourceMap) -> FunctionPlaces {
-        let owners: HashMap<ModuleId, BodyOwner> =
+        let owners: FxHashMap<ModuleId, BodyOwner> =
             self.blocks.iter().map(|((owner, _), module)| (*module, *owner)).collect();
         let place = |id: FunctionId| {
             let function = &self.function(id).function;
@@ -76,7 +78,7 @@ impl Index {
         FunctionPlaces { list }
     }
 
-    fn path_in_file(&self, id: FunctionId, file: &str, owners: &HashMap<ModuleId, BodyOwner>) -> String {
+    fn path_in_file(&self, id: FunctionId, file: &str, owners: &FxHashMap<ModuleId, BodyOwner>) -> String {
         let def = self.function(id);
         let own = match def.owner {
             Owner::Module => def.name.clone(),

@@ -1,6 +1,6 @@
 //! Impls and methods of a type. Follows no references: that is the inference's work.
 
-use std::collections::HashSet;
+use rustc_hash::FxHashSet;
 
 use super::{FunctionId, ImplId, Index, Owner, TraitDef, TraitName, TraitRef, Ty, ValueId};
 use crate::syntax::tree::TypeRef;
@@ -76,8 +76,8 @@ impl Index {
     }
 
     /// The traits that a trait asks for, those that they ask for included.
-    fn implied_by(&self, def: &TraitDef) -> HashSet<TraitName> {
-        let mut implied = HashSet::new();
+    fn implied_by(&self, def: &TraitDef) -> FxHashSet<TraitName> {
+        let mut implied = FxHashSet::default();
         let mut open = vec![def];
         while let Some(def) = open.pop() {
             for bound in &def.supertraits {

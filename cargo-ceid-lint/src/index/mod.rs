@@ -10,11 +10,14 @@ mod generics;
 mod known;
 mod lookup;
 mod names;
+mod owned;
 mod rtic;
 mod states;
 mod ty;
 
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet};
+
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::source::Span;
 use crate::syntax::tree::{
@@ -82,19 +85,19 @@ pub struct Index {
     /// The constants and statics.
     pub values: Vec<ValueDef>,
     /// The modules of blocks that hold items, by the function or value whose body the block lies in.
-    pub blocks: HashMap<(BodyOwner, ExprId), ModuleId>,
+    pub blocks: FxHashMap<(BodyOwner, ExprId), ModuleId>,
     /// Macros called where items stand, that could not be read: they may define anything.
     pub opaque_items: Vec<(ModuleId, OpaqueMacro)>,
-    impls_of_type: HashMap<TypeId, Vec<ImplId>>,
-    impls_of_external: HashMap<String, Vec<ImplId>>,
-    impls_of_reference: HashMap<(bool, TypeId), Vec<ImplId>>,
-    traits_of_type: HashMap<TypeId, HashSet<TraitName>>,
-    traits_of_external: HashMap<String, HashSet<TraitName>>,
+    impls_of_type: FxHashMap<TypeId, Vec<ImplId>>,
+    impls_of_external: FxHashMap<String, Vec<ImplId>>,
+    impls_of_reference: FxHashMap<(bool, TypeId), Vec<ImplId>>,
+    traits_of_type: FxHashMap<TypeId, FxHashSet<TraitName>>,
+    traits_of_external: FxHashMap<String, FxHashSet<TraitName>>,
     /// The impls that can cover several types.
     impls_of_any: Vec<ImplId>,
-    impls_of_trait: HashMap<TraitId, Vec<ImplId>>,
+    impls_of_trait: FxHashMap<TraitId, Vec<ImplId>>,
     /// The traits that each trait asks for, at any depth.
-    implied: Vec<HashSet<TraitName>>,
+    implied: Vec<FxHashSet<TraitName>>,
     /// What paths mean, as far as it was asked.
     resolved: std::sync::RwLock<Resolved>,
     specs: Vec<FilterSpec>,
@@ -107,13 +110,15 @@ pub struct Index {
     /// The types of states that laws have in an argument.
     states: Vec<states::StateType>,
     /// The types that are filters or have one among their fields, at any depth.
-    holding: HashSet<TypeId>,
+    holding: FxHashSet<TypeId>,
     /// The types that a field of a struct has.
-    kept: HashSet<TypeId>,
+    kept: FxHashSet<TypeId>,
+    /// The types that lead to destructors or to something that is called.
+    leading: owned::Leading,
 }
 
 /// What paths mean in modules.
-type Resolved = HashMap<(ModuleId, Namespace, Vec<String>), Option<Def>>;
+type Resolved = FxHashMap<(ModuleId, Namespace, Vec<String>), Option<Def>>;
 
 /// Whose body it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -183,7 +188,7 @@ pub struct Module {
     pub is_block: bool,
     /// Whether it is compiled for tests only.
     pub is_test: bool,
-    names: HashMap<(Namespace, String), Entry>,
+    names: FxHashMap<(Namespace, String), Entry>,
     globs: Vec<Vec<String>>,
 }
 

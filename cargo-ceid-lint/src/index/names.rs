@@ -1,6 +1,6 @@
 //! What a path means in a module: `use`, globs, re-exports, `crate`, `self`, `super`, extern crates, the prelude.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use super::known;
 use super::{CrateId, Def, Entry, Index, ModuleId, Shape};
@@ -18,7 +18,7 @@ pub enum Namespace {
 /// imports that lead to each other end, and each name of each module is looked up once.
 #[derive(Default)]
 struct Trail {
-    answers: HashMap<(ModuleId, Namespace, String), Option<Def>>,
+    answers: FxHashMap<(ModuleId, Namespace, String), Option<Def>>,
 }
 
 impl Index {

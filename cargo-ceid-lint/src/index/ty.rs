@@ -144,6 +144,50 @@ impl Ty {
         named.find(|(name, _)| name == "Item").map(|(_, item)| item)
     }
 
+    /// Whether the type or one of the types that it is made of is such a one.
+    pub fn has_part(&self, is_such: &mut dyn FnMut(&Self) -> bool) -> bool {
+        let parts: &[Self] = match self {
+            Self::Adt(_, args) | Self::External(_, args) | Self::Tuple(args) => args,
+            Self::Ref(_, inner) | Self::Pointer(inner) | Self::Array(inner, _) | Self::Slice(inner) => {
+                std::slice::from_ref(&**inner)
+            }
+            _ => &[],
+        };
+        is_such(self) || parts.iter().any(|part| part.has_part(is_such))
+    }
+
+    /// Whether a value of the type is called by its name, whatever stands behind that.
+    #[must_use]
+    pub fn is_callable(&self) -> bool {
+        matches!(self, Self::Closure(_)) || self.called_as().is_some()
+    }
+
+    /// The parameters and the output of a type that can only be called: `impl FnMut(A) -> B`, `F: Fn(A)`, `&mut dyn FnMut(A)`.
+    #[must_use]
+    pub fn called_as(&self) -> Option<(Vec<Self>, Self)> {
+        let bounds: &[TraitRef] = match self.peel() {
+            Self::Param(param) => &param.bounds,
+            Self::Opaque(bounds) => bounds,
+            Self::External(path, args) if path.ends_with("::Box") => return args.first()?.called_as(),
+            _ => return None,
+        };
+        bounds.iter().find_map(|bound| {
+            let TraitName::External(path) = &bound.name else { return None };
+            if !matches!(
+                path.rsplit("::").next(),
+                Some("Fn" | "FnMut" | "FnOnce" | "AsyncFn" | "AsyncFnMut" | "AsyncFnOnce")
+            ) {
+                return None;
+            }
+            let params = match bound.args.first() {
+                Some(Self::Tuple(params)) => params.clone(),
+                _ => Vec::new(),
+            };
+            let output = bound.assoc.iter().find(|(name, _)| name == "Output");
+            Some((params, output.map_or(Self::unit(), |(_, ty)| ty.clone())))
+        })
+    }
+
     /// The same type with parameters replaced by name.
     #[must_use]
     pub fn substitute(&self, map: &[(String, Self)]) -> Self {

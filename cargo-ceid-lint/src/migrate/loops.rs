@@ -1,9 +1,11 @@
 //! Where the loops of a program stand in its bodies, and what all plans ask of the text and the bodies around them.
 
 use std::cell::{OnceCell, RefCell};
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::rc::Rc;
+
+use rustc_hash::FxHashMap;
 
 use super::text::{Style, has_word};
 use crate::flow::Program;
@@ -19,10 +21,10 @@ pub(super) type Parents = Rc<[Option<ExprId>]>;
 pub(super) struct Loops<'a> {
     pub(super) program: &'a Program<'a>,
     /// By their keywords: the function, the loop, and the block that is one iteration; all of a function by its own keyword.
-    at: HashMap<Span, (FunctionId, ExprId, ExprId)>,
-    parents: RefCell<HashMap<FunctionId, Parents>>,
-    outlines: RefCell<HashMap<FileId, Rc<Outline>>>,
-    styles: RefCell<HashMap<FileId, Style>>,
+    at: FxHashMap<Span, (FunctionId, ExprId, ExprId)>,
+    parents: RefCell<FxHashMap<FunctionId, Parents>>,
+    outlines: RefCell<FxHashMap<FileId, Rc<Outline>>>,
+    styles: RefCell<FxHashMap<FileId, Style>>,
     /// The root modules of the crates that catch panics.
     catching: OnceCell<Vec<ModuleId>>,
     /// The files that ask for a use of each result.
@@ -31,7 +33,7 @@ pub(super) struct Loops<'a> {
 
 impl<'a> Loops<'a> {
     pub(super) fn of(program: &'a Program<'a>) -> Self {
-        let mut at = HashMap::new();
+        let mut at = FxHashMap::default();
         for id in program.index.function_ids() {
             let Some(body) = &program.index.function(id).function.body else { continue };
             // A function that is called once per cycle is one iteration of a loop elsewhere.

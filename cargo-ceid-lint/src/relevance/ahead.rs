@@ -1,11 +1,12 @@
 //! Reads the code of a directory while it is not yet known which packages there are: cargo takes longer to say it than the disk
 //! to give all bytes. What was read so is what would be read later; what was not is read then.
 
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
+
+use rustc_hash::FxHashMap;
 
 use super::files::{is_left_out, read};
 use super::links::{Link, links};
@@ -28,7 +29,7 @@ impl FileFacts {
 
 /// The files that were read before they were asked for.
 #[derive(Debug, Default)]
-pub struct ReadAhead(HashMap<PathBuf, FileFacts>);
+pub struct ReadAhead(FxHashMap<PathBuf, FileFacts>);
 
 impl ReadAhead {
     pub(super) fn get(&self, path: &Path) -> Option<&FileFacts> {

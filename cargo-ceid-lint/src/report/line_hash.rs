@@ -1,7 +1,7 @@
 //! The hash by which GitHub code scanning knows the line of an alert again: `primaryLocationLineHash`, as its upload action
 //! computes it (github/codeql-action, `src/fingerprints.ts`).
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// How many characters from the beginning of a line make up its hash.
 const BLOCK: usize = 100;
@@ -21,7 +21,7 @@ pub(super) fn line_hashes(text: &str) -> Vec<String> {
         before.push(hash.wrapping_mul(FACTOR).wrapping_add(*unit));
     }
     let of_block = (0..BLOCK).fold(1_u64, |power, _| power.wrapping_mul(FACTOR));
-    let mut seen: HashMap<u64, u32> = HashMap::new();
+    let mut seen: FxHashMap<u64, u32> = FxHashMap::default();
     let numbered = starts.into_iter().map(|start| {
         let hash = before[start + BLOCK].wrapping_sub(before[start].wrapping_mul(of_block));
         let occurrence = seen.entry(hash).or_default();

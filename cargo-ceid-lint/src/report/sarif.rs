@@ -1,6 +1,6 @@
 //! SARIF 2.1.0 (OASIS), as code scanning services read it. The section numbers are those of the standard.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use serde_json::{Value, json};
 
@@ -23,7 +23,7 @@ pub(super) fn document(project: &Project, report: &Report, outcome: &Outcome) ->
     let baseline = report.baselines.iter().find(|comparison| comparison.old.is_some()).map(Comparison::name);
     let scope = Scope { sources: &report.sources, repository: Repository::around(&project.root), baseline };
     let prints = fingerprints(&report.sources, &report.diagnostics);
-    let mut hashes: HashMap<FileId, Vec<String>> = HashMap::new();
+    let mut hashes: FxHashMap<FileId, Vec<String>> = FxHashMap::default();
     let results = report.diagnostics.iter().zip(&prints).map(|(diagnostic, print)| {
         let span = diagnostic.primary.span;
         let of_file = hashes.entry(span.file).or_insert_with(|| line_hashes(&report.sources.file(span.file).text));

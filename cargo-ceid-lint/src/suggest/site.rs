@@ -2,9 +2,10 @@
 
 use std::cell::RefCell;
 use std::cmp::Reverse;
-use std::collections::HashMap;
 use std::ops::Range;
 use std::rc::Rc;
+
+use rustc_hash::FxHashMap;
 
 use crate::diagnostic::{Applicability, Suggestion};
 use crate::flow::Program;
@@ -41,8 +42,8 @@ pub(super) struct Site<'a> {
 pub(super) struct Places<'a> {
     program: &'a Program<'a>,
     /// The functions of each file, by where they begin; of those that begin at one place, the innermost last.
-    functions: HashMap<FileId, Vec<Function>>,
-    texts: RefCell<HashMap<FileId, Text>>,
+    functions: FxHashMap<FileId, Vec<Function>>,
+    texts: RefCell<FxHashMap<FileId, Text>>,
 }
 
 /// A text as tokens and as brackets.
@@ -57,7 +58,7 @@ struct Function {
 
 impl<'a> Places<'a> {
     pub(super) fn of(program: &'a Program<'a>) -> Self {
-        let mut functions: HashMap<FileId, Vec<Function>> = HashMap::new();
+        let mut functions: FxHashMap<FileId, Vec<Function>> = FxHashMap::default();
         for id in program.index.function_ids() {
             let function = &program.index.function(id).function;
             let Some(body) = &function.body else { continue };

@@ -1,14 +1,16 @@
 //! Pieces of code in an order in which those around a place are found without a look at all of them.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 use std::ops::Range;
+
+use rustc_hash::FxHashMap;
 
 use super::Placed;
 use crate::source::{FileId, Span};
 
 /// Pieces of code with the numbers of what stands for them.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Ranges(HashMap<FileId, Vec<Piece>>);
+pub(super) struct Ranges(FxHashMap<FileId, Vec<Piece>>);
 
 /// A piece in a list that is sorted by its beginnings, and read as a tree: the middle of each part of the list is above the
 /// rest of that part.
@@ -23,7 +25,7 @@ struct Piece {
 impl Ranges {
     /// The pieces that a list stands for, with the numbers in that list.
     pub(super) fn of<T>(list: &[Placed<T>]) -> Self {
-        let mut files: HashMap<FileId, Vec<Piece>> = HashMap::new();
+        let mut files: FxHashMap<FileId, Vec<Piece>> = FxHashMap::default();
         for (number, placed) in list.iter().enumerate() {
             for Span { file, start, end } in placed.reach.iter().map(|reach| reach.span) {
                 let piece = Piece { span: Span { file, start, end }, number, furthest: end };

@@ -1,6 +1,8 @@
 //! From where a directive stands to the statement, loop, function, impl or module that it stands for.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
+
+use rustc_hash::FxHashMap;
 
 use super::Crate;
 use crate::source::{FileId, SourceMap, Span};
@@ -11,17 +13,17 @@ use crate::syntax::{Directive, Site};
 #[derive(Debug, Default)]
 pub(super) struct Code {
     /// The package and target of each file.
-    owners: HashMap<FileId, (usize, usize)>,
+    owners: FxHashMap<FileId, (usize, usize)>,
     /// By where they begin: the largest piece.
     pieces: BTreeMap<(FileId, u32), Span>,
     /// By where they end: the largest statement.
     ends: BTreeMap<(FileId, u32), Span>,
     /// By where the body's bracket stands: the loop or function.
-    heads: HashMap<(FileId, u32), Span>,
+    heads: FxHashMap<(FileId, u32), Span>,
     /// What modules in files of their own hold, by their declarations.
-    modules: HashMap<Span, Vec<Span>>,
+    modules: FxHashMap<Span, Vec<Span>>,
     /// The declarations of such modules.
-    files: HashMap<FileId, Vec<Span>>,
+    files: FxHashMap<FileId, Vec<Span>>,
 }
 
 impl Code {

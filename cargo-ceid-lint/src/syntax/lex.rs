@@ -47,10 +47,15 @@ impl<'a> Lexer<'a> {
         self.bytes.get(self.at + ahead).copied().unwrap_or(0)
     }
 
+    /// Goes on while the bytes are of a kind.
+    fn skip(&mut self, is_such: impl Fn(u8) -> bool) {
+        let rest = &self.bytes[self.at..];
+        self.at += rest.iter().position(|byte| !is_such(*byte)).unwrap_or(rest.len());
+    }
+
     fn line_comment(&mut self) -> TokenKind {
-        while self.at < self.bytes.len() && self.peek(0) != b'\n' {
-            self.at += 1;
-        }
+        let rest = &self.bytes[self.at..];
+        self.at += memchr::memchr(b'\n', rest).unwrap_or(rest.len());
         TokenKind::LineComment
     }
 
@@ -75,13 +80,16 @@ impl<'a> Lexer<'a> {
 
     /// The rest of a string with escapes.
     fn string(&mut self) -> TokenKind {
-        while self.at < self.bytes.len() {
-            self.at += 1;
-            match self.bytes[self.at - 1] {
-                b'"' => break,
-                b'\\' => self.at += 1,
-                _ => {}
+        while let Some(rest) = self.bytes.get(self.at..) {
+            let Some(end) = memchr::memchr2(b'"', b'\\', rest) else {
+                self.at = self.bytes.len();
+                break;
+            };
+            self.at += end + 1;
+            if rest[end] == b'"' {
+                break;
             }
+            self.at += 1;
         }
         TokenKind::Literal
     }
@@ -111,9 +119,7 @@ impl<'a> Lexer<'a> {
 
     /// A word, number or raw string.
     fn word(&mut self, start: usize) -> TokenKind {
-        while self.at < self.bytes.len() && is_of_word(self.peek(0)) {
-            self.at += 1;
-        }
+        self.skip(is_of_word);
         let is_raw = matches!(&self.bytes[start..self.at], b"r" | b"br" | b"cr") && self.raw_string();
         if is_raw { TokenKind::Literal } else { TokenKind::Word }
     }
@@ -148,9 +154,7 @@ impl Iterator for Lexer<'_> {
         self.at += 1;
         let kind = match byte {
             _ if byte.is_ascii_whitespace() => {
-                while self.peek(0).is_ascii_whitespace() {
-                    self.at += 1;
-                }
+                self.skip(|byte| byte.is_ascii_whitespace());
                 TokenKind::Space
             }
             b'/' if self.peek(0) == b'/' => self.line_comment(),
@@ -167,8 +171,8 @@ impl Iterator for Lexer<'_> {
     }
 }
 
-fn is_of_word(byte: u8) -> bool {
-    matches!(byte, b'_' | b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | 0x80..)
+const fn is_of_word(byte: u8) -> bool {
+    byte.is_ascii_alphanumeric() || byte == b'_' || !byte.is_ascii()
 }
 
 #[cfg(test)]

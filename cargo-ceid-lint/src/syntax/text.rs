@@ -1,7 +1,8 @@
 //! Tokens as text, and the names among them. Never keeps a token.
 
-use std::collections::HashSet;
 use std::ops::Range;
+
+use rustc_hash::FxHashSet;
 
 use proc_macro2::{Delimiter, Spacing, TokenStream, TokenTree};
 
@@ -54,7 +55,7 @@ pub(super) fn mentions(tokens: &TokenStream) -> Vec<String> {
 #[derive(Default)]
 struct Mentions {
     names: Vec<String>,
-    seen: HashSet<String>,
+    seen: FxHashSet<String>,
 }
 
 impl Mentions {

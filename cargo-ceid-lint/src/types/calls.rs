@@ -4,7 +4,7 @@ use super::builtin;
 use super::infer::{Infer, param_types};
 use super::paths::Value;
 use super::{Callee, Resolved};
-use crate::index::{Def, FunctionId, MethodOwner, Owner, ParamTy, TraitName, TraitRef, Ty, TypeId};
+use crate::index::{Def, FunctionId, MethodOwner, Owner, Ty, TypeId};
 use crate::syntax::tree::{ExprId, ExprKind, Path, TypeRef};
 
 impl Infer<'_> {
@@ -55,7 +55,7 @@ impl Infer<'_> {
         match value {
             Value::Local(local) => {
                 let ty = self.variables.shallow(&self.typed.locals[local.0 as usize].ty.clone()).peel().clone();
-                match callable_bound(&ty) {
+                match ty.called_as() {
                     Some((params, output)) => {
                         for (number, arg) in args.iter().enumerate() {
                             self.expr(*arg, params.get(number));
@@ -276,11 +276,11 @@ impl Infer<'_> {
             return;
         };
         let given = param
-            .and_then(callable_bound)
+            .and_then(Ty::called_as)
             .map(|(params, _)| params.iter().map(|ty| ty.substitute(map)).collect::<Vec<_>>());
         let ty = self.closure(arg, closure, &given.unwrap_or_default());
         if let (Some((_, output)), Some(found)) =
-            (param.and_then(callable_bound), self.closure_outputs.get(&arg).cloned())
+            (param.and_then(Ty::called_as), self.closure_outputs.get(&arg).cloned())
         {
             self.variables.unify(&output.substitute(map), &found);
         }
@@ -462,38 +462,4 @@ impl Infer<'_> {
 pub fn names_constructor(name: &str) -> bool {
     matches!(name, "new" | "default" | "pin" | "const_new" | "init" | "create" | "builder" | "now")
         || ["new_", "with_", "from"].iter().any(|prefix| name.starts_with(prefix))
-}
-
-/// The parameters and the output of a type that can only be called: `impl FnMut(A) -> B`, `F: Fn(A)`, `&mut dyn FnMut(A)`.
-/// Whether a value of the type is called by its name, whatever stands behind that.
-#[must_use]
-pub fn is_callable(ty: &Ty) -> bool {
-    matches!(ty, Ty::Closure(_)) || callable_bound(ty).is_some()
-}
-
-fn callable_bound(ty: &Ty) -> Option<(Vec<Ty>, Ty)> {
-    let bounds: &[TraitRef] = match ty.peel() {
-        Ty::Param(param) => {
-            let ParamTy { bounds, .. } = &**param;
-            bounds
-        }
-        Ty::Opaque(bounds) => bounds,
-        Ty::External(path, args) if path.ends_with("::Box") && !args.is_empty() => return callable_bound(&args[0]),
-        _ => return None,
-    };
-    bounds.iter().find_map(|bound| {
-        let TraitName::External(path) = &bound.name else { return None };
-        if !matches!(
-            path.rsplit("::").next(),
-            Some("Fn" | "FnMut" | "FnOnce" | "AsyncFn" | "AsyncFnMut" | "AsyncFnOnce")
-        ) {
-            return None;
-        }
-        let params = match bound.args.first() {
-            Some(Ty::Tuple(params)) => params.clone(),
-            _ => Vec::new(),
-        };
-        let output = bound.assoc.iter().find(|(name, _)| name == "Output").map_or(Ty::unit(), |(_, ty)| ty.clone());
-        Some((params, output))
-    })
 }

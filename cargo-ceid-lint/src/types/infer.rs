@@ -1,6 +1,6 @@
 //! The walk over a body: scopes, variables, and the order of two passes, the second of which knows what the first found.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use super::unify::Variables;
 use super::{Callee, Local, LocalId, TypedBody};
@@ -16,12 +16,12 @@ pub(super) struct Infer<'a> {
     pub(super) scope: TyScope<'a>,
     pub(super) variables: Variables,
     pub(super) typed: TypedBody,
-    pub(super) names: Vec<HashMap<String, LocalId>>,
+    pub(super) names: Vec<FxHashMap<String, LocalId>>,
     pub(super) output: Ty,
     pub(super) break_tys: Vec<(Option<String>, Ty)>,
     /// What each closure gives back, so that calls of it know.
-    pub(super) closure_outputs: HashMap<ExprId, Ty>,
-    pub(super) closure_params: HashMap<ExprId, Vec<Ty>>,
+    pub(super) closure_outputs: FxHashMap<ExprId, Ty>,
+    pub(super) closure_params: FxHashMap<ExprId, Vec<Ty>>,
     /// Whether the pattern of an arm is bound.
     pub(super) in_arm: bool,
 }
@@ -52,8 +52,8 @@ pub(super) fn run(index: &Index, owner: BodyOwner) -> Option<TypedBody> {
         names: Vec::new(),
         output,
         break_tys: Vec::new(),
-        closure_outputs: HashMap::new(),
-        closure_params: HashMap::new(),
+        closure_outputs: FxHashMap::default(),
+        closure_params: FxHashMap::default(),
         in_arm: false,
     };
     for _ in 0..2 {
@@ -80,7 +80,7 @@ pub(super) fn param_types(index: &Index, def: &FunctionDef, scope: &TyScope<'_>)
 
 impl Infer<'_> {
     fn pass(&mut self, params: &[Ty]) {
-        self.names = vec![HashMap::new()];
+        self.names = vec![FxHashMap::default()];
         let body = self.body;
         for (number, pat) in body.params.iter().enumerate() {
             let ty = params.get(number).cloned().unwrap_or(Ty::Unknown);
@@ -126,7 +126,7 @@ impl Infer<'_> {
 
     /// Runs `inside` with a scope of its own for variables.
     pub(super) fn in_scope<T>(&mut self, inside: impl FnOnce(&mut Self) -> T) -> T {
-        self.names.push(HashMap::new());
+        self.names.push(FxHashMap::default());
         let result = inside(self);
         self.names.pop();
         result

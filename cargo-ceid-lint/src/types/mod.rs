@@ -15,7 +15,9 @@ mod pattern;
 mod unify;
 mod unread;
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
+
+use rustc_hash::FxHashMap;
 
 use crate::index::{BodyOwner, Def, FunctionId, Index, MethodOwner, Ty};
 use crate::source::Span;
@@ -23,7 +25,7 @@ use crate::syntax::tree::{ExprId, PatId};
 
 pub use adapted::ADAPTED;
 pub use builtin::{is_lock, is_pointer, is_transparent};
-pub use calls::{is_callable, names_constructor};
+pub use calls::names_constructor;
 
 /// A variable of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -86,17 +88,17 @@ pub struct TypedBody {
     /// The type of each expression.
     pub expr_ty: Vec<Ty>,
     /// The variable that a path means.
-    pub expr_local: HashMap<ExprId, LocalId>,
+    pub expr_local: FxHashMap<ExprId, LocalId>,
     /// What another path means.
-    pub expr_def: HashMap<ExprId, Def>,
+    pub expr_def: FxHashMap<ExprId, Def>,
     /// The variable that a pattern binds.
-    pub pat_local: HashMap<PatId, LocalId>,
+    pub pat_local: FxHashMap<PatId, LocalId>,
     /// The variant, type or constant that a pattern names.
-    pub pat_def: HashMap<PatId, Def>,
+    pub pat_def: FxHashMap<PatId, Def>,
     /// What each call runs.
     pub callees: BTreeMap<ExprId, Callee>,
     /// What a path to a function runs where it is called: `Filter::update` in `for_each(Filter::update)`.
-    pub items: HashMap<ExprId, Resolved>,
+    pub items: FxHashMap<ExprId, Resolved>,
 }
 
 impl TypedBody {

@@ -1,6 +1,6 @@
 //! Variables of the inference and what they stand for. Lenient: a mismatch is ignored, because the compiler reports it.
 
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 use super::unread::Origin;
 use crate::index::Ty;
@@ -10,7 +10,7 @@ use crate::index::Ty;
 pub(super) struct Variables {
     bound: Vec<Option<Ty>>,
     /// Those that stand for what unread code of a filter gave.
-    origins: HashMap<u32, Origin>,
+    origins: FxHashMap<u32, Origin>,
 }
 
 /// How deep types are compared: more is a type that contains itself.

@@ -1,6 +1,8 @@
 //! Where a way is decided: behind which branch no update can follow any more, by all that the way has found by then.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
+
+use rustc_hash::FxHashMap;
 
 use super::run::Run;
 use crate::count::counts::Count;
@@ -16,7 +18,7 @@ impl Run<'_, '_> {
     /// Moves the point at which each way skips up to the branch whose answer leaves no update: `match message { Ping if loud => …,
     /// Ping => {}, Level(z) => f.update(z) }` is decided by `Ping`, not by `loud`.
     pub(super) fn skip_where_known(&mut self) {
-        let mut looks: HashMap<(NodeId, Answers), bool> = HashMap::new();
+        let mut looks: FxHashMap<(NodeId, Answers), bool> = FxHashMap::default();
         for number in 0..self.exploration.ends.len() {
             let end = &self.exploration.ends[number];
             let Some(skipped_at) = end.state.skipped_at.filter(|_| end.state.count == Count::Zero) else { continue };

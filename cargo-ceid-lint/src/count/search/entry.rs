@@ -1,13 +1,14 @@
 //! Where a search of a loop begins: the names that the instance has there, and what is known of conditions.
 
-use super::hash::BuildHasher;
 use super::interner::Interner;
 use super::names::is_concerned;
 use super::run::Run;
 use super::{Entry, MAX_STATES, Region, Search, State};
 use crate::count::counts::Count;
 use crate::flow::{Base, Cause, Effect, LoopId, NodeId, Place};
-use std::collections::{BTreeSet, HashSet};
+use std::collections::BTreeSet;
+
+use rustc_hash::FxHashSet;
 
 impl Search<'_> {
     /// The heads that a subject can have where a loop is entered: those of the constants that a variable is given outside it.
@@ -102,7 +103,7 @@ impl Search<'_> {
     /// The names of the instance at a node, over all ways that lead there, or over those that conditions which never change leave.
     fn explore_to(&self, target: NodeId, starts: &[NodeId], are_told_apart: bool) -> Vec<Reached> {
         let mut known: Interner<Reached> = Interner::default();
-        let mut seen: HashSet<(NodeId, u32), BuildHasher> = HashSet::default();
+        let mut seen: FxHashSet<(NodeId, u32)> = FxHashSet::default();
         let mut open: Vec<(NodeId, u32)> = Vec::new();
         let begin = known.intern((vec![self.instance.clone()], None));
         for start in starts {

@@ -1,12 +1,13 @@
 //! Small numbers for values that states share.
 
-use std::collections::HashMap;
 use std::rc::Rc;
+
+use rustc_hash::FxHashMap;
 
 #[derive(Default)]
 pub(super) struct Interner<T> {
     values: Vec<Rc<T>>,
-    known: HashMap<Rc<T>, u32>,
+    known: FxHashMap<Rc<T>, u32>,
 }
 
 impl<T: Eq + std::hash::Hash> Interner<T> {

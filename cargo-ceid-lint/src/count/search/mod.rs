@@ -7,7 +7,6 @@ mod decided;
 mod effects;
 mod entry;
 mod exploration;
-mod hash;
 mod interner;
 mod modes;
 mod names;
@@ -19,7 +18,9 @@ mod shared;
 mod versions;
 
 use std::cell::{Cell, OnceCell, RefCell};
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
+
+use rustc_hash::FxHashMap;
 
 pub(super) use called::Called;
 pub(super) use exploration::{End, EndKind, Exploration};
@@ -98,9 +99,9 @@ pub(super) struct Search<'a> {
     covering: BTreeMap<LoopId, bool>,
     dependence: &'a ControlDependence,
     /// What the calls do that were asked for, by their results.
-    called: RefCell<HashMap<Var, std::sync::Arc<Called>>>,
+    called: RefCell<FxHashMap<Var, std::sync::Arc<Called>>>,
     /// What subjects read, as far as it was asked.
-    reads: RefCell<HashMap<SubjectId, std::rc::Rc<settled::Reads>>>,
+    reads: RefCell<FxHashMap<SubjectId, std::rc::Rc<settled::Reads>>>,
     /// The nodes that may update it.
     updating: OnceCell<BTreeSet<NodeId>>,
     /// How many states were looked at.

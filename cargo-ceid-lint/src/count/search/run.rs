@@ -1,9 +1,10 @@
 //! One search at work: its states, what each effect does to them, and how ways end.
 
-use std::collections::{BTreeSet, HashSet, VecDeque};
+use std::collections::{BTreeSet, VecDeque};
+
+use rustc_hash::FxHashSet;
 
 use super::entry::Known;
-use super::hash::BuildHasher;
 use super::interner::Interner;
 use super::versions::Versions;
 use super::{End, EndKind, Exploration, MAX_STATES, Region, Search, State};
@@ -35,7 +36,7 @@ pub(super) struct Run<'s, 'a> {
     own: BTreeSet<LoopId>,
     /// Whether nothing updates the instance outside such loops.
     is_all_own: bool,
-    pub(super) seen: HashSet<State, BuildHasher>,
+    pub(super) seen: FxHashSet<State>,
     pub(super) queue: VecDeque<usize>,
     /// The mode that is asked about, if one is.
     pub(super) mode: Option<super::Mode>,
@@ -66,7 +67,7 @@ impl<'s, 'a> Run<'s, 'a> {
             doubt: None,
             own: BTreeSet::new(),
             is_all_own: false,
-            seen: HashSet::default(),
+            seen: FxHashSet::default(),
             queue: VecDeque::new(),
             mode: None,
             of_caller: Vec::new(),

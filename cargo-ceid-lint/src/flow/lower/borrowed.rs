@@ -1,6 +1,6 @@
 //! What a body borrows by `&mut`, and what it does with it.
 
-use std::collections::HashSet;
+use rustc_hash::FxHashSet;
 
 use super::Builder;
 use crate::flow::IndexKey;
@@ -8,7 +8,7 @@ use crate::syntax::tree::{Body, ExprId, ExprKind};
 use crate::types::{LocalId, TypedBody};
 
 /// The locals of a body that are assigned or borrowed mutably somewhere.
-pub(super) fn mutated_locals(body: &Body, typed: &TypedBody) -> HashSet<LocalId> {
+pub(super) fn mutated_locals(body: &Body, typed: &TypedBody) -> FxHashSet<LocalId> {
     let targets = body.exprs.iter().filter_map(|expr| match &expr.kind {
         ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } => Some(*place),
         ExprKind::Reference { mutable: true, value, .. } => Some(*value),
@@ -18,8 +18,8 @@ pub(super) fn mutated_locals(body: &Body, typed: &TypedBody) -> HashSet<LocalId>
 }
 
 /// What is given to calls as it is, or taken apart by a pattern: what happens to it there is known.
-pub(super) fn passed(body: &Body) -> HashSet<ExprId> {
-    let mut found = HashSet::new();
+pub(super) fn passed(body: &Body) -> FxHashSet<ExprId> {
+    let mut found = FxHashSet::default();
     for expr in &body.exprs {
         match &expr.kind {
             ExprKind::Call { args, .. } | ExprKind::MethodCall { args, .. } => found.extend(args.iter().copied()),

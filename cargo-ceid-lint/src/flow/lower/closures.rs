@@ -2,7 +2,9 @@
 
 use super::stored::{Holder, StoredClosure};
 use super::{Builder, Frame, MAX_INLINE, Value};
-use std::collections::{BTreeSet, HashSet};
+use std::collections::BTreeSet;
+
+use rustc_hash::FxHashSet;
 
 use crate::flow::{About, Caller, Cause, CycleKind, Effect, LoopId, NodeId, Place, Rounds, Var};
 use crate::index::FunctionId;
@@ -312,7 +314,7 @@ impl Builder<'_> {
 }
 
 /// The locals of a body that are given a value in several places.
-pub(super) fn given_anew(body: &Body, typed: &TypedBody) -> HashSet<LocalId> {
+pub(super) fn given_anew(body: &Body, typed: &TypedBody) -> FxHashSet<LocalId> {
     let assigned = body.exprs.iter().flat_map(|expr| match &expr.kind {
         ExprKind::Assign { place, .. } => typed.expr_local.get(place).copied().into_iter().collect(),
         ExprKind::Block(block) => {
@@ -324,6 +326,6 @@ pub(super) fn given_anew(body: &Body, typed: &TypedBody) -> HashSet<LocalId> {
         }
         _ => Vec::new(),
     });
-    let mut seen = HashSet::new();
+    let mut seen = FxHashSet::default();
     assigned.filter(|local| !seen.insert(*local)).collect()
 }

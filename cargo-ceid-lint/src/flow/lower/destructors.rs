@@ -35,7 +35,7 @@ impl Builder<'_> {
 
     /// What runs where a value of a type is dropped: its own destructor, and those of its parts.
     fn destructors(&self, ty: &Ty, place: &Place, depth: u32, found: &mut Vec<Destructor>) {
-        if depth > MAX_DEPTH || self.is_guard_ty(ty) {
+        if depth > MAX_DEPTH || !self.program.index.leads_to_destructor(ty) || self.is_guard_ty(ty) {
             return;
         }
         let first = found.len();

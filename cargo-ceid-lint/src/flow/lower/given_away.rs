@@ -1,6 +1,6 @@
 //! Guards that go where they are not followed: a call that gets one by value may drop it, or keep it for longer than the cycle.
 
-use std::collections::HashSet;
+use rustc_hash::FxHashSet;
 
 use super::calls::path_tail;
 use super::{Builder, ClosureRef, Value};
@@ -107,7 +107,7 @@ impl Builder<'_> {
             return true;
         }
         let Some(local) = typed.pat_local.get(pat) else { return false };
-        let mut lent = HashSet::new();
+        let mut lent = FxHashSet::default();
         for (at, expr) in (0u32..).map(ExprId).zip(&body.exprs) {
             match &expr.kind {
                 ExprKind::Reference { value, .. } => lent.extend([*value]),

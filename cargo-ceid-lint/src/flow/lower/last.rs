@@ -1,13 +1,13 @@
 //! What is followed by nothing but the end of an iteration.
 
-use std::collections::HashSet;
+use rustc_hash::FxHashSet;
 
 use crate::syntax::tree::{Block, Body, ExprId, ExprKind, StmtKind};
 
 /// The expressions of a body that are the last ones of an iteration: at the end of a loop or of the function, or right before
 /// a jump.
-pub(super) fn last_of_iterations(body: &Body) -> HashSet<ExprId> {
-    let mut found = HashSet::new();
+pub(super) fn last_of_iterations(body: &Body) -> FxHashSet<ExprId> {
+    let mut found = FxHashSet::default();
     let mut open = vec![body.root];
     for expr in &body.exprs {
         match &expr.kind {

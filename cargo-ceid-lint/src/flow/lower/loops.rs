@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use rustc_hash::FxHashMap;
+
 use super::exits::{Scope, ScopeKind};
 use super::{Builder, Value};
 use crate::flow::{Caller, CycleKind, Effect, Limit, LoopId, LoopInfo, NodeId, Place, Rounds, Var};
@@ -66,11 +68,26 @@ impl Builder<'_> {
             passes_over: false,
             in_order: false,
             drains: false,
+            goes_round: self.is_foreign(),
             is_foreign: self.is_foreign(),
             closure: None,
             caller: Caller::Code,
             directive: self.program.directive(keyword),
             text,
+        }
+    }
+
+    /// Finds the loops whose head something in them leads back to.
+    pub(super) fn find_rounds(&mut self) {
+        let heads: FxHashMap<NodeId, LoopId> =
+            (0u32..).zip(&self.graph.loops).map(|(id, info)| (info.head, LoopId(id))).collect();
+        for id in self.graph.node_ids() {
+            let node = self.graph.node(id);
+            let begun = node.next.iter().filter_map(|next| heads.get(next).copied());
+            let again: Vec<LoopId> = begun.filter(|begun| self.graph.is_within(node.in_loop, *begun)).collect();
+            for loop_id in again {
+                self.graph.loops[loop_id.0 as usize].goes_round = true;
+            }
         }
     }
 

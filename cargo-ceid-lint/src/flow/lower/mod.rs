@@ -51,8 +51,9 @@ mod values;
 mod waits;
 mod written;
 
-use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
+
+use rustc_hash::{FxHashMap, FxHashSet};
 pub use {flags::is_flag, received::is_receiving};
 
 use closures::ClosureRef;
@@ -88,17 +89,17 @@ struct Frame<'a> {
     function: FunctionId,
     body: &'a Body,
     typed: &'a TypedBody,
-    vars: HashMap<LocalId, Var>,
+    vars: FxHashMap<LocalId, Var>,
     /// The parameters that stand for places of the caller, where a function is read in the place of its call.
-    stand_ins: HashMap<LocalId, Place>,
+    stand_ins: FxHashMap<LocalId, Place>,
     /// The locals that are assigned or borrowed mutably somewhere.
-    mutated: HashSet<LocalId>,
+    mutated: FxHashSet<LocalId>,
     /// What is given to calls as it is, or taken apart by a pattern.
-    passed: HashSet<ExprId>,
+    passed: FxHashSet<ExprId>,
     /// The locals that are given a value in several places.
-    given_anew: HashSet<LocalId>,
+    given_anew: FxHashSet<LocalId>,
     /// What is followed by nothing but the end of an iteration.
-    last: HashSet<ExprId>,
+    last: FxHashSet<ExprId>,
     /// Whether a closure is written in it.
     has_closures: bool,
 }
@@ -109,8 +110,8 @@ impl<'a> Frame<'a> {
             function,
             body,
             typed,
-            vars: HashMap::new(),
-            stand_ins: HashMap::new(),
+            vars: FxHashMap::default(),
+            stand_ins: FxHashMap::default(),
             mutated: borrowed::mutated_locals(body, typed),
             passed: borrowed::passed(body),
             given_anew: closures::given_anew(body, typed),
@@ -149,43 +150,43 @@ struct Builder<'a> {
     loops: Vec<LoopId>,
     /// The node to which the next one is linked; `None` where nothing leads any more.
     at: Option<NodeId>,
-    closures: HashMap<Var, ClosureRef>,
+    closures: FxHashMap<Var, ClosureRef>,
     /// Which variables hold iterators.
-    iterators: HashMap<Var, Rc<sources::Source>>,
+    iterators: FxHashMap<Var, Rc<sources::Source>>,
     /// Whole numbers that variables are known to have at this point of the text.
-    numbers: HashMap<Var, u64>,
+    numbers: FxHashMap<Var, u64>,
     /// The numbers that variables were declared with, even if they change.
-    initials: HashMap<Var, u64>,
+    initials: FxHashMap<Var, u64>,
     /// Variables that hold a state which a law gave back.
-    advanced: HashSet<Var>,
+    advanced: FxHashSet<Var>,
     /// The locals that a `move` closure has copies of, and the copies.
-    captures: HashMap<(usize, ExprId), Vec<(LocalId, Var)>>,
+    captures: FxHashMap<(usize, ExprId), Vec<(LocalId, Var)>>,
     /// Calls whose futures are not awaited yet, by the frames and expressions of the calls.
-    deferred: HashMap<(usize, ExprId), futures::Deferred>,
+    deferred: FxHashMap<(usize, ExprId), futures::Deferred>,
     /// What a value may be that is one function or closure or another one, by the frame and expression that chooses.
-    choices: HashMap<(usize, ExprId), Vec<ClosureRef>>,
+    choices: FxHashMap<(usize, ExprId), Vec<ClosureRef>>,
     /// The closures that have come from the branches so far, by the variable in which they meet.
-    arrived: HashMap<Var, Vec<Option<ClosureRef>>>,
+    arrived: FxHashMap<Var, Vec<Option<ClosureRef>>>,
     /// The closures that are put somewhere, and what may call them from there.
     stored: stored::Stored,
     /// Patterns of several alternatives whose names are bound where each of them is asked for.
-    bound_by_asking: HashSet<(usize, PatId)>,
-    guards_of: HashMap<Var, GuardId>,
+    bound_by_asking: FxHashSet<(usize, PatId)>,
+    guards_of: FxHashMap<Var, GuardId>,
     /// The variables that say whether a guard is alive.
-    alive: HashMap<GuardId, Var>,
+    alive: FxHashMap<GuardId, Var>,
     /// The guards that are made and not bound yet.
     made: Vec<made::Made>,
     /// The scopes in which the variables that hold guards were declared.
-    guard_scopes: HashMap<Var, usize>,
+    guard_scopes: FxHashMap<Var, usize>,
     /// The guards that something else than the end of their scope may have ended.
-    ended: HashSet<GuardId>,
+    ended: FxHashSet<GuardId>,
     /// How the laws of adapted filters run, by the variables that the filters were given to first.
-    adapted: HashMap<Var, adapted::Adaptation>,
+    adapted: FxHashMap<Var, adapted::Adaptation>,
     /// The adapted filters that a guard holds and runs in every cycle.
-    adapted_by: HashMap<GuardId, Vec<(Place, Option<crate::flow::Rounds>, adapted::Adaptation)>>,
+    adapted_by: FxHashMap<GuardId, Vec<(Place, Option<crate::flow::Rounds>, adapted::Adaptation)>>,
     /// The names of adapted filters that a guard holds and that are fed.
-    admitted: HashSet<Var>,
-    subjects: HashMap<String, super::SubjectId>,
+    admitted: FxHashSet<Var>,
+    subjects: FxHashMap<String, super::SubjectId>,
     inlining: Vec<FunctionId>,
     /// The variables that the value of the expression at hand goes into.
     targets: Vec<Var>,
@@ -236,26 +237,26 @@ impl<'a> Builder<'a> {
             scopes: Vec::new(),
             loops: Vec::new(),
             at: None,
-            closures: HashMap::new(),
-            iterators: HashMap::new(),
-            numbers: HashMap::new(),
-            initials: HashMap::new(),
-            advanced: HashSet::new(),
-            captures: HashMap::new(),
-            deferred: HashMap::new(),
-            choices: HashMap::new(),
-            arrived: HashMap::new(),
+            closures: FxHashMap::default(),
+            iterators: FxHashMap::default(),
+            numbers: FxHashMap::default(),
+            initials: FxHashMap::default(),
+            advanced: FxHashSet::default(),
+            captures: FxHashMap::default(),
+            deferred: FxHashMap::default(),
+            choices: FxHashMap::default(),
+            arrived: FxHashMap::default(),
             stored: stored::Stored::default(),
-            bound_by_asking: HashSet::new(),
-            guards_of: HashMap::new(),
-            alive: HashMap::new(),
+            bound_by_asking: FxHashSet::default(),
+            guards_of: FxHashMap::default(),
+            alive: FxHashMap::default(),
             made: Vec::new(),
-            guard_scopes: HashMap::new(),
-            ended: HashSet::new(),
-            adapted: HashMap::new(),
-            adapted_by: HashMap::new(),
-            admitted: HashSet::new(),
-            subjects: HashMap::new(),
+            guard_scopes: FxHashMap::default(),
+            ended: FxHashSet::default(),
+            adapted: FxHashMap::default(),
+            adapted_by: FxHashMap::default(),
+            admitted: FxHashSet::default(),
+            subjects: FxHashMap::default(),
             inlining: vec![function],
             targets: Vec::new(),
             target_value: None,
@@ -310,6 +311,7 @@ impl<'a> Builder<'a> {
         self.settle_copies();
         self.copy_subjects();
         self.mark_debug_only();
+        self.find_rounds();
         self.graph
     }
 

@@ -2,8 +2,8 @@
 
 use super::{Builder, Value};
 use crate::flow::{Caller, Cause, Effect, LoopId, NodeId, Place, Var};
-use crate::index::{FunctionId, Shape, Ty};
-use crate::syntax::tree::{ExprId, ExprKind, Fields};
+use crate::index::{FunctionId, Ty};
+use crate::syntax::tree::{ExprId, ExprKind};
 
 /// The closures that are put somewhere, and the calls that may run them from there.
 #[derive(Default)]
@@ -62,7 +62,7 @@ impl Builder<'_> {
         for (expr, value) in exprs.iter().zip(values) {
             if let Some(by) = value.place.as_ref().and_then(Place::base_var)
                 && !(self.loops.is_empty() && self.is_passed_by_value(*expr, value, receiver, targets))
-                && self.holds_callable(self.ty(*expr), 0)
+                && self.program.index.leads_to_callable(self.ty(*expr))
             {
                 self.note_stored_call(Some(by), false, self.span(id));
             }
@@ -73,32 +73,6 @@ impl Builder<'_> {
         if self.at.is_some() {
             let node = self.emit(Effect::Nothing, span);
             self.stored.calls.push(StoredCall { node, by, is_callee });
-        }
-    }
-
-    /// Whether a value of the type may hold something that is called.
-    fn holds_callable(&self, ty: &Ty, depth: u32) -> bool {
-        const MAX_DEPTH: u32 = 6;
-        if depth > MAX_DEPTH || crate::types::is_callable(ty) {
-            return true;
-        }
-        let holds = |ty: &Ty| self.holds_callable(ty, depth + 1);
-        let index = self.program.index;
-        match ty {
-            Ty::Ref(_, inner) | Ty::Array(inner, _) | Ty::Slice(inner) => holds(inner),
-            Ty::Tuple(parts) | Ty::External(_, parts) => parts.iter().any(holds),
-            Ty::Adt(id, args) => {
-                let of = |variant: Option<usize>, fields: &Fields| {
-                    let types = fields.fields.iter().filter_map(|field| index.field_ty(ty, variant, &field.name));
-                    types.collect::<Vec<_>>().iter().any(holds)
-                };
-                args.iter().any(holds)
-                    || match &index.type_def(*id).shape {
-                        Shape::Struct(fields) => of(None, fields),
-                        Shape::Enum(variants) => variants.iter().enumerate().any(|(at, it)| of(Some(at), &it.fields)),
-                    }
-            }
-            _ => false,
         }
     }
 

@@ -1,6 +1,6 @@
 //! Threads and tasks: what they do is counted where they are spawned if they certainly end there, and elsewhere otherwise.
 
-use std::collections::HashSet;
+use rustc_hash::FxHashSet;
 
 use super::calls::path_tail;
 use super::{Builder, ClosureRef, Value};
@@ -56,7 +56,7 @@ impl Builder<'_> {
     pub(super) fn run_beside(&mut self, closure: ClosureRef, span: Span) {
         let frame = &self.frames[closure.frame];
         let place = frame.body.expr(closure.expr).span;
-        if self.may_stay(frame.body, frame.typed, place, &mut HashSet::new()) {
+        if self.may_stay(frame.body, frame.typed, place, &mut FxHashSet::default()) {
             self.detach_closure(closure, span);
             return;
         }
@@ -75,7 +75,7 @@ impl Builder<'_> {
     }
 
     /// Whether code may run until something else ends it, here or in what it calls.
-    fn may_stay(&self, body: &Body, typed: &TypedBody, place: Span, seen: &mut HashSet<FunctionId>) -> bool {
+    fn may_stay(&self, body: &Body, typed: &TypedBody, place: Span, seen: &mut FxHashSet<FunctionId>) -> bool {
         let counts = |condition: ExprId| {
             matches!(body.expr(condition).kind, ExprKind::Binary { op: "<" | "<=" | ">" | ">=" | "!=", .. })
         };

@@ -47,7 +47,8 @@ impl Attrs {
 impl Lowerer<'_, '_> {
     pub(in crate::syntax) fn attrs(&self, attributes: &[syn::Attribute]) -> Attrs {
         let mut attrs = Attrs { kept: Vec::new(), presence: Presence::Present, paths: Vec::new() };
-        for attribute in attributes {
+        // Most attributes are docs.
+        for attribute in attributes.iter().filter(|attribute| !attribute.path().is_ident("doc")) {
             let span = self.span(attribute.pound_token.span).to(self.span(attribute.bracket_token.span.close()));
             self.meta(&attribute.meta, span, &Presence::Present, &mut attrs);
         }

@@ -1,0 +1,68 @@
+//! What owning or borrowing a value of a type may lead to: destructors of the analysed code, and what can be called.
+
+use rustc_hash::FxHashSet;
+
+use super::{Index, Ty, TypeId};
+
+/// The types whose values lead to something, at any depth, whatever their parameters stand for.
+#[derive(Debug, Default)]
+pub(super) struct Leading {
+    destructors: FxHashSet<TypeId>,
+    callables: FxHashSet<TypeId>,
+}
+
+impl Leading {
+    /// Goes from what has it to what has that in a field.
+    pub(super) fn find(index: &Index, fields: &[(TypeId, Vec<Ty>)]) -> Self {
+        let of_drop = index
+            .impls
+            .iter()
+            .filter(|def| def.implements.as_ref().is_some_and(|name| index.trait_text(name) == "Drop"));
+        let destructors = of_drop.filter_map(|def| if let Ty::Adt(id, _) = &def.self_ty { Some(*id) } else { None });
+        let calls = |all: &[Ty]| all.iter().any(|ty| ty.has_part(&mut Ty::is_callable));
+        let callables = fields.iter().filter(|(_, all)| calls(all)).map(|(id, _)| *id).collect();
+        Self { destructors: holders(destructors.collect(), fields), callables: holders(callables, fields) }
+    }
+}
+
+/// The types that have one of these in a field, at any depth, and these themselves.
+fn holders(mut found: FxHashSet<TypeId>, fields: &[(TypeId, Vec<Ty>)]) -> FxHashSet<TypeId> {
+    if found.is_empty() {
+        return found;
+    }
+    let mut held_by: Vec<(TypeId, TypeId)> = Vec::new();
+    for (holder, all) in fields {
+        for ty in all {
+            ty.has_part(&mut |part| {
+                if let Ty::Adt(id, _) = part {
+                    held_by.push((*id, *holder));
+                }
+                false
+            });
+        }
+    }
+    held_by.sort_unstable();
+    let mut open: Vec<TypeId> = found.iter().copied().collect();
+    while let Some(id) = open.pop() {
+        let first = held_by.partition_point(|(held, _)| *held < id);
+        let of_same = held_by[first..].iter().take_while(|(held, _)| *held == id);
+        open.extend(of_same.map(|(_, holder)| *holder).filter(|holder| found.insert(*holder)));
+    }
+    found
+}
+
+impl Index {
+    /// Whether a destructor of the analysed code may run where a value of the type is dropped.
+    #[must_use]
+    pub fn leads_to_destructor(&self, ty: &Ty) -> bool {
+        ty.has_part(&mut |part| matches!(part, Ty::Adt(id, _) if self.leading.destructors.contains(id)))
+    }
+
+    /// Whether a value of the type may lead to something that is called.
+    #[must_use]
+    pub fn leads_to_callable(&self, ty: &Ty) -> bool {
+        ty.has_part(&mut |part| {
+            part.is_callable() || matches!(part, Ty::Adt(id, _) if self.leading.callables.contains(id))
+        })
+    }
+}
