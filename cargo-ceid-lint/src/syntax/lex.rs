@@ -171,8 +171,21 @@ impl Iterator for Lexer<'_> {
     }
 }
 
-const fn is_of_word(byte: u8) -> bool {
-    byte.is_ascii_alphanumeric() || byte == b'_' || !byte.is_ascii()
+/// Which bytes words and numbers are made of: every byte of a file is asked for, some more than once.
+static OF_WORD: [bool; 256] = {
+    let mut table = [false; 256];
+    let mut byte = 0u8;
+    loop {
+        table[byte as usize] = byte.is_ascii_alphanumeric() || byte == b'_' || !byte.is_ascii();
+        if byte == u8::MAX {
+            break table;
+        }
+        byte += 1;
+    }
+};
+
+fn is_of_word(byte: u8) -> bool {
+    OF_WORD[usize::from(byte)]
 }
 
 #[cfg(test)]
