@@ -87,71 +87,103 @@ pub struct Section {
     pub to: Option<u64>,
     /// Whether these numbers are known; otherwise it is some slice.
     pub is_exact: bool,
-    /// Its spelling.
-    pub text: Arc<str>,
+    /// How it comes about.
+    pub kind: SectionKind,
 }
 
-const CHUNK: &str = "a chunk";
-const TAKEN: &str = "the first";
-const SKIPPED: &str = "behind the first";
+/// How a slice of a collection comes about.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum SectionKind {
+    /// It is written like this: `1..`.
+    Written(Arc<str>),
+    /// It is one of the slices that a collection is handed out in, each element in exactly one of them.
+    Chunk,
+    /// It is the first ones: as many as there are, or fewer.
+    Taken,
+    /// It is all but the first ones.
+    Skipped,
+}
+
+impl SectionKind {
+    /// Its spelling.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        match self {
+            Self::Written(text) => text,
+            Self::Chunk => "a chunk",
+            Self::Taken => "the first",
+            Self::Skipped => "behind the first",
+        }
+    }
+}
 
 impl Section {
-    /// A slice of which nothing is known but how it is written.
+    /// The elements with these numbers, as the code writes it.
+    #[must_use]
+    pub fn known(from: u64, to: Option<u64>, text: &str) -> Self {
+        Self { from, to, is_exact: true, kind: SectionKind::Written(Arc::from(text)) }
+    }
+
+    /// A slice of which nothing is known but how the code writes it.
     #[must_use]
     pub fn unknown(text: &str) -> Self {
-        Self { from: 0, to: None, is_exact: false, text: Arc::from(text) }
+        Self::some(SectionKind::Written(Arc::from(text)))
     }
 
-    /// One of the slices that a collection is handed out in, each element in exactly one of them.
+    fn some(kind: SectionKind) -> Self {
+        Self { from: 0, to: None, is_exact: false, kind }
+    }
+
+    /// One of the slices that a collection is handed out in.
     #[must_use]
     pub fn chunk() -> Self {
-        Self::unknown(CHUNK)
-    }
-
-    /// Whether it is one of the slices that a collection is handed out in.
-    #[must_use]
-    pub fn is_chunk(&self) -> bool {
-        &*self.text == CHUNK
+        Self::some(SectionKind::Chunk)
     }
 
     /// The first ones of a collection: as many as there are, or fewer.
     #[must_use]
     pub fn taken(count: Option<u64>) -> Self {
-        Self { from: 0, to: count, is_exact: count.is_some(), text: Arc::from(TAKEN) }
-    }
-
-    /// Whether it is the first ones of a collection, which may be all of them.
-    #[must_use]
-    pub fn is_taken(&self) -> bool {
-        &*self.text == TAKEN
+        Self { from: 0, to: count, is_exact: count.is_some(), kind: SectionKind::Taken }
     }
 
     /// All elements of a collection but the first ones, if it is known how many these are.
     #[must_use]
     pub fn skipped(count: Option<u64>) -> Self {
-        Self { from: count.unwrap_or_default(), to: None, is_exact: count.is_some(), text: Arc::from(SKIPPED) }
+        let from = count.unwrap_or_default();
+        Self { from, to: None, is_exact: count.is_some(), kind: SectionKind::Skipped }
+    }
+
+    /// Whether it is one of the slices that a collection is handed out in.
+    #[must_use]
+    pub fn is_chunk(&self) -> bool {
+        self.kind == SectionKind::Chunk
+    }
+
+    /// Whether it is the first ones of a collection, which may be all of them.
+    #[must_use]
+    pub fn is_taken(&self) -> bool {
+        self.kind == SectionKind::Taken
     }
 
     /// Whether it is all elements of a collection but the first ones.
     #[must_use]
     pub fn is_skipped(&self) -> bool {
-        &*self.text == SKIPPED
+        self.kind == SectionKind::Skipped
     }
 
     /// The slice of the whole collection that another one is of this slice.
     fn within(&self, inner: &Self) -> Self {
-        let is_said = |section: &Self| section.is_chunk() || section.is_taken() || section.is_skipped();
         // What an adaptor says of a slice does not hold of the whole.
-        let text = match (is_said(inner), is_said(self)) {
-            (true, true) if !self.is_chunk() || !inner.is_chunk() => Arc::from(".."),
-            (true, false) => self.text.clone(),
-            _ => inner.text.clone(),
+        let kind = match (&self.kind, &inner.kind) {
+            (_, SectionKind::Written(_)) | (SectionKind::Chunk, SectionKind::Chunk) => inner.kind.clone(),
+            (SectionKind::Written(_), _) => self.kind.clone(),
+            _ => SectionKind::Written(Arc::from("..")),
         };
         if !self.is_exact || !inner.is_exact {
-            return Self::unknown(&text);
+            return Self::some(kind);
         }
         let to = inner.to.map(|to| self.from + to).or(self.to);
-        Self { from: self.from + inner.from, to, is_exact: true, text }
+        Self { from: self.from + inner.from, to, is_exact: true, kind }
     }
 
     /// Whether it has the element with that number; `None` if that cannot be known.
@@ -167,7 +199,7 @@ impl Section {
             IndexKey::Number(number) if self.is_exact => IndexKey::Number(self.from + number),
             IndexKey::Slice(inner) => IndexKey::Slice(self.within(inner)),
             IndexKey::EachIn(inner) => IndexKey::EachIn(self.within(inner)),
-            _ => IndexKey::Data(self.text.clone()),
+            _ => IndexKey::Data(Arc::from(self.kind.text())),
         }
     }
 }
@@ -398,7 +430,7 @@ impl IndexKey {
             Self::Var(id) => var(*id),
             Self::Param(number) => format!("#{number}"),
             Self::Each => "*".to_owned(),
-            Self::Slice(section) | Self::EachIn(section) => section.text.to_string(),
+            Self::Slice(section) | Self::EachIn(section) => section.kind.text().to_owned(),
         }
     }
 }

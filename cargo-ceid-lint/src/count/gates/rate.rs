@@ -183,33 +183,35 @@ impl Gates<'_, '_> {
         self.assigning(place).any(|id| self.is_set_back(id, place) && !before[id.0 as usize])
     }
 
-    /// Whether what a counter has run up to is taken from it behind a branch, where the way does not go, and nowhere else:
-    /// `if n >= FULL { n -= FULL; … }`.
+    /// Whether what a counter has run up to is taken from it behind a branch, and nowhere else: `if n >= FULL { n -= FULL; … }`.
     fn is_used_up(&self, place: &Place, at: NodeId, way: &Way) -> bool {
-        let changes = &self.search.graph.changes;
-        let lowers = |id: &NodeId| {
-            changes.get(id).is_some_and(|change| matches!(change.kind, ChangeKind::CountsDown | ChangeKind::Spends))
-        };
-        let elsewhere = self.reached(|node, _| node != at);
-        let mut lowering = self.assigning(place).filter(lowers).peekable();
-        lowering.peek().is_some() && lowering.all(|id| !elsewhere[id.0 as usize] && !way.nodes.contains(&id))
+        let lowers = |id: &NodeId| matches!(self.change(*id), Some(ChangeKind::CountsDown | ChangeKind::Spends));
+        self.are_only_behind(self.assigning(place).filter(lowers), at, way)
     }
 
-    /// Whether a count is compared with one that is put off behind the branch, where the way does not go, and nowhere else:
-    /// `if n >= next { next += FULL; … }`.
+    /// Whether a count is compared with one that is put off behind the branch, and nowhere else: `if n >= next { next += FULL; … }`.
     fn is_deadline(&self, test: &Test, place: &Place, at: NodeId, way: &Way) -> bool {
-        let elsewhere = self.reached(|node, _| node != at);
         let puts_off = |id: NodeId| {
-            let kind = self.search.graph.changes.get(&id).map(|change| change.kind);
-            matches!(kind, Some(ChangeKind::CountsUp | ChangeKind::Accumulates | ChangeKind::Other))
-                && !elsewhere[id.0 as usize]
-                && !way.nodes.contains(&id)
+            matches!(self.change(id), Some(ChangeKind::CountsUp | ChangeKind::Accumulates | ChangeKind::Other))
         };
         test.about.compared.contains(&Some(place.clone()))
             && test.about.compared.iter().flatten().any(|other| {
-                let mut assigning = self.assigning(other).peekable();
-                other != place && self.outlives(other) && assigning.peek().is_some() && assigning.all(puts_off)
+                other != place
+                    && self.outlives(other)
+                    && self.assigning(other).all(puts_off)
+                    && self.are_only_behind(self.assigning(other), at, way)
             })
+    }
+
+    /// Whether there are such nodes, and all are reached through a branch only, where the way does not go.
+    fn are_only_behind(&self, nodes: impl Iterator<Item = NodeId>, at: NodeId, way: &Way) -> bool {
+        let elsewhere = self.reached(|node, _| node != at);
+        let mut nodes = nodes.peekable();
+        nodes.peek().is_some() && nodes.all(|id| !elsewhere[id.0 as usize] && !way.nodes.contains(&id))
+    }
+
+    fn change(&self, id: NodeId) -> Option<ChangeKind> {
+        self.search.graph.changes.get(&id).map(|change| change.kind)
     }
 
     pub(super) fn is_number(&self, place: &Place) -> bool {

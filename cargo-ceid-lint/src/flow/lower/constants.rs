@@ -131,11 +131,7 @@ impl Constants<'_> {
         if is_assigned {
             return None;
         }
-        let blocks = self.body.exprs.iter().filter_map(|expr| match &expr.kind {
-            ExprKind::Block(block) => Some(block),
-            _ => None,
-        });
-        blocks.flat_map(|block| &block.stmts).find_map(|stmt| match &stmt.kind {
+        self.body.stmts().find_map(|stmt| match &stmt.kind {
             StmtKind::Let { pat, init, .. } if self.typed.pat_local.get(pat) == Some(local) => *init,
             _ => None,
         })

@@ -281,11 +281,7 @@ impl Builder<'_> {
     /// Whether what is taken out of a place by a call is given to that place again, by itself or under the name that it gets.
     fn is_put_back(&mut self, taken: ExprId, place: &Place) -> bool {
         let (body, typed) = (self.body(), self.typed());
-        let lets = body.exprs.iter().filter_map(|expr| match &expr.kind {
-            ExprKind::Block(block) => Some(&block.stmts),
-            _ => None,
-        });
-        let name = lets.flatten().find_map(|stmt| match &stmt.kind {
+        let name = body.stmts().find_map(|stmt| match &stmt.kind {
             StmtKind::Let { pat, init, .. } if *init == Some(taken) => typed.pat_local.get(pat),
             _ => None,
         });

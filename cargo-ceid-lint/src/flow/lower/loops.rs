@@ -236,12 +236,8 @@ impl Builder<'_> {
         let tree = self.body();
         let span = tree.expr(inside).span;
         // What only tells something the number asks for nothing.
-        let statements = tree.exprs.iter().filter_map(|expr| match &expr.kind {
-            ExprKind::Block(block) => Some(&block.stmts),
-            _ => None,
-        });
-        let told: BTreeSet<Span> = statements
-            .flatten()
+        let told: BTreeSet<Span> = tree
+            .stmts()
             .filter_map(|stmt| match &stmt.kind {
                 StmtKind::Expr { expr, .. } => Some(tree.expr(*expr).span),
                 StmtKind::Let { .. } => None,

@@ -545,13 +545,13 @@ impl Builder<'_> {
         let rest = pats.iter().position(|pat| body.is_rest(*pat));
         for (number, inner) in pats.iter().enumerate() {
             let from = number as u64;
-            let text = || Arc::from("..");
+            let text = "..";
             let key = match rest {
-                Some(rest) if number == rest => {
-                    let is_exact = number + 1 == pats.len();
-                    IndexKey::Slice(Section { from, to: None, is_exact, text: text() })
+                Some(rest) if number == rest && number + 1 == pats.len() => {
+                    IndexKey::Slice(Section::known(from, None, text))
                 }
-                Some(rest) if number > rest => IndexKey::Data(text()),
+                Some(rest) if number == rest => IndexKey::Slice(Section::unknown(text)),
+                Some(rest) if number > rest => IndexKey::Data(Arc::from(text)),
                 _ => IndexKey::Number(from),
             };
             let place = value.place.as_ref().map(|place| place.element(key));

@@ -132,7 +132,7 @@ impl Builder<'_> {
             (Some(0), None | Some(None)) => None,
             (Some(from), None | Some(Some(_))) => {
                 let to = to.flatten().map(|to| to + u64::from(inclusive));
-                Some(IndexKey::Slice(Section { from, to, is_exact: true, text: self.text(id).into() }))
+                Some(IndexKey::Slice(Section::known(from, to, &self.text(id))))
             }
             _ => Some(IndexKey::Slice(Section::unknown(&self.text(id)))),
         }

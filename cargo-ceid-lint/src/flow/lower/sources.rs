@@ -174,8 +174,8 @@ impl Source {
         {
             // Which ones these are is known where they come in order.
             if self.in_order {
-                let text = format!("..{count}").into();
-                self.item = Item::Element(place.slice(Section { from: 0, to: Some(*count), is_exact: true, text }));
+                let section = Section::known(0, Some(*count), &format!("..{count}"));
+                self.item = Item::Element(place.slice(section));
             } else {
                 self.passes_over = true;
             }

@@ -135,11 +135,7 @@ impl Builder<'_> {
         if ids().filter_map(joined).any(|handle| self.behind_results(handle) == spawned) {
             return true;
         }
-        let blocks = body.exprs.iter().filter_map(|expr| match &expr.kind {
-            ExprKind::Block(block) => Some(block),
-            _ => None,
-        });
-        blocks.into_iter().any(|block| {
+        body.blocks().any(|block| {
             let made = block.stmts.iter().enumerate().find_map(|(at, stmt)| match &stmt.kind {
                 StmtKind::Let { pat, init: Some(init), .. } if self.behind_results(*init) == spawned => {
                     Some((at, typed.pat_local.get(pat)?))

@@ -74,11 +74,7 @@ impl<'p, 'a> Method<'p, 'a> {
     }
 
     fn taken_apart(&self) -> BTreeMap<LocalId, String> {
-        let blocks = self.body.exprs.iter().filter_map(|expr| match &expr.kind {
-            ExprKind::Block(block) => Some(block),
-            _ => None,
-        });
-        let parts = blocks.flat_map(|block| &block.stmts).filter_map(|stmt| match &stmt.kind {
+        let parts = self.body.stmts().filter_map(|stmt| match &stmt.kind {
             StmtKind::Let { pat, init: Some(init), .. } if self.is_self(*init) => match &self.body.pat(*pat).kind {
                 PatKind::Struct(_, fields) => Some(fields),
                 _ => None,

@@ -1,8 +1,18 @@
 //! The tree of a body as a walk needs it: children, parents, and what lies in what. Decides nothing.
 
-use super::{Body, ExprId, ExprKind, MacroKind, StmtKind};
+use super::{Block, Body, ExprId, ExprKind, MacroKind, Stmt, StmtKind};
 
 impl Body {
+    /// All blocks, wherever they stand.
+    pub fn blocks(&self) -> impl Iterator<Item = &Block> {
+        self.exprs.iter().filter_map(|expr| if let ExprKind::Block(block) = &expr.kind { Some(block) } else { None })
+    }
+
+    /// The statements of all blocks.
+    pub fn stmts(&self) -> impl Iterator<Item = &Stmt> {
+        self.blocks().flat_map(|block| &block.stmts)
+    }
+
     /// The expressions directly in another one, in the order in which they are written.
     #[must_use]
     pub fn children(&self, id: ExprId) -> Vec<ExprId> {
