@@ -156,7 +156,7 @@ impl Aliases {
         aliases.find_advanced(graph, summaries);
         for info in &graph.loops {
             for (var, place) in &info.items {
-                aliases.sources.entry(*var).or_default().push((Vec::new(), place.clone()));
+                aliases.name(&Place::var(*var), place);
             }
         }
         for (to, from) in &graph.derived {
@@ -167,8 +167,11 @@ impl Aliases {
 
     /// A place in a value in between is another name.
     fn name(&mut self, to: &Place, from: &Place) {
-        if let Some(var) = to.base_var() {
-            self.sources.entry(var).or_default().push((to.steps.clone(), from.clone()));
+        let Some(var) = to.base_var() else { return };
+        let sources = self.sources.entry(var).or_default();
+        let entry = (to.steps.clone(), from.clone());
+        if !sources.contains(&entry) {
+            sources.push(entry);
         }
     }
 
@@ -278,11 +281,7 @@ impl Aliases {
             }
             return;
         }
-        let sources = self.sources.entry(var).or_default();
-        let entry = (steps.clone(), from.clone());
-        if !sources.contains(&entry) {
-            sources.push(entry);
-        }
+        self.name(to, from);
     }
 
     /// Whether what is moved out of a place is still that place's instance, or one's from which it was moved there.
@@ -439,8 +438,7 @@ impl Aliases {
                     continue;
                 }
                 if steps.len() > place.steps.len() {
-                    let mut inner: Vec<Projection> = Clone::clone(&part);
-                    inner.extend_from_slice(&steps[place.steps.len()..]);
+                    let inner = [part.as_slice(), &steps[place.steps.len()..]].concat();
                     found.extend(self.roots(source).into_iter().map(|root| (inner.clone(), root)));
                 } else {
                     open.push((part.clone(), source.join(&place.steps[steps.len()..]), links + 1));
