@@ -102,7 +102,7 @@ pub(crate) fn generated(name: &str, seed: u64) -> std::path::PathBuf {
     package(&directory, "application", &["middle", "helper"], application);
     package(&directory, "helper", &[], "pub fn wait() {}");
     // A package whose module lies in no package, or in another one.
-    let place = choices.one(&["../../loose/guilty.rs", "../../spare/src/guilty.rs", "guilty.rs"]);
+    let place = choices.one(&["../../loose/guilty.rs", "../../spare/src/guilty.rs", "guilty.rs", "guilty.inc"]);
     let link = match choices.below(3) {
         0 => format!("#[path = \"{place}\"] pub mod guilty;"),
         1 => format!("#[cfg_attr(all(), path = \"{place}\")] pub mod guilty;"),
@@ -130,6 +130,21 @@ pub(crate) fn generated(name: &str, seed: u64) -> std::path::PathBuf {
         "pub struct Kf; impl Kf { pub fn update(&mut self) {} pub fn calc(&mut self) {} }",
     );
     directory
+}
+
+#[test]
+fn included_files_of_any_name_are_looked_into() {
+    let directory = workspace("gate_included");
+    package(&directory, "linking", &[], "include!(\"outer.in\");");
+    write(&directory, "linking/src/outer.in", b"pub mod parts { include!(\"parts/inner.tpl\"); }");
+    write(&directory, "linking/src/parts/inner.tpl", GUILTY.as_bytes());
+    let text = "pub const TEXT: &str = \"\n#[path = \\\"../../x.rs\\\"] mod x; include!($file);\n\";";
+    package(&directory, "tool", &[], text);
+    let (gated, report) = check(&directory, Gate::On);
+    let (full, _) = check(&directory, Gate::Off);
+    assert_eq!(gated, full);
+    assert!(gated.contains("repeated_update"), "{gated}");
+    assert_eq!(report.unparsed.len(), 2, "`padding` and `tool`: a text in a string is no code");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::thread::{self, JoinHandle};
 
 use rustc_hash::FxHashMap;
 
-use super::files::{is_left_out, read};
+use super::files::{is_code, is_left_out, read};
 use super::links::{Link, links};
 use super::names::Words;
 
@@ -77,10 +77,7 @@ fn read_below(directory: PathBuf, is_enough: &AtomicBool) -> ReadAhead {
                 if !is_left_out(&path, &entry.file_name().to_string_lossy()) {
                     open.push(path);
                 }
-            } else if kind.is_file()
-                && path.extension().is_some_and(|end| end == "rs")
-                && read(&path, &mut text).is_ok()
-            {
+            } else if kind.is_file() && is_code(&path) && read(&path, &mut text).is_ok() {
                 let facts = FileFacts::of(&path, &text, words.are_in(&text));
                 ahead.0.insert(path, facts);
             }

@@ -33,7 +33,7 @@ fn directory(package: &Package) -> Option<&Path> {
 pub(super) fn list(package: &Package, number: usize, others: &BTreeMap<&Path, usize>) -> Listing {
     let mut listing = Listing::default();
     let Some(root) = directory(package) else { return Listing { is_open: true, ..listing } };
-    let is_inside = |path: &PathBuf| path.starts_with(root) && path.extension().is_some_and(|end| end == "rs");
+    let is_inside = |path: &PathBuf| path.starts_with(root) && is_code(path);
     listing.is_open = !package.targets.iter().all(|target| is_inside(&target.src_path));
     let mut left = MAX_ENTRIES;
     let mut open = vec![root.to_owned()];
@@ -52,7 +52,7 @@ pub(super) fn list(package: &Package, number: usize, others: &BTreeMap<&Path, us
                 listing.is_open = true;
                 continue;
             };
-            let is_code = path.extension().is_some_and(|end| end == "rs");
+            let is_code = is_code(&path);
             if kind.is_dir() {
                 let is_other = others.get(path.as_path()).is_some_and(|other| *other != number);
                 if !is_other && !is_left_out(&path, &entry.file_name().to_string_lossy()) {
@@ -69,6 +69,11 @@ pub(super) fn list(package: &Package, number: usize, others: &BTreeMap<&Path, us
         }
     }
     listing
+}
+
+/// Whether a name is that of a module: other files are code only where one includes them.
+pub(super) fn is_code(path: &Path) -> bool {
+    path.extension().is_some_and(|end| end == "rs")
 }
 
 /// Directories in which no module lies: hidden ones, and what cargo and npm write.

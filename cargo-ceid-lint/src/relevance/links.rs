@@ -5,6 +5,8 @@ use std::path::{Component, Path, PathBuf};
 
 use memchr::memmem;
 
+use crate::syntax::{Lexer, TokenKind};
+
 /// A file that may be a part of a crate although it does not lie where modules lie.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Link {
@@ -19,25 +21,36 @@ pub(super) fn links(path: &Path, text: &[u8]) -> Vec<Link> {
     let directory = path.parent().unwrap_or(Path::new(""));
     let mut found = Vec::new();
     for at in memmem::find_iter(text, "include!") {
-        if at.checked_sub(1).is_none_or(|before| !is_word(text[before])) && !is_comment(&text[..at]) {
+        if at.checked_sub(1).is_none_or(|before| !is_word(text[before])) {
             let rest = skip(&text[at + "include!".len()..], b" \t\r\n([{");
             // A path that is put together is not followed.
             if let Some(b'"' | b'r' | b'$') = rest.first() {
-                found.extend(link(directory, rest));
+                found.push((at, link(directory, rest)));
             }
         }
     }
     for at in memmem::find_iter(text, "path") {
         let rest = skip(&text[at + "path".len()..], b" \t\r\n");
-        if rest.first() == Some(&b'=')
-            && rest.get(1) != Some(&b'=')
-            && is_attribute(&text[..at])
-            && !is_comment(&text[..at])
-        {
-            found.extend(link(directory, skip(&rest[1..], b" \t\r\n")));
+        if rest.first() == Some(&b'=') && rest.get(1) != Some(&b'=') && is_attribute(&text[..at]) {
+            found.push((at, link(directory, skip(&rest[1..], b" \t\r\n"))));
         }
     }
-    found
+    if !found.is_empty() {
+        retain_code(text, &mut found);
+    }
+    found.into_iter().map(|(_, link)| link).collect()
+}
+
+/// Leaves out what stands in a comment or in a literal: tests of tools for Rust are full of such texts.
+fn retain_code(text: &[u8], found: &mut Vec<(usize, Link)>) {
+    let Ok(text) = std::str::from_utf8(text) else { return };
+    let is_code = |kind| !matches!(kind, TokenKind::LineComment | TokenKind::BlockComment | TokenKind::Literal);
+    found.sort_by_key(|(at, _)| *at);
+    let mut tokens = Lexer::new(text).peekable();
+    found.retain(|(at, _)| {
+        while tokens.next_if(|token| token.end <= *at).is_some() {}
+        tokens.peek().is_none_or(|token| is_code(token.kind))
+    });
 }
 
 fn is_word(byte: u8) -> bool {
@@ -47,14 +60,6 @@ fn is_word(byte: u8) -> bool {
 fn skip<'a>(text: &'a [u8], bytes: &[u8]) -> &'a [u8] {
     let length = text.iter().position(|byte| !bytes.contains(byte)).unwrap_or(text.len());
     &text[length..]
-}
-
-/// Whether the text ends in a comment for certain: its last line begins as one, and in it ends no string and no longer comment
-/// that may have begun before.
-fn is_comment(before: &[u8]) -> bool {
-    let start = memchr::memrchr(b'\n', before).map_or(0, |end| end + 1);
-    let line = before[start..].trim_ascii_start();
-    line.starts_with(b"//") && !line.contains(&b'"') && memmem::find(line, b"*/").is_none()
 }
 
 /// Whether an attribute is open at the end of the text: `#[`, or `#[cfg_attr(unix, `.
@@ -69,20 +74,16 @@ fn is_attribute(before: &[u8]) -> bool {
     }
 }
 
-/// What a literal leads to; nothing if modules lie there anyway.
-fn link(directory: &Path, text: &[u8]) -> Option<Link> {
-    let Some(literal) = text.strip_prefix(b"\"") else { return Some(Link::Unknown) };
+/// What a literal leads to.
+fn link(directory: &Path, text: &[u8]) -> Link {
+    let Some(literal) = text.strip_prefix(b"\"") else { return Link::Unknown };
     let end = literal.iter().position(|byte| matches!(byte, b'"' | b'\\' | b'\n'));
     let Some(literal) = end.filter(|end| literal[*end] == b'"').map(|end| &literal[..end]) else {
-        return Some(Link::Unknown);
+        return Link::Unknown;
     };
-    let Ok(literal) = std::str::from_utf8(literal) else { return Some(Link::Unknown) };
-    let target = directory.join(literal);
-    if target.extension().is_none_or(|end| end != "rs") || literal.contains("/.") && !literal.contains("/../") {
-        return Some(Link::Unknown);
-    }
+    let Ok(literal) = std::str::from_utf8(literal) else { return Link::Unknown };
     let mut plain = PathBuf::new();
-    for part in target.components() {
+    for part in directory.join(literal).components() {
         match part {
             Component::CurDir => {}
             Component::ParentDir => {
@@ -97,7 +98,7 @@ fn link(directory: &Path, text: &[u8]) -> Option<Link> {
         }
         _ => false,
     });
-    Some(if is_hidden { Link::Unknown } else { Link::To(plain) })
+    if is_hidden { Link::Unknown } else { Link::To(plain) }
 }
 
 #[cfg(test)]
@@ -119,11 +120,12 @@ mod tests {
         check("#[cfg_attr(unix, path=\"../../b/x.rs\")] mod x;", &[to("/ws/b/x.rs")]);
         check("include!(\"../shared.rs\");", &[to("/ws/a/shared.rs")]);
         check("include! { \"x.rs\" }", &[to("/ws/a/src/x.rs")]);
+        check("/*\n// */ include!(\"parts.inc\");", &[to("/ws/a/src/parts.inc")]);
     }
 
     #[test]
     fn what_cannot_be_read_is_unknown() {
-        for text in ["#[path = $p] mod x;", "include!($p);", "#[path = \"x.inc\"] mod x;", "include!(r\"x.rs\");"] {
+        for text in ["#[path = $p] mod x;", "include!($p);", "include!(r\"x.rs\");"] {
             check(text, &[Link::Unknown]);
         }
         check("#[path = \".hidden/x.rs\"] mod x;", &[Link::Unknown]);
@@ -142,7 +144,9 @@ mod tests {
             "//! a = { path = \"../a\" }",
             "if path == \"a\" {}",
             "/// # include!(\"../../setup.rs\");",
-            "fn f() {}\n    //! #[path = \"parts/x.inc\"] mod x;",
+            "fn f() {}\n    //! #[path = \"../parts/x.rs\"] mod x;",
+            "check(r#\"\n#[path = \"../x.rs\"] mod x;\n\"#);",
+            "check(\"\ninclude!($p);\n\");",
         ] {
             check(text, &[]);
         }

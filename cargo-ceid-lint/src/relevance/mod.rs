@@ -11,6 +11,7 @@ mod files;
 mod links;
 mod names;
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 pub use ahead::{ReadAhead, Reader};
@@ -102,56 +103,64 @@ pub fn components(project: &Project, names: &Names, ahead: &ReadAhead) -> Vec<Co
     components
 }
 
-/// Reads all files of all packages on all cores.
+/// Reads all files of all packages on all cores, and what these include.
 fn scan(project: &Project, names: &Names, ahead: &ReadAhead) -> Vec<Facts> {
     let others = files::directories(project);
     let listings: Vec<Listing> =
         in_parallel(project.packages.len(), |number| list(&project.packages[number], number, &others));
-    let files: Vec<(usize, &PathBuf)> = listings
-        .iter()
-        .enumerate()
-        .flat_map(|(number, own)| own.files.iter().map(move |file| (number, file)))
-        .collect();
+    let nothing_found = || vec![false; names.needles.len()];
+    let mut facts = Vec::with_capacity(listings.len());
+    let mut open: Vec<(usize, PathBuf)> = Vec::new();
+    for (number, own) in listings.into_iter().enumerate() {
+        facts.push(Facts { found: nothing_found(), is_open: own.is_open, ..Facts::default() });
+        open.extend(own.files.into_iter().map(|file| (number, file)));
+    }
     const AT_ONCE: usize = 32;
-    let pieces: Vec<&[(usize, &PathBuf)]> = files.chunks(AT_ONCE).collect();
-    let scanned = in_parallel(pieces.len(), |at| {
-        let mut text = Vec::new();
-        let of_file = |(number, path): &(usize, &PathBuf)| {
-            let mut facts = Facts { found: vec![false; names.needles.len()], ..Facts::default() };
-            let known = ahead.get(path).filter(|_| names.are_words());
-            let own = known.cloned().unwrap_or_else(|| {
-                // What cannot be read is told by the parser, if it is a part of anything.
-                facts.is_open = files::read(path, &mut text).is_err();
-                names.find(&text, &mut facts.found);
-                FileFacts::of(path, &text, facts.found[0])
-            });
-            facts.bytes = own.bytes;
-            facts.found[0] = own.has_word;
-            for link in &own.links {
-                match link {
-                    Link::Unknown => facts.is_open = true,
-                    Link::To(file) => match project.owner(file) {
+    let mut included: BTreeSet<(usize, PathBuf)> = BTreeSet::new();
+    while !open.is_empty() {
+        let pieces: Vec<&[(usize, PathBuf)]> = open.chunks(AT_ONCE).collect();
+        let scanned = in_parallel(pieces.len(), |at| {
+            let mut text = Vec::new();
+            let of_file = |(number, path): &(usize, PathBuf)| {
+                let mut facts = Facts { found: nothing_found(), ..Facts::default() };
+                let known = ahead.get(path).filter(|_| names.are_words());
+                let own = known.cloned().unwrap_or_else(|| {
+                    // What cannot be read is told by the parser, if it is a part of anything.
+                    facts.is_open = files::read(path, &mut text).is_err();
+                    names.find(&text, &mut facts.found);
+                    FileFacts::of(path, &text, facts.found[0])
+                });
+                facts.bytes = own.bytes;
+                facts.found[0] = own.has_word;
+                let mut includes = Vec::new();
+                for link in own.links {
+                    let Link::To(file) = link else {
+                        facts.is_open = true;
+                        continue;
+                    };
+                    match project.owner(&file) {
                         Some(other) if other == *number => {}
                         Some(other) => facts.uses.push(other),
                         None => facts.is_open = true,
-                    },
+                    }
+                    if !files::is_code(&file) {
+                        includes.push((*number, file));
+                    }
                 }
+                (*number, facts, includes)
+            };
+            pieces[at].iter().map(of_file).collect::<Vec<_>>()
+        });
+        open.clear();
+        for (number, own, includes) in scanned.into_iter().flatten() {
+            let package: &mut Facts = &mut facts[number];
+            package.is_open |= own.is_open;
+            package.bytes += own.bytes;
+            package.uses.extend(own.uses);
+            for (whole, own) in package.found.iter_mut().zip(&own.found) {
+                *whole |= own;
             }
-            (*number, facts)
-        };
-        pieces[at].iter().map(of_file).collect::<Vec<_>>()
-    });
-    let mut facts: Vec<Facts> = listings
-        .iter()
-        .map(|own| Facts { found: vec![false; names.needles.len()], is_open: own.is_open, ..Facts::default() })
-        .collect();
-    for (number, own) in scanned.into_iter().flatten() {
-        let package = &mut facts[number];
-        package.is_open |= own.is_open;
-        package.bytes += own.bytes;
-        package.uses.extend(own.uses);
-        for (whole, own) in package.found.iter_mut().zip(&own.found) {
-            *whole |= own;
+            open.extend(includes.into_iter().filter(|include| included.insert(include.clone())));
         }
     }
     facts
