@@ -11,7 +11,9 @@ use super::given::place_of;
 use super::instances::{self, leaves, place_ty};
 use super::search::{Region, Search};
 use super::verdict::{Pair, Verdict};
+use super::witness::OF_COPY;
 use crate::config::Multiplicity;
+use crate::diagnostic::WitnessStep;
 use crate::flow::{Base, ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
@@ -314,7 +316,11 @@ impl Context<'_> {
             }
             CycleId::Function => self.program.index.function(graph.function).function.keyword,
         };
-        let decision = self.decide_unseen(facts, place, law, id, head);
+        let mut decision = self.decide_unseen(facts, place, law, id, head);
+        if decision.verdict == Verdict::Missed {
+            let of_copy = |span| WitnessStep { span, message: OF_COPY.to_owned() };
+            decision.witness.extend(self.lost_update(facts, place).map(of_copy));
+        }
         let pair = self.pair(facts, place, law, decision);
         // Another variable of the same name may have an entry, too.
         let is_updated = facts.updated.iter().any(|instance| instance.place == *place && instance.law == law);
@@ -394,6 +400,8 @@ impl Context<'_> {
                     })
             }
             Effect::Write(write) => touches(&write.place) && write.place != *place,
+            // What goes on with its state is another instance.
+            Effect::Set(set) => set.transfer == Transfer::Copy && set.from.as_ref().is_some_and(touches),
             _ => false,
         }
     }

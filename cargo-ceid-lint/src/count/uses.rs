@@ -1,9 +1,11 @@
 //! What a function does with an instance that it never updates.
 
 use super::analyse::{Context, FunctionFacts};
+use super::counts::Count;
 use super::instances;
-use crate::flow::{Assignment, CallSite, ControlFlowGraph, Effect, Place, Transfer};
+use crate::flow::{Assignment, Base, CallSite, ControlFlowGraph, Effect, LoopId, Node, Place, Transfer};
 use crate::index::{FunctionId, Index};
+use crate::source::Span;
 use crate::syntax::tree::{Receiver, TypeRef};
 
 /// What a function does with an instance.
@@ -21,6 +23,8 @@ pub(super) struct Uses {
     pub(super) read: bool,
     /// A part of it is read, or a method of its own.
     pub(super) looked_into: bool,
+    /// Something else is given its state.
+    pub(super) is_assigned: bool,
     /// It is given the state that another one has: it shows what that one was.
     pub(super) is_snapshot: bool,
 }
@@ -28,12 +32,21 @@ pub(super) struct Uses {
 impl Context<'_> {
     /// What the function does with an instance that it never updates.
     pub(super) fn uses(&self, facts: &FunctionFacts<'_>, place: &Place) -> Uses {
+        let holds = |other: &Place| facts.aliases.shared_roots(other).iter().any(|root| root.overlaps(place));
+        let mut uses = self.plain_uses(facts, place, &holds);
+        // A template lives on in its clones, and in what its state is assigned to.
+        let is_template = !uses.looked_into && !uses.fed;
+        uses.leaves |= is_template
+            && (uses.is_assigned || facts.graph.cloned.iter().any(&holds) || self.is_prototype(facts, &holds));
+        uses
+    }
+
+    /// The same, whatever becomes of its copies.
+    fn plain_uses(&self, facts: &FunctionFacts<'_>, place: &Place, holds: &impl Fn(&Place) -> bool) -> Uses {
         let index = self.program.index;
         let mut uses = Uses::default();
-        let mut is_assigned = false;
         let mut is_emptied = false;
         let is_lent = instances::is_lent(self.program.index, facts.graph, place);
-        let holds = |other: &Place| facts.aliases.shared_roots(other).iter().any(|root| root.overlaps(place));
         // What a filter computed may leave without it: `return kf.value();`
         let gives_filter = {
             let (index, function) = (self.program.index, facts.graph.function);
@@ -50,7 +63,7 @@ impl Context<'_> {
                     let leaves = from.is_some_and(&holds) && write.transfer != Transfer::Borrow;
                     uses.leaves |= leaves && write.transfer != Transfer::Copy;
                     uses.copied |= leaves;
-                    is_assigned |= leaves;
+                    uses.is_assigned |= leaves;
                     is_emptied |= write.head.as_deref() == Some("-") && holds(&write.place);
                     uses.is_snapshot |= write.place == *place && self.is_copy(facts, write);
                 }
@@ -104,13 +117,68 @@ impl Context<'_> {
                 _ => {}
             }
         }
-        uses.fed |= facts.graph.lent.iter().any(&holds);
+        uses.fed |= facts.graph.lent.iter().any(holds);
         // A copy that leaves nothing behind is a move.
         uses.leaves |= uses.copied && is_emptied;
-        // A template lives on in its clones, and in what its state is assigned to.
-        let is_template = !uses.looked_into && !uses.fed;
-        uses.leaves |= is_template && (is_assigned || facts.graph.cloned.iter().any(holds));
         uses
+    }
+
+    /// Whether others begin with the state of an instance: each copy of it goes through samples of its own, or takes
+    /// its first step here and leaves.
+    fn is_prototype(&self, facts: &FunctionFacts<'_>, holds: &impl Fn(&Place) -> bool) -> bool {
+        let mut copies = copies_of(facts.graph, holds).peekable();
+        copies.peek().is_some()
+            && copies.all(|(copy, made_in)| {
+                let is_it = |place: &Place| is_copy_in(facts, copy, place);
+                let mut updates = self.updates_of(facts, copy, made_in).peekable();
+                updates.peek().is_some()
+                    && (updates.all(|(_, is_sampled)| is_sampled) || self.goes_on(facts, copy, &is_it))
+            })
+    }
+
+    /// Whether a copy leaves, or another one begins with its state.
+    fn goes_on(&self, facts: &FunctionFacts<'_>, copy: Base, is_it: &impl Fn(&Place) -> bool) -> bool {
+        let named = facts.graph.nodes.iter().find_map(|node| match &node.effect {
+            Effect::Set(set)
+                if set.place.steps.is_empty() && set.from.as_ref().is_some_and(|from| from.base == copy) =>
+            {
+                Some(set.place.base)
+            }
+            _ => None,
+        });
+        let uses = self.plain_uses(facts, &Place { base: named.unwrap_or(copy), steps: Vec::new() }, is_it);
+        uses.leaves || uses.copied
+    }
+
+    /// Where a copy of an instance is updated that goes no further than the cycle that makes it.
+    pub(super) fn lost_update(&self, facts: &FunctionFacts<'_>, place: &Place) -> Option<Span> {
+        let holds = |other: &Place| facts.aliases.shared_roots(other).contains(place);
+        let mut lost = copies_of(facts.graph, &holds).flat_map(|(copy, made_in)| self.updates_of(facts, copy, made_in));
+        lost.next().map(|(span, _)| span)
+    }
+
+    /// Where a copy that is made in a loop is updated, and whether that is for each of several samples.
+    fn updates_of<'a>(
+        &'a self,
+        facts: &'a FunctionFacts<'_>,
+        copy: Base,
+        made_in: Option<LoopId>,
+    ) -> impl Iterator<Item = (Span, bool)> + 'a {
+        let is_it = move |place: &Place| is_copy_in(facts, copy, place);
+        let is_sampled = move |node: &Node| match &node.effect {
+            Effect::Update(update) => is_it(&update.place).then_some(false),
+            Effect::Call(site) => {
+                let called = facts.aliases.called_places(site, self.summaries);
+                let own = called.iter().filter(|called| is_it(&called.place));
+                let counts = own.flat_map(|called| called.outcomes(self.summaries)).map(|outcome| outcome.count);
+                let most = counts.max().filter(|most| *most != Count::Zero)?;
+                Some(most != Count::One)
+            }
+            _ => None,
+        };
+        facts.graph.nodes.iter().filter_map(move |node| {
+            is_sampled(node).map(|is_sampled| (node.span, is_sampled || node.in_loop != made_in))
+        })
     }
 
     /// Whether what is assigned is a copy of what has a name.
@@ -163,6 +231,30 @@ impl Context<'_> {
 pub(super) fn is_plain(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
     instances::place_ty(index, graph, place)
         .is_some_and(|ty| index.is_copy(&ty) && !instances::may_hold_filter(index, &ty))
+}
+
+/// Whether a copy is in a place: it was made there, or moved there.
+fn is_copy_in(facts: &FunctionFacts<'_>, copy: Base, place: &Place) -> bool {
+    let is_moved_to = |root: &Place| {
+        facts.graph.nodes.iter().any(|node| {
+            matches!(&node.effect, Effect::Set(set)
+                if set.place.base == root.base && set.from.as_ref().is_some_and(|from| from.base == copy))
+        })
+    };
+    facts.aliases.shared_roots(place).iter().any(|root| root.base == copy || is_moved_to(root))
+}
+
+/// The copies that are made of what a test holds for, each with the loop that makes it.
+fn copies_of<'a>(
+    graph: &'a ControlFlowGraph,
+    holds: &'a impl Fn(&Place) -> bool,
+) -> impl Iterator<Item = (Base, Option<LoopId>)> + 'a {
+    graph.nodes.iter().filter_map(move |node| match &node.effect {
+        Effect::Set(set) if set.transfer == Transfer::Copy && set.from.as_ref().is_some_and(holds) => {
+            Some((set.place.base, node.in_loop))
+        }
+        _ => None,
+    })
 }
 
 /// A place, and those whose values are copied into it on the way to where a function gives it back.

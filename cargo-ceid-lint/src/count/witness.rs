@@ -14,6 +14,9 @@ const RETURNS: &str = "`return` ends the cycle";
 /// How a way comes to a second update at the place of the first one.
 pub const WAYS_AGAIN: [&str; 2] = [", in the next round of the inner loop", ", by the other guard"];
 
+/// What is said of an update that a cycle gives to a copy of its filter.
+pub const OF_COPY: &str = "only a copy of it is updated here, and what the copy learns is lost";
+
 /// How a call is told that updates the filter in a function.
 pub const BY_CALL: &str = " updates it";
 

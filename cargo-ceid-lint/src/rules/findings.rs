@@ -3,7 +3,7 @@
 use super::known::{Hidden, Known, calls_of};
 use super::{Rule, find};
 use crate::count::{Analysis, Cycle, Gate, GuardDefect, Pair, Unregistered, Verdict, is_guard_rule};
-use crate::count::{BY_CALL, WAYS_AGAIN};
+use crate::count::{BY_CALL, OF_COPY, WAYS_AGAIN};
 use crate::diagnostic::{Diagnostic, Facts, Label, Level, Witness, WitnessStep};
 use crate::source::Span;
 
@@ -198,8 +198,14 @@ fn missing(cycle: &Cycle, pairs: &[&Pair]) -> Option<Diagnostic> {
     let message = format!("{} {verb} never updated{} in this cycle", names(pairs), by_half(cycle, pairs));
     let label = format!("no path through this cycle updates {them}{}", by_half(cycle, pairs));
     let mut finding = start(rule, cycle, pairs, message, pairs[0].primary?, &label);
-    // Behind the head of the cycle, it tells where what the law gives back is dropped.
-    if let Some(pair) = pairs.iter().find(|pair| pair.witness.len() > 1) {
+    let is_lost = |pair: &&&Pair| pair.witness.iter().any(|step| step.message == OF_COPY);
+    // Behind the head of the cycle, it tells where a copy is updated, or what the law gives back is dropped.
+    if let Some(Pair { name, .. }) = pairs.iter().find(is_lost) {
+        finding.notes.push(format!(
+            "each cycle begins with the same state again: `{name}` stands still, and its copy is ahead of it by one cycle at most"
+        ));
+        finding.helps.push(format!("update `{name}` itself, or put the copy back in its place"));
+    } else if let Some(pair) = pairs.iter().find(|pair| pair.witness.len() > 1) {
         let (name, law) = (&pair.name, &pair.law);
         finding
             .notes
