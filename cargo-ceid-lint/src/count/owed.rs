@@ -452,6 +452,6 @@ fn is_clone(graph: &ControlFlowGraph, var: Var) -> bool {
 }
 
 /// Whether a place has a name in the source, and is no value in between.
-fn is_named(graph: &ControlFlowGraph, place: Option<&Place>) -> bool {
+pub(super) fn is_named(graph: &ControlFlowGraph, place: Option<&Place>) -> bool {
     place.is_some_and(|place| place.base_var().is_none_or(|var| !graph.var(var).name.is_empty()))
 }

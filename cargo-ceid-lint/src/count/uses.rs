@@ -3,6 +3,7 @@
 use super::analyse::{Context, FunctionFacts};
 use super::counts::Count;
 use super::instances;
+use super::owed::is_named;
 use crate::flow::{Assignment, Base, CallSite, ControlFlowGraph, Effect, LoopId, Node, Place, Transfer};
 use crate::index::{FunctionId, Index};
 use crate::source::Span;
@@ -128,57 +129,45 @@ impl Context<'_> {
     fn is_prototype(&self, facts: &FunctionFacts<'_>, holds: &impl Fn(&Place) -> bool) -> bool {
         let mut copies = copies_of(facts.graph, holds).peekable();
         copies.peek().is_some()
-            && copies.all(|(copy, made_in)| {
-                let is_it = |place: &Place| is_copy_in(facts, copy, place);
-                let mut updates = self.updates_of(facts, copy, made_in).peekable();
-                updates.peek().is_some()
-                    && (updates.all(|(_, is_sampled)| is_sampled) || self.goes_on(facts, copy, &is_it))
+            && copies.all(|copy| {
+                let mut updates = self.updates_of(facts, &copy).into_iter().peekable();
+                updates.peek().is_some() && (updates.all(|(_, is_sampled)| is_sampled) || self.goes_on(facts, &copy))
             })
     }
 
     /// Whether a copy leaves, or another one begins with its state.
-    fn goes_on(&self, facts: &FunctionFacts<'_>, copy: Base, is_it: &impl Fn(&Place) -> bool) -> bool {
-        let named = facts.graph.nodes.iter().find_map(|node| match &node.effect {
-            Effect::Set(set)
-                if set.place.steps.is_empty() && set.from.as_ref().is_some_and(|from| from.base == copy) =>
-            {
-                Some(set.place.base)
-            }
-            _ => None,
-        });
-        let uses = self.plain_uses(facts, &Place { base: named.unwrap_or(copy), steps: Vec::new() }, is_it);
-        uses.leaves || uses.copied
+    fn goes_on(&self, facts: &FunctionFacts<'_>, copy: &InstanceCopy) -> bool {
+        // A value in between is moved to where it has a name.
+        let places = copy.bases.iter().map(|base| Place { base: *base, steps: Vec::new() });
+        let mut named = places.filter(|place| is_named(facts.graph, Some(place)));
+        named.any(|place| {
+            let uses = self.plain_uses(facts, &place, &|other| copy.is_in(facts, other));
+            uses.leaves || uses.copied
+        })
     }
 
     /// Where a copy of an instance is updated that goes no further than the cycle that makes it.
     pub(super) fn lost_update(&self, facts: &FunctionFacts<'_>, place: &Place) -> Option<Span> {
         let holds = |other: &Place| facts.aliases.shared_roots(other).contains(place);
-        let mut lost = copies_of(facts.graph, &holds).flat_map(|(copy, made_in)| self.updates_of(facts, copy, made_in));
+        let mut lost = copies_of(facts.graph, &holds).flat_map(|copy| self.updates_of(facts, &copy));
         lost.next().map(|(span, _)| span)
     }
 
-    /// Where a copy that is made in a loop is updated, and whether that is for each of several samples.
-    fn updates_of<'a>(
-        &'a self,
-        facts: &'a FunctionFacts<'_>,
-        copy: Base,
-        made_in: Option<LoopId>,
-    ) -> impl Iterator<Item = (Span, bool)> + 'a {
-        let is_it = move |place: &Place| is_copy_in(facts, copy, place);
-        let is_sampled = move |node: &Node| match &node.effect {
-            Effect::Update(update) => is_it(&update.place).then_some(false),
+    /// Where a copy is updated, and whether that is for each of several samples.
+    fn updates_of(&self, facts: &FunctionFacts<'_>, copy: &InstanceCopy) -> Vec<(Span, bool)> {
+        let is_sampled = |node: &Node| match &node.effect {
+            Effect::Update(update) => copy.is_in(facts, &update.place).then_some(false),
             Effect::Call(site) => {
                 let called = facts.aliases.called_places(site, self.summaries);
-                let own = called.iter().filter(|called| is_it(&called.place));
+                let own = called.iter().filter(|called| copy.is_in(facts, &called.place));
                 let counts = own.flat_map(|called| called.outcomes(self.summaries)).map(|outcome| outcome.count);
                 let most = counts.max().filter(|most| *most != Count::Zero)?;
                 Some(most != Count::One)
             }
             _ => None,
         };
-        facts.graph.nodes.iter().filter_map(move |node| {
-            is_sampled(node).map(|is_sampled| (node.span, is_sampled || node.in_loop != made_in))
-        })
+        let nodes = facts.graph.nodes.iter();
+        nodes.filter_map(|node| Some((node.span, is_sampled(node)? || node.in_loop != copy.made_in))).collect()
     }
 
     /// Whether what is assigned is a copy of what has a name.
@@ -233,27 +222,36 @@ pub(super) fn is_plain(index: &Index, graph: &ControlFlowGraph, place: &Place) -
         .is_some_and(|ty| index.is_copy(&ty) && !instances::may_hold_filter(index, &ty))
 }
 
-/// Whether a copy is in a place: it was made there, or moved there.
-fn is_copy_in(facts: &FunctionFacts<'_>, copy: Base, place: &Place) -> bool {
-    let is_moved_to = |root: &Place| {
-        facts.graph.nodes.iter().any(|node| {
-            matches!(&node.effect, Effect::Set(set)
-                if set.place.base == root.base && set.from.as_ref().is_some_and(|from| from.base == copy))
-        })
-    };
-    facts.aliases.shared_roots(place).iter().any(|root| root.base == copy || is_moved_to(root))
+/// Another instance that begins with the state of one.
+struct InstanceCopy {
+    /// Where it was made, and then what it was moved to.
+    bases: Vec<Base>,
+    made_in: Option<LoopId>,
 }
 
-/// The copies that are made of what a test holds for, each with the loop that makes it.
-fn copies_of<'a>(
-    graph: &'a ControlFlowGraph,
-    holds: &'a impl Fn(&Place) -> bool,
-) -> impl Iterator<Item = (Base, Option<LoopId>)> + 'a {
-    graph.nodes.iter().filter_map(move |node| match &node.effect {
-        Effect::Set(set) if set.transfer == Transfer::Copy && set.from.as_ref().is_some_and(holds) => {
-            Some((set.place.base, node.in_loop))
+impl InstanceCopy {
+    fn is_in(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
+        facts.aliases.shared_roots(place).iter().any(|root| self.bases.contains(&root.base))
+    }
+}
+
+/// The copies that are made of what a test holds for.
+fn copies_of(graph: &ControlFlowGraph, holds: &impl Fn(&Place) -> bool) -> impl Iterator<Item = InstanceCopy> {
+    let sets = || {
+        graph.nodes.iter().filter_map(|node| match &node.effect {
+            Effect::Set(set) => Some((set, set.from.as_ref()?, node.in_loop)),
+            _ => None,
+        })
+    };
+    let copies = sets().filter(|(set, from, _)| set.transfer == Transfer::Copy && holds(from));
+    copies.map(move |(copy, _, made_in)| {
+        let mut bases = vec![copy.place.base];
+        for (set, from, _) in sets() {
+            if bases.contains(&from.base) && !bases.contains(&set.place.base) {
+                bases.push(set.place.base);
+            }
         }
-        _ => None,
+        InstanceCopy { bases, made_in }
     })
 }
 
