@@ -68,6 +68,11 @@ fn missed() {
 }
 
 #[test]
+fn missed_where_a_copy_is_updated() {
+    check("missed_update", "copy_under_another_name");
+}
+
+#[test]
 fn skipped() {
     check("skipped_update", "continue_while_the_bus_is_busy");
 }
