@@ -31,8 +31,13 @@ pub(super) fn bit(head: &str) -> Heads {
 /// The bits of those heads of a subject that a mask has.
 pub(super) fn of_mask(subject: &Subject, mask: u32) -> Heads {
     let listed = subject.heads.iter().enumerate().filter(|(number, _)| mask & (1 << number) != 0);
-    let others = if mask & OTHER_HEADS != 0 { OTHER } else { 0 };
+    let others = if mask & OTHER_HEADS != 0 { of_others(subject) } else { 0 };
     listed.fold(others, |heads, (_, head)| heads | bit(head))
+}
+
+/// The bits of the heads that a subject does not list.
+pub(super) fn of_others(subject: &Subject) -> Heads {
+    subject.heads.iter().fold(ANY, |heads, head| heads & !bit(head)) | OTHER
 }
 
 /// The heads of a function's result as its callers may rely on them. Which of its own variants an `async fn` gives depends on
