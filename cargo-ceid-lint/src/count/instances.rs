@@ -132,8 +132,13 @@ pub(super) fn is_lent(index: &Index, graph: &ControlFlowGraph, place: &Place) ->
     })
 }
 
-/// Whether a place is a task's handle to a resource that tasks share: moving it moves nothing that lies in it.
-pub(super) fn is_resource(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
+/// Whether what lies at a place only refers to filters, so that moving it moves none of them.
+pub(super) fn lends(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
+    place_ty(index, graph, place).is_some_and(|ty| index.refers_to_filters(&ty)) || is_resource(index, graph, place)
+}
+
+/// Whether a place is a task's handle to a resource that tasks share.
+fn is_resource(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
     let ty = match (place.steps.split_last(), place.base) {
         (None, Base::Var(var)) => Some(graph.var(var).ty.clone()),
         (Some((Projection::Field(name), owner)), _) => {

@@ -141,8 +141,13 @@ fn types_at(index: &Index, id: FunctionId, graph: &ControlFlowGraph, site: &Call
     types.sort_by(|left, right| left.0.cmp(&right.0));
     types.dedup();
     let is_told = |pair: &[(String, Ty)]| pair[0].0 != pair[1].0;
-    let is_certain = !types.is_empty() && types.windows(2).all(is_told) && !types.iter().any(|(_, ty)| ty.is_open());
+    let is_certain = !types.is_empty() && types.windows(2).all(is_told) && types.iter().all(|(_, ty)| decides(ty));
     is_certain.then_some(types)
+}
+
+/// Whether a type tells which of several bodies runs: that of `Pair<T>` is the same whatever `T` is.
+fn decides(ty: &Ty) -> bool {
+    matches!(ty.peel(), Ty::Adt(..) | Ty::External(..)) || !ty.is_open()
 }
 
 /// Whether a parameter is `&mut impl Trait` or `&mut dyn Trait`, and stays what it is given.
