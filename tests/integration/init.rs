@@ -196,17 +196,23 @@ fn halves_are_told_by_nouns_as_well() {
 
 #[test]
 fn what_is_given_a_function_is_set_up_with_it() {
-    let code = |call: &str| {
-        format!(
+    let directory = workspace::temporary("init_given_a_function");
+    let manifest =
+        "[package]\nname = \"given\"\nversion = \"0.0.0\"\nedition = \"2024\"\n\n[dependencies]\nservo-parts = \"1\"\n";
+    workspace::write(&directory, "Cargo.toml", manifest.as_bytes());
+    let written = |call: &str| {
+        let code = format!(
             "use servo_parts::PidController;\nfn mix(a: f32, b: f32) -> f32 {{ a + b }}\n\
              pub fn run(mut pid: PidController) {{ {call}; loop {{ pid.compute(1.0, 2.0); }} }}\n"
-        )
+        );
+        workspace::write(&directory, "src/lib.rs", code.as_bytes());
+        run(&directory, ["init", "--stdout"]).stdout.clone()
     };
     for call in ["pid.compute_fn(mix)", "pid.compute_by(|a, b| a * b)"] {
-        let file = written_for("init_given_a_function", &code(call));
+        let file = written(call);
         assert!(file.contains("law = \"compute\"\n"), "{call}\n{file}");
     }
-    let file = written_for("init_given_a_number", &code("pid.compute_at(1.0)"));
+    let file = written("pid.compute_at(1.0)");
     assert!(file.contains("[\"compute\", \"compute_at\"]"), "{file}");
 }
 

@@ -211,3 +211,47 @@ fn narrow(index: &Index, site: &mut CallSite) {
         site.targets = own;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::index::{ParamTy, TypeId};
+
+    fn parameter() -> Ty {
+        Ty::Param(Arc::new(ParamTy { name: "T".to_owned(), bounds: Vec::new() }))
+    }
+
+    #[test]
+    fn a_type_decides_whatever_its_own_parameters_are() {
+        for known in [
+            Ty::Adt(TypeId(0), vec![parameter()]),
+            Ty::Ref(true, Box::new(Ty::Adt(TypeId(0), vec![parameter()]))),
+            Ty::std("std::boxed::Box", vec![parameter()]),
+            Ty::Float,
+        ] {
+            assert!(decides(&known), "{known:?}");
+        }
+        for open in [parameter(), Ty::Ref(true, Box::new(parameter())), Ty::Tuple(vec![parameter(), Ty::Float])] {
+            assert!(!decides(&open), "{open:?}");
+        }
+    }
+
+    #[test]
+    fn an_instance_is_made_once_and_only_so_many() {
+        let mut instances = Instances { origins: vec![FunctionId(1), FunctionId(0)], known: FxHashMap::default() };
+        // Two functions are written, and two are instances of them.
+        let origins: Vec<FunctionId> = (0..4).map(|id| instances.origin(FunctionId(id), 4)).collect();
+        assert_eq!(origins, [FunctionId(0), FunctionId(1), FunctionId(1), FunctionId(0)]);
+        let types = vec![("T".to_owned(), Ty::Float)];
+        instances.known.insert((FunctionId(0), types.clone()), FunctionId(3));
+        let index = Index::default();
+        let mut graphs = Vec::new();
+        assert_eq!(instances.of(&index, &mut graphs, FunctionId(0), types), Some(FunctionId(3)));
+        instances.origins = vec![FunctionId(0); MAX_INSTANCES];
+        let others = vec![("T".to_owned(), Ty::Int)];
+        assert_eq!(instances.of(&index, &mut graphs, FunctionId(0), others), None);
+        assert!(graphs.is_empty(), "what is refused is not added");
+    }
+}

@@ -70,3 +70,25 @@ fn is_constant(body: &Body, id: ExprId) -> bool {
 fn is_upper(path: &Path) -> bool {
     path.text().rsplit("::").next().is_some_and(|name| name.starts_with(char::is_uppercase))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_listed_is_among_the_others() {
+        let of = |heads: &[&str]| Subject {
+            key: String::new(),
+            reads: Vec::new(),
+            whole: None,
+            heads: heads.iter().map(|head| (*head).to_owned()).collect(),
+            total: None,
+        };
+        assert_eq!(of_mask(&of(&[]), OTHER_HEADS), ANY);
+        let one = of(&["+"]);
+        assert_eq!(of_mask(&one, OTHER_HEADS) & (PRESENT | ABSENT), ABSENT);
+        assert_eq!(of_mask(&one, 1), PRESENT);
+        // Other heads may share a bit with one that is listed.
+        assert_eq!(of_others(&of(&["Idle"])) & bit("Idle"), bit("Idle"));
+    }
+}
