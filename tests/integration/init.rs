@@ -187,6 +187,69 @@ fn a_number_in_the_name_of_a_type_hides_nothing() {
 }
 
 #[test]
+fn halves_are_told_by_nouns_as_well() {
+    let code = halves("Kalman", "kf.predict(0.01); kf.correct(1.0);");
+    let code = code.replace("predict", "prediction").replace("correct", "correction");
+    let file = written_for("init_nouns", &code);
+    assert!(file.contains("law = [[\"prediction\"], [\"correction\"]]\nmultiplicity = [\"once\", \"any\"]"), "{file}");
+}
+
+#[test]
+fn what_is_given_a_function_is_set_up_with_it() {
+    let directory = workspace::temporary("init_given_a_function");
+    let manifest =
+        "[package]\nname = \"given\"\nversion = \"0.0.0\"\nedition = \"2024\"\n\n[dependencies]\nservo-parts = \"1\"\n";
+    workspace::write(&directory, "Cargo.toml", manifest.as_bytes());
+    let written = |call: &str| {
+        let code = format!(
+            "use servo_parts::PidController;\nfn mix(a: f32, b: f32) -> f32 {{ a + b }}\n\
+             pub fn run(mut pid: PidController) {{ {call}; loop {{ pid.compute(1.0, 2.0); }} }}\n"
+        );
+        workspace::write(&directory, "src/lib.rs", code.as_bytes());
+        run(&directory, ["init", "--stdout"]).stdout.clone()
+    };
+    for call in ["pid.compute_fn(mix)", "pid.compute_by(|a, b| a * b)"] {
+        let file = written(call);
+        assert!(file.contains("law = \"compute\"\n"), "{call}\n{file}");
+    }
+    let file = written("pid.compute_at(1.0)");
+    assert!(file.contains("[\"compute\", \"compute_at\"]"), "{file}");
+}
+
+#[test]
+fn a_reset_is_as_full_as_those_it_hands_on_to() {
+    let code = |inner: &str| {
+        format!(
+            "pub struct Smooth {{ y: f32, sum: f32, alpha: f32 }}\nimpl Smooth {{\n\
+             pub fn update(&mut self, x: f32) -> f32 {{ self.y += self.alpha * (x - self.y); self.sum += x; self.y }}\n\
+             pub fn reset(&mut self) {{ {inner} }} }}\n\
+             pub struct RatePid {{ low: Smooth, kp: f32 }}\nimpl RatePid {{\n\
+             pub fn update(&mut self, x: f32) -> f32 {{ self.kp * self.low.update(x) }}\n\
+             pub fn reset(&mut self) {{ self.low.reset(); }} }}\n\
+             pub fn run(mut pid: RatePid) {{ loop {{ pid.update(1.0); }} }}\n"
+        )
+    };
+    let full = written_for("init_full_reset", &code("self.y = 0.0; self.sum = 0.0;"));
+    assert_eq!(full.matches("reset = [\"reset\"]").count(), 2, "{full}");
+    assert!(!full.contains("partial_reset"), "{full}");
+    let partial = written_for("init_partial_reset", &code("self.sum = 0.0;"));
+    assert_eq!(partial.matches("partial_reset = [\"reset\"]").count(), 2, "{partial}");
+}
+
+#[test]
+fn calls_by_a_trait_of_several_types_are_read() {
+    let code = "pub trait Shape { fn shape(&mut self, x: f32) -> f32; }\n\
+         pub struct LowPass { alpha: f32, y: f32 }\n\
+         impl LowPass { fn shape(&mut self, x: f32) -> f32 { self.y += self.alpha * (x - self.y); self.y } }\n\
+         impl Shape for LowPass { fn shape(&mut self, x: f32) -> f32 { self.y += self.alpha * (x - self.y); self.y } }\n\
+         pub struct Through;\nimpl Shape for Through { fn shape(&mut self, x: f32) -> f32 { x } }\n\
+         pub struct Gate;\nimpl Shape for Gate { fn shape(&mut self, x: f32) -> f32 { -x } }\n\
+         pub fn run(shape: &mut dyn Shape) { loop { shape.shape(1.0); } }\n";
+    let file = written_for("init_by_trait", code);
+    assert!(file.contains("through a trait") && !file.contains("no call of it was read"), "{file}");
+}
+
+#[test]
 fn calls_on_a_type_are_calls_of_its_trait() {
     let code = "pub trait Estimator { fn advance(&mut self, z: f64) -> f64; }\n\
                 pub struct Ema { alpha: f64, y: f64 }\n\
@@ -271,9 +334,14 @@ fn what_a_glob_brings_from_an_unread_crate_has_no_path() {
 
 #[test]
 fn time_steps_have_many_names() {
-    for (name, is_time) in
-        [("iteration_length", true), ("t_interval_seconds", true), ("timestamp_now_us", true), ("attack_time", false)]
-    {
+    for (name, is_time) in [
+        ("iteration_length", true),
+        ("t_interval_seconds", true),
+        ("timestamp_now_us", true),
+        ("measurement_time", true),
+        ("current_time", true),
+        ("attack_time", false),
+    ] {
         let code = format!(
             "pub struct LowPass {{ y: f32, alpha: f32 }}\nimpl LowPass {{\n\
              pub fn update(&mut self, x: f32, {name}: f32) -> f32 {{ self.y += self.alpha * {name} * (x - self.y); self.y }} }}\n\

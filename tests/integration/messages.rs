@@ -63,6 +63,11 @@ fn repeated_where_a_failure_panics() {
 }
 
 #[test]
+fn repeated_around_what_is_not_shipped() {
+    check("repeated_update", "asserted_between_two_updates");
+}
+
+#[test]
 fn missed() {
     check("missed_update", "field_of_the_same_self");
 }

@@ -75,6 +75,19 @@ fn methods_that_give_their_filter_back() {
 }
 
 #[test]
+fn laws_by_traits_that_make_no_filters() {
+    check_with("configured_dispatch", "expected.txt", &["-W", "unproved_update"]);
+    let directory = workspace::committed("configured_dispatch");
+    let report = run(&directory, ["report", "--message-format", "json"]);
+    let report: serde_json::Value = serde_json::from_str(&report.stdout).expect("the report is JSON");
+    let cycles = report["cycles"].as_array().expect("the report lists cycles");
+    assert!(cycles.iter().all(|cycle| cycle["function"] != "no_filter"), "{report:#}");
+    // What is behind a trait object is known by the law of its types.
+    let boxed = cycles.iter().find(|cycle| cycle["function"] == "once_in_a_box").expect("it is a cycle");
+    assert_eq!((&boxed["filters"][0]["law"], &boxed["filters"][0]["verdict"]), (&"advance".into(), &"once".into()));
+}
+
+#[test]
 fn channels_by_literal_keys() {
     check_with("configured_keys", "expected.txt", &["-W", "unproved_update"]);
 }

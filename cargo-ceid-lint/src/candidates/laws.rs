@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::conduct::{Conduct, conduct};
 use super::judge::{Judged, LEAST_WEIGHT, LIKELY_WEIGHT};
 use super::uses::{Calls, is_test};
-use super::words::{is_other_verb, type_strength};
+use super::words::{Half, half, is_other_verb, type_strength};
 use super::{Candidates, Certainty, CycleCandidate, FilterCandidate, Nameless, Reason, Subject, Uses};
 use crate::config::{InstancePlace, Multiplicity, Receiver as Taken, TimeBase};
 use crate::flow::{Program, takes_step};
@@ -52,7 +52,11 @@ pub(super) struct Draft {
 
 impl Uses {
     pub(super) fn and(self, other: Self) -> Self {
-        Self { calls: self.calls + other.calls, in_cycles: self.in_cycles + other.in_cycles }
+        Self {
+            calls: self.calls + other.calls,
+            in_cycles: self.in_cycles + other.in_cycles,
+            by_trait: self.by_trait + other.by_trait,
+        }
     }
 }
 
@@ -231,8 +235,8 @@ impl<'a> Finder<'a> {
         else {
             return Vec::new();
         };
-        let is_half = |name: &str| ["predict", "correct", "observe", "update"].iter().any(|half| first(name) == *half);
-        let has_halves = whole.iter().any(|judged| first(&judged.name) == "predict") && whole.len() > 1;
+        let is_half = |name: &str| half(name).is_some();
+        let has_halves = whole.iter().any(|judged| half(&judged.name) == Some(Half::Predict)) && whole.len() > 1;
         whole
             .iter()
             .copied()
@@ -281,22 +285,40 @@ impl<'a> Finder<'a> {
     /// The methods that set the state of the law, and those that set a part of it.
     fn resets(&self, methods: &[FunctionId], laws: &[FunctionId]) -> (Vec<String>, Vec<String>) {
         let index = self.program.index;
-        let state: BTreeSet<&String> = laws.iter().flat_map(|law| self.conduct(*law).carried()).collect();
         let (mut full, mut partial) = (BTreeSet::new(), BTreeSet::new());
         for id in methods {
             let def = index.function(*id);
-            let first = first(&def.name);
-            if !matches!(first, "reset" | "clear" | "restart") || !super::uses::takes_state(def) {
+            if !is_reset(&def.name) || !super::uses::takes_state(def) {
                 continue;
             }
-            let conduct = self.conduct(*id);
-            if conduct.writes_all || state.iter().all(|field| conduct.written.contains(*field)) {
-                full.insert(def.name.clone());
-            } else if state.iter().any(|field| conduct.written.contains(*field)) {
-                partial.insert(def.name.clone());
-            }
+            match self.clears(*id, laws, 0) {
+                Some(true) => full.insert(def.name.clone()),
+                Some(false) => partial.insert(def.name.clone()),
+                None => false,
+            };
         }
         (full.into_iter().collect(), partial.into_iter().collect())
+    }
+
+    /// Whether a method sets all of the state of these laws, or a part of it; `None` if it leaves it alone.
+    fn clears(&self, id: FunctionId, laws: &[FunctionId], depth: u32) -> Option<bool> {
+        const MOST_OWNERS: u32 = 4;
+        let conduct = self.conduct(id);
+        let state: BTreeSet<&String> = laws.iter().flat_map(|law| self.conduct(*law).carried()).collect();
+        // What the reset of a field leaves of it is left.
+        let is_left = |field: &String| {
+            let of_laws = laws.iter().flat_map(|law| &self.conduct(*law).calls).filter(|call| call.field == *field);
+            let inner: Vec<FunctionId> = of_laws.flat_map(|call| call.targets.iter().copied()).collect();
+            let mut resets = conduct.calls.iter().filter(|call| call.field == *field && is_reset(&call.method));
+            depth < MOST_OWNERS
+                && resets
+                    .any(|call| call.targets.iter().any(|reset| self.clears(*reset, &inner, depth + 1) == Some(false)))
+        };
+        let is_set = |field: &&String| conduct.written.contains(*field);
+        if conduct.writes_all || state.iter().all(|field| is_set(field) && !is_left(field)) {
+            return Some(true);
+        }
+        state.iter().any(is_set).then_some(false)
     }
 
     /// The bodies of all laws, with the name of the filter.
@@ -371,13 +393,17 @@ fn likely<'j>(methods: &[FunctionId], judged: &'j BTreeMap<FunctionId, Judged>) 
 
 /// The groups of a law: `predict` and what corrects it are halves, other methods are alternatives.
 pub(super) fn groups(names: &[String]) -> Vec<(Vec<String>, Multiplicity)> {
-    let is_predict = |name: &&String| first(name) == "predict";
+    let is_predict = |name: &&String| half(name) == Some(Half::Predict);
     let predicts: Vec<String> = names.iter().filter(is_predict).cloned().collect();
     let others: Vec<String> = names.iter().filter(|name| !is_predict(name) && !is_other_verb(name)).cloned().collect();
     if predicts.is_empty() || others.is_empty() {
         return vec![(names.to_vec(), Multiplicity::Once)];
     }
     vec![(predicts, Multiplicity::Once), (others, Multiplicity::Any)]
+}
+
+fn is_reset(name: &str) -> bool {
+    matches!(first(name), "reset" | "clear" | "restart")
 }
 
 fn first(name: &str) -> &str {

@@ -119,6 +119,8 @@ pub struct Uses {
     pub calls: usize,
     /// Those of them that lie in a loop or a function that is called once per cycle.
     pub in_cycles: usize,
+    /// The calls through a trait that may mean it or another type's.
+    pub by_trait: usize,
 }
 
 /// A function that looks like a control cycle.

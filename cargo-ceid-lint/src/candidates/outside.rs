@@ -110,7 +110,9 @@ impl Finder<'_> {
                     continue;
                 }
                 let seen = found.entry(path.clone()).or_default();
-                if is_outside_law(ty, method) {
+                // What is given a function is set up with it.
+                let takes_function = args.iter().any(|arg| is_function(body, typed, *arg));
+                if is_outside_law(ty, method) && !takes_function {
                     seen.methods.insert(method.clone());
                     seen.is_timed |= args.iter().any(|arg| is_step(body, typed, *arg));
                     seen.uses.calls += 1;
@@ -161,6 +163,11 @@ struct Seen {
     partial_resets: BTreeSet<String>,
     is_timed: bool,
     uses: Uses,
+}
+
+/// Whether an argument is a closure, or a function by its name.
+fn is_function(body: &Body, typed: &TypedBody, arg: ExprId) -> bool {
+    matches!(body.expr(arg).kind, ExprKind::Closure(_)) || matches!(typed.ty(arg), Ty::FunctionItem(_))
 }
 
 /// Whether an argument has the name of a time step: `dt`, `self.dt`, `elapsed as f64`.

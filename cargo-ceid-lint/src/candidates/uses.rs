@@ -78,6 +78,7 @@ impl Calls {
             if owner_type(index, caller) != owner_type(index, target) || owner_type(index, target).is_none() {
                 uses.calls += usize::from(is_sure);
                 uses.in_cycles += usize::from(is_sure && (in_loop || is_cycle));
+                uses.by_trait += usize::from(!is_sure);
                 calls.from_elsewhere.insert(target);
             }
         }

@@ -2,7 +2,7 @@
 
 /// Names of update laws: a method of this name is one, if its conduct agrees.
 const LAWS: &str = "\
-    update step process filter predict correct tick apply advance next run compute calculate calc feed integrate \
+    update step process filter predict prediction correct correction tick apply advance next run compute calculate calc feed integrate \
     observe measurement sample smooth estimate evolve iterate propagate control poll regulate output consume \
     average accumulate execute";
 
@@ -114,6 +114,24 @@ pub(super) fn law_strength(name: &str) -> i32 {
         return 1;
     }
     if is_asked { -2 } else { 0 }
+}
+
+/// A half of the law of an estimator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Half {
+    /// It goes on in time.
+    Predict,
+    /// It takes a measurement.
+    Correct,
+}
+
+/// The half of a law that a method is by its name: `predict_state`, `correction`.
+pub(super) fn half(name: &str) -> Option<Half> {
+    match name.split('_').find(|word| !word.is_empty())? {
+        "predict" | "prediction" => Some(Half::Predict),
+        "correct" | "correction" | "observe" | "update" => Some(Half::Correct),
+        _ => None,
+    }
 }
 
 /// Whether a container takes an item by that name, and a filter may take its next sample by it.

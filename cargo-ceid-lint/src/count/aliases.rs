@@ -7,7 +7,7 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use super::given::{Given, place_of};
-use super::instances::{may_hold_filter, place_ty};
+use super::instances::{lends, may_hold_filter};
 use super::search::Called;
 use super::summary::{Outcome, Summaries, Summary};
 use crate::flow::{
@@ -268,8 +268,7 @@ impl Aliases {
         at: Option<LoopId>,
     ) {
         let (Some(var), steps) = (to.base_var(), &to.steps) else { return };
-        let lends = || place_ty(index, graph, from).is_some_and(|ty| index.refers_to_filters(&ty));
-        let is_reference = matches!(graph.var(var).ty, Ty::Ref(..)) || lends();
+        let is_reference = matches!(graph.var(var).ty, Ty::Ref(..)) || lends(index, graph, from);
         // What is moved into a variable or a new value lives there from now on, and so does a copy that is not put back.
         let is_moved = transfer == Transfer::Move && !is_reference;
         let is_value = |var: Var| matches!(graph.var(var).ty, Ty::Adt(..) | Ty::External(..) | Ty::Opaque(_));

@@ -185,7 +185,11 @@ pub(super) fn filters_at(index: &Index, graph: &ControlFlowGraph, aliases: &Alia
 
 /// Whether a place can be judged as an instance of a filter: by its type, unless it is the state of a law.
 fn is_instance(index: &Index, graph: &ControlFlowGraph, place: &Place, is_state: bool) -> bool {
-    if !is_state && place_ty(index, graph, place).is_none_or(|ty| index.filter_spec(&ty).is_none()) {
+    let ty = place_ty(index, graph, place);
+    // What a generic function does to filters it does not do to a type that is none.
+    let is_other = matches!(ty, Some(Ty::Adt(..))) && !index.has_states_apart();
+    let is_filter = ty.is_some_and(|ty| index.filter_spec(&ty).is_some());
+    if !is_filter && (!is_state || is_other) {
         return false;
     }
     // What a generic function does to another type's fields does not happen where the type is known.
@@ -400,7 +404,10 @@ impl Context<'_> {
         let decision = decision.unless_own_affair(index, facts.graph.function);
         let ty = place_ty(index, facts.graph, place).unwrap_or(Ty::Unknown);
         let first = || {
-            let spec = index.filter_spec(&ty).or_else(|| index.returned_spec(&ty)).unwrap_or(index.trait_spec());
+            let behind = super::instances::types_behind(index, facts.graph, place);
+            let mut types = [&ty].into_iter().chain(&behind);
+            let spec = types.find_map(|ty| index.filter_spec(ty).or_else(|| index.returned_spec(ty)));
+            let spec = spec.unwrap_or(index.trait_spec());
             let group = spec.law.get(law);
             group.and_then(|group| group.methods.first().cloned()).unwrap_or_default()
         };

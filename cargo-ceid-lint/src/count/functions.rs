@@ -168,12 +168,8 @@ pub(super) fn is_law(index: &Index, id: FunctionId) -> bool {
 
 /// What is known of the filter whose law a function is.
 fn law_of(index: &Index, id: FunctionId) -> Option<&FilterSpec> {
-    let def = index.function(id);
-    let Owner::Impl(impl_id) = def.owner else { return None };
-    let of_impl = index.impl_def(impl_id);
-    let by_trait = of_impl.implements.as_ref().is_none_or(|name| index.is_filter_trait(name));
-    let spec = index.receiver_spec(&of_impl.self_ty).filter(|_| by_trait)?;
-    spec.law.iter().any(|group| group.methods.contains(&def.name)).then_some(spec)
+    let Owner::Impl(of) = index.function(id).owner else { return None };
+    index.law_run_by(&index.impl_def(of).self_ty, id).map(|(spec, _)| spec)
 }
 
 /// The crate that brings the filters of a preset, where a function is the law of one of them there: a preset tells how others use

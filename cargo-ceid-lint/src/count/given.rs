@@ -159,7 +159,8 @@ pub(super) fn place_of(given: &Given, site: &CallSite) -> Option<Place> {
     // A law that hands on to another one of the same filter is one update, and what lies inside a filter whose type is not known
     // has no name here.
     let is_first = given.is_inside(site.law_of.unwrap_or(0));
-    if is_first && (site.is_dispatched && !given.steps.is_empty() || site.law_of.is_some() && given.steps.is_empty()) {
+    let is_filter = || given.steps.iter().all(|step| matches!(step, Projection::Channel(_)));
+    if is_first && (site.is_dispatched && !given.steps.is_empty() || site.law_of.is_some() && is_filter()) {
         return None;
     }
     let steps = steps_at(&given.steps, site);

@@ -132,6 +132,24 @@ pub(super) fn is_lent(index: &Index, graph: &ControlFlowGraph, place: &Place) ->
     })
 }
 
+/// Whether what lies at a place only refers to filters, so that moving it moves none of them.
+pub(super) fn lends(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
+    place_ty(index, graph, place).is_some_and(|ty| index.refers_to_filters(&ty)) || is_resource(index, graph, place)
+}
+
+/// Whether a place is a task's handle to a resource that tasks share.
+fn is_resource(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
+    let ty = match (place.steps.split_last(), place.base) {
+        (None, Base::Var(var)) => Some(graph.var(var).ty.clone()),
+        (Some((Projection::Field(name), owner)), _) => {
+            let owner = Place { base: place.base, steps: owner.to_vec() };
+            place_ty(index, graph, &owner).and_then(|ty| index.field_ty(&ty, None, name))
+        }
+        _ => None,
+    };
+    matches!(ty, Some(Ty::External(path, _)) if path == SHARED_RESOURCE)
+}
+
 /// A filter that lies in a value of some type.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Leaf {

@@ -26,6 +26,7 @@ mod instances;
 mod monomorphise;
 mod outside;
 mod owed;
+mod own_methods;
 mod remarks;
 mod returned;
 mod search;

@@ -141,8 +141,13 @@ fn types_at(index: &Index, id: FunctionId, graph: &ControlFlowGraph, site: &Call
     types.sort_by(|left, right| left.0.cmp(&right.0));
     types.dedup();
     let is_told = |pair: &[(String, Ty)]| pair[0].0 != pair[1].0;
-    let is_certain = !types.is_empty() && types.windows(2).all(is_told) && !types.iter().any(|(_, ty)| ty.is_open());
+    let is_certain = !types.is_empty() && types.windows(2).all(is_told) && types.iter().all(|(_, ty)| decides(ty));
     is_certain.then_some(types)
+}
+
+/// Whether a type tells which of several bodies runs: that of `Pair<T>` is the same whatever `T` is.
+fn decides(ty: &Ty) -> bool {
+    matches!(ty.peel(), Ty::Adt(..) | Ty::External(..)) || !ty.is_open()
 }
 
 /// Whether a parameter is `&mut impl Trait` or `&mut dyn Trait`, and stays what it is given.
@@ -204,5 +209,49 @@ fn narrow(index: &Index, site: &mut CallSite) {
     if !own.is_empty() {
         site.is_dispatched &= site.law_of.is_some() && own.len() > 1;
         site.targets = own;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::index::{ParamTy, TypeId};
+
+    fn parameter() -> Ty {
+        Ty::Param(Arc::new(ParamTy { name: "T".to_owned(), bounds: Vec::new() }))
+    }
+
+    #[test]
+    fn a_type_decides_whatever_its_own_parameters_are() {
+        for known in [
+            Ty::Adt(TypeId(0), vec![parameter()]),
+            Ty::Ref(true, Box::new(Ty::Adt(TypeId(0), vec![parameter()]))),
+            Ty::std("std::boxed::Box", vec![parameter()]),
+            Ty::Float,
+        ] {
+            assert!(decides(&known), "{known:?}");
+        }
+        for open in [parameter(), Ty::Ref(true, Box::new(parameter())), Ty::Tuple(vec![parameter(), Ty::Float])] {
+            assert!(!decides(&open), "{open:?}");
+        }
+    }
+
+    #[test]
+    fn an_instance_is_made_once_and_only_so_many() {
+        let mut instances = Instances { origins: vec![FunctionId(1), FunctionId(0)], known: FxHashMap::default() };
+        // Two functions are written, and two are instances of them.
+        let origins: Vec<FunctionId> = (0..4).map(|id| instances.origin(FunctionId(id), 4)).collect();
+        assert_eq!(origins, [FunctionId(0), FunctionId(1), FunctionId(1), FunctionId(0)]);
+        let types = vec![("T".to_owned(), Ty::Float)];
+        instances.known.insert((FunctionId(0), types.clone()), FunctionId(3));
+        let index = Index::default();
+        let mut graphs = Vec::new();
+        assert_eq!(instances.of(&index, &mut graphs, FunctionId(0), types), Some(FunctionId(3)));
+        instances.origins = vec![FunctionId(0); MAX_INSTANCES];
+        let others = vec![("T".to_owned(), Ty::Int)];
+        assert_eq!(instances.of(&index, &mut graphs, FunctionId(0), others), None);
+        assert!(graphs.is_empty(), "what is refused is not added");
     }
 }

@@ -15,7 +15,7 @@ use super::witness::OF_COPY;
 use crate::config::Multiplicity;
 use crate::diagnostic::WitnessStep;
 use crate::flow::{Base, ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Transfer, Var};
-use crate::index::Ty;
+use crate::index::{Index, Ty};
 use crate::source::Span;
 use crate::syntax::CycleDirective;
 
@@ -126,18 +126,7 @@ impl Context<'_> {
             let laws = self.fields.laws(self.program.index, facts.graph, &instance.place);
             let elsewhere = laws.contains(&instance.law);
             let is_here = !instance.loops.is_empty() || instance.function;
-            // Whoever calls a helper may run the other half.
-            let is_lent = facts.kind == FunctionKind::Helper
-                && instance
-                    .place
-                    .base_var()
-                    .map(|var| facts.graph.var(var))
-                    .is_some_and(|info| info.param.is_some() && !matches!(info.ty, Ty::Adt(..)));
-            if elsewhere
-                || is_here
-                || is_lent
-                || self.multiplicity(facts, &instance.place, instance.law) != Multiplicity::Once
-            {
+            if elsewhere || is_here || self.multiplicity(facts, &instance.place, instance.law) != Multiplicity::Once {
                 continue;
             }
             let other = facts.updated.iter().find(|other| {
@@ -147,6 +136,20 @@ impl Context<'_> {
             });
             let Some(other) = other else { continue };
             let id = other.loops.first().map_or(CycleId::Function, |id| CycleId::Loop(*id));
+            let is_lent = facts.kind == FunctionKind::Helper
+                && instance
+                    .place
+                    .base_var()
+                    .map(|var| facts.graph.var(var))
+                    .is_some_and(|info| info.param.is_some() && !matches!(info.ty, Ty::Adt(..)));
+            // Whoever calls a helper may run the other half, but where that lies in a field it would have been found.
+            let is_unbounded = |id: &LoopId| facts.graph.loop_info(*id).rounds == Rounds::Unbounded;
+            let is_known = !instance.place.steps.is_empty()
+                && other.loops.first().is_some_and(is_unbounded)
+                && self.anywhere.laws(self.program.index, facts.graph, &instance.place).is_empty();
+            if is_lent && !is_known {
+                continue;
+            }
             self.push_missed(facts, &instance.place, instance.law, id, pairs);
         }
     }
@@ -164,8 +167,9 @@ impl Context<'_> {
         let index = self.program.index;
         let info = var.map(|var| graph.var(var));
         let is_param = info.is_none_or(|info| info.param.is_some());
-        // What lies in a parameter or static may be updated elsewhere; what lies in a local is updated here or handed on.
-        let is_local = !is_param;
+        // What lies in a static or behind a reference may be updated elsewhere; what lies in a local or in what the function was
+        // given is updated here or handed on.
+        let is_local = !is_param || is_in_given(index, graph, place);
         let is_touched = |fields: &Fields| !fields.laws(index, graph, place).is_empty();
         if !is_local && (is_touched(self.fields) || is_touched(self.anywhere)) {
             return;
@@ -178,7 +182,7 @@ impl Context<'_> {
         let is_read_only = (uses.read || uses.looked_into) && !uses.fed && !uses.written;
         // A clone that is only read shows what the other one was.
         let is_snapshot = uses.is_snapshot || is_read_only && var.is_some_and(|var| is_clone(graph, var));
-        if is_snapshot || uses.leaves || is_absent() {
+        if is_snapshot || uses.leaves || is_absent() || self.is_run_for_good(facts, place) {
             return;
         }
         // A cycle that updates a sibling owes this one an update, too.
@@ -240,6 +244,19 @@ impl Context<'_> {
         }
     }
 
+    /// Whether a function gets the instance that updates it in a cycle of its own and never comes back.
+    fn is_run_for_good(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
+        let is_it = |other: &Place| facts.aliases.shared_roots(other).contains(place);
+        facts.graph.nodes.iter().any(|node| match &node.effect {
+            Effect::Call(site) => {
+                let callees = site.targets.iter().filter_map(|target| self.summaries.get(*target));
+                let mut endless = callees.flat_map(|callee| &callee.endless);
+                endless.any(|given| place_of(given, site).is_some_and(|place| is_it(&place)))
+            }
+            _ => false,
+        })
+    }
+
     /// Whether something is updated that lies in the same element of a collection, or in the same value of an option or variant:
     /// where there is one, there is the other. Another handle to the value may update the rest.
     fn is_beside_updated(&self, facts: &FunctionFacts<'_>, place: &Place, is_shared: bool) -> bool {
@@ -265,7 +282,10 @@ impl Context<'_> {
     pub(super) fn is_sibling(&self, facts: &FunctionFacts<'_>, place: &Place, id: CycleId) -> bool {
         let graph = facts.graph;
         let is_local = |place: &Place| {
-            place.base_var().is_some_and(|var| graph.var(var).param.is_none() || place.steps.is_empty())
+            place.base_var().is_some_and(|var| {
+                let is_given = || matches!(id, CycleId::Loop(_)) && is_in_given(self.program.index, graph, place);
+                graph.var(var).param.is_none() || place.steps.is_empty() || is_given()
+            })
         };
         facts.updated.iter().any(|instance| {
             let belongs = match id {
@@ -433,6 +453,13 @@ impl Context<'_> {
             cycle,
         });
     }
+}
+
+/// Whether a place lies in an owner that the function was given by value: nothing else has it.
+fn is_in_given(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
+    let info = place.base_var().map(|var| graph.var(var)).filter(|info| info.param.is_some() && info.name != "self");
+    let is_owner = info.is_some_and(|info| matches!(info.ty, Ty::Adt(..)));
+    is_owner && !place.steps.is_empty() && !instances::is_lent(index, graph, place)
 }
 
 /// Whether a variable is given a clone of what has a name.

@@ -31,8 +31,13 @@ pub(super) fn bit(head: &str) -> Heads {
 /// The bits of those heads of a subject that a mask has.
 pub(super) fn of_mask(subject: &Subject, mask: u32) -> Heads {
     let listed = subject.heads.iter().enumerate().filter(|(number, _)| mask & (1 << number) != 0);
-    let others = if mask & OTHER_HEADS != 0 { OTHER } else { 0 };
+    let others = if mask & OTHER_HEADS != 0 { of_others(subject) } else { 0 };
     listed.fold(others, |heads, (_, head)| heads | bit(head))
+}
+
+/// The bits of the heads that a subject does not list.
+pub(super) fn of_others(subject: &Subject) -> Heads {
+    subject.heads.iter().fold(ANY, |heads, head| heads & !bit(head)) | OTHER
 }
 
 /// The heads of a function's result as its callers may rely on them. Which of its own variants an `async fn` gives depends on
@@ -64,4 +69,26 @@ fn is_constant(body: &Body, id: ExprId) -> bool {
 /// Whether a path is spelled as constructors are.
 fn is_upper(path: &Path) -> bool {
     path.text().rsplit("::").next().is_some_and(|name| name.starts_with(char::is_uppercase))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_listed_is_among_the_others() {
+        let of = |heads: &[&str]| Subject {
+            key: String::new(),
+            reads: Vec::new(),
+            whole: None,
+            heads: heads.iter().map(|head| (*head).to_owned()).collect(),
+            total: None,
+        };
+        assert_eq!(of_mask(&of(&[]), OTHER_HEADS), ANY);
+        let one = of(&["+"]);
+        assert_eq!(of_mask(&one, OTHER_HEADS) & (PRESENT | ABSENT), ABSENT);
+        assert_eq!(of_mask(&one, 1), PRESENT);
+        // Other heads may share a bit with one that is listed.
+        assert_eq!(of_others(&of(&["Idle"])) & bit("Idle"), bit("Idle"));
+    }
 }

@@ -107,6 +107,8 @@ pub(super) struct Summary {
     pub(super) keeps: BTreeSet<usize>,
     /// The functions that it calls.
     pub(super) calls: BTreeSet<FunctionId>,
+    /// What it updates without ever coming back.
+    pub(super) endless: BTreeSet<Given>,
     /// What only a debug build updates, with the half of the law.
     pub(super) debug_only: BTreeMap<(Given, usize), DebugOnly>,
 }
@@ -128,7 +130,7 @@ impl Summary {
     }
 
     /// The same ways for all halves.
-    fn insert(&mut self, given: &Given, outcomes: &[Outcome]) {
+    pub(super) fn insert(&mut self, given: &Given, outcomes: &[Outcome]) {
         for half in &mut self.halves {
             half.insert(given.clone(), outcomes.to_vec());
         }
@@ -265,6 +267,7 @@ impl Summaries {
             }
         }
         self.judge(program, graph, &aliases, (touched, unknown), &mut summary, searched);
+        super::own_methods::add(program.index, graph, &mut summary);
         // Answers decide nothing that a recursion has to settle.
         if !self.is_recursion {
             summary.answers = answers(program, graph, &aliases, self);
@@ -331,7 +334,8 @@ impl Summaries {
                 }
                 summary.sets.extend(written.into_iter().map(|given| (given, head.clone())));
             }
-            for (from, into) in [(&callee.writes, &mut summary.writes), (&callee.uses, &mut summary.uses)] {
+            let Summary { writes, uses, endless, .. } = &mut *summary;
+            for (from, into) in [(&callee.writes, writes), (&callee.uses, uses), (&callee.endless, endless)] {
                 for place in from.iter().filter_map(|given| place_of(given, site)) {
                     note(graph, aliases, &place, into);
                 }
@@ -403,7 +407,8 @@ impl Summaries {
             for law in 0..program.index.halves() {
                 let dependence = &dependence;
                 let search = Search::with_dependence(program, graph, aliases, self, &instance, law, dependence);
-                if search.updating().is_empty() {
+                let is_updated = !search.updating().is_empty();
+                if !is_updated {
                     if let Some(cause) = search.unknown_cause() {
                         summary.halves[law].insert(given.clone(), vec![Outcome::unknown(cause)]);
                         continue;
@@ -425,6 +430,9 @@ impl Summaries {
                     }
                     ways.outcomes
                 };
+                if is_updated && outcomes.is_empty() {
+                    summary.endless.insert(given.clone());
+                }
                 summary.halves[law].insert(given.clone(), outcomes);
                 summary.feeds.entry(given.clone()).or_default().extend(super::gates::fed_params(&search));
             }

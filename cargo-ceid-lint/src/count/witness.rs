@@ -91,7 +91,10 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
                 let is_choice = test.about.is_event && test.subject.is_none() && !test.text.contains(" is ");
                 // A pattern in the rules of a macro is not to be seen where it is called.
                 let is_of_macro = test.text.split_once(" is ").is_some_and(|(_, pattern)| pattern.contains("!("));
-                if decides && !test.text.is_empty() && !is_choice && !is_of_macro && has_choice(search, state.node) {
+                // That what is shipped does not run a macro is no condition of the code.
+                let is_macro = test.about.is_debug && test.text.ends_with('!');
+                let is_shown = !test.text.is_empty() && !is_choice && !is_of_macro && !is_macro;
+                if decides && is_shown && has_choice(search, state.node) {
                     // A pattern of several parts asks for each of them, and the last answer is that of the whole.
                     steps.pop_if(|last| asked == Some(last.span) && last.span == test.span);
                     steps.push(WitnessStep { span: test.span, message: condition_text(&test.text, holds) });

@@ -115,6 +115,7 @@ fn list_are(names: &[String]) -> String {
 
 fn used(uses: Uses) -> String {
     match (uses.calls, uses.in_cycles) {
+        (0, _) if uses.by_trait > 0 => "called through a trait, where other types may be meant".to_owned(),
         (0, _) => "no call of it was read".to_owned(),
         (calls, 0) => format!("called {}", times(calls)),
         (1, 1) => "called once, in a cycle".to_owned(),

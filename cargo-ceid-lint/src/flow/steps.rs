@@ -147,9 +147,10 @@ fn is_time_of_round(name: &str) -> bool {
     is_round && ["time", "length", "interval", "period", "duration", "elapsed", "dt"].contains(&last)
 }
 
-/// Whether a name says that it is a point in time, with words around: `timestamp_now`, `sample_timestamp`.
+/// Whether a name says that it is a point in time, with words around: `timestamp_now`, `sample_timestamp`, `current_time`.
 fn is_point(name: &str) -> bool {
-    name.split('_').any(|word| word == "timestamp" || word == "now")
+    let of = name.strip_suffix("_time").unwrap_or_default();
+    matches!(of, "current" | "measurement") || name.split('_').any(|word| word == "timestamp" || word == "now")
 }
 
 fn behind(ty: &TypeRef) -> &TypeRef {

@@ -322,6 +322,28 @@ impl Index {
         spec.group(method)
     }
 
+    /// What is known of a type whose law a function is, and which half of it. What a trait that makes no filters declares beside an
+    /// inherent law of the same name is no law: it may call that.
+    #[must_use]
+    pub fn law_run_by(&self, ty: &Ty, id: FunctionId) -> Option<(&FilterSpec, usize)> {
+        let spec = self.receiver_spec(ty)?;
+        let def = self.function(id);
+        let of_trait = match def.owner {
+            Owner::Impl(of) => self.impl_def(of).implements.clone(),
+            Owner::Trait(of) => Some(TraitName::Local(of)),
+            Owner::Module => return None,
+        };
+        let is_inherent = |own: &MethodOwner| matches!(own, MethodOwner::Inherent(_));
+        let owner = match of_trait {
+            None => MethodOwner::Inherent(id),
+            Some(name) if !self.is_filter_trait(&name) && self.methods(ty, &def.name).iter().any(is_inherent) => {
+                return None;
+            }
+            Some(name) => MethodOwner::Implemented(name, id),
+        };
+        Some((spec, self.law_group(spec, &def.name, &owner)?))
+    }
+
     /// Whether a method that a trait outside the analysed code declares is a law.
     #[must_use]
     pub fn is_external_law(&self, path: &str, method: &str) -> bool {
@@ -331,6 +353,23 @@ impl Index {
                     && matches!(&spec.subject, Subject::Trait(TraitName::External(own)) if own == path)
                     && spec.group(method).is_some()
             })
+    }
+
+    /// Whether a type that is a filter by itself may have its law by a trait.
+    #[must_use]
+    pub fn is_law_by_type(&self, name: &TraitName, method: &str) -> bool {
+        self.specs.iter().any(|spec| match spec.subject {
+            Subject::Type(id) => spec.is_sampled && spec.group(method).is_some() && self.has_trait(id, name),
+            _ => false,
+        })
+    }
+
+    /// The types of the analysed code that are filters by themselves and have a trait.
+    pub(super) fn filters_with<'a>(&'a self, name: &'a TraitName) -> impl Iterator<Item = Ty> + 'a {
+        self.specs.iter().filter_map(move |spec| match spec.subject {
+            Subject::Type(id) if spec.is_sampled && self.has_trait(id, name) => Some(self.bare(id)),
+            _ => None,
+        })
     }
 
     /// Whether a trait makes filters of its types.

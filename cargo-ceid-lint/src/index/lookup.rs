@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashSet;
 
-use super::{FunctionId, ImplId, Index, Owner, TraitDef, TraitName, TraitRef, Ty, ValueId};
+use super::{FunctionId, ImplId, Index, Owner, TraitDef, TraitName, TraitRef, Ty, TypeId, ValueId};
 use crate::syntax::tree::TypeRef;
 
 /// Where a method was found.
@@ -147,6 +147,11 @@ impl Index {
         }
     }
 
+    /// Whether an impl for the type itself gives it the trait.
+    pub(super) fn has_trait(&self, id: TypeId, name: &TraitName) -> bool {
+        self.traits_of_type.get(&id).is_some_and(|traits| traits.contains(name))
+    }
+
     fn bounds_imply(&self, bounds: &[TraitRef], name: &TraitName) -> bool {
         bounds.iter().any(|bound| {
             bound.name == *name
@@ -247,7 +252,7 @@ impl Index {
                     }
                 }
                 TraitName::External(path) => {
-                    if self.is_external_law(path, name) {
+                    if self.is_external_law(path, name) || self.is_law_by_type(&bound.name, name) {
                         found.push(MethodOwner::Declared(bound.name.clone(), None));
                     }
                 }
@@ -259,7 +264,12 @@ impl Index {
     /// Every body that a method declared by a trait may run: the impls' own, or the default where an impl has none.
     #[must_use]
     pub fn implementations(&self, name: &TraitName, method: &str) -> Vec<FunctionId> {
-        let TraitName::Local(id) = name else { return Vec::new() };
+        let TraitName::Local(id) = name else {
+            // Of a trait that is not read, only those are asked for that may be a law.
+            let of_trait = self.impls.iter().filter(|def| def.implements.as_ref() == Some(name));
+            let own = of_trait.filter(|_| self.is_law_by_type(name, method)).filter_map(|def| def.methods.get(method));
+            return own.copied().collect();
+        };
         let default = self.trait_def(*id).methods.get(method).copied();
         let mut found: Vec<FunctionId> = Vec::new();
         let impls = self.impls_of_trait.get(id).map_or(&[][..], Vec::as_slice);
@@ -283,7 +293,9 @@ impl Index {
             _ => return Vec::new(),
         };
         let locals = bounds.iter().filter(|bound| matches!(bound.name, TraitName::Local(_)));
-        let mut found: Vec<Ty> = Vec::new();
+        // Of a trait that is not read, those matter that are filters by themselves.
+        let foreign = bounds.iter().filter(|bound| matches!(bound.name, TraitName::External(_)));
+        let mut found: Vec<Ty> = foreign.flat_map(|bound| self.filters_with(&bound.name)).collect();
         for bound in locals.clone() {
             let TraitName::Local(id) = bound.name else { continue };
             for def in self.impls_of_trait.get(&id).into_iter().flatten().map(|id| self.impl_def(*id)) {

@@ -477,6 +477,7 @@ impl Infer<'_> {
             Ty::External(path, args) => {
                 Ty::External(path, args.iter().map(|arg| self.variables.shallow(arg)).collect())
             }
+            Ty::Tuple(parts) => Ty::Tuple(parts.iter().map(|part| self.shallow_deep(part)).collect()),
             other => other,
         }
     }

@@ -249,10 +249,14 @@ impl Infer<'_> {
         let output = match owner.function() {
             Some(function) => self.instantiate(function, Some(ty), args, true, None),
             None => {
-                for arg in args {
-                    self.expr(*arg, None);
-                }
-                Ty::Unknown
+                let items = ty.items().cloned().map(builtin::iterator);
+                let known = items.and_then(|items| self.builtin_call(id, &items, method, args));
+                known.unwrap_or_else(|| {
+                    for arg in args {
+                        self.expr(*arg, None);
+                    }
+                    Ty::Unknown
+                })
             }
         };
         let resolved = Resolved { targets, owner: Some(owner), law, self_ty: ty.clone(), has_receiver: true, derefs };

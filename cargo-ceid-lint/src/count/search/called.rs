@@ -119,7 +119,7 @@ impl Search<'_> {
 }
 
 /// Why it is not known what a function does that is one for many types.
-fn not_told() -> Cause {
+pub(in crate::count) fn not_told() -> Cause {
     Cause::Limit("which type is behind the trait in the functions called is not known".to_owned())
 }
 

@@ -231,7 +231,7 @@ impl Run<'_, '_> {
             return masks;
         };
         let subject = &graph.subjects[self.tracked.subjects[at].0 as usize];
-        let mut mask = if heads & returned::OTHER != 0 { OTHER_HEADS } else { 0 };
+        let mut mask = if heads & returned::of_others(subject) != 0 { OTHER_HEADS } else { 0 };
         for (number, head) in subject.heads.iter().enumerate() {
             if heads & returned::bit(head) != 0 {
                 mask |= 1 << number;

@@ -22,7 +22,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rustc_hash::FxHashMap;
 
-pub(super) use called::Called;
+pub(super) use called::{Called, not_told};
 pub(super) use exploration::{End, EndKind, Exploration};
 use modes::Age;
 pub(super) use modes::Mode;

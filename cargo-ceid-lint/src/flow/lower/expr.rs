@@ -1,8 +1,8 @@
 //! Expressions: what they do, in the order in which it happens.
 
 use super::{Builder, Value};
-use crate::flow::{Cause, Effect, IndexKey, Place, Projection, Transfer};
-use crate::index::{Def, SHARED_RESOURCE, Ty};
+use crate::flow::{Cause, Effect, IndexKey, Place, Projection, Transfer, Var};
+use crate::index::{Def, SHARED_RESOURCE, Shape, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, TypeRef};
 use crate::types::Callee;
 
@@ -227,11 +227,31 @@ impl Builder<'_> {
         }
         if let Some(rest) = rest {
             let value = self.expr(rest);
-            self.place_part(Place::var(var), &value, rest);
+            self.place_rest(var, fields, &value, rest);
         }
         let value = Value { place: Some(Place::var(var)), is_owned: true, head: variant, ..Value::default() };
         self.note_literal(id, &value);
         value
+    }
+
+    /// `S { f: new, ..rest }`: what is not given anew comes from the rest. What is a filter itself goes on as a whole.
+    fn place_rest(&mut self, var: Var, given: &[(String, ExprId)], value: &Value, rest: ExprId) {
+        let index = self.program.index;
+        let ty = self.graph.var(var).ty.clone();
+        let is_whole = index.filter_spec(&ty).is_some() || index.may_be_state(&ty);
+        let shape = match &ty {
+            Ty::Adt(id, _) if !is_whole => &index.type_def(*id).shape,
+            _ => return self.place_part(Place::var(var), value, rest),
+        };
+        let Shape::Struct(shape) = shape else { return };
+        let is_given = |name: &String| given.iter().any(|(given, _)| given == name);
+        for field in shape.fields.iter().filter(|field| !is_given(&field.name)) {
+            if index.field_ty(&ty, None, &field.name).is_none_or(|ty| self.may_hold_filter(&ty)) {
+                let place = value.place.as_ref().map(|place| place.field(&field.name));
+                let part = Value { place, head: None, same_as: None, ..value.clone() };
+                self.place_part(Place::var(var).field(&field.name), &part, rest);
+            }
+        }
     }
 
     pub(super) fn aggregate(&mut self, id: ExprId, parts: &[ExprId]) -> Value {
