@@ -93,7 +93,9 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
         // What is generic may be a reference as well.
         _ => matches!(ty, Ty::Ref(..)) || matches!(of.kind(id), ExprKind::Reference { .. }),
     };
-    if let Some(part) = shared_part(index, ty.peel()) {
+    // The law says what may be changed; the items of an iterator do not.
+    let declared = declared(of, site, number).filter(|ty| !ty.has_part(&mut |part| matches!(part, Ty::Unknown)));
+    if let Some(part) = shared_part(index, declared.as_ref().unwrap_or(ty).peel()) {
         return refuse(format!("{} holds {part}, which may change until the end of the cycle", what()));
     }
     let end = span.end;
@@ -214,9 +216,17 @@ fn is_known_copy(path: &str) -> bool {
 
 /// The type of an input: that of the expression, or the one that its law asks for where that is the same for every caller.
 fn input_type(of: &LoopBody<'_>, site: &Site, number: usize) -> Ty {
-    let index = of.program.index;
     let own = of.typed.ty(site.inputs[number]);
-    let declared = site.law.and_then(|law| {
+    match (own.peel(), declared(of, site, number)) {
+        (Ty::Unknown | Ty::Var(_), Some(declared)) => declared,
+        _ => own.clone(),
+    }
+}
+
+/// The type of an input that its law asks for, where that is the same for every caller.
+fn declared(of: &LoopBody<'_>, site: &Site, number: usize) -> Option<Ty> {
+    let index = of.program.index;
+    site.law.and_then(|law| {
         let def = index.function(law);
         let written = index.lower(def.function.params.get(number)?, &index.scope_of(law));
         let own = match def.owner {
@@ -228,11 +238,7 @@ fn input_type(of: &LoopBody<'_>, site: &Site, number: usize) -> Ty {
             let is_it = |own: &Ty| matches!(own, Ty::Param(param) if param.name == name);
             names.iter().position(is_it).and_then(|at| args.get(at)).cloned()
         })
-    });
-    match (own.peel(), declared) {
-        (Ty::Unknown | Ty::Var(_), Some(declared)) => declared,
-        _ => own.clone(),
-    }
+    })
 }
 
 /// Whether each call of the law chooses the type of an input.

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::Reason;
 use super::body::LoopBody;
+use super::exits::diverges;
 use super::iteration::{Elements, Inner, binding_loop, elements, inner_loop, is_closure_of_a_loop};
 use super::locks::locked;
 use super::mentions::held;
@@ -184,6 +185,8 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
     let is_repeated = |at: &ExprId| {
         Some(*at) != site.inner
             && matches!(of.kind(*at), ExprKind::Loop { .. } | ExprKind::While { .. } | ExprKind::For { .. })
+            // What leaves the inner loop at once runs once in it.
+            && !of.ancestors_inside(call).take_while(|around| around != at).any(|around| diverges(of, around))
     };
     let is_later = |at: &ExprId| match of.kind(*at) {
         // The closure of the inner loop runs at once.
