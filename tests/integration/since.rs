@@ -105,6 +105,33 @@ fn an_update_that_was_taken_away_is_a_change() {
 }
 
 #[test]
+fn an_update_that_was_taken_from_other_code_is_none() {
+    let head = "pub trait SampledFilter { fn update(&mut self); }\npub struct Gyro(pub f64);\n\
+                impl SampledFilter for Gyro { fn update(&mut self) { self.0 *= 0.9; } }\npub mod fly;\npub mod swim;\n";
+    let cycle = |body: &str| {
+        format!(
+            "pub fn cruise(drive: impl Fn(f64)) {{\n    let mut gyro = Gyro(1.0);\n    loop {{\n        {body}drive(gyro.0);\n    }}\n}}\n"
+        )
+    };
+    let uses = "use crate::{Gyro, SampledFilter as _};\n";
+    let helper = "pub fn turn(gyro: &mut Gyro) {\n    gyro.update();\n}\n";
+    let files = [
+        ("src/lib.rs", head.to_owned()),
+        ("src/fly.rs", format!("{uses}{}", cycle("crate::swim::turn(&mut gyro);\n        "))),
+        ("src/swim.rs", format!("{uses}{}{helper}", cycle("").replace("cruise", "dive"))),
+    ];
+    let files: Vec<(&str, &str)> = files.iter().map(|(path, text)| (*path, text.as_str())).collect();
+    let directory = repository("since_elsewhere", &files);
+    let old = found(&directory, &[]);
+    assert_eq!(old.len(), 1, "{old:?}");
+    // What the other loop misses is as old as before; what the helper of the first one has lost is not.
+    change(&directory, "src/swim.rs", "    gyro.update();\n", "");
+    let new = found(&directory, &["--since", "HEAD"]);
+    assert_eq!((new.len(), found(&directory, &[]).len()), (1, 2), "{new:?}");
+    assert!(new[0].file.ends_with("fly.rs"), "{new:?}");
+}
+
+#[test]
 fn new_and_renamed_files_and_odd_names_are_followed() {
     let files = [
         ("src/lib.rs", "#[path = \"mein Flug/ü \\\"b\\\".rs\"]\npub mod odd;\npub mod old;\n"),

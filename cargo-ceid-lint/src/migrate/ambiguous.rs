@@ -3,9 +3,10 @@
 use super::Reason;
 use super::body::LoopBody;
 use super::mentions::Guarded;
-use super::text::without_comments;
+use super::text::{without_comments, words};
 use crate::index::{Def, FunctionId, Index, ModuleId, Namespace, Owner, TraitName, Ty, is_sampled_filter_path};
-use crate::syntax::tree::{Body, ExprId, ExprKind};
+use crate::source::FileId;
+use crate::syntax::tree::{Body, ExprId, ExprKind, Path};
 use crate::types::{Callee, TypedBody};
 
 /// The name of the law of ceid-core's trait.
@@ -58,12 +59,12 @@ fn is_by_its_name(body: &Body, typed: &TypedBody, call: ExprId, law: FunctionId)
     is_call && typed.callees.get(&call).is_some_and(is_it)
 }
 
-fn names_a_type(path: &crate::syntax::tree::Path) -> bool {
+fn names_a_type(path: &Path) -> bool {
     path.self_ty.is_some() || matches!(path.segments.as_slice(), [owner, _] if owner.name == "Self")
 }
 
 /// Whether ceid-core's trait is in scope in a module.
-fn is_core_in_scope(of: &LoopBody<'_>, module: ModuleId, file: crate::source::FileId) -> bool {
+fn is_core_in_scope(of: &LoopBody<'_>, module: ModuleId, file: FileId) -> bool {
     let index = of.program.index;
     let named = match index.resolve(module, &["SampledFilter".to_owned()], Namespace::Type) {
         Some(Def::Trait(id)) => index.is_of_core(&TraitName::Local(id)),
@@ -71,5 +72,9 @@ fn is_core_in_scope(of: &LoopBody<'_>, module: ModuleId, file: crate::source::Fi
         _ => false,
     };
     let text = &of.program.sources.file(file).text;
-    named || text.contains("ceid_core") && without_comments(text).contains("SampledFilter as _")
+    let is_nameless = |stmt: &str| {
+        let import = words(stmt, "use").last().map_or("", |at| &stmt[at..]);
+        import.contains("ceid_core") && import.contains("SampledFilter as _")
+    };
+    named || text.contains("ceid_core") && without_comments(text).split(';').any(is_nameless)
 }

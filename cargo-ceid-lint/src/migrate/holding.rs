@@ -190,7 +190,10 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
         };
         if !matches!(owner, Ty::Adt(..) | Ty::Tuple(_)) {
             let advice = lending(of, *base);
-            return Err(format!("`{}` does not lend its fields one by one: put {advice} above the loop", of.written(*base)));
+            return Err(format!(
+                "`{}` does not lend its fields one by one: put {advice} above the loop",
+                of.written(*base)
+            ));
         }
         let has_it = |owner: &Ty| of.program.index.field_ty(owner, None, field).is_some();
         if matches!(owner, Ty::Adt(..)) && !has_it(owner) {

@@ -83,9 +83,7 @@ fn run_by(body: &Body, typed: &TypedBody, id: ExprId) -> Option<(Traits, Vec<Exp
     let named = |names: &[&str]| Traits::Named(names.iter().map(|name| (*name).to_owned()).collect());
     Some(match &body.expr(id).kind {
         ExprKind::Binary { op: "==" | "!=", lhs, rhs } => (named(&["PartialEq"]), vec![*lhs, *rhs]),
-        ExprKind::Binary { op: "<" | "<=" | ">" | ">=", lhs, rhs } => {
-            (named(&["PartialOrd", "Ord"]), vec![*lhs, *rhs])
-        }
+        ExprKind::Binary { op: "<" | "<=" | ">" | ">=", lhs, rhs } => (named(&["PartialOrd", "Ord"]), vec![*lhs, *rhs]),
         ExprKind::Binary { op, lhs, rhs } => (named(&[arithmetic(op)?]), vec![*lhs, *rhs]),
         ExprKind::AssignOp { op, place, value } => {
             (Traits::Named(vec![format!("{}Assign", arithmetic(op)?)]), vec![*place, *value])
@@ -116,8 +114,10 @@ fn run_by(body: &Body, typed: &TypedBody, id: ExprId) -> Option<(Traits, Vec<Exp
 }
 
 fn is_of_a_number(path: &Path) -> bool {
-    let numbers =
-        ["f32", "f64", "bool", "char", "usize", "isize", "u8", "u16", "u32", "u64", "u128", "i8", "i16", "i32", "i64", "i128"];
+    let numbers = [
+        "f32", "f64", "bool", "char", "usize", "isize", "u8", "u16", "u32", "u64", "u128", "i8", "i16", "i32", "i64",
+        "i128",
+    ];
     matches!(path.segments.as_slice(), [owner, _] if numbers.contains(&owner.name.as_str()))
 }
 
@@ -127,10 +127,44 @@ fn is_of_numbers(method: &str) -> bool {
     prefixes.iter().any(|prefix| method.starts_with(prefix))
         || matches!(
             method,
-            "abs" | "sqrt" | "cbrt" | "powi" | "powf" | "exp" | "exp2" | "ln" | "log" | "log2" | "log10" | "sin" | "cos"
-                | "tan" | "asin" | "acos" | "atan" | "atan2" | "sin_cos" | "sinh" | "cosh" | "tanh" | "hypot" | "floor"
-                | "ceil" | "round" | "trunc" | "fract" | "signum" | "copysign" | "recip" | "mul_add" | "rem_euclid"
-                | "div_euclid" | "to_radians" | "to_degrees" | "to_bits" | "len"
+            "abs"
+                | "sqrt"
+                | "cbrt"
+                | "powi"
+                | "powf"
+                | "exp"
+                | "exp2"
+                | "ln"
+                | "log"
+                | "log2"
+                | "log10"
+                | "sin"
+                | "cos"
+                | "tan"
+                | "asin"
+                | "acos"
+                | "atan"
+                | "atan2"
+                | "sin_cos"
+                | "sinh"
+                | "cosh"
+                | "tanh"
+                | "hypot"
+                | "floor"
+                | "ceil"
+                | "round"
+                | "trunc"
+                | "fract"
+                | "signum"
+                | "copysign"
+                | "recip"
+                | "mul_add"
+                | "rem_euclid"
+                | "div_euclid"
+                | "to_radians"
+                | "to_degrees"
+                | "to_bits"
+                | "len"
         )
 }
 
@@ -211,7 +245,9 @@ fn impls(index: &Index, all: &Impls, (traits, from): (&Traits, ModuleId), reache
         let scope = index.scope(def.module, Owner::Module, Some(&def.generics));
         let args = def.trait_path.iter().flat_map(|path| &path.segments).flat_map(|segment| &segment.args);
         let is_it = |arg: &GenericArg| matches!(arg, GenericArg::Type(ty) if reached.has(&index.lower(ty, &scope)));
-        reached.is_open && are_linked(index, from, def.module) || reached.has(&def.self_ty) || args.into_iter().any(is_it)
+        reached.is_open && are_linked(index, from, def.module)
+            || reached.has(&def.self_ty)
+            || args.into_iter().any(is_it)
     };
     let of_traits: Vec<ImplId> = match traits {
         Traits::Named(names) => names.iter().filter_map(|name| all.get(name)).flatten().copied().collect(),

@@ -18,7 +18,7 @@ use super::mentions::{Guarded, Mention, mentions};
 use super::observed::{is_observed, outlives_future};
 use super::owned::is_owned;
 use super::sites::{Site, owed, place_of, sites};
-use super::tails::outlives_guard;
+use super::tails::{outlives_guard, without_name};
 use super::text::{has_word, removal};
 use super::whole::{whole_function, whole_loop};
 use super::{Plan, Reason, Rewrite, head, law};
@@ -235,6 +235,10 @@ impl Rewriter<'_> {
             }
         }
         edits.extend(self.removals());
+        if let Some((head, rest)) = without_name(of, self.guarded) {
+            edits.retain(|(span, _)| !rest.contains(*span));
+            edits.extend([(head, String::new()), (rest, String::new())]);
+        }
         for left in leftovers(self.loops, of, self.guarded) {
             if self.loops.are_unused_names_denied(of.file()) {
                 let text = format!(

@@ -9,15 +9,26 @@ use super::owned::is_owned;
 use super::purity::acts_when_dropped;
 use crate::index::Ty;
 use crate::source::Span;
-use crate::syntax::tree::{BlockKind, ExprId, ExprKind, MacroKind, StmtKind};
+use crate::syntax::tree::{BlockKind, ExprId, ExprKind, MacroKind, Stmt, StmtKind};
 
 /// What the end of the iteration borrows from a guarded place until after its guard is gone.
 pub(super) fn outlives_guard(of: &LoopBody<'_>, guarded: &[Guarded], edition: &str) -> Option<Reason> {
     if !matches!(edition, "2018" | "2021") {
         return None;
     }
+    let (at, own) = loan(of, guarded, last(of, guarded)?)?;
+    let text = format!(
+        "before edition 2024, what is borrowed of `{}` at the end of a block is given back after the variables of the block, and so \
+         after its guard: put `;` behind it, or give its value a name with `let` first",
+        own.spelled
+    );
+    Some(Reason { span: of.span(at), text })
+}
+
+/// What an expression borrows from a guarded place until it has its value, and gives back only then.
+fn loan<'g>(of: &LoopBody<'_>, guarded: &'g [Guarded], id: ExprId) -> Option<(ExprId, &'g Guarded)> {
     let mut temporaries = Vec::new();
-    collect(of, last(of, guarded)?, &mut temporaries);
+    collect(of, id, &mut temporaries);
     let index = of.program.index;
     let scope = index.scope_of(of.function);
     let lends = |id: &ExprId| {
@@ -32,16 +43,32 @@ pub(super) fn outlives_guard(of: &LoopBody<'_>, guarded: &[Guarded], edition: &s
         (is_unknown || acts_when_dropped(index, ty)) && !is_owned(index, &scope, ty)
     };
     let names = |id: &ExprId, own: &Guarded| of.body.within(*id).into_iter().any(|at| is_about(of, &own.place, at));
-    let (at, own) = temporaries
-        .into_iter()
-        .filter(lends)
-        .find_map(|id| guarded.iter().find(|own| names(&id, own)).map(|own| (id, own)))?;
-    let text = format!(
-        "before edition 2024, what is borrowed of `{}` at the end of a block is given back after the variables of the block, and so \
-         after its guard: put `;` behind it, or give its value a name with `let` first",
-        own.spelled
-    );
-    Some(Reason { span: of.span(at), text })
+    let named = |id: ExprId| guarded.iter().find(|own| names(&id, own)).map(|own| (id, own));
+    temporaries.into_iter().filter(lends).find_map(named)
+}
+
+/// What becomes of `let y = kf.y; kf.update(); y`, so that the value has no name that nothing needs any more: what is written instead
+/// of the beginning of the statement, and what goes from its value to the end.
+pub(super) fn without_name(of: &LoopBody<'_>, guarded: &[Guarded]) -> Option<(Span, Span)> {
+    let ExprKind::Block(block) = of.kind(of.block) else { return None };
+    let tail = block.tail?;
+    let local = of.typed.expr_local.get(&tail)?;
+    let stmts: Vec<_> = guarded.iter().flat_map(|own| &own.sites).filter_map(|site| site.stmt.as_ref()).collect();
+    let is_gone = |stmt: &&Stmt| stmts.iter().any(|gone| gone.contains(&(stmt.span.start as usize)));
+    let bound = block.stmts.iter().rev().find(|stmt| !is_gone(stmt))?;
+    let StmtKind::Let { pat, ty: None, init: Some(init), otherwise: None } = &bound.kind else { return None };
+    let is_it = of.typed.pat_local.get(pat) == Some(local) && of.names(*local).count() == 1;
+    let mut between = of.text.get(bound.span.end as usize..of.span(tail).start as usize)?.to_owned();
+    for gone in stmts.iter().filter(|gone| gone.start >= bound.span.end as usize) {
+        between = between.replace(of.text.get((*gone).clone())?, "");
+    }
+    let scope = of.program.index.scope_of(of.function);
+    let is_plain = is_owned(of.program.index, &scope, of.typed.ty(*init)) && loan(of, guarded, *init).is_none();
+    let is_alone = bound.cfg.is_none() && between.trim().is_empty();
+    let had_update = stmts.iter().any(|gone| gone.start >= bound.span.end as usize);
+    let head = Span { end: of.span(*init).start, ..bound.span };
+    let rest = Span { start: of.span(*init).end, ..of.span(tail) };
+    (is_it && is_plain && is_alone && had_update).then_some((head, rest))
 }
 
 /// The expression at the end of the iteration once the updates are gone.
