@@ -147,11 +147,15 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
     let outer = if is_used { call } else { outer };
     let tail = of.text[of.span(call).end as usize..of.span(outer).end as usize].to_owned();
     let stays = is_used || !inputs.is_empty();
-    let filter = callee.self_ty.clone();
     let targets = callee.targets.clone();
     let law = if let [law] = targets.as_slice() { Some(*law) } else { None };
     let (place, part, at, inner) =
         target(of, receiver).ok_or_else(|| refuse(unreachable_text(of, receiver, !inputs.is_empty())))?;
+    // A path may spell the arguments of a type that the variable has, or leave them out.
+    let filter = match (&callee.self_ty, held(of.typed.ty(at))) {
+        (Ty::Adt(own, _), Some(held @ Ty::Adt(other, _))) if own == other => held.clone(),
+        (own, _) => own.clone(),
+    };
     let lone = inner.filter(|inner| !stays && is_lone(of, *inner, outer));
     let (gone, stmt, emptied) = match (lone, arm) {
         _ if stays => (given, None, None),
