@@ -76,7 +76,9 @@ fn what_touches_no_changed_line_is_left_out() {
     let one = found(&directory, &["--since", "HEAD"]);
     assert_eq!(one.len(), 1, "{one:?}");
     assert!(one[0].line > 11, "{one:?}");
-    run(&directory, ["--since", "HEAD"]).assert_code(100).assert_stderr("left out 1 finding that");
+    run(&directory, ["--since", "HEAD"])
+        .assert_code(100)
+        .assert_stderr("left out 1 finding that touches no line changed since `HEAD`");
     git(&directory, &["commit", "--quiet", "-am", "after"]);
     assert_eq!(found(&directory, &["--since", "HEAD"]).len(), 0);
     assert_eq!(found(&directory, &["--since", "HEAD~1"]).len(), 1);

@@ -277,7 +277,8 @@ fn named_in_head(of: &LoopBody<'_>, own: &Guarded) -> Result<Vec<ExprId>, Reason
 fn lookup(of: &LoopBody<'_>, own: &Guarded, id: ExprId) -> Option<ExprId> {
     let ExprKind::While { condition, .. } = of.kind(of.whole) else { return None };
     let in_condition = of.body.within(*condition);
-    let lends_on = |id: &ExprId| matches!(of.kind(*id), ExprKind::Let { .. } | ExprKind::Closure(_) | ExprKind::Macro(_));
+    let lends_on =
+        |id: &ExprId| matches!(of.kind(*id), ExprKind::Let { .. } | ExprKind::Closure(_) | ExprKind::Macro(_));
     if !in_condition.contains(&id) || in_condition.iter().any(lends_on) || own.place.element.is_some() {
         return None;
     }

@@ -4,13 +4,29 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::purity::fields;
 use crate::flow::Program;
-use crate::index::{FunctionId, ImplDef, ImplId, Index, ModuleId, Owner, TraitName, Ty, TypeId};
+use crate::index::{Def, FunctionId, ImplDef, ImplId, Index, ModuleId, Owner, TraitName, Ty, TypeId};
 use crate::syntax::tree::{Body, ExprId, ExprKind, GenericArg, Path};
 use crate::types::{Callee, TypedBody};
 
 /// The modules of the standard library whose traits its functions and macros call.
 const CALLED: [&str; 13] =
     ["borrow", "clone", "cmp", "convert", "default", "error", "fmt", "future", "hash", "io", "iter", "ops", "str"];
+
+/// The traits that macros run: those of formats, where the text goes, and what assertions compare.
+const SHOWN: [&str; 12] = [
+    "Debug",
+    "Display",
+    "LowerHex",
+    "UpperHex",
+    "LowerExp",
+    "UpperExp",
+    "Binary",
+    "Octal",
+    "Pointer",
+    "Write",
+    "PartialEq",
+    "PartialOrd",
+];
 
 /// The traits whose impls an expression may run.
 enum Traits {
@@ -59,8 +75,12 @@ pub(super) fn implicit(program: &Program<'_>, all: &Impls, function: FunctionId)
     let module = index.function(function).module;
     for id in (0u32..).map(ExprId).take(body.exprs.len()) {
         if let Some((traits, operands)) = run_by(body, typed, id) {
-            // A literal has a type of the language.
-            let operands = operands.iter().filter(|operand| !matches!(body.expr(**operand).kind, ExprKind::Literal(_)));
+            // A literal has a type of the language, and a path to something of another crate one of that crate.
+            let is_foreign = |operand: &ExprId| {
+                matches!(body.expr(*operand).kind, ExprKind::Literal(_))
+                    || matches!(typed.expr_def.get(operand), Some(Def::External(_)))
+            };
+            let operands = operands.iter().filter(|operand| !is_foreign(operand));
             let mut types: Vec<Ty> = operands.map(|operand| typed.ty(*operand).clone()).collect();
             if matches!(body.expr(id).kind, ExprKind::Try(_)) {
                 types.push(index.lower(&index.function(function).function.output, &index.scope_of(function)));
@@ -95,7 +115,7 @@ fn run_by(body: &Body, typed: &TypedBody, id: ExprId) -> Option<(Traits, Vec<Exp
         ExprKind::Try(inner) => (named(&["From", "Into"]), vec![*inner]),
         ExprKind::Await(inner) => (named(&["Future", "IntoFuture"]), vec![*inner]),
         ExprKind::Repeat { value, is_vec: true, .. } => (named(&["Clone"]), vec![*value]),
-        ExprKind::Macro(_) => (Traits::Any, body.children(id)),
+        ExprKind::Macro(_) => (named(&SHOWN), body.children(id)),
         ExprKind::Call { callee, args } => match typed.callees.get(&id) {
             Some(Callee::External(_) | Callee::Builtin | Callee::Unknown) => {
                 // `u32::from` makes a number.
@@ -107,7 +127,11 @@ fn run_by(body: &Body, typed: &TypedBody, id: ExprId) -> Option<(Traits, Vec<Exp
         ExprKind::MethodCall { receiver, method, args, .. } => match typed.callees.get(&id) {
             Some(Callee::Resolved(resolved)) if !resolved.targets.is_empty() => return None,
             _ if is_of_numbers(method) => return None,
-            _ => (Traits::Any, args.iter().copied().chain([*receiver, id]).collect()),
+            // What others give back is made of what they are given.
+            _ => {
+                let chooses = matches!(method.as_str(), "into" | "try_into" | "parse" | "collect" | "sum" | "product");
+                (Traits::Any, args.iter().copied().chain([*receiver]).chain(chooses.then_some(id)).collect())
+            }
         },
         _ => return None,
     })
