@@ -211,7 +211,9 @@ fn is_given_away(of: &LoopBody<'_>, site: &Site, value: ExprId) -> bool {
     let Some(local) = of.typed.expr_local.get(&value).copied() else { return false };
     let own = of.typed.local(local);
     let scope = index.scope_of(of.function);
-    if own.by_ref
+    // An inner loop would give it away for each element.
+    if site.inner.is_some()
+        || own.by_ref
         || own.span.start < of.span(of.whole).start
         || !of.text[own.span.start as usize..].starts_with(&own.name)
         || matches!(own.ty, Ty::Ref(..))
