@@ -203,6 +203,8 @@ fn a_subcommand_may_follow_flags() {
         told.assert_code(0);
         assert!(told.stdout.contains("cycles of"), "{}", told.stdout);
     }
+    let known = format!("{}/cli_known.toml", env!("CARGO_TARGET_TMPDIR"));
+    run(&directory, ["--color", "never", "baseline", "--baseline", &known]).assert_code(0);
     run(&directory, ["--fix", "rules"]).assert_code(2).assert_stderr("unexpected argument '--fix'");
     run(&directory, ["help", "report"]).assert_code(0);
 }

@@ -76,7 +76,9 @@ fn what_touches_no_changed_line_is_left_out() {
     let one = found(&directory, &["--since", "HEAD"]);
     assert_eq!(one.len(), 1, "{one:?}");
     assert!(one[0].line > 11, "{one:?}");
-    run(&directory, ["--since", "HEAD"]).assert_code(100).assert_stderr("left out 1 finding that");
+    run(&directory, ["--since", "HEAD"])
+        .assert_code(100)
+        .assert_stderr("left out 1 finding that touches no line changed since `HEAD`");
     git(&directory, &["commit", "--quiet", "-am", "after"]);
     assert_eq!(found(&directory, &["--since", "HEAD"]).len(), 0);
     assert_eq!(found(&directory, &["--since", "HEAD~1"]).len(), 1);
@@ -102,6 +104,33 @@ fn an_update_that_was_taken_away_is_a_change() {
     let all = found(&directory, &[]);
     assert_eq!(found(&directory, &["--since", "HEAD"]), all);
     assert!(!all.is_empty());
+}
+
+#[test]
+fn an_update_that_was_taken_from_other_code_is_none() {
+    let head = "pub trait SampledFilter { fn update(&mut self); }\npub struct Gyro(pub f64);\n\
+                impl SampledFilter for Gyro { fn update(&mut self) { self.0 *= 0.9; } }\npub mod fly;\npub mod swim;\n";
+    let cycle = |body: &str| {
+        format!(
+            "pub fn cruise(drive: impl Fn(f64)) {{\n    let mut gyro = Gyro(1.0);\n    loop {{\n        {body}drive(gyro.0);\n    }}\n}}\n"
+        )
+    };
+    let uses = "use crate::{Gyro, SampledFilter as _};\n";
+    let helper = "pub fn turn(gyro: &mut Gyro) {\n    gyro.update();\n}\n";
+    let files = [
+        ("src/lib.rs", head.to_owned()),
+        ("src/fly.rs", format!("{uses}{}", cycle("crate::swim::turn(&mut gyro);\n        "))),
+        ("src/swim.rs", format!("{uses}{}{helper}", cycle("").replace("cruise", "dive"))),
+    ];
+    let files: Vec<(&str, &str)> = files.iter().map(|(path, text)| (*path, text.as_str())).collect();
+    let directory = repository("since_elsewhere", &files);
+    let old = found(&directory, &[]);
+    assert_eq!(old.len(), 1, "{old:?}");
+    // What the other loop misses is as old as before; what the helper of the first one has lost is not.
+    change(&directory, "src/swim.rs", "    gyro.update();\n", "");
+    let new = found(&directory, &["--since", "HEAD"]);
+    assert_eq!((new.len(), found(&directory, &[]).len()), (1, 2), "{new:?}");
+    assert!(new[0].file.ends_with("fly.rs"), "{new:?}");
 }
 
 #[test]

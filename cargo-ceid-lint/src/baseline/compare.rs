@@ -54,7 +54,8 @@ impl Comparison {
         for (finding, keys) in findings.into_iter().filter(|(finding, _)| finding.level != Level::Forbid) {
             let numbers = |key: &Key| (old.get(key).copied().unwrap_or(0), self.found.get(key).copied().unwrap_or(0));
             finding.known = keys.iter().all(|key| matches!(numbers(key), (known, found) if found <= known));
-            self.known += usize::from(finding.known);
+            // They are counted as the file counts them.
+            self.known += if finding.known { keys.len() } else { 0 };
             let more = keys.iter().find(|key| matches!(numbers(key), (1.., found) if found > numbers(key).0));
             if let Some(key) = more {
                 let (known, found) = numbers(key);

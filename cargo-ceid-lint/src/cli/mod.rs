@@ -68,10 +68,27 @@ fn with_subcommand_first(cli: &Cli, args: &[OsString]) -> Option<Vec<OsString>> 
     Some(args)
 }
 
+/// The arguments with each word in front that is the name of a subcommand.
+fn subcommands_first(args: &[OsString]) -> impl Iterator<Item = Vec<OsString>> {
+    let command = Cli::command();
+    let is_name = move |arg: &OsString| command.get_subcommands().any(|own| arg.as_os_str() == own.get_name());
+    (2..args.len()).filter(move |at| is_name(&args[*at])).map(|at| {
+        let mut args = args.to_vec();
+        let name = args.remove(at);
+        args.insert(1, name);
+        args
+    })
+}
+
 fn run_caught(args: Vec<OsString>) -> ExitStatus {
     let first = parsed(&args).and_then(|first| match with_subcommand_first(&first.0, &args) {
         Some(args) => parsed(&args),
         None => Ok(first),
+    });
+    // Flags of the subcommand may stand behind flags that all have, and before its name only those are known.
+    let first = first.or_else(|error| {
+        let mut others = subcommands_first(&args).filter(|_| error.use_stderr());
+        others.find_map(|args| parsed(&args).ok()).ok_or(error)
     });
     let (cli, matches) = match first {
         Ok(parsed) => parsed,

@@ -9,7 +9,7 @@ use super::halves::{halves, kept};
 use super::inputs::{Input, input, is_generic};
 use super::law::{ceid_core_name, delegation};
 use super::loops::Loops;
-use super::mentions::Guarded;
+use super::mentions::{Guarded, is_about, is_for_references};
 use super::outputs::instead;
 use super::sites::{Part, Site};
 use super::text::has_word;
@@ -54,7 +54,10 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
         && own.law.is_some_and(|law| delegation(loops, &own.filter, law).is_ok());
     if is_plain {
         // An element is lent by the statement that takes its array apart.
-        return if own.place.element.is_some() { named_in_head(of, own).map(|()| None) } else { Ok(None) };
+        return match own.place.element.map(|_| named_in_head(of, own)) {
+            Some(Err(reason)) => Err(reason),
+            _ => Ok(None),
+        };
     }
     let refuse = |text: String| Reason { span: of.span(own.sites.first().map_or(own.at, |site| site.call)), text };
     let each = each(of, own);
@@ -98,7 +101,11 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
     let Some(lent) = each.as_ref().map(|each| each.lent.clone()).or_else(|| lent(own)) else {
         return Err(refuse(format!("`{}` holds its filter in a way that a guard cannot reach through", own.spelled)));
     };
-    named_in_head(of, own)?;
+    let in_condition = named_in_head(of, own)?;
+    if let Some(at) = in_condition.first().filter(|_| each.is_some()) {
+        let text = format!("`{}` is used in the head of the loop, where it is lent to the guard", own.spelled);
+        return Err(Reason { span: of.span(*at), text });
+    }
     let halves = halves(of, own)?;
     // A half that some iterations leave out does not decide whether the others run.
     let is_apart = |site: &Site| halves.len() > 1 && own.rare.contains(&site.half);
@@ -206,9 +213,11 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
     } else {
         format!("the law of `{}` is {laws}, in the closure above the loop", own.name)
     };
+    let name = variable(of, &format!("{verb}_{}", own.name))
+        .ok_or_else(|| refuse(format!("`{verb}_{}` means something else in this function", own.name)))?;
+    edits.extend(in_condition.into_iter().map(|at| (of.span(at), name.clone())));
     Ok(Some(Adaptation {
-        name: variable(of, &format!("{verb}_{}", own.name))
-            .ok_or_else(|| refuse(format!("`{verb}_{}` means something else in this function", own.name)))?,
+        name,
         law: Closure { call: (format!("{core}::Adapted::{constructor}"), lent), params, body, is_value, each },
         edits,
         is_fed,
@@ -234,36 +243,54 @@ pub(super) fn lent(own: &Guarded) -> Option<String> {
     }
 }
 
-/// What stands around the loop in its statement, its head included, runs while the filter is lent, and may not name it.
-fn named_in_head(of: &LoopBody<'_>, own: &Guarded) -> Result<(), Reason> {
+/// What stands around the loop in its statement, its head included, runs while the filter is lent, and may not name it; but the
+/// condition of a `while` runs where the guard is gone, and may name what lends the filter.
+///
+/// Gives the places in that condition.
+fn named_in_head(of: &LoopBody<'_>, own: &Guarded) -> Result<Vec<ExprId>, Reason> {
     if of.is_function {
-        return Ok(());
+        return Ok(Vec::new());
     }
     let is_outside = |id: &ExprId| !of.inside.contains(id);
-    let named = of.body.within(of.loop_statement()).into_iter().filter(is_outside).find(|id| {
+    let is_named = |id: &ExprId| {
         let local = of.typed.local(own.place.local);
         if let ExprKind::Opaque(call) = of.kind(*id) {
             return call.mentions.contains(&local.name);
         }
-        of.typed.expr_local.get(id) == Some(&own.place.local) && {
-            let fields = of.ancestors(*id).map_while(|at| match of.kind(at) {
-                ExprKind::Field { name, .. } => Some(name.as_str()),
-                _ => None,
-            });
-            // Another field of the same owner is not lent.
-            own.place.fields.iter().map(String::as_str).zip(fields).all(|(own, field)| own == field)
+        is_about(of, &own.place, *id)
+    };
+    let mut places = Vec::new();
+    for id in of.body.within(of.loop_statement()).into_iter().filter(is_outside).filter(is_named) {
+        match lookup(of, own, id) {
+            Some(place) => places.push(place),
+            None => {
+                let what = if own.place.element.is_some() { of.written(id) } else { &own.spelled };
+                let text = format!("`{what}` is used in the head of the loop, where it is lent to the guard");
+                return Err(Reason { span: of.span(id), text });
+            }
         }
-    });
-    match named {
-        Some(id) => Err(Reason {
-            span: of.span(id),
-            text: format!(
-                "`{}` is used in the head of the loop, where it is lent to the guard",
-                if own.place.element.is_some() { of.written(id) } else { &own.spelled }
-            ),
-        }),
-        None => Ok(()),
     }
+    Ok(places)
+}
+
+/// The place in the condition of a `while` that a name leads to, if only a field or method of it is asked for.
+fn lookup(of: &LoopBody<'_>, own: &Guarded, id: ExprId) -> Option<ExprId> {
+    let ExprKind::While { condition, .. } = of.kind(of.whole) else { return None };
+    let in_condition = of.body.within(*condition);
+    let lends_on =
+        |id: &ExprId| matches!(of.kind(*id), ExprKind::Let { .. } | ExprKind::Closure(_) | ExprKind::Macro(_));
+    if !in_condition.contains(&id) || in_condition.iter().any(lends_on) || own.place.element.is_some() {
+        return None;
+    }
+    let place = own.place.fields.iter().try_fold(id, |at, _| of.parent(at))?;
+    let is_asked = match of.kind(of.parent(place)?) {
+        ExprKind::Field { .. } => true,
+        ExprKind::MethodCall { receiver, method, .. } => {
+            *receiver == place && !is_for_references(method) && !matches!(method.as_str(), "feed" | "last_output")
+        }
+        _ => false,
+    };
+    (is_asked && of.written(place) == own.spelled).then_some(place)
 }
 
 /// The variable that keeps what a half is given until the law runs, and the statement that makes it.

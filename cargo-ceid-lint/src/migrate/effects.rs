@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use super::Reason;
 use super::body::LoopBody;
 use super::exits::Exits;
+use super::loops::Loops;
 use super::mentions::Guarded;
 use super::panics::{Panics, may_panic, panics};
 use super::purity::{acts_when_dropped, shared_part, side_effect};
@@ -14,6 +15,7 @@ use crate::syntax::tree::{ExprId, ExprKind, Stmt, StmtKind};
 
 /// A loop with what its guard is to hold.
 pub(super) struct Effects<'a> {
+    pub(super) loops: &'a Loops<'a>,
     pub(super) of: &'a LoopBody<'a>,
     pub(super) exits: &'a Exits,
     pub(super) guarded: &'a [Guarded],
@@ -27,7 +29,7 @@ impl Effects<'_> {
         let program = self.of.program;
         let dropped = if self.is_last() { Some(self.dropped_before(own)?) } else { None };
         let when = dropped.map_or("at the end of the cycle".to_owned(), |name| format!("after `{name}` is dropped"));
-        let effect = own.laws().into_iter().find_map(|law| Some((law, side_effect(program, law)?)));
+        let effect = own.laws().into_iter().find_map(|law| Some((law, side_effect(self.loops, law)?)));
         let text = if let Some((law, effect)) = effect {
             let law = &program.index.function(law).name;
             format!("`{law}` of `{}` {effect}, which then happens {when}", own.spelled)
@@ -82,7 +84,7 @@ impl Effects<'_> {
         let which = if is_caught { Panics::Any } else { Panics::OnPurpose };
         let mut found: Vec<(ExprId, String)> = Vec::new();
         if let Some(law) =
-            own.laws().into_iter().find(|law| may_panic(of.program, *law, which)).filter(|_| !self.is_last())
+            own.laws().into_iter().find(|law| may_panic(self.loops, *law, which)).filter(|_| !self.is_last())
         {
             let law = &of.program.index.function(law).name;
             let at = own.sites.first().map_or(own.at, |site| site.call);
@@ -97,7 +99,7 @@ impl Effects<'_> {
         let first = of
             .inside
             .iter()
-            .filter(|id| !is_fed && panics(of.program, of.body, of.typed, **id, which))
+            .filter(|id| !is_fed && panics(self.loops, of.body, of.typed, **id, which))
             .filter(is_before);
         if let Some(first) = first.min_by_key(|id| of.span(**id)) {
             found.push((*first, format!("the law of `{}` runs as well where the iteration panics", own.spelled)));

@@ -177,7 +177,7 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
     if let (Some(_), ExprKind::Index { base, .. }) = (place.element, of.kind(at)) {
         at = *base;
     }
-    while let ExprKind::Field { base, .. } = of.kind(at) {
+    while let ExprKind::Field { base, name: field } = of.kind(at) {
         let owner = of.typed.ty(*base);
         let owner = match owner {
             Ty::Ref(true, inner) => inner,
@@ -189,10 +189,18 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
             other => other,
         };
         if !matches!(owner, Ty::Adt(..) | Ty::Tuple(_)) {
-            let written = of.written(*base);
-            let name = written.rsplit('.').next().unwrap_or(written);
+            let advice = lending(of, *base);
             return Err(format!(
-                "`{written}` does not lend its fields one by one: put `let {name} = &mut *{written};` above the loop"
+                "`{}` does not lend its fields one by one: put {advice} above the loop",
+                of.written(*base)
+            ));
+        }
+        let has_it = |owner: &Ty| of.program.index.field_ty(owner, None, field).is_some();
+        if matches!(owner, Ty::Adt(..)) && !has_it(owner) {
+            let written = of.written(*base);
+            return Err(format!(
+                "`{field}` is no field of `{written}` itself, but of what its `Deref` leads to, which lends all of `{written}` with \
+                 it: name it by the fields that lead there"
             ));
         }
         at = *base;
@@ -226,6 +234,27 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
         Ok(())
     } else {
         Err(format!("not every element of `{spelled}` is updated here, and a guard updates all"))
+    }
+}
+
+/// The statement by which a pointer is a reference whose fields are lent one by one.
+fn lending(of: &LoopBody<'_>, base: ExprId) -> String {
+    let written = of.written(base);
+    let name = written.rsplit('.').next().unwrap_or(written);
+    let mut inner = of.typed.ty(base);
+    let mut stars = String::new();
+    while let Ty::Ref(_, behind) = inner {
+        stars.push('*');
+        inner = behind;
+    }
+    match inner {
+        // A name of its own: `self` cannot be bound.
+        Ty::External(path, _) if path.ends_with("::Pin") => {
+            let name = if name == "self" { "this" } else { name };
+            format!("`let {name} = {written}.as_mut().get_mut();`")
+        }
+        Ty::External(..) => format!("`let {name} = &mut *{stars}{written};`"),
+        _ => format!("`let {name} = &mut {stars}{written};`"),
     }
 }
 

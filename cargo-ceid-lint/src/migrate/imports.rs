@@ -130,7 +130,9 @@ impl Scope<'_> {
     fn glob(&self) -> Option<(Span, String)> {
         let of = self.program.index.module(self.module);
         let text = self.text;
-        let path = format!("{}::*;", of.name);
+        // The root of a crate has no name of its own.
+        let name = if of.name.is_empty() { "crate" } else { &of.name };
+        let path = format!("{name}::*;");
         let end = text.find(&path)? + path.len();
         let start = words(&text[..end], "use").last()?;
         let scope = self.outline.around(start).next().map_or(0..text.len(), |around| around.brackets.clone());
@@ -139,7 +141,7 @@ impl Scope<'_> {
         let is_needed = of.own_names().any(|name| has_word(&code[scope.clone()], name))
             || self.methods.iter().any(|method| self.is_called(method, &code, &scope));
         let is_only = is_private && !self.methods.is_empty() && !is_needed;
-        is_only.then(|| (Span::new(self.file, to_u32(start), to_u32(end)), format!("{}::*", of.name)))
+        is_only.then(|| (Span::new(self.file, to_u32(start), to_u32(end)), format!("{name}::*")))
     }
 
     /// Code with blanks for its comments and for the items that are compiled under a condition.

@@ -5,11 +5,12 @@ use super::body::LoopBody;
 use super::locks::lock_behind;
 use super::mentions::Guarded;
 use super::owned::{is_fixed_algebra, is_owned};
-use super::purity::shared_part;
-use super::sites::Site;
+use super::purity::{acts_when_dropped, shared_part};
+use super::sites::{Site, place_of};
 use crate::index::{Index, Owner, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatKind, TypeRef};
+use crate::types::LocalId;
 
 /// An input, as it is fed.
 #[derive(Clone, Debug)]
@@ -93,7 +94,9 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
         // What is generic may be a reference as well.
         _ => matches!(ty, Ty::Ref(..)) || matches!(of.kind(id), ExprKind::Reference { .. }),
     };
-    if let Some(part) = shared_part(index, ty.peel()) {
+    // The law says what may be changed; the items of an iterator do not.
+    let declared = declared(of, site, number).filter(|ty| !ty.has_part(&mut |part| matches!(part, Ty::Unknown)));
+    if let Some(part) = shared_part(index, declared.as_ref().unwrap_or(ty).peel()) {
         return refuse(format!("{} holds {part}, which may change until the end of the cycle", what()));
     }
     let end = span.end;
@@ -111,12 +114,23 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
         let before = Span { end: span.start, ..span };
         return Ok(Input { name, before, instead: "", end, annotation: None, is_lent: false });
     }
+    let as_it_is = Input {
+        name: name.clone(),
+        before: Span { end: span.start, ..span },
+        instead: "",
+        end,
+        annotation: None,
+        is_lent: false,
+    };
     if let ExprKind::Reference { mutable: false, raw: false, value } = of.kind(id) {
+        if is_lasting_part(of, *value) {
+            return Ok(as_it_is);
+        }
         let held = match of.typed.ty(*value) {
             Ty::Unknown | Ty::Var(_) => ty.peel(),
             known => known,
         };
-        let is_made = !is_place(of, *value);
+        let is_made = !is_place(of, *value) || is_given_away(of, site, *value);
         let is_array = matches!(held, Ty::Array(_, length) if length.value.is_none());
         let is_owned = is_owned(index, &index.scope_of(of.function), held);
         if is_array || !is_owned || !is_made && !is_kept(index, held) {
@@ -125,9 +139,9 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
         let before = Span { end: of.span(*value).start, ..span };
         return Ok(Input { name, before, instead: "", end, annotation: annotation(held), is_lent: true });
     }
-    if matches!(ty, Ty::Ref(_, inner) if matches!(**inner, Ty::Slice(_))) && is_part_of_what_outlives(of, id) {
-        let before = Span { end: span.start, ..span };
-        return Ok(Input { name, before, instead: "", end, annotation: None, is_lent: false });
+    let is_lasting = matches!(ty, Ty::Ref(..)) && is_lasting(of, id);
+    if is_lasting && matches!(ty, Ty::Ref(_, inner) if matches!(**inner, Ty::Slice(_))) {
+        return Ok(as_it_is);
     }
     let lent = match (ty, param) {
         // An iterator's items are not told apart by what may be changed in them; the law takes what may not.
@@ -139,27 +153,96 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
             let before = Span { end: span.start, ..span };
             Ok(Input { name, before, instead: "*", end, annotation: annotation(inner), is_lent: true })
         }
+        _ if is_lasting => Ok(as_it_is),
         _ => refuse(format!("{} is borrowed, and it is not known whether it can be copied", what())),
     }
 }
 
-/// Whether an input is what the head of the loop takes of a slice that is there before the loop and stays: `for part in data.chunks(4)`.
-fn is_part_of_what_outlives(of: &LoopBody<'_>, id: ExprId) -> bool {
+/// Whether an input is a reference into what is there before the loop and stays, as its head gives it: `for part in data.chunks(4)`,
+/// `for row in &rows`.
+fn is_lasting(of: &LoopBody<'_>, id: ExprId) -> bool {
     let ExprKind::For { iterable, pat, .. } = of.kind(of.whole) else { return false };
     let local = of.typed.expr_local.get(&id);
     if local.is_none() || of.typed.pat_local.get(pat) != local {
         return false;
     }
-    let ExprKind::MethodCall { receiver, method, .. } = of.kind(*iterable) else { return false };
-    let is_slice = match of.typed.ty(*receiver).peel() {
+    match of.kind(*iterable) {
+        ExprKind::MethodCall { receiver, method, .. } => {
+            let is_of_slices =
+                matches!(method.as_str(), "iter" | "chunks" | "chunks_exact" | "rchunks" | "rchunks_exact" | "windows");
+            is_of_slices && is_slice(of.typed.ty(*receiver)) && is_before_the_loop(of, *receiver)
+        }
+        ExprKind::Reference { mutable: false, raw: false, value } => {
+            is_slice(of.typed.ty(*value)) && is_before_the_loop(of, *value)
+        }
+        _ => {
+            let ty = of.typed.ty(*iterable);
+            matches!(ty, Ty::Ref(false, _)) && is_slice(ty) && is_before_the_loop(of, *iterable)
+        }
+    }
+}
+
+/// Whether a part of such a reference is taken: `row[..2]`.
+fn is_lasting_part(of: &LoopBody<'_>, id: ExprId) -> bool {
+    let ExprKind::Index { base, index } = of.kind(id) else { return false };
+    let ty = of.typed.ty(*base);
+    matches!(of.kind(*index), ExprKind::Range { .. })
+        && matches!(ty, Ty::Ref(..))
+        && is_slice(ty)
+        && is_lasting(of, *base)
+}
+
+fn is_slice(ty: &Ty) -> bool {
+    match ty.peel() {
         Ty::Slice(_) | Ty::Array(..) => true,
         Ty::External(path, _) => path == "std::vec::Vec",
         _ => false,
+    }
+}
+
+/// Whether an expression is a variable that is declared above the loop, or a field of one.
+fn is_before_the_loop(of: &LoopBody<'_>, id: ExprId) -> bool {
+    place_of(of, id).is_some_and(|place| of.typed.local(place.local).span.start < of.span(of.whole).start)
+}
+
+/// Whether a value belongs to the iteration, and nothing in it needs the value behind the call, so that it can be given away.
+fn is_given_away(of: &LoopBody<'_>, site: &Site, value: ExprId) -> bool {
+    let index = of.program.index;
+    let Some(local) = of.typed.expr_local.get(&value).copied() else { return false };
+    let own = of.typed.local(local);
+    let scope = index.scope_of(of.function);
+    // An inner loop would give it away for each element.
+    if site.inner.is_some()
+        || own.by_ref
+        || own.span.start < of.span(of.whole).start
+        || !of.text[own.span.start as usize..].starts_with(&own.name)
+        || matches!(own.ty, Ty::Ref(..))
+        || !is_owned(index, &scope, &own.ty)
+        || acts_when_dropped(index, &own.ty)
+    {
+        return false;
+    }
+    let call = of.span(site.call);
+    let is_harmless = |at: ExprId| {
+        let span = of.span(at);
+        let around = of.ancestors_inside(site.call).find(|around| of.span(*around).contains(span));
+        let is_let = |id: &ExprId| matches!(of.kind(*id), ExprKind::Let { .. });
+        // What is looked into around the call is borrowed there.
+        let is_apart = match around.map(|around| of.kind(around)) {
+            None | Some(ExprKind::Block(_)) => true,
+            Some(ExprKind::If { condition, .. }) => !of.body.within(*condition).iter().any(is_let),
+            _ => false,
+        };
+        is_apart && !call.contains(span) && !of.may_follow(site.call, at)
     };
-    is_slice
-        && matches!(of.kind(*receiver), ExprKind::Path(_))
-        && of.typed.expr_local.contains_key(receiver)
-        && matches!(method.as_str(), "chunks" | "chunks_exact" | "rchunks" | "rchunks_exact" | "windows")
+    // A loan that lives on has a name in the iteration.
+    let may_borrow = |other: &LocalId| {
+        let local = of.typed.local(*other);
+        let is_of_iteration = (of.span(of.whole).start..call.start).contains(&local.span.start);
+        is_of_iteration && (local.by_ref || !is_owned(index, &scope, &local.ty))
+    };
+    let is_loan = |at: &ExprId| of.typed.expr_local.get(at).is_some_and(may_borrow) && of.may_follow(site.call, *at);
+    of.names(local).filter(|at| *at != value).all(is_harmless) && !of.inside.iter().any(is_loan)
 }
 
 /// The type of what is kept, where a reference to it becomes one to a slice.
@@ -214,9 +297,17 @@ fn is_known_copy(path: &str) -> bool {
 
 /// The type of an input: that of the expression, or the one that its law asks for where that is the same for every caller.
 fn input_type(of: &LoopBody<'_>, site: &Site, number: usize) -> Ty {
-    let index = of.program.index;
     let own = of.typed.ty(site.inputs[number]);
-    let declared = site.law.and_then(|law| {
+    match (own.peel(), declared(of, site, number)) {
+        (Ty::Unknown | Ty::Var(_), Some(declared)) => declared,
+        _ => own.clone(),
+    }
+}
+
+/// The type of an input that its law asks for, where that is the same for every caller.
+fn declared(of: &LoopBody<'_>, site: &Site, number: usize) -> Option<Ty> {
+    let index = of.program.index;
+    site.law.and_then(|law| {
         let def = index.function(law);
         let written = index.lower(def.function.params.get(number)?, &index.scope_of(law));
         let own = match def.owner {
@@ -228,11 +319,7 @@ fn input_type(of: &LoopBody<'_>, site: &Site, number: usize) -> Ty {
             let is_it = |own: &Ty| matches!(own, Ty::Param(param) if param.name == name);
             names.iter().position(is_it).and_then(|at| args.get(at)).cloned()
         })
-    });
-    match (own.peel(), declared) {
-        (Ty::Unknown | Ty::Var(_), Some(declared)) => declared,
-        _ => own.clone(),
-    }
+    })
 }
 
 /// Whether each call of the law chooses the type of an input.

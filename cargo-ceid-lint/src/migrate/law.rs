@@ -4,10 +4,13 @@ use super::closure::WIDTH;
 use super::loops::Loops;
 use super::text::{Style, has_word, indentation};
 use crate::flow::Program;
-use crate::index::{FunctionId, Index, Owner, TraitName, Ty};
+use crate::index::{Def, FunctionId, Index, Namespace, Owner, TraitName, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{Receiver, TypeRef};
 use crate::types::Callee;
+
+/// The names that the parameter for the rate may get.
+const RATES: [&str; 3] = ["R", "TickRate", "CycleRate"];
 
 /// An `impl` to write, where it stands, and the package whose file that is.
 #[derive(Clone, Debug)]
@@ -63,7 +66,10 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
         return Err(format!("the `impl` around `{}` of `{type_name}` is not understood", def.name));
     };
     let ceid_core = ceid_core_name(index, law);
-    let rate = if has_word(head.generics, "R") { "TickRate" } else { "R" };
+    let written = &text[block.head.clone()];
+    let Some(rate) = RATES.into_iter().find(|name| !has_word(written, name)) else {
+        return Err(format!("every name for a rate means something else in the `impl` of `{type_name}`"));
+    };
     let Style { end, step } = loops.style(keyword.file);
     let indent = indentation(text, block.head.start);
     let own = head.generics.trim().trim_end_matches(',');
@@ -161,9 +167,15 @@ fn closing(text: &str) -> Option<usize> {
     None
 }
 
-/// What ceid-core is called where a function stands.
+/// What ceid-core is called where a function stands: with `::` before it where its name means something else.
 pub(super) fn ceid_core_name(index: &Index, function: FunctionId) -> String {
-    extern_name(index, function).unwrap_or("ceid_core").to_owned()
+    let name = extern_name(index, function).unwrap_or("ceid_core");
+    let is_core = match index.resolve(index.function(function).module, &[name.to_owned()], Namespace::Type) {
+        None | Some(Def::External(_)) => true,
+        Some(Def::Module(found)) => index.crate_of(found).package_name.replace('-', "_") == "ceid_core",
+        Some(_) => false,
+    };
+    if is_core { name.to_owned() } else { format!("::{name}") }
 }
 
 /// Whether ceid-core can be named where a function stands.

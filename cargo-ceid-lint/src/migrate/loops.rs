@@ -7,6 +7,7 @@ use std::rc::Rc;
 
 use rustc_hash::FxHashMap;
 
+use super::implicit::{Impls, implicit, impls_of_std};
 use super::text::{Style, has_word};
 use crate::flow::Program;
 use crate::index::{FunctionId, ModuleId};
@@ -29,6 +30,10 @@ pub(super) struct Loops<'a> {
     catching: OnceCell<Vec<ModuleId>>,
     /// The files that ask for a use of each result.
     strict: OnceCell<BTreeSet<FileId>>,
+    /// The files that deny names that nothing uses.
+    denying: OnceCell<BTreeSet<FileId>>,
+    impls: OnceCell<Impls>,
+    implicit: RefCell<FxHashMap<FunctionId, Rc<[FunctionId]>>>,
 }
 
 impl<'a> Loops<'a> {
@@ -60,6 +65,9 @@ impl<'a> Loops<'a> {
             styles: RefCell::default(),
             catching: OnceCell::new(),
             strict: OnceCell::new(),
+            denying: OnceCell::new(),
+            impls: OnceCell::new(),
+            implicit: RefCell::default(),
         }
     }
 
@@ -72,6 +80,13 @@ impl<'a> Loops<'a> {
         let body = self.program.index.function(function).function.body.as_ref();
         let find = || body.map(Body::parents).unwrap_or_default().into();
         Rc::clone(self.parents.borrow_mut().entry(function).or_insert_with(find))
+    }
+
+    /// The functions that a function may run without calling them.
+    pub(super) fn implicit(&self, function: FunctionId) -> Rc<[FunctionId]> {
+        let all = self.impls.get_or_init(|| impls_of_std(self.program.index));
+        let find = || implicit(self.program, all, function).into();
+        Rc::clone(self.implicit.borrow_mut().entry(function).or_insert_with(find))
     }
 
     /// The brackets of a file.
@@ -111,17 +126,34 @@ impl<'a> Loops<'a> {
     pub(super) fn has_to_use_results(&self, file: FileId) -> bool {
         let sources = self.program.sources;
         let own = &sources.file(file).path;
-        // What a crate asks for stands in its root.
-        let is_root = |path: &Path| {
-            let is_above = || path.parent().is_some_and(|above| own.starts_with(above));
-            path == own.as_path() || path.file_stem().is_some_and(|stem| stem == "lib" || stem == "main") && is_above()
-        };
         let strict = self.strict.get_or_init(|| self.files_with("unused_results"));
-        strict.iter().any(|id| is_root(&sources.file(*id).path))
+        strict.iter().any(|id| is_root_of(&sources.file(*id).path, own))
+    }
+
+    /// Whether the crate of a file does not compile with a name that nothing uses.
+    pub(super) fn are_unused_names_denied(&self, file: FileId) -> bool {
+        let sources = self.program.sources;
+        let own = &sources.file(file).path;
+        let denied = self.denying.get_or_init(|| {
+            let denies = |line: &str| {
+                let line = line.trim_start();
+                let what = ["warnings", "unused", "unused_variables", "dead_code"];
+                (line.starts_with("#![deny(") || line.starts_with("#![forbid("))
+                    && what.iter().any(|lint| has_word(line, lint))
+            };
+            sources.files().filter(|(_, file)| file.text.lines().any(denies)).map(|(id, _)| id).collect()
+        });
+        denied.iter().any(|id| is_root_of(&sources.file(*id).path, own))
     }
 
     fn files_with(&self, word: &str) -> BTreeSet<FileId> {
         let files = self.program.sources.files();
         files.filter(|(_, file)| has_word(&file.text, word)).map(|(id, _)| id).collect()
     }
+}
+
+/// Whether a file may be the root of the crate of another one, where what the crate asks for stands.
+fn is_root_of(path: &Path, own: &Path) -> bool {
+    let is_above = || path.parent().is_some_and(|above| own.starts_with(above));
+    path == own || path.file_stem().is_some_and(|stem| stem == "lib" || stem == "main") && is_above()
 }

@@ -5,6 +5,7 @@
 //! Reads no file and writes none.
 
 mod adapt;
+mod ambiguous;
 mod body;
 mod captures;
 mod closure;
@@ -15,10 +16,12 @@ mod exits;
 mod halves;
 mod head;
 mod holding;
+mod implicit;
 mod imports;
 mod inputs;
 mod iteration;
 mod law;
+mod leftover;
 mod locks;
 mod loops;
 mod manifest;
@@ -30,6 +33,7 @@ mod panics;
 mod plan;
 mod purity;
 mod sites;
+mod tails;
 mod text;
 mod whole;
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::locks::lock_behind;
-use crate::flow::Program;
+use super::loops::Loops;
 use crate::index::{FunctionId, Ty};
 use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, MacroKind};
 use crate::types::{Callee, TypedBody};
@@ -18,7 +18,8 @@ pub(super) enum Panics {
 }
 
 /// Whether a function may panic.
-pub(super) fn may_panic(program: &Program<'_>, function: FunctionId, which: Panics) -> bool {
+pub(super) fn may_panic(loops: &Loops<'_>, function: FunctionId, which: Panics) -> bool {
+    let program = loops.program;
     let mut seen = BTreeSet::new();
     let mut open = vec![function];
     while let Some(id) = open.pop() {
@@ -32,15 +33,16 @@ pub(super) fn may_panic(program: &Program<'_>, function: FunctionId, which: Pani
             return true;
         }
         open.extend(typed.callees.values().flat_map(targets));
+        open.extend(loops.implicit(id).iter());
     }
     false
 }
 
 /// Whether an expression may panic, or what it calls.
-pub(super) fn panics(program: &Program<'_>, body: &Body, typed: &TypedBody, id: ExprId, which: Panics) -> bool {
+pub(super) fn panics(loops: &Loops<'_>, body: &Body, typed: &TypedBody, id: ExprId, which: Panics) -> bool {
     let is_in_callee = || {
         let called = typed.callees.get(&id).into_iter().flat_map(targets);
-        which == Panics::Any && called.into_iter().any(|target| may_panic(program, target, which))
+        which == Panics::Any && called.into_iter().any(|target| may_panic(loops, target, which))
     };
     panics_itself(body, typed, id, which) || is_in_callee()
 }

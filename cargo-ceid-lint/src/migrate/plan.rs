@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
+use super::ambiguous::ambiguous;
 use super::body::LoopBody;
 use super::captures::captures;
 use super::effects::Effects;
@@ -11,11 +12,13 @@ use super::head::UNKNOWN_RATE;
 use super::holding::{guarded, is_vec};
 use super::iteration::{Inner, inner_loop};
 use super::law::delegation;
+use super::leftover::leftovers;
 use super::loops::Loops;
 use super::mentions::{Guarded, Mention, mentions};
 use super::observed::{is_observed, outlives_future};
 use super::owned::is_owned;
 use super::sites::{Site, owed, place_of, sites};
+use super::tails::{outlives_guard, without_name};
 use super::text::{has_word, removal};
 use super::whole::{whole_function, whole_loop};
 use super::{Plan, Reason, Rewrite, head, law};
@@ -94,7 +97,7 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
     }
     whole_loop(&of, &loops.outline(of.file()), edition).map_err(at_head)?;
     let core = law::ceid_core_name(loops.program.index, of.function);
-    if core != "ceid_core" {
+    if core.trim_start_matches(':') != "ceid_core" {
         return Err(at_head(format!(
             "the manifest calls `ceid-core` `{core}`, and its macros are read by its own name only: let the dependency keep that"
         )));
@@ -142,6 +145,9 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
     {
         return Err(reasons);
     }
+    if let Some(reason) = outlives_guard(&of, &guarded, edition) {
+        return Err(vec![reason]);
+    }
     let exits = exits(&of);
     let behind = head::behind(&of, &guarded, &exits);
     let rewriter = Rewriter { loops, of: &of, exits, guarded: &guarded, behind };
@@ -183,7 +189,7 @@ impl Rewriter<'_> {
         let mut packages = BTreeSet::from([program.index.crate_of(of.def().module).package]);
         let mut notes = Vec::new();
         let mut laws: Vec<(TypeId, FunctionId)> = Vec::new();
-        let effects = Effects { of, exits: &self.exits, guarded: self.guarded, behind: self.behind };
+        let effects = Effects { loops: self.loops, of, exits: &self.exits, guarded: self.guarded, behind: self.behind };
         for (at, own) in self.guarded.iter().enumerate() {
             match mentions(of, self.guarded, at) {
                 Ok(found) => {
@@ -221,6 +227,7 @@ impl Rewriter<'_> {
             match delegation(self.loops, &own.filter, law) {
                 Ok(None) => {}
                 Ok(Some(new)) => {
+                    reasons.extend(ambiguous(of, self.guarded, law));
                     packages.insert(program.index.crate_of(program.index.function(law).module).package);
                     edits.push((new.span, new.text));
                 }
@@ -228,6 +235,21 @@ impl Rewriter<'_> {
             }
         }
         edits.extend(self.removals());
+        if let Some((head, rest)) = without_name(of, self.guarded) {
+            edits.retain(|(span, _)| !rest.contains(*span));
+            edits.extend([(head, String::new()), (rest, String::new())]);
+        }
+        for left in leftovers(self.loops, of, self.guarded) {
+            if self.loops.are_unused_names_denied(of.file()) {
+                let text = format!(
+                    "nothing would use `{}` any more, which the crate denies: write its value where the updates stand",
+                    left.name
+                );
+                reasons.push(Reason { span: left.span, text });
+            } else {
+                notes.push(format!("`{}` has no use any more", left.name));
+            }
+        }
         match head::lines(of, self.guarded, self.behind) {
             Ok(head) => edits.extend(head),
             Err(reason) => reasons.push(reason),

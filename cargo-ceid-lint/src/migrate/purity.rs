@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::loops::Loops;
 use super::owned::is_dropped_in_silence;
 use crate::flow::Program;
 use crate::index::{Def, FunctionId, Index, Owner, Shape, TraitName, TraitRef, Ty, TypeId};
@@ -9,7 +10,8 @@ use crate::syntax::tree::{Body, ExprId, ExprKind, MacroKind};
 use crate::types::{Callee, Resolved, TypedBody};
 
 /// What a law does beside advancing its filter, as far as it is known; a function whose code is not read does nothing else.
-pub(super) fn side_effect(program: &Program<'_>, law: FunctionId) -> Option<String> {
+pub(super) fn side_effect(loops: &Loops<'_>, law: FunctionId) -> Option<String> {
+    let program = loops.program;
     let (mut seen, mut dropped) = (BTreeSet::new(), BTreeSet::new());
     let mut open = vec![law];
     while let Some(id) = open.pop() {
@@ -40,6 +42,7 @@ pub(super) fn side_effect(program: &Program<'_>, law: FunctionId) -> Option<Stri
                 _ => {}
             }
         }
+        open.extend(loops.implicit(id).iter());
         // What a law has by value, it may drop.
         open.extend(typed.expr_ty.iter().flat_map(|ty| destructors(program.index, ty, &mut dropped)));
         for expr in &body.exprs {

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::Reason;
 use super::body::LoopBody;
+use super::exits::diverges;
 use super::iteration::{Elements, Inner, binding_loop, elements, inner_loop, is_closure_of_a_loop};
 use super::locks::locked;
 use super::mentions::held;
@@ -146,11 +147,15 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
     let outer = if is_used { call } else { outer };
     let tail = of.text[of.span(call).end as usize..of.span(outer).end as usize].to_owned();
     let stays = is_used || !inputs.is_empty();
-    let filter = callee.self_ty.clone();
     let targets = callee.targets.clone();
     let law = if let [law] = targets.as_slice() { Some(*law) } else { None };
     let (place, part, at, inner) =
         target(of, receiver).ok_or_else(|| refuse(unreachable_text(of, receiver, !inputs.is_empty())))?;
+    // A path may spell the arguments of a type that the variable has, or leave them out.
+    let filter = match (&callee.self_ty, held(of.typed.ty(at))) {
+        (Ty::Adt(own, _), Some(held @ Ty::Adt(other, _))) if own == other => held.clone(),
+        (own, _) => own.clone(),
+    };
     let lone = inner.filter(|inner| !stays && is_lone(of, *inner, outer));
     let (gone, stmt, emptied) = match (lone, arm) {
         _ if stays => (given, None, None),
@@ -184,6 +189,8 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
     let is_repeated = |at: &ExprId| {
         Some(*at) != site.inner
             && matches!(of.kind(*at), ExprKind::Loop { .. } | ExprKind::While { .. } | ExprKind::For { .. })
+            // What leaves the inner loop at once runs once in it.
+            && !of.ancestors_inside(call).take_while(|around| around != at).any(|around| diverges(of, around))
     };
     let is_later = |at: &ExprId| match of.kind(*at) {
         // The closure of the inner loop runs at once.

@@ -18,10 +18,12 @@ impl Style {
     pub(super) fn of(text: &str) -> Self {
         let end = if text.contains("\r\n") { "\r\n" } else { "\n" };
         let tabs = text.lines().any(|line| line.starts_with('\t'));
-        let narrow = text.lines().any(|line| line.starts_with("  ") && !line.starts_with("    "));
-        let step = match (tabs, narrow) {
-            (true, _) => "\t",
-            (_, true) => "  ",
+        let widths = text.lines().map(|line| line.len() - line.trim_start_matches(' ').len());
+        let step = match widths.filter(|width| *width > 1).min() {
+            _ if tabs => "\t",
+            Some(2) => "  ",
+            Some(3) => "   ",
+            Some(8) => "        ",
             _ => "    ",
         };
         Self { end, step }
@@ -143,6 +145,16 @@ mod tests {
         let mut text = text.to_owned();
         text.replace_range(range, "");
         assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn a_step_is_the_least_indentation() {
+        let step = |text: &str| Style::of(text).step;
+        assert_eq!(step("fn f() {\n   if a {\n      b();\n   }\n}\n"), "   ");
+        assert_eq!(step("/*\n * a\n */\nfn f() {\n        b();\n}\n"), "        ");
+        assert_eq!(step("fn f() {\n  b();\n}\n"), "  ");
+        assert_eq!(step("fn f() {\n\tb();\n}\n"), "\t");
+        assert_eq!(step("fn f() {}\n"), "    ");
     }
 
     #[test]

@@ -1,13 +1,18 @@
 //! Leaves out what has nothing to do with the lines that were changed.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use super::Report;
 use crate::count::Cycle;
 use crate::diagnostic::Diagnostic;
+use crate::index::FunctionPlace;
 use crate::project::{Changes, Removal};
 use crate::source::{FileId, Span};
+
+/// Methods that run where no name of theirs stands.
+const IMPLICIT: [&str; 12] =
+    ["drop", "deref", "deref_mut", "index", "index_mut", "next", "from", "add", "sub", "mul", "add_assign", "fmt"];
 
 /// What was left out of a report because it touches no changed line.
 #[derive(Clone, Debug, Default)]
@@ -68,14 +73,45 @@ impl<'a> Touched<'a> {
 
     fn may_miss(&self, report: &Report, finding: &Diagnostic, removal: &Removal) -> bool {
         let is_named = |filter: &String| last_name(filter).is_some_and(|name| removal.names.contains(name));
-        if finding.facts.filters.iter().any(is_named) {
+        let place = finding.facts.cycle.unwrap_or(finding.primary.span);
+        if finding.facts.filters.iter().any(is_named) && self.may_run(report, place, removal) {
             return true;
         }
-        let place = finding.facts.cycle.unwrap_or(finding.primary.span);
         let Some(function) = report.functions.around(place) else { return false };
         let (_, end) = lines(report, function.span);
         let is_here = removal.file.as_ref() == self.paths.get(&place.file);
         is_here && (report.sources.line(place)..=end).contains(&removal.line)
+    }
+
+    /// Whether the function that something was taken from may run in a cycle: the names in the cycle's function lead to it, and those
+    /// in the functions that these name. Where no function is known, it may.
+    fn may_run(&self, report: &Report, cycle: Span, removal: &Removal) -> bool {
+        let of_removal = removal.file.as_ref().and_then(|path| {
+            let (file, _) = self.paths.iter().find(|(_, own)| *own == path)?;
+            let holds = |function: &&FunctionPlace| {
+                let (first, last) = lines(report, function.span);
+                (first..last).contains(&removal.line)
+            };
+            report.functions.of_file(*file).iter().rfind(holds)
+        });
+        let (Some(wanted), Some(own)) = (of_removal, report.functions.around(cycle)) else { return true };
+        let mut left: Vec<&FunctionPlace> = report.functions.iter().collect();
+        let mut reached: Vec<&FunctionPlace> = vec![own];
+        // What runs without being named may run.
+        let mut names: BTreeSet<&str> = IMPLICIT.into_iter().collect();
+        while !reached.is_empty() {
+            if reached.contains(&wanted) {
+                return true;
+            }
+            let words = reached.iter().flat_map(|function| {
+                let text = report.sources.snippet(function.span);
+                text.split(|letter: char| !letter.is_alphanumeric() && letter != '_')
+            });
+            names.extend(words);
+            let is_named = |it: &&FunctionPlace| names.contains(it.path.rsplit("::").next().unwrap_or_default());
+            (reached, left) = left.into_iter().partition(is_named);
+        }
+        false
     }
 
     fn has_cycle(&self, report: &Report, cycle: &Cycle) -> bool {

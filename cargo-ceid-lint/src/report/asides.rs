@@ -23,8 +23,10 @@ pub fn asides(report: &Report) -> Vec<String> {
         if !unchanged.findings.is_empty() || parts.is_empty() {
             parts.push(count(unchanged.findings.len(), "finding"));
         }
+        let touch =
+            if parts.len() == 1 && unchanged.cycles + unchanged.findings.len() == 1 { "touches" } else { "touch" };
         let parts = parts.join(" and ");
-        lines.push(format!("left out {parts} that touch no line changed since `{}`", unchanged.revision));
+        lines.push(format!("left out {parts} that {touch} no line changed since `{}`", unchanged.revision));
     }
     lines
 }

@@ -134,8 +134,21 @@ fn a_named_loop_that_skips_on_purpose_says_so() {
     said.assert_stderr("`slow` runs at a slower rate").assert_stderr("`Divider`");
     // So does the list of what could be done.
     migrate(&directory, &[]).assert_code(0).assert_stderr("`slow` runs at a slower rate");
-    migrate(&directory, &["--all"]).assert_code(0).assert_stderr("nothing to migrate");
+    let all = migrate(&directory, &["--all"]);
+    all.assert_code(0).assert_stderr("nothing to migrate").assert_stderr("`slow` runs at a slower rate");
     assert_eq!(binary(&directory, "robot"), GATED);
+}
+
+#[test]
+fn a_loop_that_resets_is_named_and_counted() {
+    let resetting = "    let mut third = Ramp(0.0);\n    for step in 0..9 {\n        if step == 4 {\n            third = Ramp(0.0);\n            \
+                     continue;\n        }\n        third.update();\n    }\n}\n";
+    let text = format!("{}{resetting}", TWO_LOOPS.strip_suffix("}\n").expect("it ends so"));
+    let directory = package("migrate_resetting", &[("robot".to_owned(), text)]);
+    let said = migrate(&directory, &["--all"]);
+    said.assert_code(0).assert_stderr("migrated 1 of 3 loops");
+    said.assert_stderr("src/bin/robot.rs:17: `main`: not migrated")
+        .assert_stderr("`third` is reset instead of updated");
 }
 
 #[test]
@@ -369,4 +382,13 @@ fn an_import_for_conditional_code_is_told() {
     said.assert_stderr(
         "src/bin/robot.rs:4: `SampledFilter` is imported, and perhaps only code under `#[cfg(…)]` needs it",
     );
+}
+
+#[test]
+fn a_glob_of_tests_is_no_import_for_the_law() {
+    let tests = "\n#[cfg(test)]\nmod tests {\n    use super::*;\n\n    #[test]\n    fn starts_at_zero() {\n        assert_eq!(Ramp(0.0).0, 0.0);\n    }\n}\n";
+    let directory = package("migrate_glob_of_tests", &[("robot".to_owned(), format!("{TWO_LOOPS}{tests}"))]);
+    let said = migrate(&directory, &["--all"]);
+    said.assert_code(0).assert_stderr("migrated 1 of 2 loops");
+    assert!(!said.stderr.contains("is imported"), "{}", said.stderr);
 }

@@ -74,3 +74,40 @@ fn the_first_edition_says_how_to_leave_it() {
     migrate(&directory, &["--all"]).assert_code(0).assert_stderr("run `cargo fix --edition`");
     assert_eq!(binary(&directory, "scale"), CLOSURES);
 }
+
+const TAILS: &str = "\
+use std::cell::RefCell;
+trait SampledFilter { fn update(&mut self); }
+struct Recorder { value: f64, log: RefCell<Vec<f64>> }
+impl SampledFilter for Recorder { fn update(&mut self) { self.value += 1.0; } }
+
+fn main() {
+    let mut recorder = Recorder { value: 0.0, log: RefCell::default() };
+    for step in 0..3 {
+        recorder.log.borrow_mut().push(f64::from(step));
+        recorder.update();
+        if let Some(last) = recorder.log.borrow().last() {
+            println!(\"{last}\");
+        }
+    }
+    for _ in 0..3 {
+        recorder.update();
+        let known = recorder.log.borrow().len();
+        println!(\"{known}\");
+    }
+}
+";
+
+#[test]
+fn what_is_borrowed_at_the_end_of_a_block_outlives_a_guard_before_edition_2024() {
+    for (name, edition, migrated) in [("migrate_tail_2021", "2021", 1), ("migrate_tail_2024", "2024", 2)] {
+        let directory = package(name, &[("recorder".to_owned(), TAILS.to_owned())]);
+        with_edition(&directory, edition);
+        let said = migrate(&directory, &["--all", "--unsafe-fixes"]);
+        said.assert_code(0).assert_stderr(&format!("migrated {migrated} of 2 loops"));
+        if edition == "2021" {
+            said.assert_stderr("line 11: before edition 2024, what is borrowed of `recorder` at the end of a block");
+        }
+        super::compiled::cargo(&directory, &["check", "--quiet"]);
+    }
+}

@@ -68,7 +68,8 @@ struct Run<'a> {
 impl Run<'_> {
     fn migrate(&self, first: &Report, check: impl Fn(Box<dyn ReadSource>) -> Report) -> Result<ExitStatus, String> {
         let chosen = self.chosen(first)?;
-        let is_left = self.tell_left(first);
+        let left = self.tell_left(first);
+        let is_left = left > 0 && matches!(self.asked, Asked::At(_));
         let bounds = Bounds::of(self.project);
         if !self.args.diff && !matches!(self.asked, Asked::Nothing) {
             super::fix::remove_abandoned(&bounds, self.project, first);
@@ -111,7 +112,7 @@ impl Run<'_> {
             self.console.error(&error, None);
             return Ok(ExitStatus::Incomplete);
         }
-        let refused = self.tell(first, &chosen, &revision);
+        let refused = self.tell(first, &chosen, &revision, left);
         is_unwritten |= revision.made.is_empty() && revision.refused.iter().any(|refused| refused.is_unwritable);
         Ok(if is_unwritten {
             ExitStatus::Incomplete
@@ -151,19 +152,17 @@ impl Run<'_> {
         Ok(chosen)
     }
 
-    /// Tells why loops stay as they are though no plan is about them, those that were named or all where nothing is to be done yet,
-    /// and whether there are any that were named.
-    fn tell_left(&self, report: &Report) -> bool {
+    /// Tells why loops stay as they are though no plan is about them, and how many these are: of those that were named, or of all.
+    fn tell_left(&self, report: &Report) -> usize {
         let line = |head: Span| report.sources.line(head);
         let is_at = |head: Span, (path, at): &(PathBuf, u32)| {
             line(head) == *at && same_file(&report.sources.file(head.file).path, path)
         };
         let is_told = |head: Span| match &self.asked {
-            Asked::Nothing => true,
-            Asked::All => false,
+            Asked::Nothing | Asked::All => true,
             Asked::At(places) => places.iter().any(|place| is_at(head, place)),
         };
-        let mut is_any = false;
+        let mut number = 0;
         let without_plan = |cycle: &&Cycle| !report.plans.iter().any(|plan| plan.head == cycle.head);
         for cycle in report.cycles.iter().filter(|cycle| is_told(cycle.head)).filter(without_plan) {
             let reasons: Vec<String> = cycle.filters.iter().filter_map(left).collect();
@@ -171,10 +170,10 @@ impl Run<'_> {
                 let file = &report.sources.file(cycle.head.file).name;
                 let title = format!("{file}:{}: `{}`: not migrated", line(cycle.head), cycle.function);
                 self.console.warn(&[vec![title], reasons].concat().join("\n  "));
-                is_any |= matches!(self.asked, Asked::At(_));
+                number += 1;
             }
         }
-        is_any
+        number
     }
 
     fn nothing(&self, report: &Report) -> String {
@@ -278,8 +277,8 @@ impl Run<'_> {
         Ok(edits)
     }
 
-    /// Tells what was done and what was not, and how much was not.
-    fn tell(&self, first: &Report, chosen: &[&Plan], revision: &Revision) -> usize {
+    /// Tells what was done and what was not, beside the loops without a plan, and how much was not.
+    fn tell(&self, first: &Report, chosen: &[&Plan], revision: &Revision, unplanned: usize) -> usize {
         let is_of = |fix: &Fix, plan: &Plan| (&fix.file, &fix.title) == (&key(first, plan).0, &title_of(first, plan));
         let is_made = |plan: &Plan| {
             let is_possible = plan.outcome.as_ref().is_ok_and(|rewrite| self.is_taken(rewrite));
@@ -315,7 +314,7 @@ impl Run<'_> {
         if manifests > 0 && !self.args.diff {
             self.console.say("`ceid-core` is a dependency now; the next build brings `Cargo.lock` up to date");
         }
-        let total = made.len() + left.len();
+        let total = made.len() + left.len() + unplanned;
         self.console.say(&format!("{verb} {} of {}", made.len(), count(total, "loop")));
         left.len()
     }

@@ -1,0 +1,129 @@
+//! The value at the end of a block: before edition 2024 what it borrows on the way lives longer than the variables of the block, and
+//! so longer than a guard.
+
+use super::Reason;
+use super::body::LoopBody;
+use super::locks::lock_behind;
+use super::mentions::{Guarded, is_about};
+use super::owned::is_owned;
+use super::purity::acts_when_dropped;
+use crate::index::Ty;
+use crate::source::Span;
+use crate::syntax::tree::{BlockKind, ExprId, ExprKind, MacroKind, Stmt, StmtKind};
+
+/// What the end of the iteration borrows from a guarded place until after its guard is gone.
+pub(super) fn outlives_guard(of: &LoopBody<'_>, guarded: &[Guarded], edition: &str) -> Option<Reason> {
+    if !matches!(edition, "2018" | "2021") {
+        return None;
+    }
+    let (at, own) = loan(of, guarded, last(of, guarded)?)?;
+    let text = format!(
+        "before edition 2024, what is borrowed of `{}` at the end of a block is given back after the variables of the block, and so \
+         after its guard: put `;` behind it, or give its value a name with `let` first",
+        own.spelled
+    );
+    Some(Reason { span: of.span(at), text })
+}
+
+/// What an expression borrows from a guarded place until it has its value, and gives back only then.
+fn loan<'g>(of: &LoopBody<'_>, guarded: &'g [Guarded], id: ExprId) -> Option<(ExprId, &'g Guarded)> {
+    let mut temporaries = Vec::new();
+    collect(of, id, &mut temporaries);
+    let index = of.program.index;
+    let scope = index.scope_of(of.function);
+    let lends = |id: &ExprId| {
+        if let ExprKind::MethodCall { receiver, method, .. } = of.kind(*id)
+            && matches!(method.as_str(), "borrow" | "borrow_mut" | "lock" | "read" | "write")
+            && lock_behind(of.typed.ty(*receiver)).is_some()
+        {
+            return true;
+        }
+        let ty = of.typed.ty(*id);
+        let is_unknown = matches!(ty, Ty::Unknown | Ty::Var(_) | Ty::Opaque(_) | Ty::Param(_));
+        (is_unknown || acts_when_dropped(index, ty)) && !is_owned(index, &scope, ty)
+    };
+    let names = |id: &ExprId, own: &Guarded| of.body.within(*id).into_iter().any(|at| is_about(of, &own.place, at));
+    let named = |id: ExprId| guarded.iter().find(|own| names(&id, own)).map(|own| (id, own));
+    temporaries.into_iter().filter(lends).find_map(named)
+}
+
+/// What becomes of `let y = kf.y; kf.update(); y`, so that the value has no name that nothing needs any more: what is written instead
+/// of the beginning of the statement, and what goes from its value to the end.
+pub(super) fn without_name(of: &LoopBody<'_>, guarded: &[Guarded]) -> Option<(Span, Span)> {
+    let ExprKind::Block(block) = of.kind(of.block) else { return None };
+    let tail = block.tail?;
+    let local = of.typed.expr_local.get(&tail)?;
+    let stmts: Vec<_> = guarded.iter().flat_map(|own| &own.sites).filter_map(|site| site.stmt.as_ref()).collect();
+    let is_gone = |stmt: &&Stmt| stmts.iter().any(|gone| gone.contains(&(stmt.span.start as usize)));
+    let bound = block.stmts.iter().rev().find(|stmt| !is_gone(stmt))?;
+    let StmtKind::Let { pat, ty: None, init: Some(init), otherwise: None } = &bound.kind else { return None };
+    let is_it = of.typed.pat_local.get(pat) == Some(local) && of.names(*local).count() == 1;
+    let mut between = of.text.get(bound.span.end as usize..of.span(tail).start as usize)?.to_owned();
+    for gone in stmts.iter().filter(|gone| gone.start >= bound.span.end as usize) {
+        between = between.replace(of.text.get((*gone).clone())?, "");
+    }
+    let scope = of.program.index.scope_of(of.function);
+    let is_plain = is_owned(of.program.index, &scope, of.typed.ty(*init)) && loan(of, guarded, *init).is_none();
+    let is_alone = bound.cfg.is_none() && between.trim().is_empty();
+    let had_update = stmts.iter().any(|gone| gone.start >= bound.span.end as usize);
+    let head = Span { end: of.span(*init).start, ..bound.span };
+    let rest = Span { start: of.span(*init).end, ..of.span(tail) };
+    (is_it && is_plain && is_alone && had_update).then_some((head, rest))
+}
+
+/// The expression at the end of the iteration once the updates are gone.
+pub(super) fn last(of: &LoopBody<'_>, guarded: &[Guarded]) -> Option<ExprId> {
+    let ExprKind::Block(block) = of.kind(of.block) else { return None };
+    let gone: Vec<_> = guarded.iter().flat_map(|own| &own.sites).filter(|site| site.emptied.is_none()).collect();
+    let is_gone = |span: Span| {
+        let is_in = |stmt: &std::ops::Range<usize>| stmt.contains(&(span.start as usize));
+        gone.iter().filter_map(|site| site.stmt.as_ref()).any(is_in)
+    };
+    if let Some(tail) = block.tail.filter(|tail| !is_gone(of.span(*tail))) {
+        return Some(tail);
+    }
+    let last = block.stmts.iter().rev().find(|stmt| !is_gone(stmt.span))?;
+    match last.kind {
+        // A block needs no semicolon to be a statement.
+        StmtKind::Expr { expr, semicolon: false } => Some(expr),
+        _ => None,
+    }
+}
+
+/// What is made on the way to the value of an expression and lives as long as that.
+fn collect(of: &LoopBody<'_>, id: ExprId, found: &mut Vec<ExprId>) {
+    match of.kind(id) {
+        ExprKind::If { condition, .. } | ExprKind::While { condition, .. } => scrutinees(of, *condition, found),
+        ExprKind::Match { scrutinee, .. } => collect(of, *scrutinee, found),
+        ExprKind::For { iterable, .. } => collect(of, *iterable, found),
+        ExprKind::Block(block) if block.kind != BlockKind::Async => {
+            if let Some(tail) = block.tail {
+                collect(of, tail, found);
+            }
+        }
+        ExprKind::Block(_) | ExprKind::Loop { .. } | ExprKind::Closure(_) => {}
+        ExprKind::Binary { op: "&&" | "||", lhs, .. } => collect(of, *lhs, found),
+        // Most macros make statements of what they are given.
+        ExprKind::Macro(call) if !matches!(call.kind, MacroKind::AssertCompare(..)) => {}
+        ExprKind::Path(_) | ExprKind::Literal(_) => {}
+        ExprKind::Field { base, .. } | ExprKind::Index { base, .. } => collect(of, *base, found),
+        _ => {
+            found.push(id);
+            for child in of.body.children(id) {
+                collect(of, child, found);
+            }
+        }
+    }
+}
+
+/// What `if let` and `while let` look into.
+fn scrutinees(of: &LoopBody<'_>, condition: ExprId, found: &mut Vec<ExprId>) {
+    match of.kind(condition) {
+        ExprKind::Let { value, .. } => collect(of, *value, found),
+        ExprKind::Binary { op: "&&", lhs, rhs } => {
+            scrutinees(of, *lhs, found);
+            scrutinees(of, *rhs, found);
+        }
+        _ => {}
+    }
+}
