@@ -21,7 +21,7 @@ use super::slice::ControlDependence;
 use super::summary::Summaries;
 use super::verdict::{Cycle, Pair, Verdict};
 use crate::config::Multiplicity;
-use crate::flow::{Base, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection};
+use crate::flow::{Base, Caller, Cause, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection};
 use crate::index::{FunctionId, Index, Shape, Ty};
 use crate::source::Span;
 
@@ -352,7 +352,14 @@ impl Context<'_> {
             Verdict::Once | Verdict::Guarded if is_kept => return None,
             Verdict::Once if is_sample_loop => Decision { verdict: Verdict::PerSample, ..decision },
             Verdict::Once | Verdict::Guarded | Verdict::Repeated => decision,
-            _ if presumed => return None,
+            // What only may be a cycle owes nothing.
+            Verdict::Missed if presumed => return None,
+            _ if presumed && (is_kept || search.updating().is_empty()) => return None,
+            Verdict::Skipped if presumed => {
+                let name = self.program.index.function_name(graph.function);
+                let cause = format!("nothing that is read here calls `{name}`, and whether one call is one cycle is not known");
+                Decision { counts: decision.counts, law: decision.law, ..Decision::unproved(Cause::Limit(cause)) }
+            }
             Verdict::Missed => decide::with_dropped(search, decision),
             _ => decision,
         };

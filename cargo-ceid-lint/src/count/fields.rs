@@ -3,11 +3,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::analyse::FunctionFacts;
+use super::analyse::{FunctionFacts, filters_at};
 use super::cycles::Instance;
 use super::functions::FunctionKind;
 
-use super::instances::{inner, leaves, place_ty};
+use super::instances::{inner, is_lent, place_ty};
 use crate::flow::{Base, CallSite, ControlFlowGraph, Effect, Place, Projection};
 use crate::index::{FunctionId, Index, Ty, TypeId};
 
@@ -155,21 +155,44 @@ fn is_named_by_callers(
     })
 }
 
-/// The fields of types that some code updates or hands to something unseen.
+/// The fields of types that some code updates or hands to something unseen. What gets an owner for good runs the methods of its type,
+/// which are read, and comes to a filter in it only where one of them lends that.
 pub(super) fn touched_fields(index: &Index, facts: &[FunctionFacts<'_>]) -> Fields {
     let mut found = Fields::default();
-    for function in facts.iter().filter(|function| function.kind != FunctionKind::Outside) {
-        let unknown = function.graph.nodes.iter().flat_map(|node| match &node.effect {
-            Effect::Unknown { places, .. } => places.as_slice(),
-            _ => &[],
+    let mut lent = Fields::default();
+    let functions = || facts.iter().filter(|function| function.kind != FunctionKind::Outside);
+    for function in functions() {
+        let returned = function.graph.nodes.iter().filter_map(|node| match &node.effect {
+            Effect::Return(value) => value.place.as_ref(),
+            _ => None,
         });
-        for place in unknown.chain(&function.graph.cloned) {
-            for root in function.aliases.roots(place) {
-                for leaf in place_ty(index, function.graph, &root).map(|ty| leaves(index, &ty)).unwrap_or_default() {
-                    found.add(index, function.graph, &root.join(&leaf.steps), 0);
+        let is_lent = |place: &Place| place.base_var().is_none_or(|var| function.graph.var(var).param.is_some());
+        let returned = returned.flat_map(|place| filters_at(index, function.graph, &function.aliases, place));
+        for place in returned.filter(is_lent) {
+            lent.add(index, function.graph, &place, 0);
+        }
+    }
+    for function in functions() {
+        let graph = function.graph;
+        let unknown = graph.node_ids().flat_map(|id| match &graph.node(id).effect {
+            Effect::Unknown { places, .. } => places.iter().map(|place| (place, graph.given_away.contains(&id))).collect(),
+            _ => Vec::new(),
+        });
+        for (place, is_given_away) in unknown.chain(graph.cloned.iter().map(|place| (place, false))) {
+            let is_owned = is_given_away && is_owner(index, graph, place);
+            for filter in filters_at(index, graph, &function.aliases, place) {
+                let is_own = is_owned && !is_lent(index, graph, &filter) && lent.laws(index, graph, &filter).is_empty();
+                if !is_own {
+                    found.add(index, graph, &filter, 0);
                 }
             }
         }
     }
     found
+}
+
+/// Whether a place holds a value of a type of the analysed code that is no filter itself.
+fn is_owner(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
+    let ty = place_ty(index, graph, place).map(|ty| inner(&ty));
+    ty.is_some_and(|ty| matches!(ty, Ty::Adt(..)) && index.filter_spec(&ty).is_none())
 }

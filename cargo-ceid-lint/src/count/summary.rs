@@ -99,6 +99,8 @@ pub(super) struct Summary {
     pub(super) answers: Answers,
     /// The parameters from which the filters at its places are fed.
     pub(super) feeds: BTreeMap<Given, BTreeSet<usize>>,
+    /// The times that it keeps and computes the steps of the filters at its places from.
+    pub(super) measures: BTreeMap<Given, BTreeSet<Given>>,
     /// What it reads or feeds without updating it.
     pub(super) uses: BTreeSet<Given>,
     /// How it updates filters twice, and how it skips them.
@@ -427,6 +429,7 @@ impl Summaries {
                 };
                 summary.halves[law].insert(given.clone(), outcomes);
                 summary.feeds.entry(given.clone()).or_default().extend(super::gates::fed_params(&search));
+                summary.measures.entry(given.clone()).or_default().extend(super::gates::measured_by(&search));
             }
         }
     }

@@ -14,7 +14,7 @@ use crate::source::Span;
 
 pub use change::{Change, ChangeKind};
 pub use cycle::{Caller, CycleKind, Limit, LoopInfo, Rounds};
-pub use lower::{is_flag, is_receiving, lower_function};
+pub use lower::{is_flag, is_receiving, is_receiving_something, lower_function};
 pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
 pub use program::Program;
 use steps::parameter_names;
@@ -77,6 +77,8 @@ pub struct ControlFlowGraph {
     pub cloned: Vec<Place>,
     /// The elements of collections that are lent to the closures of an iterator, whether or not it is consumed.
     pub lent: Vec<Place>,
+    /// The nodes at which something unseen gets values for good, and does with them what their types offer.
+    pub given_away: std::collections::BTreeSet<NodeId>,
     /// The nodes of code that runs elsewhere or later, outside every loop of its own, with the forks at which it begins.
     pub elsewhere: std::collections::BTreeMap<NodeId, NodeId>,
     /// Set if the function was too large or too deep to be followed to its end.

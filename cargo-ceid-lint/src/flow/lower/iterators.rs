@@ -99,7 +99,8 @@ impl Builder<'_> {
         let item = match value.place {
             Some(place) if self.draws_by_itself(ty) => {
                 let cause = Cause::Call(self.text(id));
-                self.emit(Effect::Unknown { places: vec![place], cause }, self.span(id));
+                let node = self.emit(Effect::Unknown { places: vec![place], cause }, self.span(id));
+                self.graph.given_away.extend((!matches!(self.ty(id), Ty::Ref(..))).then_some(node));
                 Item::Opaque
             }
             // The loop gets copies of them.

@@ -54,7 +54,7 @@ mod written;
 use std::rc::Rc;
 
 use rustc_hash::{FxHashMap, FxHashSet};
-pub use {flags::is_flag, received::is_receiving};
+pub use {flags::is_flag, received::{is_receiving, is_receiving_something}};
 
 use closures::ClosureRef;
 
@@ -225,6 +225,7 @@ impl<'a> Builder<'a> {
             kept: Vec::new(),
             cloned: Vec::new(),
             lent: Vec::new(),
+            given_away: std::collections::BTreeSet::new(),
             elsewhere: std::collections::BTreeMap::new(),
             truncated: None,
         };
