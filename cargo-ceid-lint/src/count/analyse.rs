@@ -21,7 +21,9 @@ use super::slice::ControlDependence;
 use super::summary::Summaries;
 use super::verdict::{Cycle, Pair, Verdict};
 use crate::config::Multiplicity;
-use crate::flow::{Base, Caller, Cause, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection};
+use crate::flow::{
+    Base, Caller, Cause, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection,
+};
 use crate::index::{FunctionId, Index, Shape, Ty};
 use crate::source::Span;
 
@@ -357,7 +359,8 @@ impl Context<'_> {
             _ if presumed && (is_kept || search.updating().is_empty()) => return None,
             Verdict::Skipped if presumed => {
                 let name = self.program.index.function_name(graph.function);
-                let cause = format!("nothing that is read here calls `{name}`, and whether one call is one cycle is not known");
+                let cause =
+                    format!("nothing that is read here calls `{name}`, and whether one call is one cycle is not known");
                 Decision { counts: decision.counts, law: decision.law, ..Decision::unproved(Cause::Limit(cause)) }
             }
             Verdict::Missed => decide::with_dropped(search, decision),

@@ -8,7 +8,7 @@ use super::cycles::Instance;
 use super::functions::FunctionKind;
 
 use super::instances::{inner, is_lent, place_ty};
-use crate::flow::{Base, CallSite, ControlFlowGraph, Effect, Place, Projection};
+use crate::flow::{Base, CallSite, ControlFlowGraph, Effect, NodeId, Place, Projection};
 use crate::index::{FunctionId, Index, Ty, TypeId};
 
 /// A field of a type, or a field of a field.
@@ -103,7 +103,7 @@ pub(super) fn updated_fields(
     let sites = call_sites(index, facts);
     for function in facts {
         let whole = in_cycle.contains(&function.graph.function);
-        for instance in &function.updated {
+        for instance in function.updated.iter().filter(|instance| !is_given_away(index, function, instance)) {
             // Whose it is that a helper updates, its callers tell, unless a recursion leads deeper than places are followed.
             let is_callers = || {
                 !recursive.contains(&function.graph.function) && is_named_by_callers(index, function, instance, &sites)
@@ -175,11 +175,12 @@ pub(super) fn touched_fields(index: &Index, facts: &[FunctionFacts<'_>]) -> Fiel
     for function in functions() {
         let graph = function.graph;
         let unknown = graph.node_ids().flat_map(|id| match &graph.node(id).effect {
-            Effect::Unknown { places, .. } => places.iter().map(|place| (place, graph.given_away.contains(&id))).collect(),
+            Effect::Unknown { places, .. } => {
+                places.iter().map(|place| (place, is_owner_given_away(index, graph, id, place))).collect()
+            }
             _ => Vec::new(),
         });
-        for (place, is_given_away) in unknown.chain(graph.cloned.iter().map(|place| (place, false))) {
-            let is_owned = is_given_away && is_owner(index, graph, place);
+        for (place, is_owned) in unknown.chain(graph.cloned.iter().map(|place| (place, false))) {
             for filter in filters_at(index, graph, &function.aliases, place) {
                 let is_own = is_owned && !is_lent(index, graph, &filter) && lent.laws(index, graph, &filter).is_empty();
                 if !is_own {
@@ -191,8 +192,23 @@ pub(super) fn touched_fields(index: &Index, facts: &[FunctionFacts<'_>]) -> Fiel
     found
 }
 
-/// Whether a place holds a value of a type of the analysed code that is no filter itself.
-fn is_owner(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
-    let ty = place_ty(index, graph, place).map(|ty| inner(&ty));
-    ty.is_some_and(|ty| matches!(ty, Ty::Adt(..)) && index.filter_spec(&ty).is_none())
+/// Whether an instance is only known to be in what something unseen gets for good.
+fn is_given_away(index: &Index, function: &FunctionFacts<'_>, instance: &Instance) -> bool {
+    let graph = function.graph;
+    let holds = |place: &Place| function.aliases.shared_roots(place).iter().any(|root| root.overlaps(&instance.place));
+    let unknown = graph.node_ids().flat_map(|id| match &graph.node(id).effect {
+        Effect::Unknown { places, .. } => places.iter().map(|place| (id, place)).collect(),
+        _ => Vec::new(),
+    });
+    let mut unknown = unknown.filter(|(_, place)| holds(place)).peekable();
+    instance.is_unseen
+        && unknown.peek().is_some()
+        && unknown.all(|(id, place)| is_owner_given_away(index, graph, id, place))
+}
+
+/// Whether something unseen gets a value for good at a node, of a type of the analysed code that is no filter itself.
+fn is_owner_given_away(index: &Index, graph: &ControlFlowGraph, id: NodeId, place: &Place) -> bool {
+    let ty = || place_ty(index, graph, place).map(|ty| inner(&ty));
+    graph.given_away.contains(&(id, place.clone()))
+        && ty().is_some_and(|ty| matches!(ty, Ty::Adt(..)) && index.filter_spec(&ty).is_none())
 }

@@ -77,8 +77,8 @@ pub struct ControlFlowGraph {
     pub cloned: Vec<Place>,
     /// The elements of collections that are lent to the closures of an iterator, whether or not it is consumed.
     pub lent: Vec<Place>,
-    /// The nodes at which something unseen gets values for good, and does with them what their types offer.
-    pub given_away: std::collections::BTreeSet<NodeId>,
+    /// The values that something unseen gets for good, to do with them what their types offer, by the nodes where it does.
+    pub given_away: std::collections::BTreeSet<(NodeId, Place)>,
     /// The nodes of code that runs elsewhere or later, outside every loop of its own, with the forks at which it begins.
     pub elsewhere: std::collections::BTreeMap<NodeId, NodeId>,
     /// Set if the function was too large or too deep to be followed to its end.

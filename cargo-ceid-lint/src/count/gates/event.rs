@@ -132,7 +132,8 @@ impl Gates<'_, '_> {
             }
             let is_received = graph.computed.get(&var).is_some_and(|computed| {
                 let awaits = computed.calls.iter().any(|name| name == "await") && self.is_choice(&Place::var(var));
-                let brings = |name: &String| is_receiving(name) || (is_receiving_something(name) && self.may_choose(var));
+                let brings =
+                    |name: &String| is_receiving(name) || (is_receiving_something(name) && self.may_choose(var));
                 awaits || computed.calls.iter().any(brings)
             });
             if is_received || self.is_bound_by_event(var) {

@@ -59,7 +59,8 @@ impl Gates<'_, '_> {
                 let is_carried = self.carries(place, at);
                 let is_given_up = way.nodes.iter().any(|id| self.is_set_back(*id, place));
                 // A count of errors closes the gate, and another event than its running out opens that.
-                let counts_on = !self.is_open_at_first(test, at, place, steps) || self.counts_while_closed(place, at, way);
+                let counts_on =
+                    !self.is_open_at_first(test, at, place, steps) || self.counts_while_closed(place, at, way);
                 return (is_carried && !is_given_up && self.runs_out(place) && counts_on).then_some(Gate::Rate);
             }
             if (steps.up || steps.sums) && self.is_used_up(place, at, way) {

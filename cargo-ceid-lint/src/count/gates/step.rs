@@ -93,9 +93,8 @@ impl Gates<'_, '_> {
         }
         let step = self.step();
         let clocks = self.lent_clocks();
-        let is_kept = !clocks.is_empty()
-            || self.clocks(step).next().is_some()
-            || self.nodes().any(|id| self.laps(id, step));
+        let is_kept =
+            !clocks.is_empty() || self.clocks(step).next().is_some() || self.nodes().any(|id| self.laps(id, step));
         let goes_on = || way.nodes.iter().any(|id| clocks.iter().any(|clock| self.renews(*id, clock)));
         is_kept && !self.sets_clock(step, way) && !goes_on()
     }

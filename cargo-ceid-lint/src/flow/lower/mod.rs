@@ -54,7 +54,10 @@ mod written;
 use std::rc::Rc;
 
 use rustc_hash::{FxHashMap, FxHashSet};
-pub use {flags::is_flag, received::{is_receiving, is_receiving_something}};
+pub use {
+    flags::is_flag,
+    received::{is_receiving, is_receiving_something},
+};
 
 use closures::ClosureRef;
 
