@@ -35,6 +35,7 @@ mod loops;
 mod macros;
 mod made;
 mod operators;
+mod panics;
 mod patterns;
 mod places;
 mod presence;
