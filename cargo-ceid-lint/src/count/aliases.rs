@@ -74,12 +74,20 @@ pub(super) struct CalledPlace {
     pub(super) place: Place,
     /// The places that it may be a name of, unless that is only itself.
     others: Option<Arc<[Place]>>,
+    /// The first elements that are all the target has ways for, where the place is each of them.
+    taken: Vec<Place>,
 }
 
 impl CalledPlace {
     /// The places that it may be a name of.
     pub(super) fn roots(&self) -> &[Place] {
         self.others.as_deref().unwrap_or(std::slice::from_ref(&self.place))
+    }
+
+    /// Whether an instance is an element behind those that the target has ways for.
+    pub(super) fn stops_before(&self, instance: &Place) -> bool {
+        let is_apart = |place: &Place| matches!(place.relate(instance, &|_| None), Relation::Apart);
+        !self.taken.is_empty() && self.taken.iter().all(is_apart)
     }
 
     /// The ways through the target.
@@ -365,11 +373,13 @@ impl Aliases {
             for law in 0..summary.laws() {
                 for (number, (given, _)) in summary.outcomes(law).enumerate() {
                     if let Some(place) = place_of(given, site) {
+                        let taken = summary.taken.get(given).and_then(|taken| place_of(taken, site));
+                        let taken = taken.map(|taken| self.shared_roots(&taken).to_vec()).unwrap_or_default();
                         let others = match self.shared_roots(&place) {
                             Roots::Itself(_) => None,
                             Roots::Others(others) => Some(others),
                         };
-                        places.push(CalledPlace { target, law, number, place, others });
+                        places.push(CalledPlace { target, law, number, place, others, taken });
                     }
                 }
             }

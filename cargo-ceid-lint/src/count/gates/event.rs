@@ -81,6 +81,16 @@ impl Gates<'_, '_> {
         carries && decided == Some(false)
     }
 
+    /// Whether the update runs where nothing came, and a way goes past it because something did. What comes within a time is another
+    /// event than that the time is up.
+    pub(super) fn waits_for_none(&self, test: &Test, at: NodeId, way: &Way) -> bool {
+        let holds = way.after(at) == self.search.graph.node(at).next.first().copied();
+        let about = &test.about;
+        about.asks_presence()
+            && about.heads.iter().all(|head| (head == "+") == holds)
+            && about.names.iter().any(|name| name.starts_with("try_") && is_receiving(name))
+    }
+
     /// A choice on a message that was taken out of something in this iteration, by whatever name.
     pub(super) fn is_taken(&self, test: &Test) -> bool {
         let graph = self.search.graph;

@@ -187,7 +187,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             if about.asks_presence() && self.lacks_sample(test, at, way) {
                 return Some(Gate::Sample);
             }
-            if !self.is_absent(test, at, way) {
+            if !self.is_absent(test, at, way) && !self.waits_for_none(test, at, way) {
                 return Some(Gate::Event);
             }
         }
