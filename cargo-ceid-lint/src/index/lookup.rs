@@ -213,8 +213,7 @@ impl Index {
         found
     }
 
-    /// The constant of that name that an impl of the type itself has.
-    #[must_use]
+    /// The constants of that name that the impls of the type itself have.
     pub fn constants_of<'a>(&'a self, ty: &Ty, name: &'a str) -> impl Iterator<Item = ValueId> + use<'a> {
         let impls = match ty {
             Ty::Adt(id, _) => self.impls_of_type.get(id),
