@@ -14,7 +14,8 @@ use crate::source::Span;
 
 pub use change::{Change, ChangeKind};
 pub use cycle::{Caller, CycleKind, Limit, LoopInfo, Rounds};
-pub use lower::{is_flag, is_receiving, is_receiving_something, lower_function};
+pub use lower::received::{is_receiving, is_receiving_something};
+pub use lower::{is_flag, lower_function};
 pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
 pub use program::Program;
 use steps::parameter_names;

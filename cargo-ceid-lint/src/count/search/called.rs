@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::Search;
-use crate::count::aliases::CalledPlace;
 use crate::count::answers::Answers;
+use crate::count::called_place::CalledPlace;
 use crate::count::given::{Given, place_of};
 use crate::count::returned;
 use crate::count::summary::Outcome;

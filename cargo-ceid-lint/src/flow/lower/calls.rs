@@ -370,8 +370,7 @@ impl Builder<'_> {
         }
         self.lends_kept(id, &[], exprs, values);
         let mut takes_callback = self.takes_callback(id);
-        let mut places = Vec::new();
-        let mut moved = Vec::new();
+        let (mut places, mut moved) = (Vec::new(), Vec::new());
         for (expr, value) in exprs.iter().zip(values) {
             if let Some(closure) = value.closure {
                 let is_future = self.is_of_future(closure);

@@ -40,7 +40,7 @@ mod patterns;
 mod places;
 mod presence;
 mod reads;
-mod received;
+pub(super) mod received;
 mod resets;
 mod sources;
 mod stored;
@@ -54,11 +54,8 @@ mod written;
 
 use std::rc::Rc;
 
+pub use flags::is_flag;
 use rustc_hash::{FxHashMap, FxHashSet};
-pub use {
-    flags::is_flag,
-    received::{is_receiving, is_receiving_something},
-};
 
 use closures::ClosureRef;
 
