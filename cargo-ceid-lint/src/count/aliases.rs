@@ -6,15 +6,16 @@ use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
+use super::called_place::CalledPlace;
 use super::given::{Given, place_of};
 use super::instances::{lends, may_hold_filter};
 use super::search::Called;
-use super::summary::{Outcome, Summaries, Summary};
+use super::summary::{Summaries, Summary};
 use crate::flow::{
     Base, CallSite, Cause, ControlFlowGraph, Effect, IndexKey, LoopId, LoopInfo, NodeId, Place, Projection, Relation,
     Transfer, Update, Var,
 };
-use crate::index::{FunctionId, Index, Ty};
+use crate::index::{Index, Ty};
 
 /// The names of a function's places.
 #[derive(Debug, Default)]
@@ -60,33 +61,6 @@ impl std::ops::Deref for Roots<'_> {
             Self::Itself(place) => std::slice::from_ref(place),
             Self::Others(places) => places,
         }
-    }
-}
-
-/// A place that a target of a call has ways for.
-#[derive(Debug)]
-pub(super) struct CalledPlace {
-    pub(super) target: FunctionId,
-    pub(super) law: usize,
-    /// Its number among the places for which the target has ways.
-    number: usize,
-    /// The place here.
-    pub(super) place: Place,
-    /// The places that it may be a name of, unless that is only itself.
-    others: Option<Arc<[Place]>>,
-}
-
-impl CalledPlace {
-    /// The places that it may be a name of.
-    pub(super) fn roots(&self) -> &[Place] {
-        self.others.as_deref().unwrap_or(std::slice::from_ref(&self.place))
-    }
-
-    /// The ways through the target.
-    pub(super) fn outcomes<'a>(&self, summaries: &'a Summaries) -> &'a [Outcome] {
-        let summary = summaries.get(self.target);
-        let ways = summary.and_then(|summary| summary.outcomes(self.law).nth(self.number));
-        ways.map_or(&[], |(_, outcomes)| outcomes.as_slice())
     }
 }
 
@@ -364,11 +338,13 @@ impl Aliases {
             for law in 0..summary.laws() {
                 for (number, (given, _)) in summary.outcomes(law).enumerate() {
                     if let Some(place) = place_of(given, site) {
+                        let taken = summary.taken.get(given).and_then(|taken| place_of(taken, site));
+                        let taken = taken.map(|taken| self.shared_roots(&taken).to_vec()).unwrap_or_default();
                         let others = match self.shared_roots(&place) {
                             Roots::Itself(_) => None,
                             Roots::Others(others) => Some(others),
                         };
-                        places.push(CalledPlace { target, law, number, place, others });
+                        places.push(CalledPlace { target, law, number, place, others, taken });
                     }
                 }
             }

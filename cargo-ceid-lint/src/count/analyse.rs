@@ -21,7 +21,9 @@ use super::slice::ControlDependence;
 use super::summary::Summaries;
 use super::verdict::{Cycle, Pair, Verdict};
 use crate::config::Multiplicity;
-use crate::flow::{Base, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection};
+use crate::flow::{
+    Base, Caller, Cause, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection,
+};
 use crate::index::{FunctionId, Index, Shape, Ty};
 use crate::source::Span;
 
@@ -222,6 +224,15 @@ pub(super) fn own_filter(index: &Index, graph: &ControlFlowGraph) -> Option<Plac
     graph.params.get(number?).copied().map(Place::var)
 }
 
+/// Whether updates that are seen run in a cycle, and not in a closure of it that something unseen calls.
+fn is_run(search: &Search<'_>, id: CycleId) -> bool {
+    let graph = search.graph;
+    search.updating().into_iter().any(|at| match id {
+        CycleId::Loop(id) => graph.loops_around(at).any(|around| around == id),
+        CycleId::Function => !graph.loops_around(at).any(|around| graph.loop_info(around).is_unseen()),
+    })
+}
+
 /// Whether a place is a variable of a function that was inlined here, where it is judged.
 fn is_of_another(facts: &FunctionFacts<'_>, place: &Place) -> bool {
     place.base_var().is_some_and(|var| {
@@ -356,7 +367,19 @@ impl Context<'_> {
             Verdict::Once | Verdict::Guarded if is_kept => return None,
             Verdict::Once if is_sample_loop => Decision { verdict: Verdict::PerSample, ..decision },
             Verdict::Once | Verdict::Guarded | Verdict::Repeated => decision,
-            _ if presumed => return None,
+            // What only may be a cycle owes nothing.
+            Verdict::Missed if presumed => return None,
+            _ if presumed && (is_kept || !is_run(search, id)) => return None,
+            Verdict::Skipped if presumed => {
+                let caller = match id {
+                    CycleId::Loop(_) => "what calls the closure is not read".to_owned(),
+                    CycleId::Function => {
+                        format!("nothing that is read calls `{}`", self.program.index.function_name(graph.function))
+                    }
+                };
+                let cause = Cause::Limit(format!("{caller}, and whether one call is one cycle is not known"));
+                Decision { counts: decision.counts, law: decision.law, ..Decision::unproved(cause) }
+            }
             Verdict::Missed => decide::with_dropped(search, decision),
             _ => decision,
         };

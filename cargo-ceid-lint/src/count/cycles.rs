@@ -17,6 +17,8 @@ pub(super) struct Instance {
     pub(super) law: usize,
     /// Whether something in the function updates it, or may do so unseen.
     pub(super) is_updated: bool,
+    /// Whether only something unseen may update it.
+    pub(super) is_unseen: bool,
     /// The loops that are its cycles.
     pub(super) loops: BTreeSet<LoopId>,
     /// Whether the function itself is one.
@@ -42,6 +44,7 @@ pub(super) fn choose_cycles(
     let mut chosen: Vec<(NodeId, Option<LoopId>)> = Vec::new();
     let mut sample_loops = BTreeSet::new();
     let mut nodes = search.updating();
+    let none_seen = nodes.is_empty();
     // Where only something unseen may run the updates, the code here is a cycle of which nothing is known.
     let is_unseen = |node: &NodeId| graph.loops_around(*node).any(|id| graph.loop_info(id).is_unseen());
     if nodes.iter().all(is_unseen) {
@@ -106,7 +109,16 @@ pub(super) fn choose_cycles(
         FunctionKind::Presumed => outside && !made_here && !is_given_away(search, graph, search.instance),
         _ => false,
     };
-    Instance { place: search.instance.clone(), law: search.law, is_updated, loops: outer, function, sample_loops }
+    let is_unseen = is_updated && none_seen;
+    Instance {
+        place: search.instance.clone(),
+        law: search.law,
+        is_updated,
+        is_unseen,
+        loops: outer,
+        function,
+        sample_loops,
+    }
 }
 
 /// Whether the function was given the instance itself, and no reference to it: a state that it takes and gives back is not the one

@@ -3,12 +3,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::analyse::FunctionFacts;
+use super::analyse::{FunctionFacts, filters_at};
 use super::cycles::Instance;
 use super::functions::FunctionKind;
 
-use super::instances::{inner, leaves, place_ty};
-use crate::flow::{Base, CallSite, ControlFlowGraph, Effect, Place, Projection};
+use super::instances::{inner, is_lent, place_ty};
+use crate::flow::{Base, CallSite, ControlFlowGraph, Effect, NodeId, Place, Projection};
 use crate::index::{FunctionId, Index, Ty, TypeId};
 
 /// A field of a type, or a field of a field.
@@ -103,7 +103,7 @@ pub(super) fn updated_fields(
     let sites = call_sites(index, facts);
     for function in facts {
         let whole = in_cycle.contains(&function.graph.function);
-        for instance in &function.updated {
+        for instance in function.updated.iter().filter(|instance| !is_given_away(index, function, instance)) {
             // Whose it is that a helper updates, its callers tell, unless a recursion leads deeper than places are followed.
             let is_callers = || {
                 !recursive.contains(&function.graph.function) && is_named_by_callers(index, function, instance, &sites)
@@ -155,21 +155,60 @@ fn is_named_by_callers(
     })
 }
 
-/// The fields of types that some code updates or hands to something unseen.
+/// The fields of types that some code updates or hands to something unseen. What gets an owner for good runs the methods of its type,
+/// which are read, and comes to a filter in it only where one of them lends that.
 pub(super) fn touched_fields(index: &Index, facts: &[FunctionFacts<'_>]) -> Fields {
     let mut found = Fields::default();
-    for function in facts.iter().filter(|function| function.kind != FunctionKind::Outside) {
-        let unknown = function.graph.nodes.iter().flat_map(|node| match &node.effect {
-            Effect::Unknown { places, .. } => places.as_slice(),
-            _ => &[],
+    let mut lent = Fields::default();
+    let functions = || facts.iter().filter(|function| function.kind != FunctionKind::Outside);
+    for function in functions() {
+        let returned = function.graph.nodes.iter().filter_map(|node| match &node.effect {
+            Effect::Return(value) => value.place.as_ref(),
+            _ => None,
         });
-        for place in unknown.chain(&function.graph.cloned) {
-            for root in function.aliases.roots(place) {
-                for leaf in place_ty(index, function.graph, &root).map(|ty| leaves(index, &ty)).unwrap_or_default() {
-                    found.add(index, function.graph, &root.join(&leaf.steps), 0);
+        let is_lent = |place: &Place| place.base_var().is_none_or(|var| function.graph.var(var).param.is_some());
+        let returned = returned.flat_map(|place| filters_at(index, function.graph, &function.aliases, place));
+        for place in returned.filter(is_lent) {
+            lent.add(index, function.graph, &place, 0);
+        }
+    }
+    for function in functions() {
+        let graph = function.graph;
+        let unknown = graph.node_ids().flat_map(|id| match &graph.node(id).effect {
+            Effect::Unknown { places, .. } => {
+                places.iter().map(|place| (place, is_owner_given_away(index, graph, id, place))).collect()
+            }
+            _ => Vec::new(),
+        });
+        for (place, is_owned) in unknown.chain(graph.cloned.iter().map(|place| (place, false))) {
+            for filter in filters_at(index, graph, &function.aliases, place) {
+                let is_own = is_owned && !is_lent(index, graph, &filter) && lent.laws(index, graph, &filter).is_empty();
+                if !is_own {
+                    found.add(index, graph, &filter, 0);
                 }
             }
         }
     }
     found
+}
+
+/// Whether an instance is only known to be in what something unseen gets for good.
+fn is_given_away(index: &Index, function: &FunctionFacts<'_>, instance: &Instance) -> bool {
+    let graph = function.graph;
+    let holds = |place: &Place| function.aliases.shared_roots(place).iter().any(|root| root.overlaps(&instance.place));
+    let unknown = graph.node_ids().flat_map(|id| match &graph.node(id).effect {
+        Effect::Unknown { places, .. } => places.iter().map(|place| (id, place)).collect(),
+        _ => Vec::new(),
+    });
+    let mut unknown = unknown.filter(|(_, place)| holds(place)).peekable();
+    instance.is_unseen
+        && unknown.peek().is_some()
+        && unknown.all(|(id, place)| is_owner_given_away(index, graph, id, place))
+}
+
+/// Whether something unseen gets a value for good at a node, of a type of the analysed code that is no filter itself.
+fn is_owner_given_away(index: &Index, graph: &ControlFlowGraph, id: NodeId, place: &Place) -> bool {
+    let ty = || place_ty(index, graph, place).map(|ty| inner(&ty));
+    graph.given_away.contains(&(id, place.clone()))
+        && ty().is_some_and(|ty| matches!(ty, Ty::Adt(..)) && index.filter_spec(&ty).is_none())
 }

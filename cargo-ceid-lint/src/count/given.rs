@@ -40,6 +40,12 @@ impl Given {
         numbers.map(with_number).collect()
     }
 
+    /// Whether it is each of the first elements of a collection, of which it is known how many.
+    pub(super) fn is_first_few(&self) -> bool {
+        let mut keys = self.steps.iter().filter_map(Projection::key);
+        keys.any(|key| matches!(key, IndexKey::EachIn(own) if own.is_taken() && own.is_exact && own.to.is_some()))
+    }
+
     /// The parameter or static that it is a part of.
     fn whole(&self) -> Self {
         Self { base: self.base, steps: Vec::new() }

@@ -7,6 +7,7 @@ mod answers;
 mod assumed;
 mod behind;
 mod bottom_up;
+mod called_place;
 mod callgraph;
 mod conditions;
 mod counts;

@@ -97,8 +97,12 @@ pub(super) struct Summary {
     pub(super) heads: returned::Heads,
     /// The same, where it depends on what its callers know.
     pub(super) answers: Answers,
+    /// The first elements of a collection that are all it has ways for, where the place is each of them: `bank.iter_mut().take(2)`.
+    pub(super) taken: BTreeMap<Given, Given>,
     /// The parameters from which the filters at its places are fed.
     pub(super) feeds: BTreeMap<Given, BTreeSet<usize>>,
+    /// The times that it keeps and computes the steps of the filters at its places from.
+    pub(super) measures: BTreeMap<Given, BTreeSet<Given>>,
     /// What it reads or feeds without updating it.
     pub(super) uses: BTreeSet<Given>,
     /// How it updates filters twice, and how it skips them.
@@ -117,6 +121,11 @@ impl Summary {
     /// The ways through it for one half of the law.
     pub(super) fn outcomes(&self, law: usize) -> impl Iterator<Item = (&Given, &Vec<Outcome>)> {
         self.halves.get(law).into_iter().flatten()
+    }
+
+    /// The elements that a place of it stands for.
+    pub(super) fn reached<'a>(&'a self, given: &'a Given) -> &'a Given {
+        self.taken.get(given).unwrap_or(given)
     }
 
     /// How many halves of a law it has ways for.
@@ -319,7 +328,7 @@ impl Summaries {
         summary.calls.extend(&site.targets);
         for callee in site.targets.iter().filter_map(|target| self.get(*target)) {
             for (given, outcomes) in callee.all_outcomes() {
-                let Some(place) = place_of(given, site) else { continue };
+                let Some(place) = place_of(callee.reached(given), site) else { continue };
                 match outcomes.as_slice() {
                     [Outcome { count: Count::Zero, reset: false, unknown: Some(cause), .. }] => {
                         note_unknown(graph, aliases, &place, cause, unknown);
@@ -372,6 +381,14 @@ impl Summaries {
             return;
         }
         let dependence = ControlDependence::of(graph, aliases);
+        for given in touched.iter().filter(|given| given.is_first_few()) {
+            for each in given.clone().numbered() {
+                let is_only = |other: &Given| other == given || !other.clone().numbered().contains(&each);
+                if touched.iter().all(is_only) {
+                    summary.taken.insert(each, given.clone());
+                }
+            }
+        }
         touched = touched.into_iter().flat_map(Given::numbered).collect();
         // Where one element is named, each of the others is another instance.
         let places = touched.iter().map(|given| instance_of(graph, given)).collect();
@@ -435,6 +452,7 @@ impl Summaries {
                 }
                 summary.halves[law].insert(given.clone(), outcomes);
                 summary.feeds.entry(given.clone()).or_default().extend(super::gates::fed_params(&search));
+                summary.measures.entry(given.clone()).or_default().extend(super::gates::measured_by(&search));
             }
         }
     }

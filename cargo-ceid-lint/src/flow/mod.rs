@@ -14,7 +14,8 @@ use crate::source::Span;
 
 pub use change::{Change, ChangeKind};
 pub use cycle::{Caller, CycleKind, Limit, LoopInfo, Rounds};
-pub use lower::{is_flag, is_receiving, lower_function};
+pub use lower::received::{is_receiving, is_receiving_something};
+pub use lower::{is_flag, lower_function};
 pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
 pub use program::Program;
 use steps::parameter_names;
@@ -77,6 +78,8 @@ pub struct ControlFlowGraph {
     pub cloned: Vec<Place>,
     /// The elements of collections that are lent to the closures of an iterator, whether or not it is consumed.
     pub lent: Vec<Place>,
+    /// The values that something unseen gets for good, to do with them what their types offer, by the nodes where it does.
+    pub given_away: std::collections::BTreeSet<(NodeId, Place)>,
     /// The nodes of code that runs elsewhere or later, outside every loop of its own, with the forks at which it begins.
     pub elsewhere: std::collections::BTreeMap<NodeId, NodeId>,
     /// Set if the function was too large or too deep to be followed to its end.
@@ -132,7 +135,7 @@ impl std::fmt::Display for Cause {
             Self::Closure(name) => {
                 write!(f, "a closure that updates it is handed to `{name}`, whose source cannot be seen")
             }
-            Self::Index(text) => write!(f, "which element `{text}` names depends on data"),
+            Self::Index(text) => write!(f, "which element `{text}` names cannot be told"),
             Self::Code(what) => write!(f, "{what} cannot be followed"),
             Self::Limit(what) => write!(f, "{what}"),
         }

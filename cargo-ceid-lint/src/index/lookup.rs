@@ -218,11 +218,13 @@ impl Index {
         found
     }
 
-    /// The constant of that name that an impl of the type itself has.
-    #[must_use]
-    pub fn constant_of(&self, ty: &Ty, name: &str) -> Option<ValueId> {
-        let Ty::Adt(id, _) = ty else { return None };
-        self.impls_of_type.get(id)?.iter().find_map(|of| self.impl_def(*of).consts.get(name).copied())
+    /// The constants of that name that the impls of the type itself have.
+    pub fn constants_of<'a>(&'a self, ty: &Ty, name: &'a str) -> impl Iterator<Item = ValueId> + use<'a> {
+        let impls = match ty {
+            Ty::Adt(id, _) => self.impls_of_type.get(id),
+            _ => None,
+        };
+        impls.into_iter().flatten().filter_map(move |of| self.impl_def(*of).consts.get(name).copied())
     }
 
     fn bound_methods(&self, bounds: &[TraitRef], name: &str, depth: u32) -> Vec<MethodOwner> {

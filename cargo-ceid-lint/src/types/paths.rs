@@ -40,14 +40,19 @@ impl Infer<'_> {
                 }
                 function.map_or(Ty::Unknown, Ty::FunctionItem)
             }
-            Value::ExternalAssoc(owner, name) => self.constant_of(&owner, &name),
+            Value::ExternalAssoc(owner, name) => self.constant_of(id, &owner, &name),
             Value::Unknown => Ty::Unknown,
         }
     }
 
     /// The type of a constant that an impl of a type has.
-    fn constant_of(&mut self, owner: &Ty, name: &str) -> Ty {
-        let Some(id) = self.index.constant_of(owner, name) else { return Ty::Unknown };
+    fn constant_of(&mut self, at: ExprId, owner: &Ty, name: &str) -> Ty {
+        let mut constants = self.index.constants_of(owner, name);
+        let Some(id) = constants.next() else { return Ty::Unknown };
+        // Which one it is of several impls, only their parameters tell.
+        if constants.next().is_none() {
+            self.typed.expr_def.insert(at, Def::Value(id));
+        }
         match self.def_ty(&Def::Value(id)) {
             // The parameters of the impl are not those of the code that names the constant.
             Ty::Adt(id, args) if !args.is_empty() => self.fresh_adt(id),

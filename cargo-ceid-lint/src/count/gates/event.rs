@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{Gates, Way, contains_any};
 use crate::count::search::Region;
-use crate::flow::{Effect, NodeId, Place, Test, Var, VarInfo, is_receiving};
+use crate::flow::{Effect, NodeId, Place, Test, Var, VarInfo, is_receiving, is_receiving_something};
 use crate::index::{Shape, Ty};
 
 /// Parts of the names of parameters and types that are events.
@@ -81,6 +81,16 @@ impl Gates<'_, '_> {
         carries && decided == Some(false)
     }
 
+    /// Whether the update runs where nothing came, and a way goes past it because something did. What comes within a time is another
+    /// event than that the time is up.
+    pub(super) fn waits_for_none(&self, test: &Test, at: NodeId, way: &Way) -> bool {
+        let holds = way.after(at) == self.search.graph.node(at).next.first().copied();
+        let about = &test.about;
+        about.asks_presence()
+            && about.heads.iter().all(|head| (head == "+") == holds)
+            && about.names.iter().any(|name| name.starts_with("try_") && is_receiving(name))
+    }
+
     /// A choice on a message that was taken out of something in this iteration, by whatever name.
     pub(super) fn is_taken(&self, test: &Test) -> bool {
         let graph = self.search.graph;
@@ -132,7 +142,9 @@ impl Gates<'_, '_> {
             }
             let is_received = graph.computed.get(&var).is_some_and(|computed| {
                 let awaits = computed.calls.iter().any(|name| name == "await") && self.is_choice(&Place::var(var));
-                awaits || computed.calls.iter().any(|name| is_receiving(name))
+                let brings =
+                    |name: &String| is_receiving(name) || (is_receiving_something(name) && self.may_choose(var));
+                awaits || computed.calls.iter().any(brings)
             });
             if is_received || self.is_bound_by_event(var) {
                 return true;
@@ -160,6 +172,11 @@ impl Gates<'_, '_> {
     fn is_guard_of_event(&self, reads: &[Place]) -> bool {
         let mut vars = reads.iter().map(Place::base_var);
         !reads.is_empty() && vars.all(|var| var.is_some_and(|var| self.is_bound_by_event(var)))
+    }
+
+    /// Whether a variable holds an enum of the analysed code, as far as is known.
+    fn may_choose(&self, var: Var) -> bool {
+        self.is_choice(&Place::var(var)) || self.search.graph.var(var).ty == Ty::Unknown
     }
 
     /// Whether a place holds an enum of the analysed code.

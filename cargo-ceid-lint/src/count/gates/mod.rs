@@ -19,6 +19,7 @@ pub(super) use helper::Asks;
 pub(super) use mode::KeptMode;
 pub(super) use sample::fed_params;
 use sources::{Assignments, Sources};
+pub(super) use step::measured_by;
 
 use super::given::place_of;
 use super::search::{End, Exploration, Region, Search};
@@ -38,7 +39,7 @@ pub(super) struct Gates<'s, 'a> {
     region: Region,
     assignments: OnceCell<Assignments<'a>>,
     fed: OnceCell<Sources>,
-    step: OnceCell<Sources>,
+    step: OnceCell<Option<Sources>>,
     time_base: OnceCell<TimeBase>,
     modes: RefCell<BTreeMap<SubjectId, bool>>,
     /// What was asked of filters that only their updates and resets change.
@@ -186,7 +187,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             if about.asks_presence() && self.lacks_sample(test, at, way) {
                 return Some(Gate::Sample);
             }
-            if !self.is_absent(test, at, way) {
+            if !self.is_absent(test, at, way) && !self.waits_for_none(test, at, way) {
                 return Some(Gate::Event);
             }
         }

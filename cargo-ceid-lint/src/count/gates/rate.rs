@@ -58,7 +58,10 @@ impl Gates<'_, '_> {
                 // A count that begins anew in each cycle, or is given up by the skip, is of something else than cycles.
                 let is_carried = self.carries(place, at);
                 let is_given_up = way.nodes.iter().any(|id| self.is_set_back(*id, place));
-                return (is_carried && !is_given_up && self.runs_out(place)).then_some(Gate::Rate);
+                // A count of errors closes the gate, and another event than its running out opens that.
+                let counts_on =
+                    !self.is_open_at_first(test, at, place, steps) || self.counts_while_closed(place, at, way);
+                return (is_carried && !is_given_up && self.runs_out(place) && counts_on).then_some(Gate::Rate);
             }
             if (steps.up || steps.sums) && self.is_used_up(place, at, way) {
                 return Some(Gate::Rate);
@@ -67,8 +70,7 @@ impl Gates<'_, '_> {
                 return Some(Gate::Rate);
             }
             // A warm-up goes on in each cycle that waits for it.
-            let counts_on = !self.reached(|node, _| !self.counts_at(node, place))[at.0 as usize]
-                || way.after(at).is_none_or(|next| !self.completes(next, |node, _| !self.counts_at(node, place)));
+            let counts_on = self.counts_while_closed(place, at, way);
             // What counts up opens where it is large, what counts down where it is small.
             let opens = self.waits_below(test, at, place).is_none_or(|below| below == steps.up);
             (steps.is_one_way() && test.about.is_comparison && counts_on && opens).then_some(Gate::Startup)
@@ -173,6 +175,24 @@ impl Gates<'_, '_> {
                 self.assigns(id, place) && self.search.graph.changes.get(&id).is_some_and(|change| change.kind.counts())
             }
         }
+    }
+
+    /// Whether a gate is open as long as nothing is counted.
+    fn is_open_at_first(&self, test: &Test, at: NodeId, place: &Place, steps: CountSteps) -> bool {
+        if let Some(below) = self.waits_below(test, at, place) {
+            return !steps.sums && below != steps.up;
+        }
+        let opens = self.opening_heads(test, at);
+        self.assigning(place).any(|id| match &self.search.graph.node(id).effect {
+            Effect::Write(write) | Effect::Set(write) => write.head.as_ref().is_some_and(|head| opens.contains(head)),
+            _ => false,
+        })
+    }
+
+    /// Whether every iteration counts that comes to a branch and goes on from there as a way does.
+    fn counts_while_closed(&self, place: &Place, at: NodeId, way: &Way) -> bool {
+        let goes_by = |node: NodeId, _: usize| !self.counts_at(node, place);
+        !self.reached(goes_by)[at.0 as usize] || !way.after(at).is_some_and(|next| self.completes(next, goes_by))
     }
 
     /// Whether a counter is set back where it was found to have run out, not only where something else happens.

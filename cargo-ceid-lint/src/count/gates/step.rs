@@ -1,16 +1,30 @@
 //! The time step of a filter: where it comes from, and whether the next one covers a pause.
 
+use std::collections::BTreeSet;
+
 use super::sample::extend;
 use super::sources::Sources;
 use super::{Gates, Way};
 use crate::config::TimeBase;
-use crate::flow::{CallSite, Computed, Effect, is_time_name};
+use crate::count::given::{Given, given, place_of};
+use crate::count::search::Search;
+use crate::flow::{CallSite, Computed, Effect, Place, is_time_name};
 use crate::syntax::tree::{PatKind, TypeRef};
 
 /// Whether a parameter is named as a point of time, from which the law reckons the step by itself.
 fn is_moment_name(name: &str) -> bool {
     let name = name.trim_start_matches('_');
     name == "now" || name.starts_with("now_") || name.contains("timestamp")
+}
+
+/// The times that a function keeps and from which it computes the step of its filter, as its callers know them.
+pub(in crate::count) fn measured_by(search: &Search<'_>) -> BTreeSet<Given> {
+    let gates = Gates::of_helper(search);
+    if gates.time_base() != TimeBase::Passed {
+        return BTreeSet::new();
+    }
+    let own = gates.told_step().into_iter().flat_map(|step| gates.clocks(step)).cloned();
+    own.chain(gates.lent_clocks()).filter_map(|clock| given(search.graph, &clock)).collect()
 }
 
 impl Gates<'_, '_> {
@@ -78,13 +92,40 @@ impl Gates<'_, '_> {
             TimeBase::Passed => {}
         }
         let step = self.step();
-        let is_kept = self.clocks(step).next().is_some() || self.nodes().any(|id| self.laps(id, step));
-        is_kept && !self.sets_clock(step, way)
+        let clocks = self.lent_clocks();
+        let is_kept =
+            !clocks.is_empty() || self.clocks(step).next().is_some() || self.nodes().any(|id| self.laps(id, step));
+        let goes_on = || way.nodes.iter().any(|id| clocks.iter().any(|clock| self.renews(*id, clock)));
+        is_kept && !self.sets_clock(step, way) && !goes_on()
+    }
+
+    /// The clocks that helpers keep for the filter and compute its step from, if every update of it is measured so.
+    fn lent_clocks(&self) -> Vec<Place> {
+        let graph = self.search.graph;
+        let mut clocks = Vec::new();
+        for id in self.search.updating().into_iter().filter(|id| self.is_inside(*id)) {
+            let Effect::Call(site) = &graph.node(id).effect else { return Vec::new() };
+            for target in &site.targets {
+                let measured = self.search.summaries.get(*target).into_iter().flat_map(|summary| &summary.measures);
+                let known = clocks.len();
+                let own = measured.filter(|(given, _)| place_of(given, site).is_some_and(|it| self.is_instance(&it)));
+                clocks.extend(own.flat_map(|(_, clocks)| clocks).filter_map(|clock| place_of(clock, site)));
+                if clocks.len() == known {
+                    return Vec::new();
+                }
+            }
+        }
+        clocks
     }
 
     /// What the filter's time step is computed from, or all that is fed where the step cannot be told from the rest.
     pub(super) fn step(&self) -> &Sources {
-        self.step.get_or_init(|| {
+        self.told_step().unwrap_or_else(|| self.fed())
+    }
+
+    /// What the filter's time step is computed from, if it is given one here.
+    fn told_step(&self) -> Option<&Sources> {
+        let told = self.step.get_or_init(|| {
             let mut step = Computed::default();
             for id in self.nodes() {
                 match &self.search.graph.node(id).effect {
@@ -105,11 +146,10 @@ impl Gates<'_, '_> {
                     _ => {}
                 }
             }
-            if step.places.is_empty() && step.calls.is_empty() {
-                return self.fed().clone();
-            }
-            self.assignments().behind(&step)
-        })
+            let is_told = !step.places.is_empty() || !step.calls.is_empty();
+            is_told.then(|| self.assignments().behind(&step))
+        });
+        told.as_ref()
     }
 
     /// Whether an argument of a call is the time step.

@@ -4,7 +4,7 @@ use super::sources::Sources;
 use super::{Gates, Way};
 use crate::config::TimeBase;
 use crate::count::verdict::Gate;
-use crate::flow::{ChangeKind, Effect, NodeId, Place, Test, is_time_name};
+use crate::flow::{ChangeKind, Effect, NodeId, Place, StepUnit, Test, is_time_name, step_unit};
 use crate::index::Ty;
 
 /// Names of methods and fields that tell the time.
@@ -59,6 +59,9 @@ impl Gates<'_, '_> {
         if !test.about.is_comparison {
             return false;
         }
+        if self.is_since_clock(test) {
+            return true;
+        }
         test.about.reads.iter().any(|place| {
             let source = crate::flow::Computed { places: vec![place.clone()], calls: Vec::new() };
             let is_told = place.steps.is_empty() && self.tells(&self.assignments().behind(&source));
@@ -69,6 +72,19 @@ impl Gates<'_, '_> {
     /// A comparison with what is named as a point of time: `now < self.deadline`.
     pub(super) fn asks_moment(&self, test: &Test) -> bool {
         test.about.is_comparison && test.about.reads.iter().any(|place| is_moment_name(&self.last_name(place)))
+    }
+
+    /// `let dt = now - self.last; if dt >= PERIOD { self.last = now; … }`: the time since a clock that is kept here, as far as the
+    /// names of what is asked or of what it is computed from tell.
+    fn is_since_clock(&self, test: &Test) -> bool {
+        let is_step = |place: &Place| matches!(step_unit(&self.last_name(place)), Some(StepUnit::Time(_)));
+        let is_moment = |place: &Place| {
+            let name = self.last_name(place);
+            is_moment_name(&name) || is_clock(&name)
+        };
+        let sources = self.behind(test);
+        (test.about.reads.iter().any(is_step) || sources.places.iter().any(is_moment))
+            && self.clocks(&sources).next().is_some()
     }
 
     /// `timer.wait().is_ok()`, `sleep.poll(cx).is_pending()`: a question to something that is named as a timer.
@@ -151,7 +167,7 @@ impl Gates<'_, '_> {
     }
 
     /// Whether a node gives a place another value: by its name, by that of a reference to it, or in a method.
-    fn renews(&self, id: NodeId, place: &Place) -> bool {
+    pub(super) fn renews(&self, id: NodeId, place: &Place) -> bool {
         let graph = self.search.graph;
         match &graph.node(id).effect {
             Effect::Call(site) => {

@@ -98,10 +98,18 @@ fn two_events(
         .iter()
         .map(|(arm, test)| {
             let presence = presence_before(graph, test);
-            [0, 1].map(|side| {
-                let reached = reached_without(graph, id, *arm, side, presence);
+            let behind = |cut: &[(NodeId, usize)]| {
+                let reached = reached_without(graph, id, cut, presence);
                 updates.iter().copied().filter(|update| !reached[update.0 as usize]).collect()
-            })
+            };
+            // `Msg::Position(p) | Msg::Fix(p) => …` asks twice, and each answer leads to the same arm.
+            let own: Vec<_> = arms
+                .iter()
+                .map(|(other, _)| *other)
+                .filter(|other| graph.node(*other).span == graph.node(*arm).span)
+                .map(|other| (other, 0))
+                .collect();
+            [behind(&own), behind(&[(*arm, 1)])]
         })
         .collect();
     let own_arm = |update: NodeId| (0..arms.len()).rev().find(|at| behind[*at][0].contains(&update));
@@ -180,12 +188,11 @@ fn presence_before(graph: &ControlFlowGraph, arm: &Test) -> Option<SubjectId> {
     })
 }
 
-/// The nodes that an iteration reaches without one side of a branch. Each question whether something came has the same answer.
+/// The nodes that an iteration reaches without these sides of branches. Each question whether something came has the same answer.
 fn reached_without(
     graph: &ControlFlowGraph,
     id: LoopId,
-    branch: NodeId,
-    side: usize,
+    cut: &[(NodeId, usize)],
     presence: Option<SubjectId>,
 ) -> Vec<bool> {
     let head = graph.loop_info(id).head;
@@ -204,7 +211,7 @@ fn reached_without(
                 }
                 _ => known,
             };
-            let is_cut = known == 0 || (at == branch && number == side);
+            let is_cut = known == 0 || cut.contains(&(at, number));
             if !is_cut && *next != head && graph.is_within(graph.node(*next).in_loop, id) {
                 open.push((*next, known));
             }

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::Search;
-use crate::count::aliases::CalledPlace;
 use crate::count::answers::Answers;
+use crate::count::called_place::CalledPlace;
 use crate::count::given::{Given, place_of};
 use crate::count::returned;
 use crate::count::summary::Outcome;
@@ -43,7 +43,7 @@ impl Search<'_> {
             return Arc::clone(known);
         }
         let places = self.aliases.called_places(site, self.summaries);
-        let is_own = |called: &CalledPlace| called.law == self.law && self.is_among(called.roots(), false);
+        let is_own = |called: &CalledPlace| self.may_reach(called, false);
         // Most calls have nothing to do with most instances, and mean the same to all of those.
         if !places.iter().any(is_own) {
             return self.aliases.call_beside(site, || self.called_with(site, &[]));
@@ -52,6 +52,11 @@ impl Search<'_> {
         let called = Arc::new(self.called_with(site, &own));
         self.called.borrow_mut().insert(site.result, Arc::clone(&called));
         called
+    }
+
+    /// Whether a place that a call has ways for may be the instance, or hold it unless it must be exact.
+    pub(super) fn may_reach(&self, called: &CalledPlace, exact: bool) -> bool {
+        called.law == self.law && self.is_among(called.roots(), exact) && !called.stops_before(self.instance)
     }
 
     /// The bodies that may run where the instance lies behind a trait: those of its types, or those that all types share.

@@ -234,8 +234,7 @@ impl<'a> Search<'a> {
         let is_unknown = |id: &NodeId| match &self.graph.node(*id).effect {
             Effect::Unknown { places, .. } => places.iter().any(|place| self.may_be(place, false)),
             Effect::Call(site) => self.aliases.called_places(site, self.summaries).iter().any(|called| {
-                called.law == self.law
-                    && self.is_among(called.roots(), false)
+                self.may_reach(called, false)
                     && called.outcomes(self.summaries).iter().any(|outcome| outcome.unknown.is_some())
             }),
             _ => false,
@@ -310,8 +309,7 @@ impl<'a> Search<'a> {
 
     fn call_touches(&self, site: &CallSite, any: bool) -> bool {
         self.aliases.called_places(site, self.summaries).iter().any(|called| {
-            called.law == self.law
-                && self.is_among(called.roots(), true)
+            self.may_reach(called, true)
                 && (any || called.outcomes(self.summaries).iter().any(|outcome| outcome.count != Count::Zero))
         })
     }

@@ -370,7 +370,7 @@ impl Builder<'_> {
         }
         self.lends_kept(id, &[], exprs, values);
         let mut takes_callback = self.takes_callback(id);
-        let mut places = Vec::new();
+        let (mut places, mut moved) = (Vec::new(), Vec::new());
         for (expr, value) in exprs.iter().zip(values) {
             if let Some(closure) = value.closure {
                 let is_future = self.is_of_future(closure);
@@ -392,6 +392,8 @@ impl Builder<'_> {
                     if self.is_shared_handle(*expr) {
                         self.graph.kept.push((place.clone(), Cause::Call(text.clone())));
                     }
+                    let is_moved = !matches!(self.ty(*expr), Ty::Ref(..)) && !self.is_receiver(id, *expr);
+                    moved.extend(is_moved.then(|| place.clone()));
                     places.push(place.clone());
                 } else if !is_plain(self.ty(*expr)) {
                     self.written_unseen(place.clone(), span);
@@ -399,7 +401,8 @@ impl Builder<'_> {
             }
         }
         if !places.is_empty() {
-            self.emit(Effect::Unknown { places: places.clone(), cause: Cause::Call(text) }, span);
+            let node = self.emit(Effect::Unknown { places: places.clone(), cause: Cause::Call(text) }, span);
+            self.graph.given_away.extend(moved.into_iter().map(|place| (node, place)));
         }
         self.give_away(id, &[], exprs, values);
         if *self.ty(id) == Ty::Never && self.never_returns(id) {

@@ -61,7 +61,11 @@ impl Builder<'_> {
                 return match last {
                     name if is_thread_scope(name) => self.thread_scope(closure, span),
                     "catch_unwind" => {
-                        let value = self.inline_closure(closure, &[Value::default()], span);
+                        let run = |this: &mut Self| this.inline_closure(closure, &[Value::default()], span);
+                        let value = match self.is_raised_again(id) {
+                            true => run(self),
+                            false => self.swallow_panics(closure, span, run),
+                        };
                         self.in_a_result(value)
                     }
                     _ => self.inline_closure(closure, &[Value::default()], span),

@@ -86,7 +86,7 @@ impl Builder<'_> {
         self.end_now(guard, span);
     }
 
-    fn is_receiver(&self, id: ExprId, expr: ExprId) -> bool {
+    pub(super) fn is_receiver(&self, id: ExprId, expr: ExprId) -> bool {
         matches!(&self.body().expr(id).kind, ExprKind::MethodCall { receiver, .. } if *receiver == expr)
     }
 

@@ -99,7 +99,9 @@ impl Builder<'_> {
         let item = match value.place {
             Some(place) if self.draws_by_itself(ty) => {
                 let cause = Cause::Call(self.text(id));
-                self.emit(Effect::Unknown { places: vec![place], cause }, self.span(id));
+                let node = self.emit(Effect::Unknown { places: vec![place.clone()], cause }, self.span(id));
+                let is_moved = !matches!(self.ty(id), Ty::Ref(..));
+                self.graph.given_away.extend(is_moved.then_some((node, place)));
                 Item::Opaque
             }
             // The loop gets copies of them.

@@ -35,11 +35,12 @@ mod loops;
 mod macros;
 mod made;
 mod operators;
+mod panics;
 mod patterns;
 mod places;
 mod presence;
 mod reads;
-mod received;
+pub(super) mod received;
 mod resets;
 mod sources;
 mod stored;
@@ -53,8 +54,8 @@ mod written;
 
 use std::rc::Rc;
 
+pub use flags::is_flag;
 use rustc_hash::{FxHashMap, FxHashSet};
-pub use {flags::is_flag, received::is_receiving};
 
 use closures::ClosureRef;
 
@@ -225,6 +226,7 @@ impl<'a> Builder<'a> {
             kept: Vec::new(),
             cloned: Vec::new(),
             lent: Vec::new(),
+            given_away: std::collections::BTreeSet::new(),
             elsewhere: std::collections::BTreeMap::new(),
             truncated: None,
         };

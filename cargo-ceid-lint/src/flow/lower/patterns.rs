@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::subjects::Pure;
 use super::{Builder, Value};
 use crate::flow::{About, Effect, Head, IndexKey, Mark, NodeId, Place, Section, Test, Transfer, Var};
-use crate::index::{Def, Shape};
+use crate::index::{Def, Shape, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{Arm, ExprId, ExprKind, PatId, PatKind};
 use crate::types::LocalId;
@@ -74,8 +74,8 @@ impl Builder<'_> {
     }
 
     /// Whether a type is an enum that says what happened, unlike an option or result.
-    fn is_choice(&self, ty: &crate::index::Ty) -> bool {
-        matches!(ty.peel(), crate::index::Ty::Adt(id, _)
+    fn is_choice(&self, ty: &Ty) -> bool {
+        matches!(ty.peel(), Ty::Adt(id, _)
             if matches!(self.program.index.type_def(*id).shape, Shape::Enum(_)))
     }
 
@@ -214,6 +214,10 @@ impl Builder<'_> {
         let body = self.body();
         let is_plain = pats.iter().all(|pat| body.is_rest(*pat) || self.is_irrefutable(*pat));
         let has_rest = pats.iter().any(|pat| body.is_rest(*pat));
+        // The compiler takes no pattern of another length for an array.
+        if is_plain && matched.expr.is_some_and(|expr| matches!(self.ty(expr).peel(), Ty::Array(..))) {
+            return;
+        }
         let pure = matched.pure.as_ref().filter(|_| is_plain && self.at.is_some());
         let (head, is_turned) = match pats.len() - usize::from(has_rest) {
             0 if has_rest && is_plain => return,
@@ -466,7 +470,7 @@ impl Builder<'_> {
                 if let Some(local) = self.typed().pat_local.get(&pat).copied() {
                     let var = self.redeclare(local);
                     let by_reference = *by_ref || self.typed().local(local).by_ref;
-                    let is_reference = matches!(self.typed().local(local).ty, crate::index::Ty::Ref(..));
+                    let is_reference = matches!(self.typed().local(local).ty, Ty::Ref(..));
                     let value = Value { is_owned: value.is_owned && !by_reference && !is_reference, ..value.clone() };
                     self.set(var, &value, span);
                     self.note_copied_part(var, &value);
@@ -560,9 +564,9 @@ impl Builder<'_> {
     }
 
     /// The type of the name that a pattern is.
-    fn bound_ty(&self, pat: PatId) -> crate::index::Ty {
+    fn bound_ty(&self, pat: PatId) -> Ty {
         let local = self.typed().pat_local.get(&pat);
-        local.map_or(crate::index::Ty::Unknown, |local| self.typed().local(*local).ty.clone())
+        local.map_or(Ty::Unknown, |local| self.typed().local(*local).ty.clone())
     }
 
     fn bind_part(&mut self, pat: PatId, value: &Value, name: &str) {

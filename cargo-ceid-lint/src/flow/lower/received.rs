@@ -35,6 +35,13 @@ pub fn is_receiving(name: &str) -> bool {
     RECEIVING.contains(&name)
 }
 
+/// Whether a method says that it receives, and what or how: `recv_into_buffer`, `receive_frame`.
+#[must_use]
+pub fn is_receiving_something(name: &str) -> bool {
+    let name = name.trim_start_matches("try_");
+    ["recv_", "receive_"].iter().any(|verb| name.starts_with(verb))
+}
+
 /// How many functions that call each other are looked into, and how large they may be.
 const MAX_DEPTH: u32 = 3;
 const MAX_EXPRESSIONS: usize = 60;

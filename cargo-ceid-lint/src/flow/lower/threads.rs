@@ -32,12 +32,20 @@ impl Builder<'_> {
     /// A thread or task of its own; `scope` is what it is spawned on.
     pub(super) fn spawn(&mut self, id: ExprId, name: &str, scope: Option<ExprId>, args: &[ExprId]) -> Value {
         let span = self.span(id);
-        let is_awaited = self.is_scoped(scope) || self.is_joined(id);
+        let is_joined = self.is_joined(id);
+        let is_awaited = self.is_scoped(scope) || is_joined;
+        // A scope panics with its threads, unless they have been joined in it.
+        let is_caught = !is_joined && self.is_taken_by(id, |id| self.joins(id)) && !self.is_raised_again(id);
         for arg in args {
             let value = self.expr(*arg);
             if let Some(closure) = value.closure {
                 self.lose_captured(id, closure);
-                if is_awaited {
+                if is_awaited && is_caught {
+                    self.swallow_panics(closure, span, |this| {
+                        this.run_beside(closure, span);
+                        Value::default()
+                    });
+                } else if is_awaited {
                     self.run_beside(closure, span);
                 } else {
                     self.detach_closure(closure, span);
@@ -56,7 +64,7 @@ impl Builder<'_> {
     pub(super) fn run_beside(&mut self, closure: ClosureRef, span: Span) {
         let frame = &self.frames[closure.frame];
         let place = frame.body.expr(closure.expr).span;
-        if self.may_stay(frame.body, frame.typed, place, &mut FxHashSet::default()) {
+        if self.may_stay(frame.body, frame.typed, place) {
             self.detach_closure(closure, span);
             return;
         }
@@ -75,22 +83,36 @@ impl Builder<'_> {
     }
 
     /// Whether code may run until something else ends it, here or in what it calls.
-    fn may_stay(&self, body: &Body, typed: &TypedBody, place: Span, seen: &mut FxHashSet<FunctionId>) -> bool {
-        let counts = |condition: ExprId| {
-            matches!(body.expr(condition).kind, ExprKind::Binary { op: "<" | "<=" | ">" | ">=" | "!=", .. })
-        };
-        let inside = (0u32..).zip(&body.exprs).filter(|(_, expr)| place.contains(expr.span));
-        inside.into_iter().any(|(number, expr)| match &expr.kind {
+    fn may_stay(&self, body: &Body, typed: &TypedBody, place: Span) -> bool {
+        self.reaches(body, typed, place, &mut FxHashSet::default(), &|body, kind| match kind {
             ExprKind::Loop { .. } => true,
-            ExprKind::While { condition, .. } => !counts(*condition),
-            _ => match typed.callees.get(&ExprId(number)) {
-                Some(Callee::Resolved(resolved)) => resolved.targets.iter().any(|target| {
-                    let code = self.program.index.function(*target).function.body.as_ref();
-                    let Some((body, typed)) = code.zip(self.program.typed(*target)) else { return false };
-                    seen.insert(*target) && self.may_stay(body, typed, body.expr(body.root).span, seen)
-                }),
-                _ => false,
-            },
+            ExprKind::While { condition, .. } => {
+                !matches!(body.expr(*condition).kind, ExprKind::Binary { op: "<" | "<=" | ">" | ">=" | "!=", .. })
+            }
+            _ => false,
+        })
+    }
+
+    /// Whether there is an expression of some kind at a place, or in what is called there.
+    pub(super) fn reaches(
+        &self,
+        body: &Body,
+        typed: &TypedBody,
+        place: Span,
+        seen: &mut FxHashSet<FunctionId>,
+        is_it: &dyn Fn(&Body, &ExprKind) -> bool,
+    ) -> bool {
+        let inside = (0u32..).zip(&body.exprs).filter(|(_, expr)| place.contains(expr.span));
+        inside.into_iter().any(|(number, expr)| {
+            is_it(body, &expr.kind)
+                || match typed.callees.get(&ExprId(number)) {
+                    Some(Callee::Resolved(resolved)) => resolved.targets.iter().any(|target| {
+                        let code = self.program.index.function(*target).function.body.as_ref();
+                        let Some((body, typed)) = code.zip(self.program.typed(*target)) else { return false };
+                        seen.insert(*target) && self.reaches(body, typed, body.expr(body.root).span, seen, is_it)
+                    }),
+                    _ => false,
+                }
         })
     }
 
@@ -119,25 +141,38 @@ impl Builder<'_> {
 
     /// Whether the block that spawns a thread joins it on every way that goes on, and panics if it has: then it runs once.
     fn is_joined(&self, spawned: ExprId) -> bool {
-        let (body, typed) = (self.body(), self.typed());
-        let joins = |id: ExprId| match &body.expr(id).kind {
+        // `handle.join().unwrap()`
+        self.is_taken_by(spawned, |id| self.joins(self.unwrapped(id)?))
+    }
+
+    /// The handle that an expression joins.
+    fn joins(&self, id: ExprId) -> Option<ExprId> {
+        match &self.body().expr(id).kind {
             ExprKind::MethodCall { receiver, method, .. } if method == "join" => Some(*receiver),
             _ => None,
-        };
-        // `handle.join().unwrap()`
-        let joined = |id: ExprId| match &body.expr(id).kind {
+        }
+    }
+
+    /// What an expression panics without.
+    pub(super) fn unwrapped(&self, id: ExprId) -> Option<ExprId> {
+        match &self.body().expr(id).kind {
             ExprKind::MethodCall { receiver, method, .. } if matches!(method.as_str(), "unwrap" | "expect") => {
-                joins(*receiver)
+                Some(*receiver)
             }
             _ => None,
-        };
-        let ids = || (0u32..).map(ExprId).take(body.exprs.len());
-        if ids().filter_map(joined).any(|handle| self.behind_results(handle) == spawned) {
+        }
+    }
+
+    /// Whether something takes the value of an expression, by itself or by the name that it gets, as a statement of that block.
+    pub(super) fn is_taken_by(&self, value: ExprId, taken: impl Fn(ExprId) -> Option<ExprId>) -> bool {
+        let (body, typed) = (self.body(), self.typed());
+        let mut ids = (0u32..).map(ExprId).take(body.exprs.len());
+        if ids.by_ref().filter_map(&taken).any(|by| self.behind_results(by) == value) {
             return true;
         }
         body.blocks().any(|block| {
             let made = block.stmts.iter().enumerate().find_map(|(at, stmt)| match &stmt.kind {
-                StmtKind::Let { pat, init: Some(init), .. } if self.behind_results(*init) == spawned => {
+                StmtKind::Let { pat, init: Some(init), .. } if self.behind_results(*init) == value => {
                     Some((at, typed.pat_local.get(pat)?))
                 }
                 _ => None,
@@ -147,17 +182,15 @@ impl Builder<'_> {
                 StmtKind::Let { init, .. } => *init,
                 StmtKind::Expr { expr, .. } => Some(*expr),
             });
-            behind.chain(block.tail).filter_map(joined).any(|handle| typed.expr_local.get(&handle) == Some(local))
+            behind.chain(block.tail).filter_map(&taken).any(|by| typed.expr_local.get(&by) == Some(local))
         })
     }
 
     /// What an expression unwraps: `builder.spawn(…)` in `builder.spawn(…).unwrap()`.
     fn behind_results(&self, id: ExprId) -> ExprId {
-        match &self.body().expr(id).kind {
-            ExprKind::MethodCall { receiver, method, .. } if matches!(method.as_str(), "unwrap" | "expect") => {
-                self.behind_results(*receiver)
-            }
-            ExprKind::Try(inner) => self.behind_results(*inner),
+        match (self.unwrapped(id), &self.body().expr(id).kind) {
+            (Some(inner), _) => self.behind_results(inner),
+            (None, ExprKind::Try(inner)) => self.behind_results(*inner),
             _ => id,
         }
     }

@@ -1,0 +1,42 @@
+//! Places that a call does something to, as the calling function knows them.
+
+use std::sync::Arc;
+
+use super::summary::{Outcome, Summaries};
+use crate::flow::{Place, Relation};
+use crate::index::FunctionId;
+
+/// A place that a target of a call has ways for.
+#[derive(Debug)]
+pub(super) struct CalledPlace {
+    pub(super) target: FunctionId,
+    pub(super) law: usize,
+    /// Its number among the places for which the target has ways.
+    pub(super) number: usize,
+    /// The place here.
+    pub(super) place: Place,
+    /// The places that it may be a name of, unless that is only itself.
+    pub(super) others: Option<Arc<[Place]>>,
+    /// The first elements that are all the target has ways for, where the place is each of them.
+    pub(super) taken: Vec<Place>,
+}
+
+impl CalledPlace {
+    /// The places that it may be a name of.
+    pub(super) fn roots(&self) -> &[Place] {
+        self.others.as_deref().unwrap_or(std::slice::from_ref(&self.place))
+    }
+
+    /// Whether an instance is an element behind those that the target has ways for.
+    pub(super) fn stops_before(&self, instance: &Place) -> bool {
+        let is_apart = |place: &Place| matches!(place.relate(instance, &|_| None), Relation::Apart);
+        !self.taken.is_empty() && self.taken.iter().all(is_apart)
+    }
+
+    /// The ways through the target.
+    pub(super) fn outcomes<'a>(&self, summaries: &'a Summaries) -> &'a [Outcome] {
+        let summary = summaries.get(self.target);
+        let ways = summary.and_then(|summary| summary.outcomes(self.law).nth(self.number));
+        ways.map_or(&[], |(_, outcomes)| outcomes.as_slice())
+    }
+}
