@@ -17,6 +17,7 @@ mod decide;
 mod dispatched;
 mod effort;
 mod fields;
+mod finished;
 mod functions;
 mod gates;
 mod generic_cycles;

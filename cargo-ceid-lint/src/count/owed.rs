@@ -6,6 +6,7 @@ use super::analyse::{Context, CycleId, FunctionFacts};
 use super::analysis::{Analysis, Unregistered};
 use super::decide::{self, Decision};
 use super::fields::Fields;
+use super::finished;
 use super::functions::FunctionKind;
 use super::given::place_of;
 use super::instances::{self, leaves, place_ty};
@@ -172,6 +173,9 @@ impl Context<'_> {
         let is_local = !is_param || is_in_given(index, graph, place);
         let is_touched = |fields: &Fields| !fields.laws(index, graph, place).is_empty();
         if !is_local && (is_touched(self.fields) || is_touched(self.anywhere)) {
+            return;
+        }
+        if var.is_some_and(|var| finished::of_variable(graph, self.summaries, var).any(|part| *part == leaf.steps)) {
             return;
         }
         let uses = self.uses(facts, place);

@@ -11,6 +11,7 @@ use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
 use super::gates::KeptMode;
 use super::given::{Given, GivenBase, MAX_PLACES, bound, given, instance_of, place_of, steps_at, with_wholes};
+use super::finished;
 use super::handed;
 use super::returned;
 use super::search::{Region, Search};
@@ -111,6 +112,8 @@ pub(super) struct Summary {
     pub(super) keeps: BTreeSet<usize>,
     /// The functions that it calls.
     pub(super) calls: BTreeSet<FunctionId>,
+    /// The parts of its result that its own cycles have updated.
+    pub(super) finished: BTreeSet<Vec<Projection>>,
     /// What it updates without ever coming back.
     pub(super) endless: BTreeSet<Given>,
     /// What only a debug build updates, with the half of the law.
@@ -277,6 +280,7 @@ impl Summaries {
         }
         self.judge(program, graph, &aliases, (touched, unknown), &mut summary, searched);
         super::own_methods::add(program.index, graph, &mut summary);
+        summary.finished = finished::parts(graph, &aliases, self);
         // Answers decide nothing that a recursion has to settle.
         if !self.is_recursion {
             summary.answers = answers(program, graph, &aliases, self);

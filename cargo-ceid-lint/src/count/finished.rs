@@ -1,0 +1,64 @@
+//! Filters that a function gives back when its own cycles are done with them: `let level = measured(blocks);`. They are owed
+//! nothing more where they arrive.
+
+use std::collections::BTreeSet;
+
+use super::aliases::Aliases;
+use super::counts::Count;
+use super::summary::Summaries;
+use crate::flow::{ControlFlowGraph, Effect, Place, Projection, Var};
+
+/// The parts of a function's result that its cycles have updated, by the steps into the result.
+pub(super) fn parts(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summaries) -> BTreeSet<Vec<Projection>> {
+    let mut found = BTreeSet::new();
+    let returned = graph.nodes.iter().filter_map(|node| match &node.effect {
+        Effect::Return(value) => value.place.as_ref(),
+        _ => None,
+    });
+    for result in returned.flat_map(|place| aliases.roots(place)) {
+        for node in &graph.nodes {
+            let mut add = |place: &Place| {
+                let own = aliases.roots(place).into_iter().filter(|root| root.base == result.base);
+                found.extend(own.filter_map(|root| Some(root.steps.strip_prefix(&*result.steps)?.to_vec())));
+            };
+            match &node.effect {
+                Effect::Update(update) if node.in_loop.is_some() => add(&update.place),
+                Effect::Call(site) => {
+                    for called in aliases.called_places(site, summaries).iter() {
+                        let is_cycle = |count| match count {
+                            Count::Zero => false,
+                            Count::One => node.in_loop.is_some(),
+                            Count::PerSample | Count::Many => true,
+                        };
+                        if called.outcomes(summaries).iter().any(|outcome| is_cycle(outcome.count)) {
+                            add(&called.place);
+                        }
+                    }
+                }
+                _ => {}
+            }
+        }
+        let base = result.base_var().filter(|_| result.steps.is_empty());
+        found.extend(base.into_iter().flat_map(|var| of_variable(graph, summaries, var)).cloned());
+    }
+    found
+}
+
+/// The same for what a variable is given by a call.
+pub(super) fn of_variable<'a>(
+    graph: &'a ControlFlowGraph,
+    summaries: &'a Summaries,
+    var: Var,
+) -> impl Iterator<Item = &'a Vec<Projection>> {
+    let is_moved_from = move |result: Var| {
+        graph.nodes.iter().any(|node| {
+            matches!(&node.effect, Effect::Set(set)
+                if set.place == Place::var(var) && set.from == Some(Place::var(result)))
+        })
+    };
+    let targets = graph.nodes.iter().filter_map(move |node| match &node.effect {
+        Effect::Call(site) if site.result == var || is_moved_from(site.result) => Some(&site.targets),
+        _ => None,
+    });
+    targets.flatten().filter_map(|target| summaries.get(*target)).flat_map(|summary| &summary.finished)
+}
