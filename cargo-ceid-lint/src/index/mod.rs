@@ -32,6 +32,7 @@ pub use lookup::MethodOwner;
 pub use names::Namespace;
 pub use rtic::SHARED_RESOURCE;
 pub use states::{handed, is_number};
+pub(crate) use ty::primitive;
 pub use ty::{Length, ParamTy, TraitName, TraitRef, Ty, TyScope};
 
 macro_rules! ids {

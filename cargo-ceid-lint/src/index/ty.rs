@@ -692,7 +692,8 @@ pub(super) fn named_args(generics: &Generics, args: &[Ty]) -> Vec<(String, Ty)> 
         .collect()
 }
 
-fn primitive(name: &str) -> Option<Ty> {
+/// The type that the language itself has by that name.
+pub(crate) fn primitive(name: &str) -> Option<Ty> {
     Some(match name {
         "u8" | "u16" | "u32" | "u64" | "u128" | "usize" | "i8" | "i16" | "i32" | "i64" | "i128" | "isize" => Ty::Int,
         "f32" | "f64" => Ty::Float,

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::purity::fields;
 use crate::flow::Program;
-use crate::index::{Def, FunctionId, ImplDef, ImplId, Index, ModuleId, Owner, TraitName, Ty, TypeId};
-use crate::syntax::tree::{Body, ExprId, ExprKind, GenericArg, Path};
+use crate::index::{Def, FunctionId, ImplDef, ImplId, Index, ModuleId, Owner, TraitName, Ty, TypeId, primitive};
+use crate::syntax::tree::{Body, ExprId, ExprKind, GenericArg};
 use crate::types::{Callee, TypedBody};
 
 /// The modules of the standard library whose traits its functions and macros call.
@@ -119,7 +119,8 @@ fn run_by(body: &Body, typed: &TypedBody, id: ExprId) -> Option<(Traits, Vec<Exp
         ExprKind::Call { callee, args } => match typed.callees.get(&id) {
             Some(Callee::External(_) | Callee::Builtin | Callee::Unknown) => {
                 // `u32::from` makes a number.
-                let is_number = matches!(&body.expr(*callee).kind, ExprKind::Path(path) if is_of_a_number(path));
+                let is_number = matches!(&body.expr(*callee).kind, ExprKind::Path(path)
+                    if matches!(path.segments.as_slice(), [owner, _] if primitive(&owner.name).is_some()));
                 (Traits::Any, args.iter().copied().chain((!is_number).then_some(id)).collect())
             }
             _ => return None,
@@ -137,59 +138,15 @@ fn run_by(body: &Body, typed: &TypedBody, id: ExprId) -> Option<(Traits, Vec<Exp
     })
 }
 
-fn is_of_a_number(path: &Path) -> bool {
-    let numbers = [
-        "f32", "f64", "bool", "char", "usize", "isize", "u8", "u16", "u32", "u64", "u128", "i8", "i16", "i32", "i64",
-        "i128",
-    ];
-    matches!(path.segments.as_slice(), [owner, _] if numbers.contains(&owner.name.as_str()))
-}
+/// Methods that only numbers have.
+const OF_NUMBERS: &str = "\
+    abs sqrt cbrt powi powf exp exp2 ln log log2 log10 sin cos tan asin acos atan atan2 sin_cos sinh cosh tanh hypot \
+    floor ceil round trunc fract signum copysign recip mul_add rem_euclid div_euclid to_radians to_degrees to_bits len";
 
 /// Whether a method is one of numbers alone, so that it runs nothing even where the type of its receiver is not known.
 fn is_of_numbers(method: &str) -> bool {
     let prefixes = ["wrapping_", "saturating_", "checked_", "overflowing_", "is_", "leading_", "trailing_", "count_"];
-    prefixes.iter().any(|prefix| method.starts_with(prefix))
-        || matches!(
-            method,
-            "abs"
-                | "sqrt"
-                | "cbrt"
-                | "powi"
-                | "powf"
-                | "exp"
-                | "exp2"
-                | "ln"
-                | "log"
-                | "log2"
-                | "log10"
-                | "sin"
-                | "cos"
-                | "tan"
-                | "asin"
-                | "acos"
-                | "atan"
-                | "atan2"
-                | "sin_cos"
-                | "sinh"
-                | "cosh"
-                | "tanh"
-                | "hypot"
-                | "floor"
-                | "ceil"
-                | "round"
-                | "trunc"
-                | "fract"
-                | "signum"
-                | "copysign"
-                | "recip"
-                | "mul_add"
-                | "rem_euclid"
-                | "div_euclid"
-                | "to_radians"
-                | "to_degrees"
-                | "to_bits"
-                | "len"
-        )
+    prefixes.iter().any(|prefix| method.starts_with(prefix)) || OF_NUMBERS.split_whitespace().any(|own| own == method)
 }
 
 /// What an expression reaches through a `Deref` impl, if there is one.

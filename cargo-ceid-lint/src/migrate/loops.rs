@@ -7,6 +7,7 @@ use std::rc::Rc;
 
 use rustc_hash::FxHashMap;
 
+use super::ambiguous::{CallsBesideCore, calls_beside_core};
 use super::implicit::{Impls, implicit, impls_of_std};
 use super::text::{Style, has_word};
 use crate::flow::Program;
@@ -32,6 +33,7 @@ pub(super) struct Loops<'a> {
     strict: OnceCell<BTreeSet<FileId>>,
     /// The files that deny names that nothing uses.
     denying: OnceCell<BTreeSet<FileId>>,
+    calls_beside_core: OnceCell<CallsBesideCore>,
     impls: OnceCell<Impls>,
     implicit: RefCell<FxHashMap<FunctionId, Rc<[FunctionId]>>>,
 }
@@ -66,6 +68,7 @@ impl<'a> Loops<'a> {
             catching: OnceCell::new(),
             strict: OnceCell::new(),
             denying: OnceCell::new(),
+            calls_beside_core: OnceCell::new(),
             impls: OnceCell::new(),
             implicit: RefCell::default(),
         }
@@ -80,6 +83,11 @@ impl<'a> Loops<'a> {
         let body = self.program.index.function(function).function.body.as_ref();
         let find = || body.map(Body::parents).unwrap_or_default().into();
         Rc::clone(self.parents.borrow_mut().entry(function).or_insert_with(find))
+    }
+
+    /// The calls of laws by their names where ceid-core's trait is in scope.
+    pub(super) fn calls_beside_core(&self) -> &CallsBesideCore {
+        self.calls_beside_core.get_or_init(|| calls_beside_core(self.program))
     }
 
     /// The functions that a function may run without calling them.

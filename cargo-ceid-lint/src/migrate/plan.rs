@@ -227,7 +227,7 @@ impl Rewriter<'_> {
             match delegation(self.loops, &own.filter, law) {
                 Ok(None) => {}
                 Ok(Some(new)) => {
-                    reasons.extend(ambiguous(of, self.guarded, law));
+                    reasons.extend(ambiguous(self.loops, of, self.guarded, law));
                     packages.insert(program.index.crate_of(program.index.function(law).module).package);
                     edits.push((new.span, new.text));
                 }
