@@ -502,9 +502,9 @@ impl Index {
             Some(Def::Trait(id)) => {
                 Ty::Opaque(Arc::new(vec![TraitRef { name: TraitName::Local(id), args, assoc: Vec::new() }]))
             }
-            Some(Def::External(path)) => iterator_of(&path, &args).unwrap_or(Ty::External(path, args)),
+            Some(Def::External(path)) => iterator_of(&path, &args).unwrap_or_else(|| external(path, args)),
             Some(Def::Module(_) | Def::Variant(..) | Def::Function(_) | Def::Value(_)) => Ty::Unknown,
-            None => Ty::External(format!("?::{}", path.text()), args),
+            None => external(format!("?::{}", path.text()), args),
         }
     }
 
@@ -690,6 +690,19 @@ pub(super) fn named_args(generics: &Generics, args: &[Ty]) -> Vec<(String, Ty)> 
         .filter(|(_, ty)| **ty != Ty::Unknown)
         .map(|(param, ty)| (param.name.clone(), ty.clone()))
         .collect()
+}
+
+/// A type that is not read. What a lock of `embassy-sync` or `lock_api` locks with stands before its content.
+fn external(path: String, mut args: Vec<Ty>) -> Ty {
+    let is_raw = |ty: &Ty| ty.external_name().is_some_and(|name| name.contains("Raw"));
+    let is_lock = path.ends_with("Mutex") || path.ends_with("RwLock");
+    if is_lock
+        && args.len() > 1
+        && (["embassy_sync::", "lock_api::"].iter().any(|of| path.starts_with(of)) || is_raw(&args[0]))
+    {
+        args.remove(0);
+    }
+    Ty::External(path, args)
 }
 
 /// The type that the language itself has by that name.
