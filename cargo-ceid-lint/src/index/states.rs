@@ -27,8 +27,10 @@ impl Index {
                     InstancePlace::Argument(number) => (params.nth(number as usize), false),
                     InstancePlace::Returned => {
                         let output = self.lower(&function.output, &scope);
-                        let given = params.filter(|ty| handed(&output, ty).is_some());
-                        (given.min_by_key(is_number), true)
+                        let is_given = |ty: &Ty| handed(&output, ty).is_some();
+                        // A state may have the law itself.
+                        let own = scope.self_ty.clone().filter(|ty| function.receiver.is_some() && is_given(ty));
+                        (own.or_else(|| params.filter(is_given).min_by_key(is_number)), true)
                     }
                 };
                 found.extend(ty.map(|ty| StateType { ty, spec, is_returned }));

@@ -130,8 +130,8 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// The argument whose state a call hands on, and where its result has it: the one of that type. Where types do not tell, it
-    /// is the first one behind the receiver.
+    /// The argument whose state a call hands on, `self` first, and where its result has it: the one of that type. Where types do
+    /// not tell, it is the first one behind the receiver.
     pub(super) fn hands(
         &mut self,
         id: ExprId,
@@ -146,6 +146,10 @@ impl<'a> Builder<'a> {
             let is_known = is_state(ty) && (law.is_some() || matches!(ty, Ty::Adt(..)));
             is_known.then(|| handed(output, ty)).flatten().map(|part| (at, part))
         };
+        // A state that has the law itself is the receiver: `estimate = estimate.step(z)`.
+        if let Some(own) = (skip > 0).then(|| part(0)).flatten() {
+            return Some(own);
+        }
         let mut found: Vec<_> = (skip..exprs.len()).filter_map(part).collect();
         if law.is_none() {
             return (found.len() == 1).then(|| found[0]);
