@@ -90,6 +90,11 @@ pub struct LoopInfo {
     pub items: Vec<(Var, Place)>,
     /// The variable that counts the rounds or elements, and its first value if that is known.
     pub counter: Option<(Var, Option<u64>)>,
+    /// Whether it counts from its last number down to the first one.
+    pub counts_down: bool,
+    /// Whether only the distance of the counter from its last number is asked for: `2 - i` in a loop over `0..3`. Then that is
+    /// what counts.
+    pub is_mirrored: bool,
     /// What it counts up to: the least of these.
     pub limits: Vec<Limit>,
     /// Every variable that its head binds.
@@ -121,6 +126,17 @@ pub struct LoopInfo {
 }
 
 impl LoopInfo {
+    /// The number that the counter has in a round; the first round is 1.
+    #[must_use]
+    pub fn number_in(&self, round: u64) -> Option<u64> {
+        let first = self.counter?.1?;
+        match self.rounds {
+            Rounds::Constant(all) if self.counts_down => Some(first.saturating_add(all.checked_sub(round)?)),
+            _ if self.counts_down => None,
+            _ => Some(first.saturating_add(round.checked_sub(1)?)),
+        }
+    }
+
     /// Whether it is a closure of which only its own rounds are known, and nothing of who calls it.
     #[must_use]
     pub fn is_unseen(&self) -> bool {

@@ -2,6 +2,7 @@
 
 mod change;
 mod cycle;
+mod latches;
 mod lower;
 mod place;
 mod program;

@@ -118,6 +118,8 @@ pub struct About {
     pub is_comparison: bool,
     /// The places that it compares so, on the left and on the right.
     pub compared: [Option<Place>; 2],
+    /// Whether an operator with two operands is in it.
+    pub is_combined: bool,
     /// Whether it contains `%` or `is_multiple_of`.
     pub is_remainder: bool,
     /// The number that it divides by, or the mask plus one.

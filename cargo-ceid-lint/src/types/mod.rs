@@ -95,6 +95,8 @@ pub struct TypedBody {
     pub pat_local: FxHashMap<PatId, LocalId>,
     /// The variant, type or constant that a pattern names.
     pub pat_def: FxHashMap<PatId, Def>,
+    /// The lengths of the arrays that slice patterns take apart, where they are known.
+    pub pat_length: FxHashMap<PatId, u64>,
     /// What each call runs.
     pub callees: BTreeMap<ExprId, Callee>,
     /// What a path to a function runs where it is called: `Filter::update` in `for_each(Filter::update)`.

@@ -76,6 +76,9 @@ impl Infer<'_> {
                 self.share_names(pats);
             }
             PatKind::Slice(pats) => {
+                if let Ty::Array(_, length) = &ty {
+                    self.typed.pat_length.extend(length.value.map(|length| (id, length)));
+                }
                 let item = match &ty {
                     Ty::Array(inner, _) | Ty::Slice(inner) => (**inner).clone(),
                     _ => Ty::Unknown,

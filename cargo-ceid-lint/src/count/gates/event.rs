@@ -211,7 +211,7 @@ impl Gates<'_, '_> {
     }
 
     /// Whether a place is a truth value that others may change while the cycle runs.
-    fn is_flag(&self, place: &Place) -> bool {
+    pub(super) fn is_flag(&self, place: &Place) -> bool {
         self.ty(place).as_ref().is_some_and(crate::flow::is_flag)
     }
 }

@@ -3,7 +3,7 @@
 use super::{Gates, contains_any};
 use crate::count::instances::is_lent;
 use crate::count::search::Region;
-use crate::flow::{ChangeKind, Effect, LoopId, NodeId, Place, Test, Var};
+use crate::flow::{Base, ChangeKind, Effect, LoopId, NodeId, Place, Test, Var};
 use crate::index::Ty;
 
 /// Parts of the names of parameters and types that hold settings.
@@ -62,6 +62,25 @@ impl Gates<'_, '_> {
         is_opened
             && (computed.is_empty() || !self.reaches_with(test, heads.first().unwrap_or(&opens[0].as_str()), &computed))
             && !self.calls_write(place)
+    }
+
+    /// `if !READY.load(Ordering::Acquire) { continue; }`: a static that the whole code raises and never takes back.
+    pub(super) fn is_raised_flag(&self, test: &Test, at: NodeId) -> bool {
+        let about = &test.about;
+        let [Place { base: Base::Static(flag), steps }] = about.reads.as_slice() else { return false };
+        // Nothing else is asked than what the flag holds, and an update is reached where it is raised.
+        let is_loaded = about.names.first().is_some_and(|name| name == "load")
+            && about.names[1..].iter().all(|name| matches!(name.as_str(), "Relaxed" | "Acquire" | "SeqCst"));
+        let reach = self.reach();
+        let opens = self.search.graph.node(at).next.iter().map(|next| reach[next.0 as usize]);
+        steps.is_empty()
+            && is_loaded
+            && self.is_flag(&about.reads[0])
+            && test.subject.is_none()
+            && !about.is_combined
+            && about.heads.is_empty()
+            && opens.eq([true, false])
+            && self.search.program.is_only_raised(*flag)
     }
 
     /// The place whose value a variable of the iteration was given: `let was_first = self.first;`

@@ -95,8 +95,19 @@ impl Gates<'_, '_> {
         let clocks = self.lent_clocks();
         let is_kept =
             !clocks.is_empty() || self.clocks(step).next().is_some() || self.nodes().any(|id| self.laps(id, step));
-        let goes_on = || way.nodes.iter().any(|id| clocks.iter().any(|clock| self.renews(*id, clock)));
-        is_kept && !self.sets_clock(step, way) && !goes_on()
+        is_kept && !self.sets_clock(step, way) && !self.renews_one(&clocks, way)
+    }
+
+    /// Whether the clock that the filter's step is computed from goes on along the way.
+    pub(super) fn goes_on(&self, way: &Way) -> bool {
+        // What the helper does to its own clock where it skips is judged there.
+        let updating = self.search.updating();
+        let nodes = way.nodes.iter().copied().filter(|id| !updating.contains(id)).collect();
+        self.sets_clock(self.step(), way) || self.renews_one(&self.lent_clocks(), &Way { nodes, at: way.at })
+    }
+
+    fn renews_one(&self, clocks: &[Place], way: &Way) -> bool {
+        way.nodes.iter().any(|id| clocks.iter().any(|clock| self.renews(*id, clock)))
     }
 
     /// The clocks that helpers keep for the filter and compute its step from, if every update of it is measured so.

@@ -215,7 +215,7 @@ impl Gates<'_, '_> {
                 }
                 _ => false,
             },
-            _ => self.time_base() != TimeBase::Inside && self.sets_clock(self.step(), way),
+            _ => self.time_base() != TimeBase::Inside && self.goes_on(way),
         }
     }
 

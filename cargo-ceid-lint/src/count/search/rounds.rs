@@ -54,12 +54,12 @@ impl Run<'_, '_> {
                 rounds.push((id, now));
                 let more = self.rounds.intern(rounds);
                 let mut after = State { rounds: more, ..state.clone() };
-                if let Some((counter, first)) = info.counter {
+                if let Some((counter, _)) = info.counter {
                     after.masks = self.killed(after.masks, &Place::var(counter));
                     if count <= MAX_ROUNDS
-                        && let Some(first) = first
+                        && let Some(number) = info.number_in(now)
                     {
-                        after.masks = self.with_number(after.masks, counter, first + now - 1);
+                        after.masks = self.with_number(after.masks, counter, number);
                     }
                 }
                 self.follow(at, after, *round);

@@ -260,8 +260,9 @@ impl<'s, 'a> Run<'s, 'a> {
     pub(super) fn number(&self, state: &State, var: Var) -> Option<u64> {
         let rounds = self.rounds.get(state.rounds);
         rounds.iter().find_map(|(id, done)| {
-            let (counter, first) = self.search.graph.loop_info(*id).counter?;
-            (counter == var && *done > 0 && *done != BEYOND).then_some(first?.saturating_add(done - 1))
+            let info = self.search.graph.loop_info(*id);
+            let (counter, _) = info.counter?;
+            (counter == var && *done != BEYOND).then(|| info.number_in(*done))?
         })
     }
 

@@ -72,6 +72,7 @@ impl Builder<'_> {
                 }
             }
             ExprKind::Binary { op, lhs, rhs } => {
+                about.is_combined = true;
                 if matches!(*op, "<" | "<=" | ">" | ">=") {
                     about.is_comparison = true;
                     about.compared = [self.static_place(*lhs), self.static_place(*rhs)];

@@ -169,7 +169,7 @@ impl Builder<'_> {
             return self.law_call(id, law, exprs, values);
         }
         if let Some(place) = &self_place
-            && let Some(full) = self.resets(self.called_name(id), resolved)
+            && let Some(full) = self.resets(self.called_name(id), resolved, exprs)
         {
             self.emit(Effect::Reset { place: place.clone(), full }, span);
             return self.chained(id, resolved, place);

@@ -32,7 +32,7 @@ impl Builder<'_> {
         let place_at = |at: usize| args.get(at).and_then(|value| value.place.clone());
         if law.is_none()
             && let Some(place) = place_at(0).filter(|_| resolved.has_receiver)
-            && let Some(full) = self.resets(name, resolved)
+            && let Some(full) = self.resets(name, resolved, &[])
         {
             self.emit(Effect::Reset { place, full }, span);
             return Value::default();

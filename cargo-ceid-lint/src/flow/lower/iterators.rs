@@ -228,6 +228,12 @@ impl Builder<'_> {
         };
         let in_order = source.in_order && other.in_order;
         let may_end_first = source.may_outlast(&other);
+        let [source, other] = [source, other].map(|source| match &rounds {
+            // Of what is cut short, the last numbers are left out.
+            Rounds::Constant(_) if source.rounds != rounds => source.uncounted(),
+            _ => source,
+        });
+        let counts_down = if source.item.has_counter() { source.counts_down } else { other.counts_down };
         let [source, other] = [source, other].map(|source| match may_end_first {
             true => source.cut_somewhere(".."),
             false => source.shortened(&rounds),
@@ -235,7 +241,7 @@ impl Builder<'_> {
         let passes_over = source.passes() || other.passes();
         let limits = [source.limits.as_slice(), &other.limits].concat();
         let item = Item::Tuple(vec![source.staged(), other.staged()]);
-        Source { item, rounds, passes_over, in_order, limits, ..Source::bounded() }
+        Source { item, rounds, passes_over, in_order, counts_down, limits, ..Source::bounded() }
     }
 
     /// One iterator after the other. Where closures belong to one of them only, nothing is known of what both lend.
@@ -267,9 +273,9 @@ impl Builder<'_> {
             return self.collection(id, false);
         }
         match method {
-            "rev" => Source { in_order: false, ..self.source(receiver) },
+            "rev" => self.source(receiver).reversed(),
             "into_iter" | "peekable" | "fuse" | "unwrap" => self.source(receiver),
-            "by_ref" if self.iterates(self.ty(receiver)) => self.part_of(id, receiver),
+            "by_ref" if self.iterates(self.ty(receiver)) && !self.is_last_use(receiver) => self.part_of(id, receiver),
             "iter" | "iter_mut" | "by_ref" | "as_mut" | "as_mut_slice" | "as_slice" | "as_ref" | "each_mut"
             | "deref_mut" | "par_iter_mut" | "into_iter_mut" => self.source_of(receiver, true),
             "copied" | "cloned" => {
@@ -289,7 +295,7 @@ impl Builder<'_> {
                     (Rounds::Bounded, _) => Rounds::Bounded,
                 };
                 let mut source = source;
-                if matches!(source.item, Item::Counter(_)) {
+                if matches!(source.item, Item::Counter(_)) && !source.counts_down {
                     source.limits.push(count.map_or(Limit::Unknown, Limit::Number));
                 }
                 if let (Some(arg), Item::Element(place)) = (args.first(), source.item.clone()) {
@@ -320,7 +326,7 @@ impl Builder<'_> {
             }
             "cycle" => Source { rounds: Rounds::Unbounded, in_order: false, ..self.source(receiver) },
             "enumerate" => {
-                let mut source = self.source(receiver);
+                let mut source = self.source(receiver).uncounted();
                 if source.stages.is_empty() {
                     source.item = Item::Tuple(vec![Item::Counter(Some(0)), source.item]);
                 } else {
@@ -620,6 +626,7 @@ impl Builder<'_> {
             over: source.over.clone(),
             passes_over: source.passes(),
             in_order: source.in_order && !source.passes(),
+            counts_down: source.counts_down,
             drains: source.drains,
             limits: source.limits.clone(),
             ..self.plain_loop(kind, keyword, rounds, source.text.clone())

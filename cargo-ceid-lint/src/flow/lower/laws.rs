@@ -2,7 +2,7 @@
 
 use super::{Builder, Value};
 use crate::config::{InstancePlace, OnErr, Receiver};
-use crate::flow::{Advance, Cause, Computed, Effect, IndexKey, Place, RunBy, Update, Var};
+use crate::flow::{Advance, Cause, Computed, Effect, Head, IndexKey, Place, RunBy, Update, Var};
 use crate::index::{Def, FilterSpec, FunctionId, Ty, handed, is_number};
 use crate::syntax::tree::{ExprId, ExprKind};
 use crate::types::Resolved;
@@ -220,8 +220,8 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Whether a method resets its receiver, a filter: `true` if it resets all of it.
-    pub(super) fn resets(&self, name: &str, resolved: &Resolved) -> Option<bool> {
+    /// Whether a method resets its receiver, a filter: `true` if it resets all of it with these arguments.
+    pub(super) fn resets(&self, name: &str, resolved: &Resolved, args: &[ExprId]) -> Option<bool> {
         let spec = self.program.index.filter_spec(&resolved.self_ty)?;
         let is_in = |names: &[String]| names.iter().any(|own| own == name);
         if is_in(&spec.partial_resets) {
@@ -232,7 +232,9 @@ impl<'a> Builder<'a> {
         }
         // An entry says which resets are full; what is known by trait alone is judged by its body.
         let is_judged = spec.time_base.is_none();
-        Some(!is_judged || resolved.targets.iter().all(|target| self.is_full_reset(*target, &resolved.self_ty)))
+        let heads: Vec<Option<Head>> = args.iter().map(|arg| self.constant_head(*arg)).collect();
+        let is_full = |target: &FunctionId| self.is_full_reset(*target, &resolved.self_ty, &heads);
+        Some(!is_judged || resolved.targets.iter().all(is_full))
     }
 
     /// The state that a method of a type resets whose laws have their state in an argument, and whether it resets all of it.

@@ -123,6 +123,15 @@ impl Builder<'_> {
             .any(|(at, expr)| span.contains(expr.span) && self.typed().expr_local.get(&at) == Some(local))
     }
 
+    /// Whether an iterator that has a name is named nowhere else, so that nothing gets what is left of it.
+    pub(super) fn is_last_use(&self, id: ExprId) -> bool {
+        let typed = self.typed();
+        typed
+            .expr_local
+            .get(&id)
+            .is_some_and(|local| typed.expr_local.values().filter(|own| *own == local).count() == 1)
+    }
+
     /// The chunks of what an iterator runs over. What is left behind chunks of one size is in none of them.
     pub(super) fn chunked(&mut self, id: ExprId, method: &str, args: &[ExprId], source: Source) -> Source {
         let size = args.first().and_then(|arg| {

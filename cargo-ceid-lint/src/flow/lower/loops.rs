@@ -9,7 +9,7 @@ use super::{Builder, Value};
 use crate::flow::{Caller, CycleKind, Effect, Limit, LoopId, LoopInfo, NodeId, Place, Rounds, Var};
 use crate::index::Ty;
 use crate::source::Span;
-use crate::syntax::tree::{ExprId, ExprKind, PatId, StmtKind};
+use crate::syntax::tree::{Arm, ExprId, ExprKind, PatId, PatKind, StmtKind};
 
 /// How often a `while` runs, what counts its rounds from which number on, and up to what.
 type WhileRounds = (Rounds, Option<(Var, Option<u64>)>, Vec<Limit>);
@@ -60,6 +60,8 @@ impl Builder<'_> {
             rounds,
             items: Vec::new(),
             counter: None,
+            counts_down: false,
+            is_mirrored: false,
             limits: Vec::new(),
             bound: Vec::new(),
             indexes: Vec::new(),
@@ -99,6 +101,11 @@ impl Builder<'_> {
     }
 
     pub(super) fn loop_expr(&mut self, id: ExprId, label: Option<&String>, keyword: Span, body: ExprId) -> Value {
+        if let Some((pat, asked, inside)) = self.next_or_break(body)
+            && let Some(value) = self.loop_over_next(CycleKind::Loop, label, keyword, (pat, asked), inside)
+        {
+            return value;
+        }
         let this_loop = self.begin_loop(CycleKind::Loop, keyword, Rounds::Unbounded, "loop".to_owned());
         let after = self.add_node(Effect::Nothing, self.span(id));
         self.loops.push(this_loop);
@@ -125,7 +132,9 @@ impl Builder<'_> {
         condition: ExprId,
         body: ExprId,
     ) -> Value {
-        if let Some(value) = self.while_next(label, keyword, condition, body) {
+        if let ExprKind::Let { pat, value } = &self.body().expr(condition).kind
+            && let Some(value) = self.loop_over_next(CycleKind::While, label, keyword, (*pat, *value), body)
+        {
             return value;
         }
         let (rounds, counter, limits) = self.rounds_of_while(condition, body);
@@ -182,24 +191,60 @@ impl Builder<'_> {
         }
     }
 
-    /// `while let Some(x) = iter.next()` is a `for` loop.
-    fn while_next(&mut self, label: Option<&String>, keyword: Span, condition: ExprId, body: ExprId) -> Option<Value> {
+    /// The pattern, the question and the arm of a body that is `match iter.next() { Some(x) => …, None => break }`.
+    fn next_or_break(&self, body: ExprId) -> Option<(PatId, ExprId, ExprId)> {
         let tree = self.body();
-        let ExprKind::Let { pat, value } = &tree.expr(condition).kind else { return None };
-        let ExprKind::MethodCall { receiver, method, args, .. } = &tree.expr(*value).kind else { return None };
+        let ExprKind::Block(block) = &tree.expr(body).kind else { return None };
+        let only = match (block.stmts.as_slice(), block.tail) {
+            ([], Some(tail)) => tail,
+            ([stmt], None) => match stmt.kind {
+                StmtKind::Expr { expr, .. } => expr,
+                StmtKind::Let { .. } => return None,
+            },
+            _ => return None,
+        };
+        let ExprKind::Match { scrutinee, arms } = &tree.expr(only).kind else { return None };
+        let is_end = |arm: &Arm| {
+            matches!(tree.expr(arm.body).kind, ExprKind::Break { label: None, value: None })
+                && matches!(tree.pat(arm.pat).kind, PatKind::Path(_) | PatKind::Bind { .. } | PatKind::Wild)
+        };
+        let arm = match arms.as_slice() {
+            [some, none] if is_end(none) => some,
+            [none, some] if is_end(none) && !matches!(tree.pat(none.pat).kind, PatKind::Wild) => some,
+            _ => return None,
+        };
+        let is_plain = arms.iter().all(|arm| arm.guard.is_none() && arm.cfg.is_none());
+        is_plain.then_some((arm.pat, *scrutinee, arm.body))
+    }
+
+    /// `while let Some(x) = iter.next()` is a `for` loop.
+    fn loop_over_next(
+        &mut self,
+        kind: CycleKind,
+        label: Option<&String>,
+        keyword: Span,
+        (pat, asked): (PatId, ExprId),
+        body: ExprId,
+    ) -> Option<Value> {
+        let tree = self.body();
+        let ExprKind::MethodCall { receiver, method, args, .. } = &tree.expr(asked).kind else { return None };
         if method != "next" || !args.is_empty() || !self.iterates(self.ty(*receiver)) {
             return None;
         }
-        let crate::syntax::tree::PatKind::TupleStruct(_, inner) = &tree.pat(*pat).kind else { return None };
+        let PatKind::TupleStruct(_, inner) = &tree.pat(pat).kind else { return None };
+        // What an item may be besides ends the loop before the last one.
         let [inner] = inner.as_slice() else { return None };
+        if !self.is_irrefutable(*inner) {
+            return None;
+        }
         let source = match self.is_advanced_in(*receiver, body) {
-            true => self.part_of(*value, *receiver),
+            true => self.part_of(asked, *receiver),
             false => self.source(*receiver),
         };
         self.note_advanced(*receiver);
         let item = source.item.clone();
         let inner = *inner;
-        self.run_loop(CycleKind::While, keyword, label, source, |this, value, this_loop| {
+        self.run_loop(kind, keyword, label, source, |this, value, this_loop| {
             this.bind_item(this_loop, inner, &item, &value);
             this.expr(body);
         });
@@ -221,6 +266,7 @@ impl Builder<'_> {
             let item = if is_mapped { super::sources::Item::Opaque } else { item };
             this.bind_item(this_loop, pat, &item, &value);
             this.note_sampled(this_loop, body);
+            this.note_mirrored(this_loop, body);
             if is_mapped {
                 let names = this.vars_of(pat);
                 this.derive(&names, iterable);
@@ -256,6 +302,37 @@ impl Builder<'_> {
             if let Some(place) = self.static_place(asked) {
                 self.graph.loops[this_loop.0 as usize].sampled.push(place);
             }
+        }
+    }
+
+    /// Notes whether the counter of a loop from zero is used in nothing but `a[last - i]`: that takes the same numbers the other way
+    /// round.
+    fn note_mirrored(&mut self, this_loop: LoopId, inside: ExprId) {
+        let info = self.graph.loop_info(this_loop);
+        let (Some((counter, Some(0))), limits) = (info.counter, info.limits.clone()) else { return };
+        let tree = self.body();
+        let span = tree.expr(inside).span;
+        let all = || (0u32..).map(ExprId).zip(&tree.exprs).filter(|(_, expr)| span.contains(expr.span));
+        let indexes = all().filter_map(|(_, expr)| match &expr.kind {
+            ExprKind::Index { index, .. } => Some(*index),
+            _ => None,
+        });
+        let is_counter = |this: &Self, id: ExprId| {
+            let local = this.typed().expr_local.get(&id);
+            local.and_then(|local| this.frames[this.frame].vars.get(local)) == Some(&counter)
+        };
+        let used = all().filter(|(id, _)| is_counter(self, *id)).count();
+        let lasts: Vec<ExprId> = indexes
+            .filter_map(|index| match &tree.expr(index).kind {
+                ExprKind::Binary { op: "-", lhs, rhs } if is_counter(self, *rhs) => Some(*lhs),
+                _ => None,
+            })
+            .collect();
+        let is_told = !limits.is_empty() && !limits.contains(&Limit::Unknown);
+        let is_mirrored = used > 0 && used == lasts.len() && is_told;
+        if is_mirrored && lasts.into_iter().all(|last| self.limits(last, true) == limits) {
+            let info = &mut self.graph.loops[this_loop.0 as usize];
+            (info.is_mirrored, info.counts_down) = (true, !info.counts_down);
         }
     }
 

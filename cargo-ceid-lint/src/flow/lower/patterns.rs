@@ -404,7 +404,7 @@ impl Builder<'_> {
         super::constants::head_of(self.program, def, text, 0).unwrap_or_else(|| text.to_owned())
     }
 
-    fn is_irrefutable(&self, pat: PatId) -> bool {
+    pub(super) fn is_irrefutable(&self, pat: PatId) -> bool {
         match &self.body().pat(pat).kind {
             PatKind::Wild | PatKind::Rest => true,
             PatKind::Bind { sub, .. } => {
@@ -527,7 +527,7 @@ impl Builder<'_> {
                     self.bind_pattern(*inner, &part);
                 }
             }
-            PatKind::Slice(pats) => self.bind_slice(pats, value),
+            PatKind::Slice(pats) => self.bind_slice(pat, pats, value),
             PatKind::Or(pats) => {
                 let is_bound = self.bound_by_asking.remove(&(self.frame, pat));
                 if let Some(first) = pats.first().filter(|_| !is_bound) {
@@ -544,8 +544,9 @@ impl Builder<'_> {
     }
 
     /// Binds the elements of a slice pattern; which ones stand behind `..` depends on the length.
-    fn bind_slice(&mut self, pats: &[PatId], value: &Value) {
+    fn bind_slice(&mut self, pat: PatId, pats: &[PatId], value: &Value) {
         let body = self.body();
+        let length = self.typed().pat_length.get(&pat).copied();
         let rest = pats.iter().position(|pat| body.is_rest(*pat));
         for (number, inner) in pats.iter().enumerate() {
             let from = number as u64;
@@ -554,8 +555,15 @@ impl Builder<'_> {
                 Some(rest) if number == rest && number + 1 == pats.len() => {
                     IndexKey::Slice(Section::known(from, None, text))
                 }
-                Some(rest) if number == rest => IndexKey::Slice(Section::unknown(text)),
-                Some(rest) if number > rest => IndexKey::Data(Arc::from(text)),
+                Some(rest) if number >= rest => {
+                    let behind = (pats.len() - number) as u64;
+                    match length.and_then(|length| length.checked_sub(behind)) {
+                        Some(at) if number > rest => IndexKey::Number(at),
+                        Some(at) => IndexKey::Slice(Section::known(from, Some(at + 1), text)),
+                        None if number > rest => IndexKey::Data(Arc::from(text)),
+                        None => IndexKey::Slice(Section::unknown(text)),
+                    }
+                }
                 _ => IndexKey::Number(from),
             };
             let place = value.place.as_ref().map(|place| place.element(key));

@@ -53,8 +53,17 @@ impl Builder<'_> {
                 })
             }
             ExprKind::Path(path) => Some(self.index_path(id, path)),
+            ExprKind::Binary { op: "-", rhs, .. } if self.is_mirrored(*rhs) => self.index_key(*rhs),
             _ => Some(IndexKey::Data(self.text(id).into())),
         }
+    }
+
+    /// Whether an expression is a counter of which only the distance from its last number counts.
+    fn is_mirrored(&self, id: ExprId) -> bool {
+        let local = self.typed().expr_local.get(&id);
+        let var = local.and_then(|local| self.frames[self.frame].vars.get(local));
+        let own = self.graph.loops.iter().filter(|info| info.is_mirrored);
+        own.filter_map(|info| info.counter).any(|(counter, _)| Some(&counter) == var)
     }
 
     fn index_path(&mut self, id: ExprId, path: &Path) -> IndexKey {

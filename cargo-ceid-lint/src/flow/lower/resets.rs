@@ -4,15 +4,17 @@ use std::collections::BTreeSet;
 
 use super::Builder;
 use super::written::{cleared_fields, written_fields};
+use crate::flow::Head;
 use crate::index::{FunctionId, Ty};
 use crate::syntax::tree::{ExprId, ExprKind};
 use crate::types::Callee;
 
 impl Builder<'_> {
-    /// Whether a reset known by its name writes the whole state: every field that the law writes, or `*self`.
-    pub(super) fn is_full_reset(&self, reset: FunctionId, self_ty: &Ty) -> bool {
+    /// Whether a reset known by its name writes the whole state: every field that the law writes, or `*self`. The heads are those of
+    /// its arguments.
+    pub(super) fn is_full_reset(&self, reset: FunctionId, self_ty: &Ty, heads: &[Option<Head>]) -> bool {
         let index = self.program.index;
-        let Some(cleared) = cleared_fields(self.program, reset) else { return true };
+        let Some(cleared) = cleared_fields(self.program, reset, heads) else { return true };
         let laws = index.methods(self_ty, "update");
         let mut state = BTreeSet::new();
         for law in laws.iter().filter_map(crate::index::MethodOwner::function) {

@@ -70,6 +70,27 @@ impl Item {
         }
     }
 
+    /// Whether it has a counter in it.
+    pub(super) fn has_counter(&self) -> bool {
+        match self {
+            Self::Counter(_) => true,
+            Self::Tuple(items) => items.iter().any(Self::has_counter),
+            Self::Staged(item, _) | Self::Present(item) => item.has_counter(),
+            _ => false,
+        }
+    }
+
+    /// The same, its numbers not known.
+    fn unnumbered(&self) -> Self {
+        match self {
+            Self::Counter(_) => Self::Counter(None),
+            Self::Tuple(items) => Self::Tuple(items.iter().map(Self::unnumbered).collect()),
+            Self::Staged(item, stages) => Self::Staged(Box::new(item.unnumbered()), stages.clone()),
+            Self::Present(item) => Self::Present(Box::new(item.unnumbered())),
+            other => other.clone(),
+        }
+    }
+
     /// The same of a slice only; `None` if that cannot be said of it.
     fn cut(&self, section: &Section) -> Option<Self> {
         match self {
@@ -107,6 +128,8 @@ pub(super) struct Source {
     /// Whether a closure that it begins with leaves some of the elements out.
     pub(super) leaves_out: bool,
     pub(super) in_order: bool,
+    /// Whether its counter begins with the last number.
+    pub(super) counts_down: bool,
     /// Whether it takes what is there from a queue.
     pub(super) drains: bool,
     /// What happens in each round before the item is there: `map`, `filter`, `inspect`.
@@ -220,8 +243,24 @@ impl Source {
         self
     }
 
+    /// What `rev` makes of it.
+    pub(super) fn reversed(self) -> Self {
+        Self { in_order: false, counts_down: !self.counts_down, ..self }
+    }
+
+    /// The same where it is not known any more in which round its counter has which number.
+    pub(super) fn uncounted(self) -> Self {
+        match self.counts_down {
+            true => Self { item: self.item.unnumbered(), counts_down: false, ..self },
+            false => self,
+        }
+    }
+
     /// What `take` leaves of it.
     pub(super) fn headed(mut self, number: Option<u64>) -> Self {
+        if self.counts_down {
+            return self.headed_from_the_end(number);
+        }
         if let Item::Element(place) = &self.item
             && self.in_order
             && self.stages.is_empty()
@@ -230,6 +269,16 @@ impl Source {
             self.item = Item::Element(place.slice(Section::taken(number)));
         }
         self
+    }
+
+    fn headed_from_the_end(self, number: Option<u64>) -> Self {
+        match (&self.item, &self.rounds, number) {
+            (Item::Counter(Some(first)), Rounds::Constant(all), Some(number)) => {
+                let left_out = all.saturating_sub(number);
+                Self { item: Item::Counter(Some(first + left_out)), ..self }
+            }
+            _ => self.uncounted(),
+        }
     }
 
     /// Whether an item may be passed over.
@@ -252,6 +301,7 @@ impl Source {
             passes_over: false,
             leaves_out: false,
             in_order: true,
+            counts_down: false,
             drains: false,
             stages: Vec::new(),
             is_choice: false,

@@ -2,9 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::flow::Program;
-use crate::index::{FunctionId, Ty};
-use crate::syntax::tree::{Body, ExprId, ExprKind, MacroKind, PatKind, Receiver, StmtKind};
+use super::constants::Constants;
+use crate::flow::{Head, Program};
+use crate::index::{Def, FunctionId, Shape, Ty};
+use crate::syntax::tree::{Arm, Body, ExprId, ExprKind, MacroKind, PatId, PatKind, Receiver, StmtKind};
 use crate::types::{Callee, LocalId, TypedBody};
 
 /// How deep calls are followed.
@@ -12,13 +13,17 @@ const MOST_CALLS: u32 = 4;
 
 /// The fields of `self` that a function may write; `None` if it writes all of it, or hands it to something else.
 pub(super) fn written_fields(program: &Program<'_>, id: FunctionId) -> Option<BTreeSet<String>> {
-    Method::new(program, id, 0)?.written()
+    Method::new(program, id, &[], 0)?.written()
 }
 
-/// The fields of `self` that a function gives a new value on every path; `None` if it does so with all of them, or cannot be
-/// seen.
-pub(super) fn cleared_fields(program: &Program<'_>, id: FunctionId) -> Option<BTreeSet<String>> {
-    match Method::new(program, id, 0)?.cleared() {
+/// The fields of `self` that a function gives a new value on every path that arguments with these heads leave open; `None` if it
+/// does so with all of them, or cannot be seen.
+pub(super) fn cleared_fields(
+    program: &Program<'_>,
+    id: FunctionId,
+    heads: &[Option<Head>],
+) -> Option<BTreeSet<String>> {
+    match Method::new(program, id, heads, 0)?.cleared() {
         Cleared::Everything => None,
         Cleared::Fields(fields) => Some(fields),
     }
@@ -57,18 +62,25 @@ struct Method<'p, 'a> {
     itself: LocalId,
     /// The variables that stand for fields: `let Self { low, .. } = self;`.
     fields: BTreeMap<LocalId, String>,
+    /// The parameters that keep a constant.
+    given: BTreeMap<LocalId, Head>,
     depth: u32,
     /// What is cleared where the body is left early.
     exits: Vec<Cleared>,
 }
 
 impl<'p, 'a> Method<'p, 'a> {
-    fn new(program: &'p Program<'a>, id: FunctionId, depth: u32) -> Option<Self> {
+    fn new(program: &'p Program<'a>, id: FunctionId, heads: &[Option<Head>], depth: u32) -> Option<Self> {
         let body = program.index.function(id).function.body.as_ref()?;
         let typed = program.typed(id).filter(|_| depth <= MOST_CALLS)?;
         let itself = typed.locals.iter().position(|local| local.name == "self")?;
         let itself = LocalId(u32::try_from(itself).ok()?);
-        let mut method = Self { program, body, typed, itself, fields: BTreeMap::new(), depth, exits: Vec::new() };
+        let is_kept =
+            |pat| matches!(body.pat(pat).kind, PatKind::Bind { by_ref: false, mutable: false, sub: None, .. });
+        let given = body.params.iter().zip(heads).filter(|(pat, _)| is_kept(**pat));
+        let given = given.filter_map(|(pat, head)| Some((*typed.pat_local.get(pat)?, head.clone()?))).collect();
+        let (fields, exits) = (BTreeMap::new(), Vec::new());
+        let mut method = Self { program, body, typed, itself, fields, given, depth, exits };
         method.fields = method.taken_apart();
         Some(method)
     }
@@ -137,7 +149,7 @@ impl<'p, 'a> Method<'p, 'a> {
                 }
                 ExprKind::MethodCall { receiver, .. } if self.is_self(*receiver) => {
                     for target in self.targets(id).unwrap_or_default() {
-                        fields.extend(Self::new(self.program, *target, self.depth + 1)?.written()?);
+                        fields.extend(Self::new(self.program, *target, &[], self.depth + 1)?.written()?);
                     }
                 }
                 ExprKind::MethodCall { receiver, .. } if self.writes(id, *receiver) => {
@@ -147,6 +159,64 @@ impl<'p, 'a> Method<'p, 'a> {
             }
         }
         Some(fields)
+    }
+
+    /// The head of a parameter that keeps a constant, or of a constant.
+    fn head(&self, id: ExprId) -> Option<Head> {
+        let given = self.typed.expr_local.get(&id).and_then(|local| self.given.get(local));
+        let constants = Constants { program: self.program, body: self.body, typed: self.typed };
+        given.cloned().or_else(|| constants.head(id))
+    }
+
+    /// What a condition is, as far as the arguments tell.
+    fn truth(&self, condition: ExprId) -> Option<bool> {
+        match &self.body.expr(condition).kind {
+            ExprKind::Not(inner) => self.truth(*inner).map(|truth| !truth),
+            ExprKind::Binary { op: "&&", lhs, rhs } => match [self.truth(*lhs), self.truth(*rhs)] {
+                [Some(false), _] | [_, Some(false)] => Some(false),
+                [Some(true), rest] => rest,
+                _ => None,
+            },
+            ExprKind::Binary { op: "||", lhs, rhs } => match [self.truth(*lhs), self.truth(*rhs)] {
+                [Some(true), _] | [_, Some(true)] => Some(true),
+                [Some(false), rest] => rest,
+                _ => None,
+            },
+            _ => self.head(condition)?.parse().ok(),
+        }
+    }
+
+    /// The arms that the arguments leave open.
+    fn open_arms(&self, scrutinee: ExprId, arms: &'a [Arm]) -> Vec<&'a Arm> {
+        let Some(head) = self.head(scrutinee) else { return arms.iter().collect() };
+        let mut open = Vec::new();
+        for arm in arms {
+            match self.meets(arm.pat, &head) {
+                Some(false) => continue,
+                Some(true) if arm.guard.is_none() && arm.cfg.is_none() => {
+                    open.push(arm);
+                    break;
+                }
+                _ => open.push(arm),
+            }
+        }
+        open
+    }
+
+    /// Whether what has a head meets a pattern, if that is certain.
+    fn meets(&self, pat: PatId, head: &Head) -> Option<bool> {
+        match (&self.body.pat(pat).kind, self.typed.pat_def.get(&pat)) {
+            (PatKind::Literal(text), _) if is_truth(text) && is_truth(head) => Some(text == head),
+            (kind, Some(Def::Variant(ty, at))) => {
+                let Shape::Enum(variants) = &self.program.index.type_def(*ty).shape else { return None };
+                let is_plain = matches!(kind, PatKind::Path(_) | PatKind::Bind { .. });
+                let is_it = variants[*at].name == *head;
+                // The head of a constant may be its own name.
+                let is_told = variants.iter().any(|variant| variant.name == *head);
+                (is_told && (is_plain || !is_it)).then_some(is_it)
+            }
+            _ => None,
+        }
     }
 
     fn cleared(&mut self) -> Cleared {
@@ -181,14 +251,19 @@ impl<'p, 'a> Method<'p, 'a> {
             }
             ExprKind::If { condition, then, otherwise } => {
                 let now = self.walk(*condition, before)?;
-                let then = self.walk(*then, now.clone());
-                let otherwise = otherwise.map_or(Some(now.clone()), |otherwise| self.walk(otherwise, now));
+                let known = self.truth(*condition);
+                let then = if known == Some(false) { None } else { self.walk(*then, now.clone()) };
+                let otherwise = match otherwise {
+                    _ if known == Some(true) => None,
+                    Some(otherwise) => self.walk(*otherwise, now),
+                    None => Some(now),
+                };
                 then.into_iter().chain(otherwise).reduce(Cleared::common)
             }
             ExprKind::Match { scrutinee, arms } => {
                 let now = self.walk(*scrutinee, before)?;
-                let arms: Vec<_> = arms.iter().filter_map(|arm| self.walk(arm.body, now.clone())).collect();
-                arms.into_iter().reduce(Cleared::common)
+                let open = self.open_arms(*scrutinee, arms);
+                open.iter().filter_map(|arm| self.walk(arm.body, now.clone())).reduce(Cleared::common)
             }
             // Arrays and buffers are cleared in loops, of which it is taken that they do not end early.
             ExprKind::For { iterable, body, .. } | ExprKind::While { condition: iterable, body, .. } => {
@@ -259,8 +334,11 @@ impl<'p, 'a> Method<'p, 'a> {
                 field(*place)
             }
             ExprKind::Reference { mutable: true, value, .. } => field(*value),
-            ExprKind::MethodCall { receiver, .. } if self.is_self(*receiver) => {
-                let of = |target: &FunctionId| Some(Self::new(self.program, *target, self.depth + 1)?.cleared());
+            ExprKind::MethodCall { receiver, args, .. } if self.is_self(*receiver) => {
+                let heads: Vec<Option<Head>> =
+                    [None].into_iter().chain(args.iter().map(|arg| self.head(*arg))).collect();
+                let of =
+                    |target: &FunctionId| Some(Self::new(self.program, *target, &heads, self.depth + 1)?.cleared());
                 let called = self.targets(id).unwrap_or_default().iter().filter_map(of);
                 called.reduce(Cleared::common).unwrap_or(Cleared::Fields(BTreeSet::new()))
             }
@@ -282,4 +360,8 @@ impl<'p, 'a> Method<'p, 'a> {
             _ => false,
         }
     }
+}
+
+fn is_truth(head: &str) -> bool {
+    matches!(head, "true" | "false")
 }
