@@ -19,7 +19,7 @@ use super::shown::Shown;
 use super::slice::ControlDependence;
 use super::uses::is_plain;
 use super::verdict::Gate;
-use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, Head, Place, Program, Projection, Transfer};
+use crate::flow::{CallSite, Cause, ChangeKind, ControlFlowGraph, Effect, Head, Place, Program, Projection, Transfer};
 use crate::index::{FunctionId, Index};
 
 /// One way through a function, as far as one place goes.
@@ -92,8 +92,8 @@ pub(super) struct Summary {
     pub(super) returns: BTreeSet<Borrow>,
     /// What it writes, for conditions that read it.
     pub(super) writes: BTreeSet<Given>,
-    /// With which heads, where they are known.
-    pub(super) sets: BTreeSet<(Given, Option<Head>)>,
+    /// With which heads, where they are known, and how these values go on from those before.
+    pub(super) sets: BTreeSet<(Given, Option<Head>, Option<ChangeKind>)>,
     /// The heads that its result may have.
     pub(super) heads: returned::Heads,
     /// The same, where it depends on what its callers know.
@@ -217,8 +217,8 @@ impl Summaries {
             let output = &index.function(graph.function).function.output;
             index.copies_filter(&index.lower(output, &index.scope_of(graph.function)))
         };
-        for node in &graph.nodes {
-            match &node.effect {
+        for id in graph.node_ids() {
+            match &graph.node(id).effect {
                 Effect::Update(update) if !handed::is_idle(&aliases, update) => {
                     note(graph, &aliases, &update.place, &mut touched);
                 }
@@ -234,7 +234,8 @@ impl Summaries {
                     note(graph, &aliases, &write.place, &mut summary.writes);
                     let written = aliases.shared_roots(&write.place);
                     let written = written.iter().filter_map(|root| given(graph, root));
-                    summary.sets.extend(written.map(|given| (given, write.head.clone())));
+                    let change = graph.changes.get(&id).map(|change| change.kind);
+                    summary.sets.extend(written.map(|given| (given, write.head.clone(), change)));
                     if holds_filter_at(program, graph, &write.place) {
                         note(graph, &aliases, &write.place, &mut touched);
                     }
@@ -263,7 +264,7 @@ impl Summaries {
         bound(&mut summary.uses);
         bound(&mut summary.writes);
         if summary.sets.len() > MAX_PLACES {
-            summary.sets = summary.writes.iter().map(|given| (given.clone(), None)).collect();
+            summary.sets = summary.writes.iter().map(|given| (given.clone(), None, None)).collect();
         }
         for update in debug_only::updates(graph, &aliases, self) {
             if let Some(given) = given(graph, &update.place)
@@ -340,12 +341,12 @@ impl Summaries {
                     _ => note(graph, aliases, &place, touched),
                 }
             }
-            for (set, head) in &callee.sets {
+            for (set, head, change) in &callee.sets {
                 let mut written = BTreeSet::new();
                 if let Some(place) = place_of(set, site) {
                     note(graph, aliases, &place, &mut written);
                 }
-                summary.sets.extend(written.into_iter().map(|given| (given, head.clone())));
+                summary.sets.extend(written.into_iter().map(|given| (given, head.clone(), *change)));
             }
             let Summary { writes, uses, endless, .. } = &mut *summary;
             for (from, into) in [(&callee.writes, writes), (&callee.uses, uses), (&callee.endless, endless)] {

@@ -14,7 +14,7 @@ pub struct Change {
 }
 
 /// How a value goes on from the one before.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ChangeKind {
     /// It is a constant.
     Constant,

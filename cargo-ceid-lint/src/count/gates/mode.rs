@@ -73,7 +73,7 @@ impl Gates<'_, '_> {
         let resumes = |summary: &Summary| {
             let is_it = |set: &Given| set.base == asked.base && leads_to(&set.steps, &asked);
             let is_updating = |head: &Option<Head>| head.as_ref().is_none_or(|head| subject.bit(head) & updating != 0);
-            summary.sets.iter().any(|(set, head)| is_it(set) && is_updating(head))
+            summary.sets.iter().any(|(set, head, _)| is_it(set) && is_updating(head))
         };
         // What it does to the filter, or may do to it, is more than to go on with the state from before.
         let concerns = |summary: &Summary| {
@@ -184,8 +184,8 @@ impl Gates<'_, '_> {
         summaries.all(|summary| {
             let is_it = |given: &Given| place_of(given, site).is_some_and(|written| written.overlaps(place));
             summary.writes.iter().filter(|given| is_it(given)).all(|given| {
-                let mut heads = summary.sets.iter().filter(|(set, _)| set == given).peekable();
-                heads.peek().is_some() && heads.all(|(_, head)| mode.bears_with(head.as_ref()))
+                let mut heads = summary.sets.iter().filter(|(set, ..)| set == given).peekable();
+                heads.peek().is_some() && heads.all(|(_, head, _)| mode.bears_with(head.as_ref()))
             })
         })
     }

@@ -1,9 +1,10 @@
 //! Gates of rate: counters that are compared and set back, and remainders.
 
 use super::{Gates, Way, contains_any};
+use crate::count::given::place_of;
 use crate::count::search::Region;
 use crate::count::verdict::Gate;
-use crate::flow::{ChangeKind, Effect, NodeId, Place, Rounds, Test};
+use crate::flow::{CallSite, ChangeKind, Effect, Head, NodeId, Place, Rounds, Test};
 use crate::index::Ty;
 
 /// Parts of the names of functions that give the number of a cycle.
@@ -30,6 +31,18 @@ struct CountSteps {
 }
 
 impl CountSteps {
+    fn add(&mut self, change: ChangeKind, is_constant: bool, is_number: bool) {
+        match change {
+            ChangeKind::CountsUp => self.up = true,
+            ChangeKind::CountsDown => self.down = true,
+            ChangeKind::Wraps => self.wraps = true,
+            ChangeKind::Accumulates if is_number => self.sums = true,
+            ChangeKind::Constant => self.set_back = true,
+            _ if is_constant => self.set_back = true,
+            _ => self.other = true,
+        }
+    }
+
     /// Whether it only goes up, or only down.
     fn is_one_way(self) -> bool {
         !self.other && !self.sums && self.up != self.down
@@ -131,29 +144,39 @@ impl Gates<'_, '_> {
     fn count_steps(&self, place: &Place) -> Option<CountSteps> {
         let mut steps = CountSteps::default();
         let mut changes = false;
+        let is_number = self.is_number(place);
         for id in self.nodes() {
             match &self.search.graph.node(id).effect {
                 Effect::Write(write) | Effect::Set(write) if write.place == *place => {
                     changes = true;
-                    match self.search.graph.changes.get(&id).map(|change| change.kind) {
-                        Some(ChangeKind::CountsUp) => steps.up = true,
-                        Some(ChangeKind::CountsDown) => steps.down = true,
-                        Some(ChangeKind::Wraps) => steps.wraps = true,
-                        Some(ChangeKind::Accumulates) if self.is_number(place) => steps.sums = true,
-                        Some(ChangeKind::Constant) => steps.set_back = true,
-                        _ if write.head.is_some() => steps.set_back = true,
-                        _ => steps.other = true,
+                    match self.change(id) {
+                        None if write.head.is_some() => steps.set_back = true,
+                        change => steps.add(change.unwrap_or(ChangeKind::Other), write.head.is_some(), is_number),
                     }
                 }
-                // A helper that changes the counter counts.
                 Effect::Call(site) if self.call_writes(site, place) => {
                     changes = true;
-                    steps.up |= self.is_number(place);
+                    let mut sets = self.sets_by(site, place).filter(|_| is_number).peekable();
+                    // A helper that changes the counter in a way that is not seen counts.
+                    steps.up |= sets.peek().is_none() && is_number;
+                    sets.for_each(|(head, change)| steps.add(change, head.is_some(), is_number));
                 }
                 _ => {}
             }
         }
         changes.then_some(steps)
+    }
+
+    /// What a call sets a place to, with how that goes on from the value before.
+    fn sets_by<'b>(
+        &'b self,
+        site: &'b CallSite,
+        place: &'b Place,
+    ) -> impl Iterator<Item = (&'b Option<Head>, ChangeKind)> + 'b {
+        let summaries = site.targets.iter().filter_map(|target| self.search.summaries.get(*target));
+        let sets = summaries.flat_map(|summary| &summary.sets);
+        sets.filter(|(given, ..)| place_of(given, site).is_some_and(|written| written == *place))
+            .filter_map(|(_, head, change)| Some((head, (*change)?)))
     }
 
     /// Whether a place is turned round in each cycle, and changes in no other way.
@@ -315,8 +338,14 @@ impl Gates<'_, '_> {
     /// Whether a place has another value than that of the round before at a node, and not one that is counted from it.
     fn is_given_anew(&self, place: &Place, at: NodeId) -> bool {
         let is_given = |id: NodeId| {
-            let kind = self.search.graph.changes.get(&id).map(|change| change.kind);
-            self.assigns(id, place) && matches!(kind, Some(ChangeKind::Other))
+            match &self.search.graph.node(id).effect {
+                // Where a helper has a number of cycles from, only its name tells.
+                Effect::Call(site) => {
+                    !contains_any(&self.last_name(place), COUNTERS)
+                        && self.sets_by(site, place).any(|(_, change)| change == ChangeKind::Other)
+                }
+                _ => self.assigns(id, place) && self.change(id) == Some(ChangeKind::Other),
+            }
         };
         !self.reached(|node, _| !is_given(node))[at.0 as usize]
     }

@@ -259,7 +259,13 @@ impl Gates<'_, '_> {
         let kept = self.kept_answer(test);
         let (names, reads) =
             kept.map_or((&test.about.names, &test.about.reads), |computed| (&computed.calls, &computed.places));
-        let asks = |words: &[&str]| names.iter().any(|name| words.iter().any(|word| has_word(name, word)));
+        let is_masked = test.about.is_masked;
+        let is_flag = |place: &&Place| {
+            !place.steps.is_empty() && (self.ty(place) == Some(Ty::Bool) || is_masked && self.is_number(place))
+        };
+        let flags: Vec<String> = reads.iter().filter(is_flag).map(|place| self.last_name(place)).collect();
+        let asks =
+            |words: &[&str]| names.iter().chain(&flags).any(|name| words.iter().any(|word| has_word(name, word)));
         if test.about.is_presence {
             return false;
         }
@@ -268,17 +274,25 @@ impl Gates<'_, '_> {
         }
         let asks_amount = asks(&["is_empty", "len", "is_full"]);
         // A bit of a status register.
-        let asks_bit = test.about.is_masked && asks(&["status", "flags", "state", "isr"]);
+        let asks_bit = is_masked && asks(&["status", "flags", "state", "isr"]);
         // How it was compared before it was kept is not known.
         let readiness = if kept.is_some() { &READINESS[..CERTAIN] } else { READINESS };
         if !(asks_amount || ((asks_bit || asks(readiness)) && !test.about.is_comparison)) {
             return false;
         }
-        reads.iter().any(|place| {
-            let whole_self =
-                place.steps.is_empty() && place.base_var().is_some_and(|var| self.search.graph.var(var).name == "self");
-            !whole_self && self.fed().places.contains(place)
-        })
+        let is_self = |place: &Place| {
+            place.steps.is_empty() && place.base_var().is_some_and(|var| self.search.graph.var(var).name == "self")
+        };
+        let fed = &self.fed().places;
+        // A getter asks a part of the object.
+        let is_read_from = |place: &Place| {
+            let is_part = asks_amount || is_flag(&place);
+            let Some((_, owner)) = place.steps.split_last().filter(|_| is_part) else { return false };
+            let owner = Place { base: place.base, steps: owner.to_vec() };
+            let is_in = |other: &&Place| other.base == owner.base && other.steps.starts_with(&owner.steps);
+            !is_self(&owner) && fed.iter().filter(is_in).any(|other| other != place)
+        };
+        reads.iter().any(|place| !is_self(place) && fed.contains(place) || is_read_from(place))
     }
 }
 
