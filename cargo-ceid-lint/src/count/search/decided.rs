@@ -31,8 +31,9 @@ impl Run<'_, '_> {
                 }
                 let node = asked.0;
                 if *looks.entry(asked).or_insert_with_key(|(node, answers)| self.can_update_from(*node, answers)) {
-                    // The arms of one `match` ask the same, and the last one is about the update.
-                    if self.matched(node).is_none_or(|matched| self.matched(skipped_at) != Some(matched)) {
+                    // Where the same is asked again, the last one is about the update: among the arms of one `match`, and in
+                    // `if fault { warn(); } … if !fault { f.update(); }`.
+                    if !self.ask_alike(node, skipped_at) {
                         self.exploration.ends[number].state.skipped_at = Some(node);
                     }
                     break;
@@ -41,12 +42,16 @@ impl Run<'_, '_> {
         }
     }
 
-    /// What is matched at a branch that is an arm.
-    fn matched(&self, node: NodeId) -> Option<&str> {
-        match &self.search.graph.node(node).effect {
-            Effect::Branch(test) => test.text.split_once(" is ").map(|(matched, _)| matched),
-            _ => None,
-        }
+    /// Whether two branches ask the same.
+    fn ask_alike(&self, first: NodeId, second: NodeId) -> bool {
+        let graph = self.search.graph;
+        let (Effect::Branch(first), Effect::Branch(second)) = (&graph.node(first).effect, &graph.node(second).effect)
+        else {
+            return false;
+        };
+        let matched = |text: &str| text.split_once(" is ").map(|(matched, _)| matched.to_owned());
+        first.subject.is_some() && first.subject == second.subject
+            || matched(&first.text).is_some_and(|text| matched(&second.text) == Some(text))
     }
 
     /// The branches on a way, each with what was found before it; none if the last node is no branch.
