@@ -169,7 +169,26 @@ impl Gates<'_, '_> {
             Effect::Update(update) => self.is_instance(&update.place) && test.about.names.contains(&update.method),
             _ => false,
         });
-        by_name || (by_place && !is_law)
+        (by_name || (by_place && !is_law)) && !self.is_narrowed(test)
+    }
+
+    /// `pid.as_mut().filter(|_| is_armed())`: what is left on a condition may be gone although the filter is there, unless the
+    /// condition is a setting.
+    fn is_narrowed(&self, test: &Test) -> bool {
+        let narrows = |name: &String| matches!(name.as_str(), "filter" | "take_if" | "xor");
+        if !test.about.names.iter().any(narrows) {
+            return false;
+        }
+        let sources = self.behind(test);
+        let is_it = |place: &Place| self.search.aliases.shared_roots(place).iter().any(|root| self.is_instance(root));
+        // What is computed in the iteration is told by what it is computed from, and a whole by its parts.
+        let is_told = |place: &Place| {
+            let is_part = |other: &Place| other.base == place.base && other.steps.len() > place.steps.len();
+            !self.outlives(place)
+                || sources.places.iter().any(|other| is_part(other) && other.steps.starts_with(&place.steps))
+        };
+        sources.calls.iter().any(|name| !narrows(name) && !is_question(name))
+            || sources.places.iter().any(|place| !is_it(place) && !is_told(place) && !self.is_setting(place))
     }
 
     /// Whether a way does without an update because a sample is not there. What is fed where none came is no sample of this
