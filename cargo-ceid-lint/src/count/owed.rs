@@ -179,10 +179,9 @@ impl Context<'_> {
             return;
         }
         let uses = self.uses(facts, place);
-        // Whatever is fed is there.
-        let is_fed = || uses.fed && !instances::is_in_map(index, graph, place);
-        let is_absent =
-            || leaf.is_uncertain && !uses.copied && !is_fed() && !self.is_beside_updated(facts, place, leaf.is_shared);
+        // Whatever is fed or copied is there.
+        let is_there = || (uses.fed || uses.copied) && !instances::is_in_map(index, graph, place);
+        let is_absent = || leaf.is_uncertain && !is_there() && !self.is_beside_updated(facts, place, leaf.is_shared);
         let is_read_only = (uses.read || uses.looked_into) && !uses.fed && !uses.written;
         // A clone that is only read shows what the other one was.
         let is_snapshot = uses.is_snapshot || is_read_only && var.is_some_and(|var| is_clone(graph, var));

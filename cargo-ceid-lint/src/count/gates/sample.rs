@@ -309,7 +309,11 @@ impl Gates<'_, '_> {
             let Some((_, owner)) = place.steps.split_last().filter(|_| is_part) else { return false };
             let owner = Place { base: place.base, steps: owner.to_vec() };
             let is_in = |other: &&Place| other.base == owner.base && other.steps.starts_with(&owner.steps);
-            !is_self(&owner) && fed.iter().filter(is_in).any(|other| other != place)
+            // The bits that come with a sample that a helper is given are a part of it.
+            let is_sample = is_masked
+                && self.is_helper
+                && owner.base_var().is_some_and(|var| !matches!(self.search.graph.var(var).ty, Ty::Ref(..)));
+            !(is_self(&owner) || is_sample) && fed.iter().filter(is_in).any(|other| other != place)
         };
         reads.iter().any(|place| !is_self(place) && fed.contains(place) || is_read_from(place))
     }
