@@ -2,6 +2,7 @@
 
 use std::cell::Cell;
 use std::cmp::Reverse;
+use std::ops::Range;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::{Builder, JoinHandle, Scope, ScopedJoinHandle};
@@ -9,6 +10,10 @@ use std::thread::{Builder, JoinHandle, Scope, ScopedJoinHandle};
 /// The stack of a deep thread in bytes: in a debug build, the longest input that is read takes less than half of it. Pages that
 /// are not touched cost nothing but addresses.
 const STACK_BYTES: usize = if cfg!(target_pointer_width = "64") { 512 * 1024 * 1024 } else { 256 * 1024 * 1024 };
+
+/// From how many bytes on a piece of work is large: the trees of such a text take so much memory that two of them at once would
+/// decide how much the program takes.
+const LARGE: u64 = 1024 * 1024;
 
 /// As many pieces of deep work as are worth threads of their own.
 const MANY: usize = 256;
@@ -41,14 +46,18 @@ pub fn stay_with_large_stack(work: impl FnOnce() + Send + 'static) -> JoinHandle
 
 /// The results of `work` for each number below `count`, in their order, made on all cores.
 pub fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    on_threads(Cores::all().0, Kind::Plain, count, work)
+    on_threads(Cores::all().0, Kind::Plain, 0, count, work)
 }
 
-/// The same for pieces of work whose sizes are known: the largest are begun first, so that none is left for one core at the end.
+/// The same for pieces of work whose sizes in bytes are known: the largest are begun first, so that none is left for one core at
+/// the end, and those that are [`LARGE`] one after the other, as long as the other cores have something else to do. Each core has
+/// a large stack.
 pub fn biggest_first<T: Send>(sizes: &[u64], work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let mut order: Vec<usize> = (0..sizes.len()).collect();
     order.sort_by_key(|at| Reverse(sizes[*at]));
-    let mut results = in_parallel(order.len(), |at| (order[at], work(order[at])));
+    let large = sizes.iter().filter(|size| **size >= LARGE).count();
+    let numbered = |at: usize| (order[at], work(order[at]));
+    let mut results = on_threads(Cores::all().0, Kind::Deep, large, order.len(), numbered);
     results.sort_by_key(|(number, _)| *number);
     results.into_iter().map(|(_, result)| result).collect()
 }
@@ -75,28 +84,46 @@ impl Cores {
     /// If `work` panics, or if the system refuses a thread.
     pub fn deeply<T: Send>(self, count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
         let cores = if count < MANY { 1 } else { self.0 };
-        on_threads(cores, Kind::Deep, count, work)
+        on_threads(cores, Kind::Deep, 0, count, work)
     }
 }
 
-fn on_threads<T: Send>(threads: usize, kind: Kind, count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+/// Numbers that threads take one by one.
+struct Queue {
+    next: AtomicUsize,
+    end: usize,
+}
+
+impl Queue {
+    fn of(numbers: Range<usize>) -> Self {
+        Self { next: AtomicUsize::new(numbers.start), end: numbers.end }
+    }
+
+    fn take(&self) -> Option<usize> {
+        Some(self.next.fetch_add(1, Ordering::Relaxed)).filter(|number| *number < self.end)
+    }
+}
+
+/// The first thread begins with the numbers below `large`, the others begin with those above.
+fn on_threads<T: Send>(
+    threads: usize,
+    kind: Kind,
+    large: usize,
+    count: usize,
+    work: impl Fn(usize) -> T + Sync,
+) -> Vec<T> {
     let threads = threads.min(count);
     if threads <= 1 {
         return (0..count).map(work).collect();
     }
-    let next = AtomicUsize::new(0);
-    let take = || {
-        let mut done = Vec::new();
-        loop {
-            let number = next.fetch_add(1, Ordering::Relaxed);
-            if number >= count {
-                return done;
-            }
-            done.push((number, work(number)));
-        }
+    let queues = [Queue::of(0..large), Queue::of(large..count)];
+    let take = |own: usize| {
+        let next = || queues[own].take().or_else(|| queues[1 - own].take());
+        std::iter::from_fn(next).map(|number| (number, work(number))).collect::<Vec<_>>()
     };
+    let take = &take;
     let mut results: Vec<(usize, T)> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads).map(|_| start(scope, kind, take)).collect();
+        let workers: Vec<_> = (0..threads).map(|worker| start(scope, kind, move || take(worker.min(1)))).collect();
         workers.into_iter().flat_map(result_of).collect()
     });
     results.sort_unstable_by_key(|(number, _)| *number);
@@ -146,6 +173,7 @@ mod tests {
         assert_eq!(Cores(3).deeply(1000, |number| number * number), squares);
         assert_eq!(Cores::OWN.deeply(1000, |number| number * number), squares);
         assert_eq!(biggest_first(&[1, 3, 2], |at| at), [0, 1, 2]);
+        assert_eq!(biggest_first(&[LARGE, 3, LARGE + 1, 0, LARGE], |at| at), [0, 1, 2, 3, 4]);
     }
 
     #[test]

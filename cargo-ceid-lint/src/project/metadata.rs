@@ -21,7 +21,7 @@ pub(super) fn load(
     triple: Option<&str>,
     notices: &mut Vec<String>,
 ) -> Result<Workspace, Failure> {
-    if lock_file(manifest_path).is_some() {
+    if depends_on_target(manifest_path) {
         let mut args = arguments(manifest_path, selection);
         args.push("--frozen".into());
         push_features(&mut args, selection);
@@ -45,6 +45,11 @@ pub(super) fn load(
     members_only(manifest_path, directory, selection)
 }
 
+/// Whether cargo resolves the dependencies, which are not the same for each target.
+pub(super) fn depends_on_target(manifest_path: &Path) -> bool {
+    lock_file(manifest_path).is_some()
+}
+
 fn members_only(manifest_path: &Path, directory: &Path, selection: &Selection) -> Result<Workspace, Failure> {
     let mut workspace = members(manifest_path, directory, selection)?;
     manifest::add_path_dependencies(&mut workspace);
@@ -57,18 +62,28 @@ fn members(manifest_path: &Path, directory: &Path, selection: &Selection) -> Res
     toolchain::cargo(&args, directory).and_then(|json| parse(&json))
 }
 
-/// Asks cargo for the members only, where what it would say of their dependencies may turn out not to matter; `None` if it has
-/// to be asked for them in any case.
+/// The lock file of a workspace of whose members alone cargo may be asked, because what it would say of their dependencies may
+/// turn out not to matter; `None` if it has to be asked for them in any case.
 ///
 /// To resolve the dependencies takes cargo longer than everything else takes the linter.
-pub(super) fn load_unresolved(manifest_path: &Path, directory: &Path, selection: &Selection) -> Option<Workspace> {
+pub(super) fn lock_of_members(manifest_path: &Path, selection: &Selection) -> Option<String> {
     let lock = std::fs::read_to_string(lock_file(manifest_path)?).ok()?;
-    let entries = || lock.split("[[package]]").skip(1);
-    let own = entries().filter(|entry| !entry.contains("\nsource = ")).count();
+    let own = locked_packages(&lock).filter(|entry| !entry.contains("\nsource = ")).count();
     // A package that is checked alone is one that has something to check.
-    if own < 2 || lock.contains("\"git+") || selection.features != Features::default() {
-        return None;
-    }
+    (own >= 2 && !lock.contains("\"git+") && selection.features == Features::default()).then_some(lock)
+}
+
+fn locked_packages(lock: &str) -> impl Iterator<Item = &str> {
+    lock.split("[[package]]").skip(1)
+}
+
+/// Asks cargo for the members only; `None` if something depends on their dependencies all the same.
+pub(super) fn load_unresolved(
+    lock: &str,
+    manifest_path: &Path,
+    directory: &Path,
+    selection: &Selection,
+) -> Option<Workspace> {
     let mut workspace = members(manifest_path, directory, selection).ok()?;
     let dependencies = workspace.packages.iter().flat_map(|found| &found.dependencies);
     let mut paths = dependencies.filter_map(|dependency| dependency.path.as_deref());
@@ -79,7 +94,7 @@ pub(super) fn load_unresolved(manifest_path: &Path, directory: &Path, selection:
         return None;
     }
     let name = |entry: &str| Some(entry.split_once("name = \"")?.1.split_once('"')?.0.to_owned());
-    workspace.graph = entries().filter_map(name).collect();
+    workspace.graph = locked_packages(lock).filter_map(name).collect();
     Some(workspace)
 }
 

@@ -34,11 +34,15 @@ pub(super) fn rustc(args: &[OsString], directory: &Path) -> Result<String, Failu
     run_or_substitute("RUSTC", "rustc", args, directory)
 }
 
-/// The host, as far as rustup's name of the toolchain tells it: `stable-x86_64-unknown-linux-gnu`. Only a guess: the toolchain may
-/// be a linked one.
-pub(super) fn host() -> Option<String> {
-    let name = env::var("RUSTUP_TOOLCHAIN").ok()?;
-    let parts: Vec<&str> = name.split('-').collect();
+/// The host, as far as rustup's name of the toolchain tells it (`stable-x86_64-unknown-linux-gnu`), or the one for which the
+/// linter was built. Only a guess: the toolchain may be a linked one.
+pub(super) fn host() -> String {
+    let named = env::var("RUSTUP_TOOLCHAIN").ok();
+    named.and_then(|name| host_in(&name)).unwrap_or_else(|| env!("BUILT_FOR").to_owned())
+}
+
+fn host_in(toolchain: &str) -> Option<String> {
+    let parts: Vec<&str> = toolchain.split('-').collect();
     // An architecture is the first part that no channel and no date is.
     let at = parts.iter().skip(1).position(|part| !part.starts_with(|letter: char| letter.is_ascii_digit()))? + 1;
     (parts.len() - at >= 3).then(|| parts[at..].join("-"))

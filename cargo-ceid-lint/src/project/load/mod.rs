@@ -32,10 +32,11 @@ pub fn load(selection: &Selection) -> Result<Project, LoadError> {
 #[must_use]
 pub fn load_unresolved(selection: &Selection) -> Option<Project> {
     let path = manifest_of(selection).ok().filter(|_| selection.paths.is_empty())?;
+    let lock = metadata::lock_of_members(&path, selection)?;
     let run_in = directory_of_cargo(&path, selection);
     let config = cargo_config::read(run_in, &selection.cargo_options, selection.target.as_deref());
-    let ask = |_: Option<&str>, _: &mut Vec<String>| metadata::load_unresolved(&path, run_in, selection);
-    let (target, workspace) = beside_rustc(run_in, selection, &config, &mut Vec::new(), ask);
+    let ask = || metadata::load_unresolved(&lock, &path, run_in, selection);
+    let (target, workspace) = beside_rustc(run_in, selection, &config, ask);
     let workspace = workspace?;
     let mut notices: Vec<String> = target.notice.into_iter().collect();
     let mut project = select_in(&workspace, selection, &[], &target.cfg, &mut notices).ok()?;
@@ -111,9 +112,17 @@ fn load_workspace(path: &Path, selection: &Selection, only: &[PathBuf]) -> Resul
     let run_in = directory_of_cargo(path, selection);
     let config = cargo_config::read(run_in, &selection.cargo_options, selection.target.as_deref());
     let (mut notices, mut problems) = (Vec::new(), Vec::new());
-    let ask =
-        |triple: Option<&str>, notices: &mut Vec<String>| metadata::load(path, run_in, selection, triple, notices);
-    let (target, loaded) = beside_rustc(run_in, selection, &config, &mut notices, ask);
+    let ask = |triple: Option<&str>| {
+        let mut notices = Vec::new();
+        (metadata::load(path, run_in, selection, triple, &mut notices), notices)
+    };
+    let guess = config.target.clone().unwrap_or_else(toolchain::host);
+    let (target, mut loaded) = beside_rustc(run_in, selection, &config, || ask(Some(&guess)));
+    if target.triple.as_ref() != Some(&guess) && metadata::depends_on_target(path) {
+        loaded = ask(target.triple.as_deref());
+    }
+    let (loaded, told) = loaded;
+    notices.extend(told);
     let mut workspace = match loaded {
         Ok(workspace) => workspace,
         Err(failure) => {
@@ -149,31 +158,18 @@ fn directory_of_cargo<'a>(manifest: &'a Path, selection: &'a Selection) -> &'a P
     }
 }
 
-/// Asks rustc and cargo, one beside the other where it can be told beforehand which target rustc will name.
+/// Asks rustc what holds for the target, and cargo beside it.
 fn beside_rustc<T: Send>(
     run_in: &Path,
     selection: &Selection,
     config: &CargoConfig,
-    notices: &mut Vec<String>,
-    ask: impl Fn(Option<&str>, &mut Vec<String>) -> T + Sync,
+    ask_cargo: impl FnOnce() -> T + Send,
 ) -> (cfg::TargetCfg, T) {
-    let Some(guess) = config.target.clone().or_else(toolchain::host) else {
+    std::thread::scope(|scope| {
+        let answer = scope.spawn(ask_cargo);
         let target = cfg::read(run_in, config, selection.is_release());
-        let loaded = ask(target.triple.as_deref(), notices);
-        return (target, loaded);
-    };
-    let mut early_notices = Vec::new();
-    let (target, early) = std::thread::scope(|scope| {
-        let early = scope.spawn(|| ask(Some(&guess), &mut early_notices));
-        let target = cfg::read(run_in, config, selection.is_release());
-        (target, early.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
-    });
-    if target.triple.as_ref() != Some(&guess) {
-        let loaded = ask(target.triple.as_deref(), notices);
-        return (target, loaded);
-    }
-    notices.extend(early_notices);
-    (target, early)
+        (target, answer.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+    })
 }
 
 /// What cargo says against one of its flags that was handed on: no manifest is wrong then.
