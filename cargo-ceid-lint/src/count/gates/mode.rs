@@ -1,6 +1,6 @@
 //! Modes: states in which a filter pauses, with a reset before it runs again.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use super::{Gates, Way};
 use crate::count::given::{Given, GivenBase, given, given_subject, place_of};
@@ -216,23 +216,35 @@ impl Gates<'_, '_> {
         }
     }
 
-    /// A way on which a mode is left without an update.
-    pub(super) fn leaves_mode(&self, way: &Way) -> Option<Gate> {
-        let graph = self.search.graph;
-        let mut last: BTreeMap<&Place, Option<&str>> = BTreeMap::new();
-        for id in &way.nodes {
-            if let Effect::Set(set) | Effect::Write(set) = &graph.node(*id).effect {
-                last.insert(&set.place, set.head.as_deref());
-            }
-        }
-        let left = (0u32..).zip(&graph.subjects).find(|(number, subject)| {
-            let Some(place) = &subject.whole else { return false };
-            let Some(Some(head)) = last.get(place) else { return false };
-            self.outlives(place)
-                && self.updating(SubjectId(*number)).is_some_and(|updating| updating & subject.bit(head) == 0)
-                && self.is_mode(SubjectId(*number))
+    /// A way at whose end a mode pauses: it was left on the way, or it was found so and stayed.
+    pub(super) fn of_pause(&self, way: &Way) -> Option<Gate> {
+        let subjects = (0u32..).zip(&self.search.graph.subjects);
+        let mut own = subjects.filter(|(_, subject)| subject.whole.as_ref().is_some_and(|place| self.outlives(place)));
+        let pauses = own.any(|(number, _)| {
+            let id = SubjectId(number);
+            self.updating(id).is_some_and(|updating| self.heads_after(id, way) & updating == 0) && self.is_mode(id)
         });
-        left.map(|_| Gate::Mode)
+        pauses.then_some(Gate::Mode)
+    }
+
+    /// The heads that a state may have at the end of a way, as far as the way asks for it and sets it.
+    fn heads_after(&self, id: SubjectId, way: &Way) -> u32 {
+        let graph = self.search.graph;
+        let subject = &graph.subjects[id.0 as usize];
+        let writers = self.search.writers_of(id);
+        way.nodes.iter().zip(way.nodes.iter().skip(1)).fold(subject.anything(), |heads, (at, next)| {
+            let node = graph.node(*at);
+            match &node.effect {
+                Effect::Branch(test) if test.subject == Some(id) => {
+                    heads & if node.next.first() == Some(next) { test.holds } else { test.fails }
+                }
+                Effect::Set(set) | Effect::Write(set) if Some(&set.place) == subject.whole.as_ref() => {
+                    set.head.as_ref().map_or(subject.anything(), |head| subject.bit(head))
+                }
+                _ if writers.contains(at) => subject.anything(),
+                _ => heads,
+            }
+        })
     }
 
     /// The heads of a state with which an iteration can reach an update; `None` if it can with each, or with none.

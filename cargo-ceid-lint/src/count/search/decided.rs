@@ -25,15 +25,17 @@ impl Run<'_, '_> {
             let nodes: Vec<NodeId> =
                 self.exploration.path(end.at).iter().map(|at| self.exploration.states[*at].node).collect();
             let Some(last) = nodes.iter().rposition(|node| *node == skipped_at) else { continue };
-            for asked in self.asked_on(&nodes[..=last]).into_iter().rev() {
+            let mut asked_on = self.asked_on(&nodes[..=last]);
+            while let Some(asked) = asked_on.pop() {
                 if looks.len() >= MAX_LOOKS && !looks.contains_key(&asked) {
                     break;
                 }
                 let node = asked.0;
                 if *looks.entry(asked).or_insert_with_key(|(node, answers)| self.can_update_from(*node, answers)) {
                     // Where the same is asked again, the last one is about the update: among the arms of one `match`, and in
-                    // `if fault { warn(); } … if !fault { f.update(); }`.
-                    if !self.ask_alike(node, skipped_at) {
+                    // `if fault { warn(); } … if !fault { f.update(); }`, and so in `if !on && cold { on = true; } … if on { … }`.
+                    let mut earlier = asked_on.iter().map(|(earlier, _)| *earlier).chain([node]);
+                    if !earlier.any(|earlier| self.ask_alike(earlier, skipped_at)) {
                         self.exploration.ends[number].state.skipped_at = Some(node);
                     }
                     break;
