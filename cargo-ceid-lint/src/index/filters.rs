@@ -198,13 +198,36 @@ impl Index {
     }
 
     fn only_refers(&self, ty: &Ty, depth: u32) -> bool {
+        match ty {
+            Ty::Ref(..) => true,
+            Ty::Pointer(_) => false,
+            _ => self.is_all_of_filters(ty, depth, |index, part, depth| index.only_refers(part, depth)),
+        }
+    }
+
+    /// Whether a shared reference to a value of the type leaves the filters in it alone, for none of them lies behind a lock.
+    #[must_use]
+    pub fn shares_no_filter(&self, ty: &Ty, is_lock: fn(&Ty) -> bool) -> bool {
+        !self.holds_filter(ty) || self.locks_none(ty, is_lock, 0)
+    }
+
+    fn locks_none(&self, ty: &Ty, is_lock: fn(&Ty) -> bool, depth: u32) -> bool {
+        match ty {
+            _ if is_lock(ty) => false,
+            _ if self.filter_spec(ty).is_some_and(|spec| spec.receiver != Receiver::Shared) => true,
+            Ty::Ref(_, inner) => self.locks_none(inner, is_lock, depth),
+            _ => self.is_all_of_filters(ty, depth, |index, part, depth| index.locks_none(part, is_lock, depth)),
+        }
+    }
+
+    /// Whether something holds of all parts of a value that lead to filters, as far as its type is a struct or a collection.
+    fn is_all_of_filters(&self, ty: &Ty, depth: u32, holds: impl Fn(&Self, &Ty, u32) -> bool) -> bool {
         const MAX_DEPTH: u32 = 6;
         if depth > MAX_DEPTH {
             return false;
         }
-        let go = |ty: &Ty| !self.holds_filter(ty) || self.only_refers(ty, depth + 1);
+        let go = |ty: &Ty| !self.holds_filter(ty) || holds(self, ty, depth + 1);
         match ty {
-            Ty::Ref(..) => true,
             _ if self.filter_spec(ty).is_some() => false,
             Ty::Array(inner, _) | Ty::Slice(inner) => go(inner),
             Ty::Tuple(parts) => parts.iter().all(go),

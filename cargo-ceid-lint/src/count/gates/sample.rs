@@ -92,9 +92,13 @@ impl Gates<'_, '_> {
 
     /// Whether a call gets what a filter is a part of, and neither updates nor writes the filter.
     fn leaves_alone(&self, site: &CallSite, filter: &Place) -> bool {
-        let is_part = |place: &Place| place.overlaps(filter);
-        let is_owner = |place: &Place| {
-            self.search.aliases.shared_roots(place).iter().all(|root| root.steps.len() < filter.steps.len())
+        let aliases = self.search.aliases;
+        let is_owner =
+            |place: &Place| aliases.shared_roots(place).iter().all(|root| root.steps.len() < filter.steps.len());
+        // A payload or an element has a name of its own here.
+        let writes = |place: &Place| {
+            let roots = aliases.shared_roots(place);
+            roots.iter().any(|root| root.overlaps(filter) && root.steps.len() >= filter.steps.len())
         };
         site.law_of.is_none()
             && !site.targets.is_empty()
@@ -105,8 +109,8 @@ impl Gates<'_, '_> {
                 .filter_map(|arg| arg.place.as_ref())
                 .filter(|place| self.is_of(filter, place))
                 .all(is_owner)
-            && !self.search.summaries.updates(site).any(|place| is_part(&place))
-            && !self.written_by(site).any(|place| is_part(&place) && place.steps.len() >= filter.steps.len())
+            && !self.search.summaries.updates(site).any(|place| self.is_of(filter, &place))
+            && !self.written_by(site).any(|place| writes(&place))
     }
 
     /// What is fed to a filter, by any of its names.

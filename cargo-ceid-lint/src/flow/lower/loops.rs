@@ -276,7 +276,7 @@ impl Builder<'_> {
         Value::default()
     }
 
-    /// Notes what is asked for something by the counter of a loop: `input.at(i)`, `input[first + i]`.
+    /// Notes what is asked for something by the counter of a loop, `input.at(i)`, `input[first + i]`, `level_at(input, i)`.
     fn note_sampled(&mut self, this_loop: LoopId, inside: ExprId) {
         let Some((counter, _)) = self.graph.loop_info(this_loop).counter else { return };
         let tree = self.body();
@@ -291,16 +291,20 @@ impl Builder<'_> {
             .collect();
         for expr in tree.exprs.iter().filter(|expr| span.contains(expr.span)) {
             let (asked, numbers) = match &expr.kind {
-                ExprKind::MethodCall { receiver, args, .. } if !told.contains(&expr.span) => (*receiver, &args[..]),
-                ExprKind::Index { base, index } => (*base, std::slice::from_ref(index)),
+                ExprKind::MethodCall { .. } | ExprKind::Call { .. } if told.contains(&expr.span) => continue,
+                ExprKind::MethodCall { receiver, args, .. } => (std::slice::from_ref(receiver), &args[..]),
+                ExprKind::Call { args, .. } => (&args[..], &args[..]),
+                ExprKind::Index { base, index } => (std::slice::from_ref(base), std::slice::from_ref(index)),
                 _ => continue,
             };
-            let is_plain = matches!(self.ty(asked).peel(), Ty::Int | Ty::Float | Ty::Bool);
-            if is_plain || !numbers.iter().any(|number| self.counts_with(*number, counter)) {
+            if !numbers.iter().any(|number| self.counts_with(*number, counter)) {
                 continue;
             }
-            if let Some(place) = self.static_place(asked) {
-                self.graph.loops[this_loop.0 as usize].sampled.push(place);
+            for asked in asked {
+                let is_plain = matches!(self.ty(*asked).peel(), Ty::Int | Ty::Float | Ty::Bool);
+                if let Some(place) = self.static_place(*asked).filter(|_| !is_plain) {
+                    self.graph.loops[this_loop.0 as usize].sampled.push(place);
+                }
             }
         }
     }

@@ -121,6 +121,12 @@ impl Builder<'_> {
             let value = arm.future.map(|future| self.expr(future)).unwrap_or_default();
             let value = self.awaited(value, span);
             if let Some(pat) = arm.pat {
+                // What a future is ready with has come in this round, whatever the method is called.
+                if let Some(future) = arm.future {
+                    self.derive_pattern(pat, future);
+                    let bound = self.vars_of(pat);
+                    self.graph.received.extend(bound);
+                }
                 self.bind_pattern(pat, &value);
             }
             if let Some(condition) = arm.condition {
