@@ -121,11 +121,12 @@ impl Builder<'_> {
             let value = arm.future.map(|future| self.expr(future)).unwrap_or_default();
             let value = self.awaited(value, span);
             if let Some(pat) = arm.pat {
-                // What a future is ready with has come in this round, whatever the method is called.
+                // An arm awaits its future without the word for it.
                 if let Some(future) = arm.future {
                     self.derive_pattern(pat, future);
-                    let bound = self.vars_of(pat);
-                    self.graph.received.extend(bound);
+                    for var in self.vars_of(pat) {
+                        self.graph.computed.entry(var).or_default().calls.push("await".to_owned());
+                    }
                 }
                 self.bind_pattern(pat, &value);
             }
