@@ -303,6 +303,12 @@ impl Builder<'_> {
                 }
                 Value::default()
             }
+            _ if super::exchanges::reorders(method, args.len())
+                && self.may_hold_filter(self.ty(receiver))
+                && self.reordered(id, method, args, value) =>
+            {
+                Value::default()
+            }
             "clone" if self.is_cloned_state(self.ty(id)) => self.copy_of(value, self.ty(id).clone(), span),
             name if super::threads::is_spawn(name) => {
                 let is_given = name == "spawn_scoped";
