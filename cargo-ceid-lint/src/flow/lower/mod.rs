@@ -13,6 +13,7 @@ mod closures;
 mod conditions;
 mod constants;
 mod copies;
+mod counted;
 mod debug_only;
 mod derefs;
 mod destructors;
