@@ -168,9 +168,9 @@ impl Builder<'_> {
                     _ => None,
                 }
             }
-            ExprKind::Path(_) => match self.index_key(id)? {
+            ExprKind::Path(path) => match self.index_key(id)? {
                 IndexKey::Number(number) => Some(number),
-                _ => None,
+                _ => self.agreed_number(path),
             },
             ExprKind::MethodCall { receiver, method, .. } if method == "len" => match self.ty(*receiver).peel() {
                 Ty::Array(_, length) => length.value,
