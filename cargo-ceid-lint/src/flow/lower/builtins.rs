@@ -56,6 +56,16 @@ impl Builder<'_> {
                 }
                 Value::default()
             }
+            "extend" | "extend_from_slice" | "append" => {
+                if let (Some(place), [given], [arg]) = (&value.place, values.as_slice(), args)
+                    && let Some(from) = &given.place
+                {
+                    let part = place.element(IndexKey::Data("the new elements".into()));
+                    let each = Value { place: Some(from.element(IndexKey::Each)), ..given.clone() };
+                    self.place_part(part, &each, *arg);
+                }
+                Value::default()
+            }
             // A closure that the standard library calls is run where it stands.
             _ => {
                 for value in &values {
