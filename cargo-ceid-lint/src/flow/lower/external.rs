@@ -86,7 +86,14 @@ impl Builder<'_> {
             }
             return Value::default();
         }
-        if matches!(path, "std::iter::once" | "std::iter::zip") {
+        if matches!(
+            path,
+            "std::iter::once"
+                | "std::iter::zip"
+                | "std::iter::from_fn"
+                | "std::iter::repeat_with"
+                | "std::iter::successors"
+        ) {
             let source = self.source(id);
             return self.iterator_value(source);
         }
