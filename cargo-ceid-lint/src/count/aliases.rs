@@ -12,8 +12,8 @@ use super::instances::{lends, may_hold_filter};
 use super::search::Called;
 use super::summary::{Summaries, Summary};
 use crate::flow::{
-    Base, CallSite, Cause, ControlFlowGraph, Effect, IndexKey, LoopId, LoopInfo, NodeId, Place, Projection, Relation,
-    Transfer, Update, Var,
+    Assignment, Base, CallSite, Cause, ControlFlowGraph, Effect, IndexKey, LoopId, LoopInfo, NodeId, Place, Projection,
+    Relation, Transfer, Update, Var,
 };
 use crate::index::{Index, Ty};
 
@@ -64,6 +64,17 @@ impl std::ops::Deref for Roots<'_> {
     }
 }
 
+/// Whether a variable has a value of its own before it is given another one in a loop: `(a, b) = (b, a)`.
+fn is_given_another(graph: &ControlFlowGraph, set: &Assignment, at: Option<LoopId>) -> bool {
+    let Some(info) = set.place.base_var().map(|var| graph.var(var)) else { return false };
+    set.transfer == Transfer::Move
+        && set.place.steps.is_empty()
+        && !info.name.is_empty()
+        && !matches!(info.ty, Ty::Ref(..))
+        && info.in_loop != at
+        && info.in_loop.is_none_or(|declared| graph.is_within(at, declared))
+}
+
 /// Whether steps may lead to the same part: an element that stands for each may be any.
 fn may_match(steps: &[Projection], place: &[Projection]) -> bool {
     steps.iter().zip(place).all(|(left, right)| {
@@ -100,6 +111,12 @@ impl Aliases {
             match &node.effect {
                 Effect::Set(set) => {
                     let Some(var) = set.place.base_var() else { continue };
+                    match &set.from {
+                        Some(_) if is_given_another(graph, set, node.in_loop) => {
+                            aliases.owning.insert(var);
+                        }
+                        _ => {}
+                    }
                     match &set.from {
                         Some(from) => aliases.add(index, graph, &set.place, from, set.transfer, node.in_loop),
                         None if index.refers_to_filters(&graph.var(var).ty) => {}

@@ -2,7 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::flow::{Argument, Base, CallSite, ControlFlowGraph, IndexKey, Place, Projection, Subject};
+use crate::flow::{
+    Argument, Assignment, Base, CallSite, ControlFlowGraph, IndexKey, Place, Projection, Subject, Transfer,
+};
 use crate::index::ValueId;
 
 /// A place that a function is given: the parameter or static, and the steps into it.
@@ -106,6 +108,11 @@ pub(super) fn given(graph: &ControlFlowGraph, place: &Place) -> Option<Given> {
         })
         .collect();
     Some(Given { base, steps })
+}
+
+/// Whether a place of the caller's gets what was in another one: `mem::swap(&mut self.front, &mut self.back)`.
+pub(super) fn is_put_in_place(graph: &ControlFlowGraph, set: &Assignment) -> bool {
+    set.rebinds && set.transfer == Transfer::Move && set.from.is_some() && given(graph, &set.place).is_some()
 }
 
 /// The place that callers know a subject of a function by; `None` if it is the function's own or a static.

@@ -411,7 +411,8 @@ fn named_elements(
                 constants.insert(key.clone());
             }
             IndexKey::Var(var) => constants.extend(counted_part(index, graph, &collection, *var)),
-            IndexKey::EachIn(section) if section.is_exact && !section.is_taken() => {
+            // Taking as many as there are, or more, leaves none out.
+            IndexKey::EachIn(section) if section.is_exact && (!section.is_taken() || section.to < *length) => {
                 let numbers = length.map(|length| section.from..section.to.unwrap_or(length).min(length));
                 constants.extend(numbers.into_iter().flatten().map(IndexKey::Number));
             }

@@ -180,12 +180,18 @@ impl Context<'_> {
         }
         let uses = self.uses(facts, place);
         // Whatever is fed or copied is there.
-        let is_there = || (uses.fed || uses.copied) && !instances::is_in_map(index, graph, place);
+        let is_copied = || uses.copied || self.is_updated_in_a_copy(facts, place);
+        let is_there = || (uses.fed || is_copied()) && !instances::is_in_map(index, graph, place);
         let is_absent = || leaf.is_uncertain && !is_there() && !self.is_beside_updated(facts, place, leaf.is_shared);
         let is_read_only = (uses.read || uses.looked_into) && !uses.fed && !uses.written;
         // A clone that is only read shows what the other one was.
         let is_snapshot = uses.is_snapshot || is_read_only && var.is_some_and(|var| is_clone(graph, var));
-        if is_snapshot || uses.leaves || is_absent() || self.is_run_for_good(facts, place) {
+        if is_snapshot
+            || uses.leaves
+            || is_absent()
+            || self.comes_back(facts, place)
+            || self.is_run_for_good(facts, place)
+        {
             return;
         }
         // A cycle that updates a sibling owes this one an update, too.
@@ -423,8 +429,11 @@ impl Context<'_> {
                     })
             }
             Effect::Write(write) => touches(&write.place) && write.place != *place,
-            // What goes on with its state is another instance.
-            Effect::Set(set) => set.transfer == Transfer::Copy && set.from.as_ref().is_some_and(touches),
+            // What goes on with its state is another instance; with the whole of a collection, each of its elements.
+            Effect::Set(set) => {
+                let copies = |from: &Place| facts.aliases.shared_roots(from).iter().any(|root| root.overlaps(place));
+                set.transfer == Transfer::Copy && set.from.as_ref().is_some_and(copies)
+            }
             _ => false,
         }
     }

@@ -11,7 +11,9 @@ use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
 use super::finished;
 use super::gates::KeptMode;
-use super::given::{Given, GivenBase, MAX_PLACES, bound, given, instance_of, place_of, steps_at, with_wholes};
+use super::given::{
+    Given, GivenBase, MAX_PLACES, bound, given, instance_of, is_put_in_place, place_of, steps_at, with_wholes,
+};
 use super::handed;
 use super::returned;
 use super::search::{Region, Search};
@@ -240,6 +242,11 @@ impl Summaries {
                         note(graph, &aliases, &write.place, &mut touched);
                     }
                 }
+                Effect::Set(set) if is_put_in_place(graph, set) => {
+                    for place in set.from.iter().chain([&set.place]) {
+                        note(graph, &aliases, place, &mut touched);
+                    }
+                }
                 Effect::Use { place } => note(graph, &aliases, place, &mut summary.uses),
                 Effect::Return(value) => {
                     if let Some(place) = value.place.as_ref().filter(|_| !gives_copy) {
@@ -422,7 +429,14 @@ impl Summaries {
             });
             let holds_filter = holds_filter_at(program, graph, &instance);
             if !is_direct && !holds_filter && !states.contains(&instance) {
-                let cause = Cause::Limit("the type of what a helper passes on is not known".to_owned());
+                let is_moved = |node: &crate::flow::Node| match &node.effect {
+                    Effect::Set(set) => is_put_in_place(graph, set) && set.place == instance,
+                    _ => false,
+                };
+                let cause = match graph.nodes.iter().any(is_moved) {
+                    true => Cause::Moved(program.index.function(graph.function).name.clone()),
+                    false => Cause::Limit("the type of what a helper passes on is not known".to_owned()),
+                };
                 summary.insert(&given, &[Outcome::unknown(cause)]);
                 continue;
             }

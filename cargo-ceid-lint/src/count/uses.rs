@@ -148,9 +148,32 @@ impl Context<'_> {
 
     /// Where a copy of an instance is updated that goes no further than the cycle that makes it.
     pub(super) fn lost_update(&self, facts: &FunctionFacts<'_>, place: &Place) -> Option<Span> {
-        let holds = |other: &Place| facts.aliases.shared_roots(other).contains(place);
+        let holds = |other: &Place| is_or_holds(facts, other, place);
         let mut lost = copies_of(facts.graph, &holds).flat_map(|copy| self.updates_of(facts, &copy));
         lost.next().map(|(span, _)| span)
+    }
+
+    /// Whether a copy of an instance is updated, and none of them leaves the cycle that makes it.
+    pub(super) fn is_updated_in_a_copy(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
+        let holds = |other: &Place| is_or_holds(facts, other, place);
+        let copies: Vec<InstanceCopy> = copies_of(facts.graph, &holds).collect();
+        copies.iter().any(|copy| !self.updates_of(facts, copy).is_empty())
+            && !copies.iter().any(|copy| self.goes_on(facts, copy) || copy.is_given(facts))
+    }
+
+    /// Whether an instance is given, in whatever way, what a copy of it has become: `for (old, new) in bank.iter_mut().zip(next)`.
+    pub(super) fn comes_back(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
+        let holds = |other: &Place| is_or_holds(facts, other, place);
+        copies_of(facts.graph, &holds).any(|copy| {
+            let is_back = |set: &Assignment| {
+                set.from.as_ref().is_some_and(|from| from.base != place.base && copy.is_in(facts, from))
+                    && facts.aliases.shared_roots(&set.place).iter().any(|root| root.overlaps(place))
+            };
+            let is_updated = || !self.updates_of(facts, &copy).is_empty();
+            let mut nodes = facts.graph.nodes.iter();
+            nodes.any(|node| matches!(&node.effect, Effect::Set(set) | Effect::Write(set) if is_back(set)))
+                && is_updated()
+        })
     }
 
     /// Where a copy is updated, and whether that is for each of several samples.
@@ -166,8 +189,19 @@ impl Context<'_> {
             }
             _ => None,
         };
-        let nodes = facts.graph.nodes.iter();
-        nodes.filter_map(|node| Some((node.span, is_sampled(node)? || node.in_loop != copy.made_in))).collect()
+        let graph = facts.graph;
+        let updates = graph.node_ids().filter_map(|id| Some((id, is_sampled(graph.node(id))?)));
+        // A loop over the elements of the copy is no loop over samples.
+        let is_over_copy = |id: &LoopId| {
+            let info = graph.loop_info(*id);
+            info.items.iter().map(|(_, source)| source).chain(&info.indexes).any(|source| copy.is_in(facts, source))
+        };
+        let around = |id| graph.loops_around(id).take_while(|around| Some(*around) != copy.made_in);
+        updates
+            .map(|(id, is_sampled)| {
+                (graph.node(id).span, is_sampled || !around(id).all(|around| is_over_copy(&around)))
+            })
+            .collect()
     }
 
     /// Whether what is assigned is a copy of what has a name.
@@ -233,6 +267,26 @@ impl InstanceCopy {
     fn is_in(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
         facts.aliases.shared_roots(place).iter().any(|root| self.bases.contains(&root.base))
     }
+
+    /// Whether something gets it for good.
+    fn is_given(&self, facts: &FunctionFacts<'_>) -> bool {
+        let is_given_away = facts.graph.given_away.iter().any(|(_, place)| self.is_in(facts, place));
+        is_given_away
+            || facts.graph.nodes.iter().any(|node| match &node.effect {
+                Effect::Call(site) => {
+                    let given = site.args.iter().filter(|arg| arg.is_moved).filter_map(|arg| arg.place.as_ref());
+                    given.into_iter().any(|place| self.is_in(facts, place))
+                }
+                Effect::Unknown { places, .. } => places.iter().any(|place| self.is_in(facts, place)),
+                _ => false,
+            })
+    }
+}
+
+/// Whether a place is an instance or holds it: a copy of a collection has one of each of its elements.
+fn is_or_holds(facts: &FunctionFacts<'_>, other: &Place, instance: &Place) -> bool {
+    let holds = |root: &Place| root.steps.len() <= instance.steps.len() && root.overlaps(instance);
+    facts.aliases.shared_roots(other).iter().any(holds)
 }
 
 /// The copies that are made of what a test holds for.
@@ -250,6 +304,10 @@ fn copies_of(graph: &ControlFlowGraph, holds: &impl Fn(&Place) -> bool) -> impl 
             if bases.contains(&from.base) && !bases.contains(&set.place.base) {
                 bases.push(set.place.base);
             }
+            let lent =
+                graph.loops.iter().flat_map(|info| &info.items).filter(|(_, source)| bases.contains(&source.base));
+            let lent: Vec<Base> = lent.map(|(item, _)| Base::Var(*item)).filter(|item| !bases.contains(item)).collect();
+            bases.extend(lent);
         }
         InstanceCopy { bases, made_in }
     })

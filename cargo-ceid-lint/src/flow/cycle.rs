@@ -137,6 +137,12 @@ impl LoopInfo {
         }
     }
 
+    /// Whether it counts to a constant that each type or build has its own of: `for _ in 0..C::ROUNDS`.
+    #[must_use]
+    pub fn has_untold_rounds(&self) -> bool {
+        self.limits.iter().any(|limit| matches!(limit, Limit::Length(Length { value: None, .. })))
+    }
+
     /// Whether it is a closure of which only its own rounds are known, and nothing of who calls it.
     #[must_use]
     pub fn is_unseen(&self) -> bool {

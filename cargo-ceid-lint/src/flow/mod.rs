@@ -122,6 +122,8 @@ pub enum Cause {
     Closure(String),
     /// An index or key that depends on data.
     Index(String),
+    /// A call that puts it in another place, which has another name.
+    Moved(String),
     /// Something that is not read: inline assembly, a raw pointer.
     Code(String),
     /// A limit of the analysis.
@@ -137,6 +139,7 @@ impl std::fmt::Display for Cause {
                 write!(f, "a closure that updates it is handed to `{name}`, whose source cannot be seen")
             }
             Self::Index(text) => write!(f, "which element `{text}` names cannot be told"),
+            Self::Moved(name) => write!(f, "`{name}` puts it in another place"),
             Self::Code(what) => write!(f, "{what} cannot be followed"),
             Self::Limit(what) => write!(f, "{what}"),
         }

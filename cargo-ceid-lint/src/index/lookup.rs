@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashSet;
 
-use super::{FunctionId, ImplId, Index, Owner, TraitDef, TraitName, TraitRef, Ty, TypeId, ValueId};
+use super::{FunctionId, ImplId, Index, Owner, TraitDef, TraitId, TraitName, TraitRef, Ty, TypeId, ValueId};
 use crate::syntax::tree::TypeRef;
 
 /// Where a method was found.
@@ -225,6 +225,21 @@ impl Index {
             _ => None,
         };
         impls.into_iter().flatten().filter_map(move |of| self.impl_def(*of).consts.get(name).copied())
+    }
+
+    /// The numbers that a constant is in the impls of the trait among these that has it; `None` where one is not known.
+    pub fn constants_behind(
+        &self,
+        bounds: &[TraitRef],
+        name: &str,
+        is_asked: impl Fn(TraitId) -> bool,
+    ) -> Option<Vec<u64>> {
+        let asked = bounds.iter().filter(|bound| matches!(bound.name, TraitName::Local(id) if is_asked(id)));
+        let of_trait = |bound: &TraitRef| {
+            self.impls.iter().filter(|def| def.implements.as_ref() == Some(&bound.name)).collect::<Vec<_>>()
+        };
+        let impls = asked.map(of_trait).find(|impls| impls.iter().any(|def| def.consts.contains_key(name)))?;
+        impls.iter().map(|def| def.consts.get(name).and_then(|id| self.const_number(*id))).collect()
     }
 
     fn bound_methods(&self, bounds: &[TraitRef], name: &str, depth: u32) -> Vec<MethodOwner> {

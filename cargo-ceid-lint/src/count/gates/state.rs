@@ -3,7 +3,7 @@
 use super::{Gates, contains_any};
 use crate::count::instances::is_lent;
 use crate::count::search::Region;
-use crate::flow::{Base, ChangeKind, Effect, LoopId, NodeId, Place, Test, Var};
+use crate::flow::{Base, ChangeKind, Computed, Effect, LoopId, NodeId, Place, Test, Var};
 use crate::index::Ty;
 
 /// Parts of the names of parameters and types that hold settings.
@@ -67,20 +67,35 @@ impl Gates<'_, '_> {
     /// `if !READY.load(Ordering::Acquire) { continue; }`: a static that the whole code raises and never takes back.
     pub(super) fn is_raised_flag(&self, test: &Test, at: NodeId) -> bool {
         let about = &test.about;
-        let [Place { base: Base::Static(flag), steps }] = about.reads.as_slice() else { return false };
+        let Some((place @ Place { base: Base::Static(flag), steps }, calls)) = self.loaded(test) else { return false };
         // Nothing else is asked than what the flag holds, and an update is reached where it is raised.
-        let is_loaded = about.names.first().is_some_and(|name| name == "load")
-            && about.names[1..].iter().all(|name| matches!(name.as_str(), "Relaxed" | "Acquire" | "SeqCst"));
+        let is_loaded = calls.first().is_some_and(|name| name == "load")
+            && calls[1..].iter().all(|name| matches!(name.as_str(), "Relaxed" | "Acquire" | "SeqCst"));
         let reach = self.reach();
         let opens = self.search.graph.node(at).next.iter().map(|next| reach[next.0 as usize]);
         steps.is_empty()
             && is_loaded
-            && self.is_flag(&about.reads[0])
-            && test.subject.is_none()
+            && self.is_flag(place)
             && !about.is_combined
-            && about.heads.is_empty()
             && opens.eq([true, false])
             && self.search.program.is_only_raised(*flag)
+    }
+
+    /// The one place that a test reads, with what is called for that: in the test, or where the iteration gave the value a name.
+    fn loaded<'t>(&'t self, test: &'t Test) -> Option<(&'t Place, &'t [String])> {
+        let graph = self.search.graph;
+        let [asked] = test.about.reads.as_slice() else { return None };
+        if test.subject.is_none() && test.about.heads.is_empty() {
+            return Some((asked, &test.about.names));
+        }
+        let var = asked.base_var().filter(|_| asked.steps.is_empty() && test.about.names.is_empty())?;
+        let [_] = *self.assignments().of(asked) else { return None };
+        match graph.computed.get(&var)? {
+            Computed { places, calls } if !self.outlives(asked) => {
+                Some((places.first().filter(|_| places.len() == 1)?, calls))
+            }
+            _ => None,
+        }
     }
 
     /// The place whose value a variable of the iteration was given: `let was_first = self.first;`

@@ -148,6 +148,9 @@ impl Run<'_, '_> {
                 if let Some(cause) = &outcome.unknown {
                     next.unknown = Some(self.cause(cause));
                 }
+                if matches!(outcome.unknown, Some(Cause::Moved(_))) {
+                    next.names = self.names.intern(Vec::new());
+                }
                 if outcome.count == Count::Zero {
                     next.helper_gate = outcome.gate;
                 }

@@ -27,6 +27,8 @@ pub(in crate::count) struct End {
     pub(in crate::count) returned: returned::Heads,
     /// How far the state that is given back is ahead of the instance.
     pub(in crate::count) ahead: Count,
+    /// Whether the instance is in another place that a caller knows, and no longer in its own.
+    pub(in crate::count) has_left: bool,
     /// With which conditions of a caller's it is taken, where callers are to know.
     pub(in crate::count) assumed: Assumed,
 }

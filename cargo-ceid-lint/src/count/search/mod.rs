@@ -364,12 +364,14 @@ impl<'a> Search<'a> {
         let mut outcomes: BTreeSet<Outcome> = BTreeSet::new();
         for end in &exploration.ends {
             let gate = gates.of_end(&exploration, end);
+            let unknown = end.state.unknown.map(|cause| exploration.causes[cause as usize].clone());
+            let moved = || Cause::Moved(self.program.index.function(self.graph.function).name.clone());
             outcomes.insert(Outcome {
                 count: end.state.count,
                 ahead: end.ahead,
                 reset: end.state.reset,
                 partly_reset: end.state.partly_reset,
-                unknown: end.state.unknown.map(|cause| exploration.causes[cause as usize].clone()),
+                unknown: if end.has_left { Some(moved()) } else { unknown },
                 direct: end.state.direct,
                 returned: returned::of_function(self.program, self.graph.function, end.returned),
                 gate,

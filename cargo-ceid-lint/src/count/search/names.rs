@@ -3,6 +3,7 @@
 use super::run::Run;
 use super::{MAX_ROUNDS, Region, Search, State};
 use crate::count::aliases::Aliases;
+use crate::count::given::given;
 use crate::count::instances::place_ty;
 use crate::flow::{
     Assignment, CallSite, ControlFlowGraph, IndexKey, Limit, LoopId, LoopInfo, NodeId, Place, Projection, Relation,
@@ -53,6 +54,11 @@ impl Search<'_> {
         kept.sort();
         kept.dedup();
         (kept, replaced)
+    }
+
+    /// Whether an instance with these names is no longer in its own place, but in another one that a caller knows.
+    pub(super) fn has_left(&self, names: &[Place]) -> bool {
+        !names.contains(self.instance) && names.iter().any(|name| given(self.graph, name).is_some())
     }
 
     /// Whether the instance was taken out of its place, and what is put there, as it would be put back, is a new value on this

@@ -2,7 +2,7 @@
 
 use super::run::{BEYOND, Run};
 use super::{MAX_ROUNDS, Region, State};
-use crate::flow::{LoopId, Place, Rounds};
+use crate::flow::{Cause, LoopId, Place, Rounds};
 
 impl Run<'_, '_> {
     /// Another round of a loop, or no more.
@@ -71,6 +71,20 @@ impl Run<'_, '_> {
             }
             return;
         }
+        if info.has_untold_rounds() && !is_region && !self.search.sample_loops.contains(&id) && self.updates_in(id) {
+            // Each type or build has its own number of rounds.
+            let cause = Cause::Limit(format!("how often the loop over `{}` runs is not known", info.text));
+            let unknown = Some(self.cause(&cause));
+            if done == 0 {
+                rounds.push((id, 1));
+                let rounds = self.rounds.intern(rounds);
+                self.follow(at, State { unknown, rounds, ..state.clone() }, *round);
+            }
+            for to in rest {
+                self.follow(at, State { unknown, ..state.clone() }, *to);
+            }
+            return;
+        }
         let mut after = state.clone();
         if let Some((counter, first)) = info.counter {
             after.masks = self.killed(after.masks, &Place::var(counter));
@@ -90,5 +104,10 @@ impl Run<'_, '_> {
         for to in rest {
             self.follow(at, state.clone(), *to);
         }
+    }
+    /// Whether something in a loop updates the instance.
+    fn updates_in(&self, id: LoopId) -> bool {
+        let graph = self.search.graph;
+        self.search.updating().into_iter().any(|node| graph.is_within(graph.node(node).in_loop, id))
     }
 }

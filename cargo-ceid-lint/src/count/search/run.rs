@@ -144,7 +144,9 @@ impl<'s, 'a> Run<'s, 'a> {
 
     fn end(&mut self, kind: EndKind, at: usize, state: &State, returned: returned::Heads) {
         let assumed = self.assumed(state);
-        self.exploration.ends.push(End { kind, state: state.clone(), at, returned, ahead: Count::Zero, assumed });
+        let has_left = self.region == Region::Function && self.search.has_left(self.names.get(state.names));
+        let state = state.clone();
+        self.exploration.ends.push(End { kind, state, at, returned, ahead: Count::Zero, has_left, assumed });
     }
 
     pub(super) fn everywhere(&mut self, at: usize, state: &State) {
@@ -192,6 +194,18 @@ impl<'s, 'a> Run<'s, 'a> {
             Effect::Call(site) => self.call(at, state, site),
             Effect::Set(set) => self.assign(at, state, set),
             Effect::Write(write) => self.assign(at, state, write),
+            Effect::Unknown { places, cause: cause @ Cause::Moved(_) } => {
+                let mut next = state.clone();
+                // Who is each of the elements is so in any order.
+                let is_each = |name: &Place| name.stands_for_each();
+                if places.iter().any(|place| self.may_hold(state, place))
+                    && !self.names.get(state.names).iter().any(is_each)
+                {
+                    next.unknown = Some(self.cause(cause));
+                    next.names = self.names.intern(Vec::new());
+                }
+                self.everywhere(at, &next);
+            }
             Effect::Unknown { places, cause } => {
                 let mut next = state.clone();
                 if places.iter().any(|place| self.may_hold(state, place)) {

@@ -56,6 +56,16 @@ impl Builder<'_> {
                 }
                 Value::default()
             }
+            "extend" | "extend_from_slice" | "append" => {
+                if let (Some(place), [given], [arg]) = (&value.place, values.as_slice(), args)
+                    && let Some(from) = &given.place
+                {
+                    let part = place.element(IndexKey::Data("the new elements".into()));
+                    let each = Value { place: Some(from.element(IndexKey::Each)), ..given.clone() };
+                    self.place_part(part, &each, *arg);
+                }
+                Value::default()
+            }
             // A closure that the standard library calls is run where it stands.
             _ => {
                 for value in &values {
@@ -301,6 +311,12 @@ impl Builder<'_> {
                 if let Some(closure) = self.expr(args[0]).closure {
                     self.fill_loop(closure, span);
                 }
+                Value::default()
+            }
+            _ if super::exchanges::reorders(method, args.len())
+                && self.may_hold_filter(self.ty(receiver))
+                && self.reordered(id, method, args, value) =>
+            {
                 Value::default()
             }
             "clone" if self.is_cloned_state(self.ty(id)) => self.copy_of(value, self.ty(id).clone(), span),

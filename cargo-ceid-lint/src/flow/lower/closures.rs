@@ -187,7 +187,7 @@ impl Builder<'_> {
         let bar = self.bar(closure);
         let rounds = if caller == Caller::Framework { Rounds::Unbounded } else { Rounds::Bounded };
         let text = self.frames[closure.frame].body.expr(closure.expr).span;
-        let text = super::shorten(self.program.sources.snippet(text));
+        let text = super::patterns::shorten(self.program.sources.snippet(text));
         self.detached(span, |this| {
             // What its parameters lend it lives on between its calls.
             this.closure_vars(closure);

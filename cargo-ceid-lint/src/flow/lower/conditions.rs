@@ -169,10 +169,17 @@ impl Builder<'_> {
         let span = self.span(id);
         let text = self.text(id);
         let about = self.about(id);
+        let counted = self.counted(op, lhs, rhs);
         let (subject, heads, negated) = self.compared(op, lhs, rhs);
         self.expr(lhs);
         self.expr(rhs);
         if self.at.is_none() {
+            return;
+        }
+        if let Some((counter, numbers)) = counted {
+            let (yes, failed) = self.branch_on_number(counter, &numbers, span, text, about);
+            self.link(failed, no);
+            self.resume(yes);
             return;
         }
         let (yes, failed) = match subject {

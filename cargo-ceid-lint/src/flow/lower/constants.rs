@@ -1,9 +1,10 @@
 //! Numbers, times and heads that the source fixes. What depends on anything that may change has no value.
 
+use super::Builder;
 use super::subjects::external_head;
 use crate::flow::{Head, Program};
-use crate::index::{BodyOwner, Def, Shape, Ty, TypeId, ValueId};
-use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, StmtKind};
+use crate::index::{BodyOwner, Def, Shape, TraitId, TraitName, Ty, TypeId, ValueId};
+use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, Path, StmtKind, TypeRef};
 use crate::types::{Callee, TypedBody};
 
 /// A number, or a time in seconds.
@@ -135,6 +136,39 @@ impl Constants<'_> {
             StmtKind::Let { pat, init, .. } if self.typed.pat_local.get(pat) == Some(local) => *init,
             _ => None,
         })
+    }
+}
+
+impl Builder<'_> {
+    /// The number that an associated constant is, if it is the same one whatever the type: `C::ROUNDS`, `<Fast as Config>::ROUNDS`.
+    pub(super) fn agreed_number(&self, path: &Path) -> Option<u64> {
+        let index = self.program.index;
+        let scope = index.scope_of(self.frames[self.frame].function);
+        let (name, owner) = path.segments.split_last()?;
+        let (of_trait, owner) = match &path.self_ty {
+            Some(ty) => (owner.last(), index.lower(ty, &scope)),
+            None if owner.is_empty() => return None,
+            None => {
+                let owner = Path { segments: owner.to_vec(), ..Path::default() };
+                (None, index.lower(&TypeRef::Path(owner), &scope))
+            }
+        };
+        let is_asked = |id: TraitId| of_trait.is_none_or(|segment| index.trait_def(id).name == segment.name);
+        let numbers: Option<Vec<u64>> = match &owner {
+            Ty::Param(param) => index.constants_behind(&param.bounds, &name.name, is_asked),
+            Ty::Opaque(bounds) => index.constants_behind(bounds, &name.name, is_asked),
+            _ => {
+                let impls = index.impls_of(&owner).into_iter().map(|id| index.impl_def(id));
+                let of_it = impls.filter(|def| match &def.implements {
+                    Some(TraitName::Local(id)) => is_asked(*id),
+                    _ => of_trait.is_none(),
+                });
+                of_it.filter_map(|def| def.consts.get(&name.name)).map(|id| index.const_number(*id)).collect()
+            }
+        };
+        let numbers = numbers?;
+        let first = *numbers.first()?;
+        numbers.iter().all(|number| *number == first).then_some(first)
     }
 }
 

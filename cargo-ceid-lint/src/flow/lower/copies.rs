@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Assignment, Effect, NodeId, Place, Rounds, Transfer, Var};
+use crate::flow::{Assignment, Effect, Node, NodeId, Place, Rounds, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
@@ -134,12 +134,20 @@ impl Builder<'_> {
             return;
         }
         let mut on_the_way = BTreeSet::new();
-        for (_, var, from) in &copies {
-            let way = self.way_back(*var, from);
-            on_the_way.extend(way.filter(|way| self.is_changed(way)).into_iter().flatten());
+        let mut origins = BTreeSet::new();
+        for (id, var, from) in &copies {
+            let way = self.way_back(*id, *var, from);
+            let way = way.filter(|way| self.is_changed(way) || self.lends_elements(way, from));
+            if way.is_some() {
+                origins.insert(from.base);
+            }
+            on_the_way.extend(way.into_iter().flatten());
         }
         for (id, number, result, from) in calls {
-            let way = self.way_back(result, &from);
+            let way = self.way_back(id, result, &from);
+            if way.is_some() {
+                origins.insert(from.base);
+            }
             if way.is_none()
                 && let Effect::Call(site) = &mut self.graph.nodes[id.0 as usize].effect
             {
@@ -150,8 +158,14 @@ impl Builder<'_> {
         }
         for node in &mut self.graph.nodes {
             let (Effect::Set(set) | Effect::Write(set)) = &mut node.effect else { continue };
-            let ends = [set.place.base_var(), set.from.as_ref().and_then(Place::base_var)];
-            if set.transfer == Transfer::Copy && ends.into_iter().flatten().any(|var| on_the_way.contains(&var)) {
+            if set.transfer != Transfer::Copy {
+                continue;
+            }
+            // A copy that leaves the way is another instance.
+            let is_on = |place: &Place| place.base_var().is_some_and(|var| on_the_way.contains(&var));
+            let ends = [Some(&set.place), set.from.as_ref()].map(|end| end.is_some_and(is_on));
+            let is_end = |place: &Place| is_on(place) || origins.contains(&place.base);
+            if ends.contains(&true) && is_end(&set.place) && set.from.as_ref().is_some_and(is_end) {
                 set.transfer = Transfer::RoundTrip;
             }
         }
@@ -178,40 +192,67 @@ impl Builder<'_> {
     }
 
     /// The variables through which what a variable holds gets back to a place; `None` if it does not.
-    fn way_back(&self, start: Var, origin: &Place) -> Option<BTreeSet<Var>> {
-        let mut way = BTreeSet::from([start]);
-        let mut returns = false;
+    fn way_back(&self, copied_at: NodeId, start: Var, origin: &Place) -> Option<BTreeSet<Var>> {
+        // What is copied in a loop is put back in it.
+        let made_in = self.graph.node(copied_at).in_loop;
+        let is_after = |node: &Node| made_in.is_none_or(|made_in| self.graph.is_within(node.in_loop, made_in));
+        let mut reached = BTreeSet::from([start]);
+        // From which variable to which other one, or to the origin.
+        let mut steps: BTreeSet<(Var, Option<Var>)> = BTreeSet::new();
         loop {
-            let before = way.len();
+            let before = steps.len();
             for node in &self.graph.nodes {
                 match &node.effect {
                     Effect::Set(set) | Effect::Write(set) => {
                         let from = set.from.as_ref().and_then(Place::base_var);
-                        if !from.is_some_and(|from| way.contains(&from)) {
-                            continue;
+                        let Some(from) = from.filter(|from| reached.contains(from)) else { continue };
+                        if set.place.overlaps(origin) {
+                            steps.extend(is_after(node).then_some((from, None)));
+                        } else if set.place.base != origin.base {
+                            // Another part of the same owner is a place of its own.
+                            steps.extend(set.place.base_var().map(|to| (from, Some(to))));
                         }
-                        let is_origin = set.place.overlaps(origin);
-                        returns |= is_origin;
-                        // Another part of the same owner is a place of its own.
-                        let is_beside = set.place.base == origin.base;
-                        way.extend(set.place.base_var().filter(|_| !is_origin && !is_beside));
                     }
                     Effect::Call(site) => {
-                        let gets = |arg: &crate::flow::Argument| {
-                            let var = arg.place.as_ref().and_then(Place::base_var);
-                            arg.is_copy && var.is_some_and(|var| way.contains(&var))
-                        };
-                        if site.args.iter().any(gets) {
-                            way.insert(site.result);
-                        }
+                        let copied = site.args.iter().filter(|arg| arg.is_copy).filter_map(|arg| arg.place.as_ref());
+                        let given = copied.filter_map(Place::base_var).filter(|var| reached.contains(var));
+                        steps.extend(given.map(|from| (from, Some(site.result))));
                     }
                     _ => {}
                 }
             }
+            reached.extend(steps.iter().filter_map(|(_, to)| *to));
+            if steps.len() == before {
+                break;
+            }
+        }
+        let mut way: BTreeSet<Var> = BTreeSet::new();
+        loop {
+            let before = way.len();
+            let leads_on = |(_, to): &&(Var, Option<Var>)| to.is_none_or(|to| way.contains(&to));
+            let more: Vec<Var> = steps.iter().filter(leads_on).map(|(from, _)| *from).collect();
+            way.extend(more);
             if way.len() == before {
                 break;
             }
         }
-        returns.then_some(way)
+        way.contains(&start).then_some(way)
+    }
+
+    /// Whether the elements of what one of the variables holds are lent, and nothing but them goes back to where they are from.
+    fn lends_elements(&self, vars: &BTreeSet<Var>, origin: &Place) -> bool {
+        let is_one = |place: &Place| place.base_var().is_some_and(|var| vars.contains(&var));
+        let sources = || self.graph.loops.iter().flat_map(|info| &info.items).map(|(_, source)| source);
+        let is_part = |node: &Node| match &node.effect {
+            Effect::Set(set) | Effect::Write(set) => {
+                set.place.overlaps(origin)
+                    && set.place.steps.len() > origin.steps.len()
+                    && set.from.as_ref().is_some_and(is_one)
+            }
+            _ => false,
+        };
+        sources().any(is_one)
+            && !sources().any(|source| source.overlaps(origin))
+            && !self.graph.nodes.iter().any(is_part)
     }
 }

@@ -86,7 +86,14 @@ impl Builder<'_> {
             }
             return Value::default();
         }
-        if matches!(path, "std::iter::once" | "std::iter::zip") {
+        if matches!(
+            path,
+            "std::iter::once"
+                | "std::iter::zip"
+                | "std::iter::from_fn"
+                | "std::iter::repeat_with"
+                | "std::iter::successors"
+        ) {
             let source = self.source(id);
             return self.iterator_value(source);
         }
@@ -177,43 +184,6 @@ impl Builder<'_> {
         let base = value.place.as_ref().and_then(Place::base_var);
         let is_filter = base.is_some_and(|var| self.program.index.holds_filter(&self.graph.var(var).ty));
         if is_filter { Value { head: None, same_as: None, ..value } } else { Value::default() }
-    }
-
-    /// `mem::swap(&mut a, &mut b)`: the instances change places.
-    fn swap(&mut self, id: ExprId, args: &[ExprId]) -> Value {
-        let values = self.values(args);
-        let span = self.span(id);
-        if let [left, right] = values.as_slice()
-            && let (Some(a), Some(b)) = (&left.place, &right.place)
-        {
-            let between = self.temporary(Ty::Unknown, span);
-            let moves = [
-                (Place::var(between), a.clone(), None),
-                (a.clone(), b.clone(), args.get(1)),
-                (b.clone(), Place::var(between), args.first()),
-            ];
-            for (place, from, given) in moves {
-                let changed = place.clone();
-                let assignment = crate::flow::Assignment {
-                    place,
-                    from: Some(from),
-                    transfer: Transfer::Move,
-                    rebinds: true,
-                    head: None,
-                    same_as: None,
-                };
-                self.emit(Effect::Set(Box::new(assignment)), span);
-                if let Some(given) = given {
-                    self.note_given(&changed, *given);
-                }
-            }
-        } else {
-            // What has no name gives a new value.
-            for place in values.into_iter().filter_map(|value| value.place) {
-                self.written_unseen(place, span);
-            }
-        }
-        Value::default()
     }
 
     /// `mem::replace(&mut a, new)`, `mem::take(&mut a)`: a new value.

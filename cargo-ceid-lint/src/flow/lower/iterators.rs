@@ -168,9 +168,9 @@ impl Builder<'_> {
                     _ => None,
                 }
             }
-            ExprKind::Path(_) => match self.index_key(id)? {
+            ExprKind::Path(path) => match self.index_key(id)? {
                 IndexKey::Number(number) => Some(number),
-                _ => None,
+                _ => self.agreed_number(path),
             },
             ExprKind::MethodCall { receiver, method, .. } if method == "len" => match self.ty(*receiver).peel() {
                 Ty::Array(_, length) => length.value,
@@ -207,7 +207,10 @@ impl Builder<'_> {
                 let template = self.temporary(Ty::Unknown, self.span(*arg));
                 self.place_part(Place::var(template).element(IndexKey::Each), value, *arg);
             }
-            let stages = values.iter().rev().find_map(|value| value.closure).map(Stage::Make);
+            // What gives `None` ends the iterator.
+            let may_end = matches!(name.as_str(), "from_fn" | "successors");
+            let stage = if may_end { Stage::Scan } else { Stage::Make };
+            let stages = values.iter().rev().find_map(|value| value.closure).map(stage);
             return Source {
                 item: Item::Made,
                 rounds: Rounds::Unbounded,

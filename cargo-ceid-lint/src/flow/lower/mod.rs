@@ -13,10 +13,12 @@ mod closures;
 mod conditions;
 mod constants;
 mod copies;
+mod counted;
 mod debug_only;
 mod derefs;
 mod destructors;
 mod ends;
+mod exchanges;
 mod exits;
 mod expr;
 mod external;
@@ -362,7 +364,7 @@ impl<'a> Builder<'a> {
     }
 
     fn text(&self, id: ExprId) -> String {
-        shorten(self.program.sources.snippet(self.span(id)))
+        patterns::shorten(self.program.sources.snippet(self.span(id)))
     }
 
     /// Adds a node that nothing leads to yet.
@@ -486,15 +488,4 @@ impl<'a> Builder<'a> {
         self.graph.loops.push(info);
         id
     }
-}
-
-/// A piece of source text on one line, cut where it gets long.
-fn shorten(text: &str) -> String {
-    const MAX: usize = 48;
-    let line: String = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    if line.chars().count() <= MAX {
-        return line;
-    }
-    let cut: String = line.chars().take(MAX - 1).collect();
-    format!("{cut}…")
 }

@@ -80,7 +80,7 @@ impl Builder<'_> {
     }
 
     fn pattern_text(&self, pat: PatId) -> String {
-        super::shorten(self.program.sources.snippet(self.body().pat(pat).span))
+        shorten(self.program.sources.snippet(self.body().pat(pat).span))
     }
 
     /// Evaluates what is matched.
@@ -623,4 +623,15 @@ fn is_event_source(about: &About) -> bool {
                 | "next_message"
         )
     })
+}
+
+/// A piece of source text on one line, cut where it gets long.
+pub(super) fn shorten(text: &str) -> String {
+    const MAX: usize = 48;
+    let line: String = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    if line.chars().count() <= MAX {
+        return line;
+    }
+    let cut: String = line.chars().take(MAX - 1).collect();
+    format!("{cut}…")
 }

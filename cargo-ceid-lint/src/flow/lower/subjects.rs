@@ -95,6 +95,27 @@ impl Builder<'_> {
         self.branch(Test { subject: Some(id), holds, fails, span, text, about })
     }
 
+    /// A branch on whether a counter has one of these numbers.
+    pub(super) fn branch_on_number(
+        &mut self,
+        counter: Var,
+        numbers: &[Head],
+        span: Span,
+        text: String,
+        about: About,
+    ) -> (NodeId, NodeId) {
+        let pure = self.pure_var(counter);
+        let id = self.subject(pure, None);
+        let bits: Option<Vec<u32>> = numbers.iter().map(|number| self.head_bit(id, number)).collect();
+        match bits {
+            Some(bits) => {
+                let holds = bits.into_iter().fold(0, |all, bit| all | bit);
+                self.branch(Test { subject: Some(id), holds, fails: !holds, span, text, about })
+            }
+            None => self.opaque_branch(span, text, about),
+        }
+    }
+
     /// A branch on the head of a value: `+` against `-` for options and results.
     pub(super) fn branch_on_head(
         &mut self,

@@ -1,0 +1,80 @@
+//! Comparisons of the counter of a loop whose rounds are known: which of its numbers they hold for.
+
+use super::Builder;
+use crate::flow::{Head, Rounds, Var};
+use crate::syntax::tree::{ExprId, ExprKind};
+
+/// How many rounds are told apart.
+const MAX_ROUNDS: u64 = 16;
+
+impl Builder<'_> {
+    /// The counter that a comparison asks about and nothing else that changes, with the numbers for which it holds.
+    pub(super) fn counted(&mut self, op: &str, lhs: ExprId, rhs: ExprId) -> Option<(Var, Vec<Head>)> {
+        // What is compared with a number is told by its head.
+        let is_plain = |id: ExprId| matches!(self.body().expr(id).kind, ExprKind::Path(_) | ExprKind::Literal(_));
+        if matches!(op, "==" | "!=") && is_plain(lhs) && is_plain(rhs) {
+            return None;
+        }
+        let counter = self.counter_in(lhs).or_else(|| self.counter_in(rhs))?;
+        let info = self.graph.loops.iter().find(|info| info.counter.is_some_and(|(var, _)| var == counter))?;
+        let Rounds::Constant(count @ ..=MAX_ROUNDS) = info.rounds else { return None };
+        let numbers: Option<Vec<u64>> = (1..=count).map(|round| info.number_in(round)).collect();
+        let mut heads = Vec::new();
+        for number in numbers? {
+            let (left, right) = (self.number_with(lhs, counter, number)?, self.number_with(rhs, counter, number)?);
+            let holds = match op {
+                "==" => left == right,
+                "!=" => left != right,
+                "<" => left < right,
+                "<=" => left <= right,
+                ">" => left > right,
+                ">=" => left >= right,
+                _ => return None,
+            };
+            heads.extend(holds.then(|| number.to_string()));
+        }
+        Some((counter, heads))
+    }
+
+    /// The counter of a loop around that an expression names.
+    fn counter_in(&self, id: ExprId) -> Option<Var> {
+        let body = self.body();
+        match &body.expr(id).kind {
+            ExprKind::Path(_) => {
+                let local = self.typed().expr_local.get(&id)?;
+                let var = *self.frames[self.frame].vars.get(local)?;
+                let counts = |info: &crate::flow::LoopInfo| info.counter.is_some_and(|(counter, _)| counter == var);
+                self.loops.iter().any(|id| counts(self.graph.loop_info(*id))).then_some(var)
+            }
+            ExprKind::Binary { lhs, rhs, .. } => self.counter_in(*lhs).or_else(|| self.counter_in(*rhs)),
+            ExprKind::Cast { value, .. } | ExprKind::Deref(value) => self.counter_in(*value),
+            _ => None,
+        }
+    }
+
+    /// The whole number that an expression is in the round in which a counter has that number.
+    fn number_with(&mut self, id: ExprId, counter: Var, number: u64) -> Option<u64> {
+        if self.counter_in(id) != Some(counter) {
+            return self.number(id);
+        }
+        let body = self.body();
+        match &body.expr(id).kind {
+            ExprKind::Path(_) => Some(number),
+            ExprKind::Cast { value, .. } | ExprKind::Deref(value) => self.number_with(*value, counter, number),
+            ExprKind::Binary { op, lhs, rhs } => {
+                let (left, right) =
+                    (self.number_with(*lhs, counter, number)?, self.number_with(*rhs, counter, number)?);
+                match *op {
+                    "+" => left.checked_add(right),
+                    "-" => left.checked_sub(right),
+                    "*" => left.checked_mul(right),
+                    "/" => left.checked_div(right),
+                    "%" => left.checked_rem(right),
+                    "&" => Some(left & right),
+                    _ => None,
+                }
+            }
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! Values that change places: `mem::swap`, and what puts the elements of a collection in another order.
+
+use super::{Builder, Value};
+use crate::flow::{Assignment, Cause, Effect, IndexKey, Place, Transfer};
+use crate::index::Ty;
+use crate::source::Span;
+use crate::syntax::tree::ExprId;
+
+impl Builder<'_> {
+    /// `mem::swap(&mut a, &mut b)`: the instances change places.
+    pub(super) fn swap(&mut self, id: ExprId, args: &[ExprId]) -> Value {
+        let values = self.values(args);
+        let span = self.span(id);
+        if let [left, right] = values.as_slice()
+            && let (Some(a), Some(b)) = (left.place.clone(), right.place.clone())
+        {
+            let given = [args[1], args[0]].map(Some);
+            self.exchange([&a, &b], given, span);
+        } else {
+            // What has no name gives a new value.
+            for place in values.into_iter().filter_map(|value| value.place) {
+                self.written_unseen(place, span);
+            }
+        }
+        Value::default()
+    }
+
+    /// Two places change their values; what is given to each is noted where it is an expression.
+    fn exchange(&mut self, [a, b]: [&Place; 2], [to_a, to_b]: [Option<ExprId>; 2], span: Span) {
+        let between = Place::var(self.temporary(Ty::Unknown, span));
+        for (place, from, given) in [(&between, a, None), (a, b, to_a), (b, &between, to_b)] {
+            let assignment = Assignment {
+                place: place.clone(),
+                from: Some(from.clone()),
+                transfer: Transfer::Move,
+                rebinds: true,
+                head: None,
+                same_as: None,
+            };
+            self.emit(Effect::Set(Box::new(assignment)), span);
+            if let Some(given) = given {
+                self.note_given(place, given);
+            }
+        }
+    }
+
+    /// `bank.swap(0, 1)`, `bank.reverse()` and their kin: the elements change places. Answers whether it is one.
+    pub(super) fn reordered(&mut self, id: ExprId, method: &str, args: &[ExprId], value: &Value) -> bool {
+        let Some(place) = value.place.clone() else { return false };
+        let span = self.span(id);
+        self.values(args);
+        let key = |this: &mut Self, arg: &ExprId| match this.index_key(*arg)? {
+            IndexKey::Number(number) => Some(place.element(IndexKey::Number(number))),
+            _ => None,
+        };
+        let keys: Vec<Option<Place>> = args.iter().map(|arg| key(self, arg)).collect();
+        match keys.as_slice() {
+            [Some(a), Some(b)] if method == "swap" => self.exchange([a, b], [None, None], span),
+            _ => {
+                let element = place.element(IndexKey::Data(method.into()));
+                let cause = Cause::Moved(self.text(id));
+                self.emit(Effect::Unknown { places: vec![element], cause }, span);
+            }
+        }
+        true
+    }
+}
+
+/// Whether a method of a slice puts its elements in another order, and none of them elsewhere.
+pub(super) fn reorders(method: &str, args: usize) -> bool {
+    match method {
+        "swap" => args == 2,
+        "reverse" | "sort" | "sort_unstable" => args == 0,
+        "rotate_left"
+        | "rotate_right"
+        | "sort_by"
+        | "sort_by_key"
+        | "sort_by_cached_key"
+        | "sort_unstable_by"
+        | "sort_unstable_by_key"
+        | "select_nth_unstable" => args == 1,
+        _ => false,
+    }
+}
