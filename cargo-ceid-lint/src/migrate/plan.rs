@@ -96,12 +96,6 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
         whole_function(&of).map_err(at_head)?;
     }
     whole_loop(&of, &loops.outline(of.file()), edition).map_err(at_head)?;
-    let core = law::ceid_core_name(loops.program.index, of.function);
-    if core.trim_start_matches(':') != "ceid_core" {
-        return Err(at_head(format!(
-            "the manifest calls `ceid-core` `{core}`, and its macros are read by its own name only: let the dependency keep that"
-        )));
-    }
     let mut reasons = Vec::new();
     let mut changes = Vec::new();
     let mut found = Vec::new();
