@@ -71,11 +71,7 @@ fn of_lints(text: &str, workspace: &str, rustflags: &[String]) -> Manners {
     let results = "unused_results";
     let is_told = level(results).is_some_and(|level| level != "allow")
         || is_flag(results, &["W", "D", "F", "warn", "deny", "forbid"]);
-    Manners {
-        denies_idle_names: IDLE_NAMES.iter().any(|lint| is_denied(lint)),
-        has_to_use_results: is_told,
-        ..Manners::default()
-    }
+    Manners { denies_idle_names: IDLE_NAMES.iter().any(is_denied), has_to_use_results: is_told, ..Manners::default() }
 }
 
 #[cfg(test)]
