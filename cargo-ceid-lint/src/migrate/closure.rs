@@ -1,6 +1,7 @@
 //! The closure that is a law, as it is written above the loop.
 
 use super::each::Each;
+use super::text::Style;
 
 /// A closure with the call that takes it: `Adapted::fed(&mut kf, |kf, z| kf.correct(z))`.
 #[derive(Clone, Debug)]
@@ -17,31 +18,31 @@ pub(super) struct Closure {
     pub(super) each: Option<Each>,
 }
 
-/// The widths of rustfmt, for a line and for the arguments of a call in one line.
-pub(super) const WIDTH: usize = 100;
-const ARGUMENTS_WIDTH: usize = 60;
+/// How much of a line the arguments of a call may take, in hundredths: the form of rustfmt.
+const ARGUMENTS: usize = 60;
 
 impl Closure {
     /// The statement that gives a name to the result of the call, as rustfmt has it.
-    pub(super) fn statement(&self, name: &str, indent: &str, step: &str, end: &str) -> String {
+    pub(super) fn statement(&self, name: &str, indent: &str, style: Style) -> String {
+        let Style { end, step, width } = style;
         if let Some(each) = &self.each {
-            return self.chain(each, name, indent, step).join(end);
+            return self.chain(each, name, indent, style).join(end);
         }
         let Self { call: (call, filter), params, body, .. } = self;
-        if self.fits() {
+        if self.fits(width) {
             let line = format!("{indent}{}", self.in_one_line(name));
-            if line.chars().count() <= WIDTH {
+            if line.chars().count() <= width {
                 return line;
             }
             let below = format!("{indent}{step}{};", self.lending());
-            if below.chars().count() <= WIDTH {
+            if below.chars().count() <= width {
                 return [format!("{indent}let mut {name} ="), below].join(end);
             }
         }
         let lines =
             |steps: usize| body.iter().map(move |(more, line)| format!("{indent}{}{line}", step.repeat(steps + more)));
         let head = format!("{indent}let mut {name} = {call}({filter}, |{params}| {{");
-        if head.chars().count() <= WIDTH {
+        if head.chars().count() <= width {
             return std::iter::once(head)
                 .chain(lines(1))
                 .chain([format!("{indent}}});")])
@@ -49,7 +50,7 @@ impl Closure {
                 .join(end);
         }
         let head = format!("{indent}{step}{call}({filter}, |{params}| {{");
-        if head.chars().count() <= WIDTH {
+        if head.chars().count() <= width {
             let above = format!("{indent}let mut {name} =");
             return [above, head]
                 .into_iter()
@@ -80,9 +81,9 @@ impl Closure {
     }
 
     /// Whether the arguments of the call may stand in one line.
-    fn fits(&self) -> bool {
+    fn fits(&self, width: usize) -> bool {
         let (call, _) = &self.call;
-        self.is_value && self.lending().chars().count() <= call.chars().count() + "()".len() + ARGUMENTS_WIDTH
+        self.is_value && self.lending().chars().count() <= call.chars().count() + "()".len() + width * ARGUMENTS / 100
     }
 
     /// What lends one filter, in one line.
@@ -94,12 +95,13 @@ impl Closure {
     }
 
     /// The lines that lend the filters of a collection.
-    fn chain(&self, each: &Each, name: &str, indent: &str, step: &str) -> Vec<String> {
+    fn chain(&self, each: &Each, name: &str, indent: &str, style: Style) -> Vec<String> {
+        let Style { step, width, .. } = style;
         let Self { call: (call, filter), params, body, .. } = self;
         let Each { elements: (collection, method), name: element, is_vec, .. } = each;
         let lent = self.lending();
         let short = format!("{indent}{step}.map(|{element}| {lent})");
-        let is_short = self.fits() && short.chars().count() < WIDTH;
+        let is_short = self.fits(width) && short.chars().count() < width;
         let mut lines: Vec<String> = Vec::new();
         if is_short || *is_vec {
             // Each link of the chain stands in a line of its own.
@@ -117,7 +119,7 @@ impl Closure {
                 false => format!("{inner}.{head}"),
             });
             let lent = format!("{inner}{step}{lent}");
-            if self.fits() && lent.chars().count() <= WIDTH {
+            if self.fits(width) && lent.chars().count() <= width {
                 lines.push(lent);
             } else {
                 lines.push(format!("{inner}{step}{call}({filter}, |{params}| {{"));

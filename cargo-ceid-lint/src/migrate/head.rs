@@ -2,7 +2,6 @@
 
 use super::Reason;
 use super::body::LoopBody;
-use super::closure::WIDTH;
 use super::elements::statements;
 use super::exits::Exits;
 use super::law::ceid_core_name;
@@ -36,7 +35,7 @@ pub(super) fn lines(
     let clock = CLOCKS.into_iter().find(|name| !is_taken(name));
     let clock = clock.ok_or_else(|| refuse("every name for a clock means something else here"))?;
     let rate = rate(of).unwrap_or(UNKNOWN_RATE);
-    let Style { end, step } = of.style;
+    let Style { end, step, width } = of.style;
     let begins = begins_line(text, start);
     let stop = line_stop(text, open);
     let inner = body_indentation(of, stop);
@@ -55,7 +54,7 @@ pub(super) fn lines(
         declared.extend(own.cells.iter().map(|cell| format!("{indent}{cell}")));
         declared.push(match is_inline {
             true => own.law.in_one_line(&own.name),
-            false => own.law.statement(&own.name, indent, step, end),
+            false => own.law.statement(&own.name, indent, of.style),
         });
     }
     let clock_edit = if begins {
@@ -67,7 +66,7 @@ pub(super) fn lines(
     let list: Vec<String> = guarded.iter().map(entry).collect();
     let guard = format!("{core}::ceid!({clock}.begin_cycle() => {});", list.join(", "));
     let is_in_a_line_of_its_own = behind.is_none() && is_open;
-    let guard = match is_in_a_line_of_its_own && inner.len() + guard.len() > WIDTH {
+    let guard = match is_in_a_line_of_its_own && inner.len() + guard.len() > width {
         true => {
             let list = list.join(&format!(",{end}{inner}{step}{step}"));
             let token = format!("{inner}{step}{clock}.begin_cycle() =>{end}{inner}{step}{step}{list}");

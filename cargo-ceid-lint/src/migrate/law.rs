@@ -1,6 +1,5 @@
 //! The `impl` by which a guard runs a law that is there already.
 
-use super::closure::WIDTH;
 use super::loops::Loops;
 use super::text::{Style, has_word, indentation};
 use crate::flow::Program;
@@ -70,7 +69,8 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
     let Some(rate) = RATES.into_iter().find(|name| !has_word(written, name)) else {
         return Err(format!("every name for a rate means something else in the `impl` of `{type_name}`"));
     };
-    let Style { end, step } = loops.style(keyword.file);
+    let style = loops.style(keyword.file);
+    let Style { end, step, .. } = style;
     let indent = indentation(text, block.head.start);
     let own = head.generics.trim().trim_end_matches(',');
     let separator = if own.is_empty() { "" } else { ", " };
@@ -89,7 +89,7 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
             &format!("{indent}impl<{own}{separator}{rate}: {ceid_core}::Rate>"),
             &format!("{ceid_core}::SampledFilter<{rate}>"),
             head.of_type,
-            (indent, step, end),
+            (indent, style),
         ),
         format!("{indent}{step}fn update(&mut self, _: {ceid_core}::Tick<'_, {rate}>) {{"),
         format!("{indent}{step}{step}{discarded}{call};"),
@@ -101,17 +101,18 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
 }
 
 /// The head of the new `impl` to its brace, in the lines that rustfmt makes of it.
-fn header(generics: &str, of_trait: &str, of_type: &str, (indent, step, end): (&str, &str, &str)) -> String {
+fn header(generics: &str, of_trait: &str, of_type: &str, (indent, style): (&str, Style)) -> String {
+    let Style { end, step, width: most } = style;
     let (own, bounds) = of_type.split_at(super::text::words(of_type, "where").next().unwrap_or(of_type.len()));
     let own = own.trim_end();
     let brace = if bounds.is_empty() { " {" } else { "" };
     let width = |line: &str| line.chars().map(|sign| if sign == '\t' { 4 } else { 1 }).sum::<usize>();
     let head = format!("{generics} {of_trait}");
-    if width(&format!("{head} for {own}{brace}")) <= WIDTH || own.contains('\n') {
+    if width(&format!("{head} for {own}{brace}")) <= most || own.contains('\n') {
         return format!("{head} for {of_type}{{");
     }
     let bounds = if bounds.is_empty() { indent } else { bounds };
-    if width(&head) > WIDTH {
+    if width(&head) > most {
         return format!("{generics}{end}{indent}{step}{of_trait} for {own}{end}{bounds}{{");
     }
     format!("{head}{end}{indent}{step}for {own}{end}{bounds}{{")
@@ -217,7 +218,7 @@ mod tests {
     #[test]
     fn long_heads_are_broken() {
         let (generics, of_trait) = ("impl<const N: usize, R: ceid_core::Rate>", "ceid_core::SampledFilter<R>");
-        let head = |of_type: &str| header(generics, of_trait, of_type, ("", "    ", "\n"));
+        let head = |of_type: &str| header(generics, of_trait, of_type, ("", Style::of("")));
         assert_eq!(head("Short<N> "), format!("{generics} {of_trait} for Short<N> {{"));
         let long = "crate::estimation::ExtendedFilter<N> ";
         let broken = format!("{generics} {of_trait}\n    for {}\n", long.trim_end());
@@ -225,7 +226,7 @@ mod tests {
         let bounds = "where\n    Self: Copy,\n";
         assert_eq!(head(&format!("{long}{bounds}")), format!("{broken}{bounds}{{"));
         let generics = format!("impl<const N: usize, {}: Copy, R: ceid_core::Rate>", "T".repeat(30));
-        let head = header(&generics, of_trait, "Filter<N> ", ("", "    ", "\n"));
+        let head = header(&generics, of_trait, "Filter<N> ", ("", Style::of("")));
         assert_eq!(head, format!("{generics}\n    {of_trait} for Filter<N>\n{{"));
     }
 

@@ -1,5 +1,6 @@
 //! Names that nothing uses any more once the updates are gone: the length in the head of an inner loop.
 
+use super::Reason;
 use super::body::LoopBody;
 use super::loops::Loops;
 use super::mentions::Guarded;
@@ -12,6 +13,17 @@ use crate::syntax::tree::{ExprId, ExprKind};
 pub(super) struct Leftover {
     pub(super) name: String,
     pub(super) span: Span,
+}
+
+impl Leftover {
+    /// Why that is nothing for a crate that denies it.
+    pub(super) fn refusal(&self) -> Reason {
+        let text = format!(
+            "nothing would use `{}` any more, which the crate denies: write its value where the updates stand",
+            self.name
+        );
+        Reason { span: self.span, text }
+    }
 }
 
 /// The variables and constants that are named by code that goes, and by nothing that stays.

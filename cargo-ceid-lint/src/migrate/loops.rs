@@ -12,6 +12,7 @@ use super::implicit::{Impls, implicit, impls_of_std};
 use super::text::{Style, has_word};
 use crate::flow::Program;
 use crate::index::{FunctionId, ModuleId};
+use crate::project::{IDLE_NAMES, Manners};
 use crate::source::{FileId, Span};
 use crate::syntax::Outline;
 use crate::syntax::tree::{Body, ExprId, ExprKind};
@@ -27,6 +28,9 @@ pub(super) struct Loops<'a> {
     parents: RefCell<FxHashMap<FunctionId, Parents>>,
     outlines: RefCell<FxHashMap<FileId, Rc<Outline>>>,
     styles: RefCell<FxHashMap<FileId, Style>>,
+    /// What is asked of the code in a file.
+    asked: &'a dyn Fn(&Path) -> Manners,
+    manners: RefCell<FxHashMap<FileId, Manners>>,
     /// The root modules of the crates that catch panics.
     catching: OnceCell<Vec<ModuleId>>,
     /// The files that ask for a use of each result.
@@ -39,7 +43,7 @@ pub(super) struct Loops<'a> {
 }
 
 impl<'a> Loops<'a> {
-    pub(super) fn of(program: &'a Program<'a>) -> Self {
+    pub(super) fn of(program: &'a Program<'a>, asked: &'a dyn Fn(&Path) -> Manners) -> Self {
         let mut at = FxHashMap::default();
         for id in program.index.function_ids() {
             let Some(body) = &program.index.function(id).function.body else { continue };
@@ -65,6 +69,8 @@ impl<'a> Loops<'a> {
             parents: RefCell::default(),
             outlines: RefCell::default(),
             styles: RefCell::default(),
+            asked,
+            manners: RefCell::default(),
             catching: OnceCell::new(),
             strict: OnceCell::new(),
             denying: OnceCell::new(),
@@ -105,8 +111,13 @@ impl<'a> Loops<'a> {
 
     /// The form of the lines of a file.
     pub(super) fn style(&self, file: FileId) -> Style {
-        let find = || Style::of(&self.program.sources.file(file).text);
+        let find = || Style { width: self.manners(file).width, ..Style::of(&self.program.sources.file(file).text) };
         *self.styles.borrow_mut().entry(file).or_insert_with(find)
+    }
+
+    fn manners(&self, file: FileId) -> Manners {
+        let find = || (self.asked)(&self.program.sources.file(file).path);
+        *self.manners.borrow_mut().entry(file).or_insert_with(find)
     }
 
     /// Whether the crate of a function, or one that links it, catches panics.
@@ -135,7 +146,7 @@ impl<'a> Loops<'a> {
         let sources = self.program.sources;
         let own = &sources.file(file).path;
         let strict = self.strict.get_or_init(|| self.files_with("unused_results"));
-        strict.iter().any(|id| is_root_of(&sources.file(*id).path, own))
+        strict.iter().any(|id| is_root_of(&sources.file(*id).path, own)) || self.manners(file).has_to_use_results
     }
 
     /// Whether the crate of a file does not compile with a name that nothing uses.
@@ -145,13 +156,12 @@ impl<'a> Loops<'a> {
         let denied = self.denying.get_or_init(|| {
             let denies = |line: &str| {
                 let line = line.trim_start();
-                let what = ["warnings", "unused", "unused_variables", "dead_code"];
                 (line.starts_with("#![deny(") || line.starts_with("#![forbid("))
-                    && what.iter().any(|lint| has_word(line, lint))
+                    && IDLE_NAMES.iter().any(|lint| has_word(line, lint))
             };
             sources.files().filter(|(_, file)| file.text.lines().any(denies)).map(|(id, _)| id).collect()
         });
-        denied.iter().any(|id| is_root_of(&sources.file(*id).path, own))
+        denied.iter().any(|id| is_root_of(&sources.file(*id).path, own)) || self.manners(file).denies_idle_names
     }
 
     fn files_with(&self, word: &str) -> BTreeSet<FileId> {

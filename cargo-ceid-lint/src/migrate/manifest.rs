@@ -108,6 +108,12 @@ fn line(text: &str, shared: Option<&Table>, wanted: &Wanted) -> Result<String, S
             format!("{NAME}.workspace = true")
         });
     }
+    let is_renamed = |(_, value): &(&String, &Value)| value.get("package").and_then(Value::as_str) == Some(NAME);
+    if let Some((name, _)) = shared.and_then(|shared| shared.iter().find(is_renamed)) {
+        return Err(format!(
+            "the workspace calls `{NAME}` `{name}`: let the package depend on it, with `{name}.workspace = true`"
+        ));
+    }
     let version = env!("CARGO_PKG_VERSION");
     let features = match (wanted.is_no_std, wanted.needs_alloc) {
         (false, _) => "",
@@ -269,6 +275,7 @@ mod tests {
             ("[dependencies]\nceid-core = { version = \"0.1\", default-features = false }\n", &alloc),
             ("[target.'cfg(unix)'.dependencies]\nceid-core = \"0.1\"\n", &PLAIN),
             ("dependencies = {}\n", &PLAIN),
+            ("[workspace.dependencies]\nguard = { package = \"ceid-core\", version = \"0.1\" }\n", &PLAIN),
         ] {
             assert!(dependency(text, None, wanted).is_err(), "{text}");
         }

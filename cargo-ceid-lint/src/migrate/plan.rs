@@ -1,13 +1,14 @@
 //! From the cycles of an analysis to a plan for each loop that updates filters by hand.
 
 use std::collections::BTreeSet;
-use std::ops::Range;
+use std::path::Path;
 
 use super::ambiguous::ambiguous;
 use super::body::LoopBody;
 use super::captures::captures;
 use super::effects::Effects;
 use super::exits::{Exits, exits};
+use super::gone::take_away;
 use super::head::UNKNOWN_RATE;
 use super::holding::{guarded, is_vec};
 use super::iteration::{Inner, inner_loop};
@@ -19,19 +20,26 @@ use super::observed::{is_observed, outlives_future};
 use super::owned::is_owned;
 use super::sites::{Site, owed, place_of, sites};
 use super::tails::{outlives_guard, without_name};
-use super::text::{has_word, removal};
+use super::text::has_word;
 use super::whole::{whole_function, whole_loop};
 use super::{Plan, Reason, Rewrite, head, law};
 use crate::count::{Cycle, CycleKind, Pair, Verdict};
 use crate::flow::Program;
 use crate::index::{FunctionId, Ty, TypeId};
+use crate::project::Manners;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
 
-/// A plan for each cycle that updates filters by hand; none where nothing is to be done.
+/// A plan for each cycle that updates filters by hand; none where nothing is to be done. `manners` says what is asked of the code in a
+/// file.
 #[must_use]
-pub fn plans(program: &Program<'_>, cycles: &[Cycle], edition: impl Fn(&Cycle) -> String) -> Vec<Plan> {
-    let loops = Loops::of(program);
+pub fn plans(
+    program: &Program<'_>,
+    cycles: &[Cycle],
+    edition: impl Fn(&Cycle) -> String,
+    manners: &dyn Fn(&Path) -> Manners,
+) -> Vec<Plan> {
+    let loops = Loops::of(program, manners);
     cycles.iter().filter_map(|cycle| plan(&loops, cycle, &edition(cycle))).collect()
 }
 
@@ -96,12 +104,6 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
         whole_function(&of).map_err(at_head)?;
     }
     whole_loop(&of, &loops.outline(of.file()), edition).map_err(at_head)?;
-    let core = law::ceid_core_name(loops.program.index, of.function);
-    if core.trim_start_matches(':') != "ceid_core" {
-        return Err(at_head(format!(
-            "the manifest calls `ceid-core` `{core}`, and its macros are read by its own name only: let the dependency keep that"
-        )));
-    }
     let mut reasons = Vec::new();
     let mut changes = Vec::new();
     let mut found = Vec::new();
@@ -234,18 +236,14 @@ impl Rewriter<'_> {
                 Err(text) => reasons.push(Reason { span: of.span(own.at), text }),
             }
         }
-        edits.extend(self.removals());
+        take_away(of, self.guarded, &mut edits);
         if let Some((head, rest)) = without_name(of, self.guarded) {
             edits.retain(|(span, _)| !rest.contains(*span));
             edits.extend([(head, String::new()), (rest, String::new())]);
         }
         for left in leftovers(self.loops, of, self.guarded) {
             if self.loops.are_unused_names_denied(of.file()) {
-                let text = format!(
-                    "nothing would use `{}` any more, which the crate denies: write its value where the updates stand",
-                    left.name
-                );
-                reasons.push(Reason { span: left.span, text });
+                reasons.push(left.refusal());
             } else {
                 notes.push(format!("`{}` has no use any more", left.name));
             }
@@ -290,35 +288,6 @@ impl Rewriter<'_> {
         let written = laws.iter().map(|(_, law)| *law);
         let is_dependency = written.chain([of.function]).all(|function| law::has_ceid_core(program.index, function));
         Ok(Rewrite { edits, laws, packages, is_dependency, needs_alloc, changes, notes })
-    }
-
-    /// What takes the updates away; statements that follow each other go together.
-    fn removals(&self) -> Vec<(Span, String)> {
-        let sites = self.guarded.iter().flat_map(|own| &own.sites);
-        let (emptied, sites): (Vec<&Site>, Vec<&Site>) = sites.partition(|site| site.emptied.is_some());
-        let mut stmts: Vec<Range<usize>> = sites.into_iter().filter_map(|site| site.stmt.clone()).collect();
-        stmts.sort_by_key(|stmt| stmt.start);
-        let mut joined: Vec<Range<usize>> = Vec::new();
-        for stmt in stmts {
-            match joined.last_mut() {
-                Some(last) if self.of.text[last.end.min(stmt.start)..stmt.start].trim().is_empty() => {
-                    last.end = stmt.end;
-                }
-                _ => joined.push(stmt),
-            }
-        }
-        let gone = joined.into_iter().map(|stmt| removal(self.of.text, stmt));
-        let branch = |site: &Site| {
-            Some((self.span(site.stmt.as_ref()?.start, site.stmt.as_ref()?.end), site.emptied?.to_owned()))
-        };
-        gone.map(|gone| (self.span(gone.start, gone.end), String::new()))
-            .chain(emptied.into_iter().filter_map(branch))
-            .collect()
-    }
-
-    fn span(&self, start: usize, end: usize) -> Span {
-        let to_u32 = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
-        Span::new(self.of.file(), to_u32(start), to_u32(end))
     }
 
     /// Code that nobody has read and that names something that the guard holds.

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::project::Manners;
 use crate::syntax::{Lexer, TokenKind};
 
 /// What the lines of a text have in common.
@@ -11,6 +12,8 @@ pub(super) struct Style {
     pub(super) end: &'static str,
     /// One step of indentation.
     pub(super) step: &'static str,
+    /// How long a line may be.
+    pub(super) width: usize,
 }
 
 impl Style {
@@ -26,7 +29,7 @@ impl Style {
             Some(8) => "        ",
             _ => "    ",
         };
-        Self { end, step }
+        Self { end, step, width: Manners::default().width }
     }
 }
 

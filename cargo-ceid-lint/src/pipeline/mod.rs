@@ -326,7 +326,7 @@ impl Run<'_> {
         let mut seen = BTreeSet::new();
         analysis.cycles.retain(|cycle| seen.insert((cycle.head, cycle.function.clone())));
         let edition = |cycle: &Cycle| project.packages[cycle.package].targets[cycle.target].edition.clone();
-        let plans = migrate::plans(&program, &analysis.cycles, edition);
+        let plans = migrate::plans(&program, &analysis.cycles, edition, &|path| project.manners(path));
         let idle_imports = migrate::idle_imports(&program, &analysis.cycles);
         let mut findings = rules::findings(&analysis, &known);
         suggest::add(&program, &analysis, &mut findings);

@@ -8,11 +8,11 @@ use super::{CheckedCrate, Gate, Memory, Steps};
 use crate::diagnostic::Problem;
 use crate::index::CrateInput;
 use crate::parallel::biggest_first;
-use crate::project::{CfgValues, Project, TargetKind};
+use crate::project::{CfgValues, Dependency, Package, Project, TargetKind};
 use crate::relevance::{Component, Names, Sets};
 use crate::source::{FileId, FileSet, ReadSource, SourceMap};
 use crate::syntax::tree::{Item, ItemKind};
-use crate::syntax::{RootModule, parse_root, survey_root};
+use crate::syntax::{RootModule, has_known_macros, parse_root, survey_root};
 
 /// How much code without any filter is parsed all the same, in bytes: as long as that takes less time than to start cargo, what
 /// is broken in it is told.
@@ -163,7 +163,7 @@ fn together(project: &Project, source: &Arc<dyn ReadSource>, parts: Vec<Part>, p
 }
 
 /// Reads a crate with its modules.
-type ParseRoot = fn(&Path, &str, &CfgValues, &mut FileSet, &mut Vec<Problem>) -> RootModule;
+type ParseRoot = fn(&Path, &str, &CfgValues, &BTreeSet<String>, &mut FileSet, &mut Vec<Problem>) -> RootModule;
 
 /// Parses the crates of some packages with their modules, one after the other.
 pub(super) fn parse(project: &Project, source: &Arc<dyn ReadSource>, packages: &[usize]) -> Part {
@@ -183,12 +183,13 @@ fn parse_as(project: &Project, source: &Arc<dyn ReadSource>, packages: &[usize],
     for number in packages {
         let package = &project.packages[*number];
         files.begin(FileId(u32::try_from(number * stride).expect("it is smaller than the last number")));
+        let renamed = renamed(package);
         for (target_number, target) in package.targets.iter().enumerate() {
             let mut cfg = package.cfg.clone();
             if target.cfg_test {
                 cfg.flags.insert("test".to_owned());
             }
-            let root = parse_root(&target.src_path, &target.edition, &cfg, &mut files, &mut part.problems);
+            let root = parse_root(&target.src_path, &target.edition, &cfg, &renamed, &mut files, &mut part.problems);
             part.left_out.extend(root.left_out);
             let is_reported = target.is_reported && package.is_reported;
             if is_reported {
@@ -209,6 +210,16 @@ fn parse_as(project: &Project, source: &Arc<dyn ReadSource>, packages: &[usize],
     }
     (part.sources, part.read) = files.into_parts();
     part
+}
+
+/// The names that a manifest gives to crates whose macros are known by another one.
+fn renamed(package: &Package) -> BTreeSet<String> {
+    let own_name = |dependency: &Dependency| dependency.package_name.replace('-', "_");
+    let is_renamed = |dependency: &&Dependency| {
+        let name = own_name(dependency);
+        dependency.extern_name != name && has_known_macros(&name)
+    };
+    package.dependencies.iter().filter(is_renamed).map(|dependency| dependency.extern_name.clone()).collect()
 }
 
 /// The names with which the imports of items begin, if a crate may have them.

@@ -29,7 +29,7 @@ use crate::source::{FileId, FileSet, MemorySource, SourceMap};
 pub use depth::{Excess, MAX_LINKS, MAX_NESTING, TooDeep, check_depth};
 pub use directives::{CycleDirective, Directive, DirectiveKind, Directives, NearMiss, Site, Suppression};
 pub(crate) use lex::{Lexer, Token, TokenKind};
-pub use macros::spelled;
+pub use macros::{has_known_macros, spelled};
 use modules::Loader;
 pub use outline::{Enclosure, Outline};
 use tree::{Attribute, Item};
@@ -71,18 +71,20 @@ pub fn parse_crate(
     files: &mut FileSet,
     problems: &mut Vec<Problem>,
 ) -> Vec<Item> {
-    parse_root(root_file, edition, cfg, files, problems).items
+    parse_root(root_file, edition, cfg, &BTreeSet::new(), files, problems).items
 }
 
-/// As [`parse_crate`], with the attributes of the crate.
+/// As [`parse_crate`], with the attributes of the crate. `renamed` are the names that its manifest gives to crates of which
+/// [`has_known_macros`].
 pub fn parse_root(
     root_file: &Path,
     edition: &str,
     cfg: &CfgValues,
+    renamed: &BTreeSet<String>,
     files: &mut FileSet,
     problems: &mut Vec<Problem>,
 ) -> RootModule {
-    deeply(|| Loader::new(cfg, edition, files, problems).root(root_file))
+    deeply(|| Loader::new(cfg, edition, renamed, files, problems).root(root_file))
 }
 
 /// As [`parse_root`], without any items: no more than the tree of one file is in memory at a time.
@@ -90,10 +92,11 @@ pub fn survey_root(
     root_file: &Path,
     edition: &str,
     cfg: &CfgValues,
+    renamed: &BTreeSet<String>,
     files: &mut FileSet,
     problems: &mut Vec<Problem>,
 ) -> RootModule {
-    deeply(|| Loader::new(cfg, edition, files, problems).without_items().root(root_file))
+    deeply(|| Loader::new(cfg, edition, renamed, files, problems).without_items().root(root_file))
 }
 
 /// Parses a crate. Its tree has spans of its own: the parser's, with its copies of all texts, are done with.

@@ -161,14 +161,32 @@ fn a_panic_is_told() {
 }
 
 #[test]
-fn a_dependency_with_another_name_is_refused() {
+fn a_dependency_keeps_the_name_that_the_manifest_gives_it() {
     let directory = two_loops("migrate_renamed");
     let manifest = read(&directory.join("Cargo.toml"));
     let renamed = manifest.replace("ceid-core = { path", "guard = { package = \"ceid-core\", path");
     crate::support::workspace::write(&directory, "Cargo.toml", renamed.as_bytes());
-    migrate(&directory, &["--all"]).assert_code(0).assert_stderr("the manifest calls `ceid-core` `guard`");
-    migrate(&directory, &[]).assert_code(0).assert_stderr("src/bin/robot.rs:8: `first` in `main`: not migrated");
-    assert_eq!(binary(&directory, "robot"), TWO_LOOPS);
+    migrate(&directory, &["--all"]).assert_code(0).assert_stderr("migrated 1 of 2 loops");
+    let text = binary(&directory, "robot");
+    assert!(text.contains("guard::ceid!(clock.begin_cycle() => first);") && !text.contains("ceid_core"), "{text}");
+    assert_eq!(read(&directory.join("Cargo.toml")), renamed);
+}
+
+#[test]
+fn a_manifest_may_deny_names_without_a_use() {
+    let case = read(&super::cases().join("refused/leaves_a_name_without_a_use.rs"));
+    let text = case.replace("#![deny(unused_variables)]\n", "");
+    for (name, lints) in [("denied", "unused = { level = \"deny\", priority = -1 }"), ("told", "unused = \"warn\"")] {
+        let directory = package(&format!("migrate_names_{name}"), &[("robot".to_owned(), text.clone())]);
+        let manifest = format!("{}\n[lints.rust]\n{lints}\n", read(&directory.join("Cargo.toml")));
+        crate::support::workspace::write(&directory, "Cargo.toml", manifest.as_bytes());
+        let said = migrate(&directory, &["--all"]);
+        match name {
+            "denied" => said.assert_code(0).assert_stderr("nothing would use `count` any more, which the crate denies"),
+            _ => said.assert_code(0).assert_stderr("`count` has no use any more"),
+        };
+        assert_eq!(binary(&directory, "robot") == text, name == "denied");
+    }
 }
 
 #[test]

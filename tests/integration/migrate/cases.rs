@@ -150,9 +150,13 @@ fn whole_workspaces_are_migrated() {
         // What its own tests say of it holds before and after.
         super::compiled::cargo(&directory, &["test", "--workspace", "--quiet"]);
         fs::remove_file(directory.join("Cargo.lock")).expect("the workspace is writable");
-        workspace::write(&directory, "rustfmt.toml", b"disable_all_formatting = true\n");
+        let form = fs::read_to_string(directory.join("rustfmt.toml")).unwrap_or_default();
+        workspace::write(&directory, "rustfmt.toml", format!("disable_all_formatting = true\n{form}").as_bytes());
         migrate(&directory, &["--all", "--ceid-core-path", &core]).assert_code(0).assert_no_panic();
-        fs::remove_file(directory.join("rustfmt.toml")).expect("the workspace is writable");
+        match form.as_str() {
+            "" => fs::remove_file(directory.join("rustfmt.toml")).expect("the workspace is writable"),
+            form => workspace::write(&directory, "rustfmt.toml", form.as_bytes()),
+        }
         let (mut before, mut after) = (Vec::new(), Vec::new());
         files(&path.join("before"), &path.join("before"), &mut before);
         files(&directory, &directory, &mut after);

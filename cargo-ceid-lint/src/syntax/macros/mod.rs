@@ -48,6 +48,11 @@ const KNOWN_CRATES: &[&str] = &[
     "ufmt",
 ];
 
+/// Whether macros of a crate are known, by the name of its package with `_` for `-`.
+pub fn has_known_macros(package_name: &str) -> bool {
+    KNOWN_CRATES.contains(&package_name)
+}
+
 /// What shape a macro's operands have, and what it does with them.
 #[derive(Clone, Copy)]
 enum Shape {
@@ -119,7 +124,10 @@ impl Lowerer<'_, '_> {
         let (first, last) = (segments.next()?, segments.next_back());
         match last {
             None => (!self.loader.own_macros.contains(&first)).then_some(first),
-            Some(last) => KNOWN_CRATES.contains(&first.as_str()).then_some(last),
+            Some(last) => {
+                let is_known = KNOWN_CRATES.contains(&first.as_str()) || self.loader.renamed.contains(&first);
+                is_known.then_some(last)
+            }
         }
     }
 

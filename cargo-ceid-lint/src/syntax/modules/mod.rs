@@ -31,6 +31,8 @@ const MAX_FILE_DEPTH: usize = 200;
 pub(super) struct Loader<'a> {
     pub(super) cfg: &'a CfgValues,
     pub(super) edition: &'a str,
+    /// Other names of the crates whose macros are known.
+    pub(super) renamed: &'a BTreeSet<String>,
     files: &'a mut FileSet,
     problems: &'a mut Vec<Problem>,
     /// The files that are being read, outermost first.
@@ -98,12 +100,14 @@ impl<'a> Loader<'a> {
     pub(super) fn new(
         cfg: &'a CfgValues,
         edition: &'a str,
+        renamed: &'a BTreeSet<String>,
         files: &'a mut FileSet,
         problems: &'a mut Vec<Problem>,
     ) -> Self {
         Self {
             cfg,
             edition,
+            renamed,
             files,
             problems,
             open: Vec::new(),

@@ -1,0 +1,105 @@
+//! What the owner of a file asks of the code in it beside that it compiles: lints in manifests and flags, and the width of lines.
+
+use std::fs;
+use std::path::Path;
+
+use toml::{Table, Value};
+
+use super::{Project, cargo_config};
+
+/// What is asked of the code in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Manners {
+    /// Whether a name that nothing uses is an error.
+    pub denies_idle_names: bool,
+    /// Whether each result is used, or said to be of no use: `unused_results` of the compiler.
+    pub has_to_use_results: bool,
+    /// How long a line may be.
+    pub width: usize,
+}
+
+impl Default for Manners {
+    fn default() -> Self {
+        Self { denies_idle_names: false, has_to_use_results: false, width: 100 }
+    }
+}
+
+/// The lints of the compiler that find names without a use, and the groups they are in.
+pub const IDLE_NAMES: [&str; 4] = ["warnings", "unused", "unused_variables", "dead_code"];
+
+impl Project {
+    /// What is asked of the code in the file at `path`.
+    #[must_use]
+    pub fn manners(&self, path: &Path) -> Manners {
+        let width = path.ancestors().skip(1).find_map(width);
+        let width = width.unwrap_or(Manners::default().width);
+        let Some(package) = self.owner(path).map(|number| &self.packages[number]) else {
+            return Manners { width, ..Manners::default() };
+        };
+        let text = |path: &Path| fs::read_to_string(path).unwrap_or_default();
+        let root = text(&package.workspace_root.join("Cargo.toml"));
+        let flags = cargo_config::read(&self.root, &[], None).rustflags;
+        Manners { width, ..of_lints(&text(&package.manifest_path), &root, &flags) }
+    }
+}
+
+/// The width of lines that a directory's configuration of rustfmt asks for; the default where it does not.
+fn width(directory: &Path) -> Option<usize> {
+    let read = |name: &str| fs::read_to_string(directory.join(name)).ok();
+    let table: Table = read("rustfmt.toml").or_else(|| read(".rustfmt.toml"))?.parse().ok()?;
+    let width = table.get("max_width").and_then(Value::as_integer).and_then(|width| usize::try_from(width).ok());
+    Some(width.unwrap_or(Manners::default().width))
+}
+
+/// What the lints ask for, by the texts of the manifests of a package and of its workspace, and by the flags for the compiler.
+fn of_lints(text: &str, workspace: &str, rustflags: &[String]) -> Manners {
+    let [own, root]: [Table; 2] = [text, workspace].map(|text| text.parse().unwrap_or_default());
+    let own = own.get("lints");
+    let is_shared = own.and_then(|lints| lints.get("workspace")).and_then(Value::as_bool) == Some(true);
+    let lints = if is_shared { root.get("workspace").and_then(|root| root.get("lints")) } else { own };
+    let level = |lint: &str| {
+        let level = lints?.get("rust")?.get(lint)?;
+        level.as_str().or_else(|| level.get("level")?.as_str())
+    };
+    let flags = format!("{} ", rustflags.join(" ").replace("--", "-"));
+    let is_flag = |lint: &str, levels: &[&str]| {
+        let forms = levels.iter().flat_map(|level| ["", " ", "="].map(|between| format!("-{level}{between}{lint} ")));
+        forms.into_iter().any(|form| flags.contains(&form))
+    };
+    let is_denied =
+        |lint: &&str| matches!(level(lint), Some("deny" | "forbid")) || is_flag(lint, &["D", "F", "deny", "forbid"]);
+    let results = "unused_results";
+    let is_told = level(results).is_some_and(|level| level != "allow")
+        || is_flag(results, &["W", "D", "F", "warn", "deny", "forbid"]);
+    Manners { denies_idle_names: IDLE_NAMES.iter().any(is_denied), has_to_use_results: is_told, ..Manners::default() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(text: &str, workspace: &str, flags: &str, (names, results): (bool, bool)) {
+        let flags: Vec<String> = flags.split_whitespace().map(str::to_owned).collect();
+        let found = of_lints(text, workspace, &flags);
+        assert_eq!((found.denies_idle_names, found.has_to_use_results), (names, results));
+    }
+
+    #[test]
+    fn lints_are_those_of_the_package_or_of_its_workspace() {
+        check("[lints.rust]\nunused = \"deny\"\n", "", "", (true, false));
+        check("lints.rust.warnings = { level = \"forbid\", priority = -1 }\n", "", "", (true, false));
+        check("[lints.rust]\nunused = \"warn\"\nunused_results = \"warn\"\n", "", "", (false, true));
+        let root = "[workspace.lints.rust]\nunused_variables = \"deny\"\nunused_results = \"deny\"\n";
+        check("[lints]\nworkspace = true\n", root, "", (true, true));
+        check("[package]\nname = \"a\"\n", root, "", (false, false));
+    }
+
+    #[test]
+    fn flags_of_the_compiler_ask_as_well() {
+        check("", "", "-Dwarnings", (true, false));
+        check("", "", "-C opt-level=3 -D warnings", (true, false));
+        check("", "", "--deny=dead_code -Wunused_results", (true, true));
+        check("", "", "-Dunused_imports -Wwarnings", (false, false));
+    }
+}
