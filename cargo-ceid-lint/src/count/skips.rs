@@ -21,7 +21,8 @@ pub(super) fn skip_place(search: &Search<'_>, exploration: &Exploration, end: &E
     });
     let way_out = way_out.map(|at| &behind[at]);
     let arm = behind.iter().find(|node| matches!(search.graph.node(**node).effect, Effect::Mark(Mark::Arm)));
-    let is_match = matches!(&search.graph.node(decided).effect, Effect::Branch(test) if test.text.contains(" is "));
+    let is_match = matches!(&search.graph.node(decided).effect, Effect::Branch(test)
+        if test.text.contains(" is ") || test.about.is_guard);
     let shown = match skips_by_itself(search, exploration, end) {
         true => decided,
         false => *way_out.or(arm.filter(|_| is_match)).unwrap_or(&decided),

@@ -48,7 +48,10 @@ impl ChangeKind {
     pub fn or(self, other: Self) -> Self {
         match (self, other) {
             (left, right) if left == right => left,
-            (Self::Constant, counts) | (counts, Self::Constant) if counts.counts() => Self::Wraps,
+            (Self::Constant, counts) | (counts, Self::Constant) if counts.counts() || counts == Self::Wraps => {
+                Self::Wraps
+            }
+            (Self::Wraps, counts) | (counts, Self::Wraps) if counts.counts() => Self::Wraps,
             _ => Self::Other,
         }
     }

@@ -61,6 +61,8 @@ pub struct ControlFlowGraph {
     pub derived: Vec<(Var, Var)>,
     /// What variables were computed from: the places read, and the functions and methods called.
     pub computed: std::collections::BTreeMap<Var, Computed>,
+    /// Where the expression stands that variables were last computed from: what has the same came together.
+    pub read_at: std::collections::BTreeMap<Var, Span>,
     /// The variables that hold what was taken out of something in the same iteration: `let packet = radio.wait();`
     pub received: std::collections::BTreeSet<Var>,
     /// The variables that a closure or an arm was handed: nothing is built there.

@@ -132,6 +132,8 @@ pub struct About {
     pub is_awaited: bool,
     /// Whether it is an arm of a choice between events.
     pub is_event: bool,
+    /// Whether it is the guard of an arm: where it fails, another arm is taken.
+    pub is_guard: bool,
     /// Whether it is a constant expression, or asks for `#[cfg]`.
     pub is_constant: bool,
     /// What it is, if it is a constant whose value is written out.

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{Gates, Way, contains_any};
 use crate::count::search::Region;
-use crate::flow::{Effect, NodeId, Place, Test, Var, VarInfo, is_receiving, is_receiving_something};
+use crate::flow::{Effect, NodeId, Place, Rounds, Test, Var, VarInfo, is_receiving, is_receiving_something};
 use crate::index::{Shape, Ty};
 
 /// Parts of the names of parameters and types that are events.
@@ -89,6 +89,19 @@ impl Gates<'_, '_> {
         about.asks_presence()
             && about.heads.iter().all(|head| (head == "+") == holds)
             && about.names.iter().any(|name| name.starts_with("try_") && is_receiving(name))
+    }
+
+    /// Whether a number is asked that came with something in this iteration: `for msg in receiver { if msg.seq % 4 == 0 { … } }`.
+    pub(super) fn asks_part_of_received(&self, test: &Test) -> bool {
+        let graph = self.search.graph;
+        let is_item = |place: &Place| {
+            let Region::Loop(own) = self.region else { return false };
+            let info = graph.loop_info(own);
+            let comes = info.rounds == Rounds::Unbounded || info.drains;
+            comes && place.base_var().is_some_and(|var| info.bound.contains(&var))
+        };
+        let mut parts = test.about.reads.iter().filter(|place| !place.steps.is_empty());
+        parts.any(|place| is_item(place) || self.is_received(place))
     }
 
     /// A choice on a message that was taken out of something in this iteration, by whatever name.

@@ -1,11 +1,14 @@
 //! Conditions that skip an update on purpose, and what tells them from defects.
 
 mod carried;
+mod chosen;
 mod event;
 mod helper;
 mod mode;
 mod own;
 mod rate;
+mod ready;
+mod rotation;
 mod sample;
 mod sources;
 mod state;
@@ -161,6 +164,11 @@ impl<'s, 'a> Gates<'s, 'a> {
 
     /// What a condition waits for, or the condition whose result it asks for: `let due = n % 10 == 0; if due { … }`.
     fn of_condition(&self, test: &Test, at: NodeId, way: &Way, origins: u32) -> Option<Gate> {
+        if origins < MAX_ORIGINS
+            && let Some(gate) = self.of_choices(test, at, way, origins)
+        {
+            return gate;
+        }
         self.of_test(test, at, way).or_else(|| {
             let Some((origin, chosen_at)) = self.origin(test, at, way).filter(|_| origins < MAX_ORIGINS) else {
                 return self.of_carried(test, at, way);
@@ -192,7 +200,13 @@ impl<'s, 'a> Gates<'s, 'a> {
             }
         }
         let is_kept = self.is_kept_flag(test);
-        if about.is_remainder && !is_kept && self.remainder_counts(test, at) && !self.stands_still(test, at, way) {
+        if about.is_remainder && self.asks_part_of_received(test) {
+            return Some(Gate::Event);
+        }
+        let is_decimated = || {
+            self.remainder_counts(test, at) && self.goes_on_counting(test, at, way) && !self.stands_still(test, at, way)
+        };
+        if about.is_remainder && !is_kept && is_decimated() {
             return Some(Gate::Rate);
         }
         // A lock that is not waited for fails while another holds it: that is no setting.
@@ -244,6 +258,9 @@ impl<'s, 'a> Gates<'s, 'a> {
         }
         if test.subject.is_some() && (is_kept || self.is_unchanging(test)) {
             return Some(Gate::Config);
+        }
+        if self.rotates(test) {
+            return Some(Gate::Rate);
         }
         // A remainder is no state that anything is in.
         (!about.is_remainder && self.is_mode(test.subject?)).then_some(Gate::Mode)
@@ -369,9 +386,14 @@ impl<'s, 'a> Gates<'s, 'a> {
     fn is_around_closure(&self, at: NodeId) -> bool {
         let graph = self.search.graph;
         let Region::Loop(own) = self.region else { return false };
+        graph.loop_info(own).is_foreign && self.is_read_in_place(at)
+    }
+
+    /// Whether a node belongs to another function that is read where it is called.
+    fn is_read_in_place(&self, at: NodeId) -> bool {
+        let graph = self.search.graph;
         let body = self.search.program.index.function(graph.function).function.body.as_ref();
-        graph.loop_info(own).is_foreign
-            && body.is_some_and(|body| !body.expr(body.root).span.contains(graph.node(at).span))
+        body.is_some_and(|body| !body.expr(body.root).span.contains(graph.node(at).span))
     }
 
     fn is_instance(&self, place: &Place) -> bool {

@@ -61,8 +61,9 @@ impl Gates<'_, '_> {
             }
             let steps = self.count_steps(place)?;
             let counts = steps.up || steps.down;
+            // What goes round with something else than the cycles opens the gate with that.
             if steps.wraps || (counts && test.about.is_masked) {
-                return Some(Gate::Rate);
+                return self.counts_while_closed(place, at, way).then_some(Gate::Rate);
             }
             if !counts && !steps.sums {
                 return None;
@@ -195,7 +196,13 @@ impl Gates<'_, '_> {
         match &self.search.graph.node(id).effect {
             Effect::Call(site) => self.call_writes(site, place),
             _ => {
-                self.assigns(id, place) && self.search.graph.changes.get(&id).is_some_and(|change| change.kind.counts())
+                self.assigns(id, place)
+                    && self
+                        .search
+                        .graph
+                        .changes
+                        .get(&id)
+                        .is_some_and(|change| change.kind.counts() || change.kind == ChangeKind::Wraps)
             }
         }
     }
@@ -212,18 +219,26 @@ impl Gates<'_, '_> {
         })
     }
 
-    /// Whether every iteration counts that comes to a branch and goes on from there as a way does.
+    /// Whether every iteration counts that comes to a branch and goes on from there as a way does, or starts anew where the count
+    /// has run out.
     fn counts_while_closed(&self, place: &Place, at: NodeId, way: &Way) -> bool {
-        let goes_by = |node: NodeId, _: usize| !self.counts_at(node, place);
+        let before = self.before_asking(place);
+        let starts_anew = |node: NodeId| self.is_set_back(node, place) && !before[node.0 as usize];
+        let goes_by = |node: NodeId, _: usize| !self.counts_at(node, place) && !starts_anew(node);
         !self.reached(goes_by)[at.0 as usize] || !way.after(at).is_some_and(|next| self.completes(next, goes_by))
     }
 
     /// Whether a counter is set back where it was found to have run out, not only where something else happens.
     fn runs_out(&self, place: &Place) -> bool {
-        let before = self.reached(|node, _| {
-            !matches!(&self.search.graph.node(node).effect, Effect::Branch(test) if test.about.reads.contains(place))
-        });
+        let before = self.before_asking(place);
         self.assigning(place).any(|id| self.is_set_back(id, place) && !before[id.0 as usize])
+    }
+
+    /// The nodes that an iteration reaches without asking a place.
+    fn before_asking(&self, place: &Place) -> Vec<bool> {
+        self.reached(|node, _| {
+            !matches!(&self.search.graph.node(node).effect, Effect::Branch(test) if test.about.reads.contains(place))
+        })
     }
 
     /// Whether what a counter has run up to is taken from it behind a branch, and nowhere else: `if n >= FULL { n -= FULL; … }`.
@@ -316,6 +331,15 @@ impl Gates<'_, '_> {
             Effect::Unknown { places, .. } => places.iter().any(overlaps),
             _ => false,
         })
+    }
+
+    /// Whether what a remainder is of counts the cycles, as far as it is counted here: not the errors, nor the samples of another.
+    pub(super) fn goes_on_counting(&self, test: &Test, at: NodeId, way: &Way) -> bool {
+        let sources = self.behind(test);
+        let is_counted = |place: &Place| self.nodes().any(|id| self.counts_at(id, place));
+        let counters = sources.places.iter().filter(|place| self.is_number(place) && self.outlives(place));
+        let mut counted = counters.filter(|place| is_counted(place)).peekable();
+        counted.peek().is_none() || counted.any(|place| self.counts_while_closed(place, at, way))
     }
 
     /// Whether the remainder that is compared is that of something that counts, or tells the time; not of a reading.

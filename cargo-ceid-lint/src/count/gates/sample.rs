@@ -24,6 +24,9 @@ const READINESS: &[&str] = &[
     "poll",
 ];
 
+/// Words in the names of methods that tell how much is there to be read.
+const AMOUNTS: &[&str] = &["is_empty", "len", "is_full", "pending", "available", "queued", "unread"];
+
 /// How many of them no measured value is called by.
 const CERTAIN: usize = 6;
 
@@ -208,6 +211,30 @@ impl Gates<'_, '_> {
         !is_there && self.feeds_sample(test)
     }
 
+    /// Whether a condition asks for nothing but what came in this iteration and is fed, and settings: `z.is_finite()`.
+    pub(super) fn asks_only_sample(&self, test: &Test) -> bool {
+        let is_plain = |place: &Place| matches!(self.ty(place), Some(Ty::Bool | Ty::Int | Ty::Float | Ty::Char));
+        let graph = self.search.graph;
+        let computed = |place: &Place| place.base_var().and_then(|var| graph.computed.get(&var));
+        // What is asked and what is fed are names of what one call gave.
+        let is_of_fed = |asked: &Computed| {
+            let has_all = |fed: &Computed| {
+                asked.calls.iter().all(|name| fed.calls.contains(name))
+                    && asked.places.iter().all(|place| fed.places.contains(place))
+            };
+            let mut fed = self.fed().places.iter().filter(|place| !self.outlives(place));
+            !asked.calls.is_empty() && fed.any(|place| computed(place).is_some_and(has_all))
+        };
+        let is_sample = |place: &Place| {
+            let is_fed = place.base_var().is_some_and(|var| self.feeds_any(&[var]));
+            let is_value = !self.outlives(place) && self.ty(place) != Some(Ty::Bool);
+            is_value && (is_fed || computed(place).is_some_and(is_of_fed))
+        };
+        let reads = &test.about.reads;
+        reads.iter().any(is_sample)
+            && reads.iter().all(|place| is_sample(place) || (is_plain(place) && self.is_setting(place)))
+    }
+
     /// Whether every value that may be absent feeds this filter.
     pub(super) fn feeds_sample(&self, test: &Test) -> bool {
         let graph = self.search.graph;
@@ -249,7 +276,8 @@ impl Gates<'_, '_> {
         let zips = about.names.iter().filter(|name| *name == "zip").count();
         if zips > 0 && !about.names.iter().any(|name| is_of_iterator(name)) {
             // `read().zip(radio())` is absent where either is.
-            return about.binds.len() > zips && about.binds.iter().all(|var| self.feeds_any(&[*var]));
+            let has_part = |var: &Var| self.feeds_any(&[*var]) || self.is_instance(&Place::var(*var));
+            return about.binds.len() > zips && about.binds.iter().all(has_part);
         }
         if !about.binds.is_empty() {
             return self.feeds_any(&about.binds);
@@ -260,8 +288,8 @@ impl Gates<'_, '_> {
                 && holds_names(computed)
                 && about.reads.iter().all(|place| computed.places.contains(place))
                 && (!about.reads.is_empty() || (asks_name && computed.places.is_empty()))
-                // What the filter gave is not what feeds it.
-                && !computed.places.iter().any(|place| self.lies_in_instance(place))
+                // What the filter gave is not what feeds it, but for what it is zipped with.
+                && (computed.calls.iter().any(|name| name == "zip") || !computed.places.iter().any(|place| self.lies_in_instance(place)))
         });
         let into: Vec<Var> = into.map(|(var, _)| *var).collect();
         if !into.is_empty() {
@@ -292,10 +320,10 @@ impl Gates<'_, '_> {
         if test.about.is_presence {
             return false;
         }
-        if self.is_marked(test) {
+        if self.is_marked(test) || self.is_complete(test) || self.fills_sample(test) || self.asks_ring(test) {
             return true;
         }
-        let asks_amount = asks(&["is_empty", "len", "is_full"]);
+        let asks_amount = asks(AMOUNTS);
         // A bit of a status register.
         let asks_bit = is_masked && asks(&["status", "flags", "state", "isr"]);
         // How it was compared before it was kept is not known.
@@ -325,7 +353,7 @@ impl Gates<'_, '_> {
 
 impl Gates<'_, '_> {
     /// What a truth value was computed from that keeps the answer of the only call behind it.
-    fn kept_answer(&self, test: &Test) -> Option<&Computed> {
+    pub(super) fn kept_answer(&self, test: &Test) -> Option<&Computed> {
         let [place] = test.about.reads.as_slice() else { return None };
         let is_kept = place.steps.is_empty() && test.about.names.is_empty() && self.ty(place) == Some(Ty::Bool);
         let computed = self.search.graph.computed.get(&place.base_var().filter(|_| is_kept)?)?;
@@ -353,6 +381,7 @@ impl Gates<'_, '_> {
                 let computed = graph.computed.get(&other);
                 other != var
                     && own.declared <= beside.declared
+                    && graph.read_at.get(&var) == graph.read_at.get(&other)
                     && computed.is_some_and(|own| own.calls == made_by.calls && own.places == made_by.places)
             })
         };
@@ -374,7 +403,7 @@ fn is_question(name: &str) -> bool {
 }
 
 /// Whether a word, or several of them, stand in a name: `already` has no `ready` in it. A number may stand behind them.
-fn has_word(name: &str, word: &str) -> bool {
+pub(super) fn has_word(name: &str, word: &str) -> bool {
     let name = name.to_lowercase();
     name.match_indices(word).any(|(at, _)| {
         let (before, after) = (&name[..at], &name[at + word.len()..]);

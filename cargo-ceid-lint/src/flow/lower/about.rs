@@ -55,21 +55,14 @@ impl Builder<'_> {
                     about.ratio = args.first().and_then(|arg| self.number(*arg));
                 }
                 self.collect_about(*receiver, about, depth + 1);
-                for arg in args {
-                    if let ExprKind::Reference { mutable: true, value, .. } = &body.expr(*arg).kind {
-                        about.lent.extend(self.static_place(*value));
-                    }
-                    self.collect_about(*arg, about, depth + 1);
-                }
+                self.collect_arguments(args, about, depth);
             }
             ExprKind::Call { callee, args } => {
                 if let ExprKind::Path(path) = &body.expr(*callee).kind {
                     about.names.push(path.last().to_owned());
                 }
                 self.collect_remainder(id, args, about);
-                for arg in args {
-                    self.collect_about(*arg, about, depth + 1);
-                }
+                self.collect_arguments(args, about, depth);
             }
             ExprKind::Binary { op, lhs, rhs } => {
                 about.is_combined = true;
@@ -117,6 +110,15 @@ impl Builder<'_> {
                 }
             }
             _ => {}
+        }
+    }
+
+    fn collect_arguments(&mut self, args: &[ExprId], about: &mut About, depth: u32) {
+        for arg in args {
+            if let ExprKind::Reference { mutable: true, value, .. } = &self.body().expr(*arg).kind {
+                about.lent.extend(self.static_place(*value));
+            }
+            self.collect_about(*arg, about, depth + 1);
         }
     }
 

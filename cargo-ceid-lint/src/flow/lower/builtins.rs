@@ -206,23 +206,21 @@ impl Builder<'_> {
                 }
                 self.copied_out(id, receiver, Value { head: None, same_as: None, ..value.clone() })
             }
+            "filter" if args.len() == 1 && self.is_optional(receiver) => {
+                self.filter_payload(id, receiver, args[0], value)
+            }
+            "zip" if args.len() == 1 && self.is_optional(receiver) => self.zip_options(id, receiver, args[0], value),
             "map" | "and_then" | "map_or" | "is_some_and" | "is_ok_and" | "is_none_or" | "map_or_else" | "inspect"
-            | "filter"
                 if self.is_optional(receiver) =>
             {
                 self.map_payload(id, receiver, method, args, value)
             }
-            "then" if *self.ty(receiver) == Ty::Bool => {
+            "then" | "then_some" if *self.ty(receiver) == Ty::Bool => {
                 let given = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
                 if let Some(closure) = given.closure.filter(|_| self.is_guard(id)) {
                     return Some(self.guard_if_true(id, value, receiver, closure));
                 }
-                if let Some(closure) = given.closure {
-                    self.on_true(value, receiver, span, |this| {
-                        this.inline_closure(closure, &[], span);
-                    });
-                }
-                Value::default()
+                self.then_value(id, receiver, value, given)
             }
             "lock" | "with" | "with_mut" | "with_borrow" | "with_borrow_mut" | "lock_mut" | "with_lock"
             | "lock_ref_mut" | "access"
@@ -401,22 +399,6 @@ impl Builder<'_> {
         self.resume_if_reached(after);
     }
 
-    /// Code that runs only where a truth value holds.
-    fn on_true(&mut self, value: &Value, receiver: ExprId, span: crate::source::Span, inside: impl FnOnce(&mut Self)) {
-        if self.at.is_none() {
-            return;
-        }
-        let about = self.about(receiver);
-        let (holds, fails) = self.branch_on_head(value, "true", "false", span, self.text(receiver), about);
-        let after = self.add_node(Effect::Nothing, span);
-        self.resume(holds);
-        inside(self);
-        self.jump(after);
-        self.resume(fails);
-        self.jump(after);
-        self.resume_if_reached(after);
-    }
-
     /// `option.map(|x| …)`: the closure runs where the value is there.
     fn map_payload(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId], value: &Value) -> Value {
         let span = self.span(id);
@@ -430,7 +412,6 @@ impl Builder<'_> {
         let on_payload = |this: &mut Self| {
             let result = this.inline_closure(closure, std::slice::from_ref(&payload), span);
             match method {
-                "filter" => payload,
                 // The closure says what there is.
                 "and_then" | "map_or" | "map_or_else" | "is_some_and" | "is_ok_and" | "is_none_or" => result,
                 _ => Value { head: Some("+".to_owned()), same_as: None, ..result },

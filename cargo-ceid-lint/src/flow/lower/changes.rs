@@ -6,10 +6,18 @@ use super::{Builder, Value};
 use crate::flow::{Change, ChangeKind, Effect, Place, Var};
 use crate::index::Ty;
 use crate::source::Span;
-use crate::syntax::tree::{ExprId, ExprKind};
+use crate::syntax::tree::{ExprId, ExprKind, PatKind};
+use crate::types::LocalId;
 
 /// The fields of a filter that a block has written so far.
 pub(super) type WrittenFields = Vec<(Place, BTreeSet<String>)>;
+
+/// What holds a value before an assignment, and the name that an arm gives it: `match n { 3 => 0, last => last + 1 }`.
+#[derive(Clone, Copy)]
+struct Before<'p> {
+    place: Option<&'p Place>,
+    name: Option<LocalId>,
+}
 
 impl Builder<'_> {
     /// Notes what the assignment at the last node does.
@@ -86,10 +94,10 @@ impl Builder<'_> {
     }
 
     fn change_kind(&mut self, place: Option<&Place>, value: ExprId) -> ChangeKind {
-        self.change_kind_at(place, value, 0)
+        self.change_kind_at(Before { place, name: None }, value, 0)
     }
 
-    fn change_kind_at(&mut self, place: Option<&Place>, value: ExprId, depth: u32) -> ChangeKind {
+    fn change_kind_at(&mut self, before: Before<'_>, value: ExprId, depth: u32) -> ChangeKind {
         let body = self.body();
         // The head of `Some(now)` is constant, and `now` is not.
         let is_made = matches!(&body.expr(value).kind, ExprKind::Call { args, .. }
@@ -100,29 +108,40 @@ impl Builder<'_> {
         if depth > 8 {
             return ChangeKind::Other;
         }
-        let is_same = |this: &mut Self, expr: ExprId| place.is_some() && this.static_place(expr).as_ref() == place;
+        let is_same = |this: &mut Self, expr: ExprId| this.is_value_before(before, expr);
         match &body.expr(value).kind {
             ExprKind::Not(inner) if is_same(self, *inner) => ChangeKind::Toggles,
-            ExprKind::Cast { value, .. } => self.change_kind_at(place, *value, depth + 1),
+            ExprKind::Cast { value, .. } => self.change_kind_at(before, *value, depth + 1),
             ExprKind::Block(block) => match block.tail {
-                Some(tail) => self.change_kind_at(place, tail, depth + 1),
+                Some(tail) => self.change_kind_at(before, tail, depth + 1),
                 None => ChangeKind::Other,
             },
-            ExprKind::If { then, otherwise: Some(otherwise), .. } => {
-                self.change_kind_at(place, *then, depth + 1).or(self.change_kind_at(place, *otherwise, depth + 1))
+            // What starts anew where something else says so is no number that comes round.
+            ExprKind::If { condition, then, otherwise: Some(otherwise) } => {
+                let [then, otherwise] = [*then, *otherwise].map(|value| self.change_kind_at(before, value, depth + 1));
+                let asks_it = before.place.is_some_and(|place| self.asks(*condition, place));
+                if then == otherwise || asks_it { then.or(otherwise) } else { ChangeKind::Other }
+            }
+            ExprKind::Match { scrutinee, arms } if is_same(self, *scrutinee) => {
+                let kinds = arms.iter().map(|arm| {
+                    let is_name = matches!(body.pat(arm.pat).kind, PatKind::Bind { .. });
+                    let name = self.typed().pat_local.get(&arm.pat).copied().filter(|_| is_name);
+                    self.change_kind_at(Before { name, ..before }, arm.body, depth + 1)
+                });
+                kinds.reduce(ChangeKind::or).unwrap_or(ChangeKind::Other)
             }
             ExprKind::Binary { op: "%", lhs, .. } => {
-                let inner = self.change_kind_at(place, *lhs, depth + 1);
+                let inner = self.change_kind_at(before, *lhs, depth + 1);
                 if inner.counts() { ChangeKind::Wraps } else { ChangeKind::Other }
             }
-            ExprKind::Binary { op: "&", lhs, .. } => self.change_kind_at(place, *lhs, depth + 1),
+            ExprKind::Binary { op: "&", lhs, .. } => self.change_kind_at(before, *lhs, depth + 1),
             ExprKind::Binary { op: "+", lhs, rhs } if is_same(self, *rhs) => self.added(*rhs, *lhs, true),
             ExprKind::Binary { op: op @ ("+" | "-"), lhs, rhs } if is_same(self, *lhs) => {
                 self.added(*lhs, *rhs, *op == "+")
             }
             ExprKind::MethodCall { receiver, method, args, .. } => match (method.as_str(), args.as_slice()) {
                 ("rem_euclid", [_]) => {
-                    let inner = self.change_kind_at(place, *receiver, depth + 1);
+                    let inner = self.change_kind_at(before, *receiver, depth + 1);
                     if inner.counts() { ChangeKind::Wraps } else { ChangeKind::Other }
                 }
                 (
@@ -131,12 +150,27 @@ impl Builder<'_> {
                     [step],
                 ) if is_same(self, *receiver) => self.added(*receiver, *step, method.ends_with("_add")),
                 ("unwrap" | "expect" | "unwrap_or" | "unwrap_or_default", _) => {
-                    self.change_kind_at(place, *receiver, depth + 1)
+                    self.change_kind_at(before, *receiver, depth + 1)
                 }
                 _ => ChangeKind::Other,
             },
             _ => ChangeKind::Other,
         }
+    }
+
+    /// Whether a condition is on a place, or a truth value that was computed from it.
+    fn asks(&mut self, condition: ExprId, place: &Place) -> bool {
+        let reads = self.computed_from(condition).places;
+        let from = |var: Var| self.graph.computed.get(&var);
+        let is_from = |read: &Place| read.base_var().and_then(from).is_some_and(|from| from.places.contains(place));
+        reads.contains(place) || reads.iter().any(is_from)
+    }
+
+    /// Whether an expression is the value before, as it was.
+    fn is_value_before(&mut self, before: Before<'_>, expr: ExprId) -> bool {
+        let name = self.typed().expr_local.get(&expr);
+        let is_named = before.name.is_some() && name == before.name.as_ref();
+        is_named || (before.place.is_some() && self.static_place(expr).as_ref() == before.place)
     }
 
     /// Takes note of a field of a filter that a statement writes. Once all of its state is written, that is a reset.

@@ -282,12 +282,10 @@ impl Builder<'_> {
         };
         let body = self.body();
         let ExprKind::Closure(code) = &body.expr(closure).kind else { return false };
-        let leaves = |kind: &ExprKind| matches!(kind, ExprKind::Return(_) | ExprKind::Try(_) | ExprKind::Await(_));
-        let inside = self.span(code.body);
         if !self.is_optional(receiver)
             || code.is_async
             || self.depth >= super::MAX_INLINE
-            || body.exprs.iter().any(|expr| inside.contains(expr.span) && leaves(&expr.kind))
+            || super::optional::leaves(body, code.body)
         {
             return false;
         }

@@ -37,6 +37,7 @@ mod loops;
 mod macros;
 mod made;
 mod operators;
+mod optional;
 mod panics;
 mod patterns;
 mod places;
@@ -56,14 +57,12 @@ mod written;
 
 use std::rc::Rc;
 
+use closures::ClosureRef;
 pub use flags::is_flag;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use closures::ClosureRef;
-
 use super::{
     Assignment, Cause, ControlFlowGraph, Effect, GuardId, Head, LoopId, LoopInfo, Node, NodeId, Place, Program, Var,
-    VarInfo,
 };
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
@@ -218,6 +217,7 @@ impl<'a> Builder<'a> {
             subjects: Vec::new(),
             guards: Vec::new(),
             derived: Vec::new(),
+            read_at: std::collections::BTreeMap::new(),
             received: std::collections::BTreeSet::new(),
             handed: std::collections::BTreeSet::new(),
             computed: std::collections::BTreeMap::new(),
@@ -421,7 +421,7 @@ impl<'a> Builder<'a> {
         let id = Var(u32::try_from(self.graph.vars.len()).expect("fewer than 2^32 variables"));
         let in_loop = self.loops.last().copied();
         let declared = self.at.unwrap_or(NodeId(0));
-        self.graph.vars.push(VarInfo { name, ty, span, in_loop, declared, param: None });
+        self.graph.vars.push(super::VarInfo { name, ty, span, in_loop, declared, param: None });
         id
     }
 

@@ -54,7 +54,13 @@ impl Builder<'_> {
                 self.note_copy(scrutinee);
             }
             if let Some(guard) = arm.guard {
+                let first = self.graph.nodes.len();
                 self.condition(guard, next);
+                for node in &mut self.graph.nodes[first..] {
+                    if let Effect::Branch(test) = &mut node.effect {
+                        test.about.is_guard = true;
+                    }
+                }
             }
             if self.at.is_some() {
                 self.emit(Effect::Mark(Mark::Arm), self.body().pat(arm.pat).span);

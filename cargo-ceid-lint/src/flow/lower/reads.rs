@@ -43,6 +43,8 @@ impl Builder<'_> {
             self.graph.received.extend(vars);
         }
         let computed = self.computed_from(from);
+        let span = self.span(from);
+        self.graph.read_at.extend(vars.iter().map(|var| (*var, span)));
         for var in vars {
             let all = self.graph.computed.entry(*var).or_default();
             all.places.extend(computed.places.iter().cloned());

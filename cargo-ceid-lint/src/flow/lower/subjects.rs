@@ -197,6 +197,9 @@ impl Builder<'_> {
                 self.pure(*receiver)
             }
             ExprKind::MethodCall { receiver, method, args, .. } => {
+                if let Some(place) = self.state_behind(id) {
+                    return Some(pure_place(place));
+                }
                 if !self.is_pure_method(id, method) {
                     return None;
                 }
@@ -229,6 +232,35 @@ impl Builder<'_> {
             }
             _ => None,
         }
+    }
+
+    /// The place of the state that a getter gives: `self.mode()`.
+    pub(super) fn state_behind(&mut self, id: ExprId) -> Option<Place> {
+        let body = self.body();
+        let ExprKind::MethodCall { receiver, args, .. } = &body.expr(id).kind else { return None };
+        if !args.is_empty() || !self.is_state(self.ty(id)) || matches!(self.ty(id), Ty::Ref(..)) {
+            return None;
+        }
+        let target = self.only_target(id)?;
+        let getter = self.program.index.function(target).function.body.as_ref()?;
+        let typed = self.program.typed(target)?;
+        let [param] = getter.params.as_slice() else { return None };
+        let owner = typed.pat_local.get(param)?;
+        let mut at = getter.root;
+        let mut names: Vec<&str> = Vec::new();
+        loop {
+            match &getter.expr(at).kind {
+                ExprKind::Block(block) if block.stmts.is_empty() => at = block.tail?,
+                ExprKind::Field { base, name } => {
+                    names.push(name);
+                    at = *base;
+                }
+                ExprKind::Path(_) if typed.expr_local.get(&at) == Some(owner) && !names.is_empty() => break,
+                _ => return None,
+            }
+        }
+        let place = self.static_place(*receiver)?;
+        Some(names.iter().rev().fold(place, |place, name| place.field(name)))
     }
 
     /// Whether a cast gives the value that it gets: `true as u8` is no `true`, and `300 as u8` no 300.

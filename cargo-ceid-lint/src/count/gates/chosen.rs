@@ -1,0 +1,141 @@
+//! Options that are left empty on purpose: `let chosen = if is_armed() { filter.as_mut() } else { None };`
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::{Gates, MAX_ORIGINS, Way};
+use crate::count::verdict::Gate;
+use crate::flow::{Effect, NodeId, Place, Test};
+
+/// Why an option may be empty.
+#[derive(Debug, Default)]
+struct Choices {
+    /// The branches at which that is decided, each with its successor.
+    made: BTreeSet<(NodeId, NodeId)>,
+    /// Whether a value is taken over that may be absent itself.
+    takes_over: bool,
+}
+
+impl Gates<'_, '_> {
+    /// What a question waits for whose option may be empty by choice: each choice has to wait for something. `None` if there is no
+    /// choice.
+    pub(super) fn of_choices(&self, test: &Test, at: NodeId, way: &Way, origins: u32) -> Option<Option<Gate>> {
+        let graph = self.search.graph;
+        let asked = graph.subjects[test.subject?.0 as usize].whole.as_ref().filter(|_| test.about.is_presence)?;
+        let mut choices = Choices::default();
+        self.add_choices(asked, at, 0, &mut choices)?;
+        if choices.made.is_empty() {
+            return None;
+        }
+        let mut found = choices.takes_over.then(|| self.of_test(test, at, way));
+        for (branch, next) in choices.made {
+            let Effect::Branch(origin) = &graph.node(branch).effect else { return None };
+            let way = self.way_by(branch, next, at, way);
+            // A filter on the sample itself lets pass what is one.
+            let is_of_sample = || self.asks_only_sample(origin) && self.lacks_sample(test, at, &way);
+            let gate = self.of_condition(origin, branch, &way, origins + 1);
+            let gate = gate.or_else(|| is_of_sample().then_some(Gate::Sample));
+            // Of what is zipped, each part has to be fed.
+            let is_zipped = || test.about.names.iter().any(|name| name == "zip");
+            let gate = gate.filter(|gate| *gate != Gate::Sample || !is_zipped() || self.feeds_sample(test));
+            // What is always so tells less than what waits.
+            found = match found {
+                None | Some(Some(Gate::Config)) => Some(gate),
+                Some(found) => Some(found.filter(|_| gate.is_some())),
+            };
+        }
+        found
+    }
+
+    /// Finds out why an option may be empty; `None` if it may be so for a reason that is not known.
+    fn add_choices(&self, asked: &Place, at: NodeId, copies: u32, found: &mut Choices) -> Option<()> {
+        if self.outlives(asked) || copies > MAX_ORIGINS || !asked.steps.is_empty() || self.calls_write(asked) {
+            return None;
+        }
+        let given: Vec<NodeId> = self.assigning(asked).collect();
+        for id in &given {
+            let (Effect::Set(set) | Effect::Write(set)) = &self.search.graph.node(*id).effect else { return None };
+            match (set.head.as_deref(), set.same_as) {
+                (Some("-"), _) => found.made.extend(self.deciding(*id, &given, at)?),
+                (Some(_), _) => {}
+                (None, Some(from)) if self.assigning(&Place::var(from)).next().is_some() => {
+                    self.add_choices(&Place::var(from), *id, copies + 1, found)?;
+                }
+                (None, _) => found.takes_over = true,
+            }
+        }
+        Some(())
+    }
+
+    /// The branches that decide whether a place has the value at a question that a node gives it, each with its successor;
+    /// `None` if none does.
+    fn deciding(&self, id: NodeId, given: &[NodeId], at: NodeId) -> Option<Vec<(NodeId, NodeId)>> {
+        let graph = self.search.graph;
+        let stays = |node: NodeId| node != at && (node == id || !given.contains(&node));
+        let kept = self.reached_from(id, |node, _| stays(node));
+        let is_other = |node: &NodeId| *node != id && kept[node.0 as usize];
+        if given.iter().any(is_other) {
+            // `let mut chosen = None; if is_armed() { chosen = read(); }`
+            let changes = |next: NodeId| {
+                let reached = self.reached_from(next, |node, _| stays(node));
+                given.iter().any(|other| other != &id && reached[other.0 as usize])
+            };
+            let asks = |node: &NodeId| matches!(graph.node(*node).effect, Effect::Branch(_)) && *node != at;
+            let mut found = Vec::new();
+            for branch in self.nodes().filter(|node| kept[node.0 as usize] && asks(node)) {
+                let (changing, keeping): (Vec<NodeId>, Vec<NodeId>) =
+                    graph.node(branch).next.iter().copied().partition(|next| changes(*next));
+                if !changing.is_empty() {
+                    found.extend(keeping.into_iter().map(|next| (branch, next)));
+                }
+            }
+            return (!found.is_empty()).then_some(found);
+        }
+        let mut leading: BTreeMap<NodeId, Vec<NodeId>> = BTreeMap::new();
+        for node in self.nodes() {
+            for next in &graph.node(node).next {
+                leading.entry(*next).or_default().push(node);
+            }
+        }
+        let mut found = Vec::new();
+        let mut seen = BTreeSet::from([id]);
+        let mut open = vec![id];
+        while let Some(node) = open.pop() {
+            if node == self.start() {
+                return None;
+            }
+            for before in leading.get(&node).into_iter().flatten() {
+                match &graph.node(*before).effect {
+                    Effect::Branch(_) => found.push((*before, node)),
+                    _ => open.extend(seen.insert(*before).then_some(*before)),
+                }
+            }
+        }
+        (!found.is_empty()).then_some(found)
+    }
+
+    /// A way that takes a branch, and goes on from a later node as another way does.
+    fn way_by(&self, branch: NodeId, next: NodeId, at: NodeId, way: &Way) -> Way {
+        let mut nodes = self.path(self.start(), branch);
+        nodes.extend(self.path(next, at));
+        nodes.extend(way.nodes.iter().skip_while(|node| **node != at).skip(1));
+        Way { nodes, at: branch }
+    }
+
+    /// The shortest path between two nodes, with both; nothing but these if there is none.
+    fn path(&self, from: NodeId, to: NodeId) -> Vec<NodeId> {
+        let graph = self.search.graph;
+        let mut before: BTreeMap<NodeId, NodeId> = BTreeMap::new();
+        let mut open = std::collections::VecDeque::from([from]);
+        while let Some(node) = open.pop_front().filter(|node| *node != to) {
+            for next in graph.node(node).next.iter().filter(|next| self.is_inside(**next) && **next != from) {
+                if !before.contains_key(next) {
+                    before.insert(*next, node);
+                    open.push_back(*next);
+                }
+            }
+        }
+        let mut path: Vec<NodeId> = std::iter::successors(Some(to), |node| before.get(node).copied()).collect();
+        path.reverse();
+        path
+    }
+}

@@ -1,0 +1,120 @@
+//! Options that are made of other values, there or not by what is asked for them: `filter`, `zip`, `then`.
+
+use super::{Builder, ClosureRef, Value};
+use crate::flow::{Effect, NodeId};
+use crate::source::Span;
+use crate::syntax::tree::{Body, ExprId, ExprKind};
+
+impl Builder<'_> {
+    /// `read().filter(|z| z.is_finite())`: what is there stays if the closure says so.
+    pub(super) fn filter_payload(&mut self, id: ExprId, receiver: ExprId, asked: ExprId, value: &Value) -> Value {
+        let span = self.span(id);
+        let body = self.body();
+        let written = match &body.expr(asked).kind {
+            ExprKind::Closure(code) if !code.is_async && !leaves(body, code.body) => Some(code),
+            _ => None,
+        };
+        let closure = match written {
+            Some(_) => Some(ClosureRef { frame: self.frame, expr: asked }),
+            None => self.expr(asked).closure,
+        };
+        let Some(closure) = closure.filter(|_| self.at.is_some() && self.depth < super::MAX_INLINE) else {
+            return Value { head: None, same_as: None, ..value.clone() };
+        };
+        let vars = self.closure_vars(closure);
+        self.derive(&vars, receiver);
+        let join = self.new_join(self.ty(id).clone(), span);
+        let left_out = self.add_node(Effect::Nothing, span);
+        let absent = self.add_node(Effect::Nothing, span);
+        let payload = Value { head: None, same_as: None, ..value.clone() };
+        if value.head.as_deref() != Some("+") {
+            let (present, none) = self.branch_on_payload(receiver, closure, value, span);
+            self.link(none, absent);
+            self.resume(present);
+        }
+        match written {
+            Some(code) => {
+                self.depth += 1;
+                if let Some((pat, _)) = code.params.first() {
+                    self.bind_pattern(*pat, &payload);
+                }
+                self.condition(code.body, left_out);
+                self.depth -= 1;
+            }
+            None => {
+                let truth = self.inline_closure(closure, std::slice::from_ref(&payload), span);
+                // A function is asked for nothing but what is there.
+                let about = self.about_presence(receiver, vars);
+                let (passes, fails) = self.branch_on_head(&truth, "true", "false", span, self.text(asked), about);
+                self.link(fails, left_out);
+                self.resume(passes);
+            }
+        }
+        self.end_branch(&join, &Value { head: Some("+".to_owned()), ..payload }, span);
+        for none in [left_out, absent] {
+            self.end_absent(&join, none, span);
+        }
+        self.close_join(&join)
+    }
+
+    /// `filter.as_mut().zip(read())`: there where both are.
+    pub(super) fn zip_options(&mut self, id: ExprId, receiver: ExprId, other: ExprId, value: &Value) -> Value {
+        let span = self.span(id);
+        let second = self.expr(other);
+        if self.at.is_none() {
+            return Value::default();
+        }
+        let join = self.new_join(self.ty(id).clone(), span);
+        let parts = [(receiver, value), (other, &second)];
+        for (expr, value) in parts {
+            let about = self.about_presence(expr, Vec::new());
+            let (present, absent) = match self.pure(expr) {
+                Some(pure) => {
+                    let subject = self.subject(pure, Some(vec!["+".to_owned(), "-".to_owned()]));
+                    self.head_bit(subject, "+");
+                    self.head_bit(subject, "-");
+                    self.branch_on_subject(subject, &["+".to_owned()], true, span, self.text(expr), about)
+                }
+                None => self.branch_on_head(value, "+", "-", span, self.text(expr), about),
+            };
+            self.end_absent(&join, absent, span);
+            self.resume(present);
+        }
+        let payloads = parts.map(|(_, value)| Value { head: None, same_as: None, ..value.clone() });
+        let both = self.gathered(id, &[receiver, other], &payloads);
+        self.end_branch(&join, &Value { head: Some("+".to_owned()), ..both }, span);
+        self.close_join(&join)
+    }
+
+    /// `is_armed().then(|| read())`, `is_armed().then_some(sample)`: there where the truth value holds.
+    pub(super) fn then_value(&mut self, id: ExprId, receiver: ExprId, value: &Value, given: Value) -> Value {
+        if self.at.is_none() {
+            return Value::default();
+        }
+        let span = self.span(id);
+        let about = self.about(receiver);
+        let (holds, fails) = self.branch_on_head(value, "true", "false", span, self.text(receiver), about);
+        let join = self.new_join(self.ty(id).clone(), span);
+        self.resume(holds);
+        let made = match given.closure {
+            Some(closure) => self.inline_closure(closure, &[], span),
+            None => given,
+        };
+        self.end_branch(&join, &Value { head: Some("+".to_owned()), same_as: None, ..made }, span);
+        self.end_absent(&join, fails, span);
+        self.close_join(&join)
+    }
+
+    /// Ends a branch on which nothing is there.
+    fn end_absent(&mut self, join: &super::values::Join, at: NodeId, span: Span) {
+        self.resume_if_reached(at);
+        self.end_branch(join, &Value { head: Some("-".to_owned()), ..Value::default() }, span);
+    }
+}
+
+/// Whether a closure's code can be left before its end, or waits.
+pub(super) fn leaves(body: &Body, code: ExprId) -> bool {
+    let inside = body.expr(code).span;
+    let is_exit = |kind: &ExprKind| matches!(kind, ExprKind::Return(_) | ExprKind::Try(_) | ExprKind::Await(_));
+    body.exprs.iter().any(|expr| inside.contains(expr.span) && is_exit(&expr.kind))
+}
