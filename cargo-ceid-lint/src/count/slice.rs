@@ -73,14 +73,13 @@ impl ControlDependence {
         self.asking.get(&subject).map_or(&[], Vec::as_slice)
     }
 
-    /// The heads with which a subject that never changes comes to a node; `find` tells them for this node and maybe others.
-    pub(super) fn arriving(&self, node: NodeId, subject: SubjectId, find: impl FnOnce() -> Vec<(NodeId, u32)>) -> u32 {
+    /// The heads with which a subject that never changes comes to a node.
+    pub(super) fn arriving(&self, node: NodeId, subject: SubjectId, find: impl FnOnce() -> u32) -> u32 {
         let known = self.arriving.borrow().get(&(node, subject)).copied();
         known.unwrap_or_else(|| {
             let found = find();
-            let mut arriving = self.arriving.borrow_mut();
-            arriving.extend(found.into_iter().map(|(other, heads)| ((other, subject), heads)));
-            arriving.get(&(node, subject)).copied().unwrap_or(u32::MAX)
+            self.arriving.borrow_mut().insert((node, subject), found);
+            found
         })
     }
 

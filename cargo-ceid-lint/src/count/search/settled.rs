@@ -3,6 +3,8 @@
 use std::collections::BTreeSet;
 use std::rc::Rc;
 
+use rustc_hash::FxHashSet;
+
 use super::{Region, Search};
 use crate::flow::{Effect, NodeId, Place, SubjectId};
 
@@ -14,57 +16,55 @@ impl Search<'_> {
         let Region::Loop(own) = region else { return graph.subjects[id.0 as usize].anything() };
         let is_outside = |node: NodeId| !graph.is_within(graph.node(node).in_loop, own);
         let head = graph.loop_info(own).head;
-        self.dependence.arriving(head, id, || self.arriving(&[head], id, &is_outside))
+        self.dependence.arriving(head, id, || self.arriving(head, id, &is_outside))
     }
 
     /// The heads that a subject which never changes can have at a branch on it, for the branches on the way there.
     pub(super) fn settled_at(&self, branch: NodeId, id: SubjectId) -> u32 {
-        let asking = self.dependence.asking(id);
-        if asking.iter().all(|other| *other == branch) {
-            return self.graph.subjects[id.0 as usize].anything();
-        }
-        // Sooner or later all of them are asked for.
-        let targets = if asking.contains(&branch) { asking } else { &[branch] };
-        self.dependence.arriving(branch, id, || self.arriving(targets, id, &|_| true))
+        self.dependence.arriving(branch, id, || self.arriving(branch, id, &|node| node != branch))
     }
 
-    /// The same for any nodes, where only what `is_outside` is asked on the way there.
-    fn arriving(&self, targets: &[NodeId], id: SubjectId, is_outside: &dyn Fn(NodeId) -> bool) -> Vec<(NodeId, u32)> {
+    /// The same for any node, where only what `is_outside` is asked on the way there.
+    fn arriving(&self, target: NodeId, id: SubjectId, is_outside: &dyn Fn(NodeId) -> bool) -> u32 {
         let graph = self.graph;
         let subject = &graph.subjects[id.0 as usize];
-        let all = |heads: u32| targets.iter().map(|target| (*target, heads)).collect::<Vec<_>>();
-        let is_local = subject.whole.as_ref().is_some_and(|place| place.base_var().is_some());
-        if !is_local || !self.dependence.asking(id).iter().any(|node| is_outside(*node)) {
-            return all(subject.anything());
-        }
-        let mut starts = self.writers_of(id);
-        if !starts.iter().all(|writer| is_outside(*writer)) {
-            return all(subject.anything());
-        }
-        starts.push(NodeId(0));
+        let Some(place) = &subject.whole else { return subject.anything() };
         let asks = |node: NodeId| match &graph.node(node).effect {
             Effect::Branch(test) if test.subject == Some(id) => Some((test.holds, test.fails)),
             _ => None,
         };
-        let mut arrived = all(0);
-        for bit in (0..u32::BITS).map(|number| 1 << number).filter(|bit| subject.anything() & bit != 0) {
-            let mut seen = vec![false; graph.nodes.len()];
-            let mut open = starts.clone();
+        if place.base_var().is_none() || !self.dependence.asking(id).iter().any(|node| is_outside(*node)) {
+            return subject.anything();
+        }
+        let mut starts: FxHashSet<NodeId> = self.writers_of(id).into_iter().collect();
+        if !starts.iter().all(|writer| is_outside(*writer)) {
+            return subject.anything();
+        }
+        starts.insert(NodeId(0));
+        // Backwards, for what gave it its value is mostly near.
+        let arrives_with = |bit: u32| {
+            let mut seen: FxHashSet<NodeId> = FxHashSet::default();
+            let mut open = vec![target];
             while let Some(node) = open.pop() {
-                if std::mem::replace(&mut seen[node.0 as usize], true) {
+                if starts.contains(&node) {
+                    return true;
+                }
+                if !seen.insert(node) {
                     continue;
                 }
-                let asked = asks(node);
-                for (edge, next) in graph.node(node).next.iter().enumerate() {
-                    let heads = asked.map_or(bit, |(holds, fails)| if edge == 0 { holds } else { fails });
-                    if heads & bit != 0 {
-                        open.push(*next);
-                    }
-                }
+                open.extend(self.dependence.before(node).iter().filter(|before| {
+                    asks(**before).is_none_or(|(holds, fails)| {
+                        let next = graph.node(**before).next.iter().enumerate();
+                        let mut heads =
+                            next.filter(|(_, next)| **next == node).map(|(edge, _)| [holds, fails][edge.min(1)]);
+                        heads.any(|heads| heads & bit != 0)
+                    })
+                }));
             }
-            arrived.iter_mut().filter(|(target, _)| seen[target.0 as usize]).for_each(|(_, heads)| *heads |= bit);
-        }
-        arrived
+            false
+        };
+        let bits = (0..u32::BITS).map(|number| 1 << number).filter(|bit| subject.anything() & bit != 0);
+        bits.filter(|bit| arrives_with(*bit)).sum()
     }
 
     /// What a subject reads.
