@@ -217,7 +217,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         if about.is_presence && self.lacks_sample(test, at, way) {
             return Some(Gate::Sample);
         }
-        if self.is_flag_of_others(test) {
+        if self.asks_whether_event(test) || self.is_flag_of_others(test) {
             return Some(Gate::Event);
         }
         // `match port.read() { Reading::Fresh(sample) => …, Reading::Stale => … }`
