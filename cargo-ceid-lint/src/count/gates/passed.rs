@@ -15,13 +15,11 @@ impl Gates<'_, '_> {
         let graph = self.search.graph;
         let mut found: BTreeMap<SubjectId, u32> = BTreeMap::new();
         for (at, next) in way.nodes.iter().zip(way.nodes.iter().skip(1)) {
-            match &graph.node(*at).effect {
-                Effect::Branch(test) => {
-                    let Some(id) = test.subject else { continue };
-                    let heads = if graph.node(*at).next.first() == Some(next) { test.holds } else { test.fails };
-                    *found.entry(id).or_insert_with(|| graph.subjects[id.0 as usize].anything()) &= heads;
-                }
-                _ => {}
+            if let Effect::Branch(test) = &graph.node(*at).effect
+                && let Some(id) = test.subject
+            {
+                let heads = if graph.node(*at).next.first() == Some(next) { test.holds } else { test.fails };
+                *found.entry(id).or_insert_with(|| graph.subjects[id.0 as usize].anything()) &= heads;
             }
             if *at == way.at {
                 break;
