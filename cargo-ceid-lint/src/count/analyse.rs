@@ -312,14 +312,19 @@ impl Context<'_> {
                 CycleId::Function => Some((def.function.keyword, CycleKind::Function)),
             };
             let Some((head, kind)) = head else { continue };
-            analysis.cycles.push(Cycle {
+            let cycle = Cycle {
                 package: info.package,
                 target: info.target,
                 head,
                 kind,
                 function: index.function_name(graph.function),
                 filters,
-            });
+            };
+            // A closure that is called in several places is one cycle.
+            match kind {
+                CycleKind::Closure => generic_cycles::merge(&mut analysis.cycles, vec![cycle], false),
+                _ => analysis.cycles.push(cycle),
+            }
         }
     }
 

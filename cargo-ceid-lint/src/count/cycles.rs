@@ -6,7 +6,7 @@ use super::aliases::Aliases;
 use super::functions::FunctionKind;
 use super::search::Search;
 use super::summary::Summaries;
-use crate::flow::{CallSite, Computed, ControlFlowGraph, Effect, IndexKey, LoopId, NodeId, Place, Rounds, Var};
+use crate::flow::{CallSite, Caller, Computed, ControlFlowGraph, Effect, IndexKey, LoopId, NodeId, Place, Rounds, Var};
 use crate::index::{FunctionId, Ty};
 use crate::syntax::CycleDirective;
 
@@ -169,8 +169,11 @@ fn choose(
             return Some(*id);
         }
     }
-    if let Some(at) = unbounded {
-        return Some(around[at]);
+    // For anything else a call of a closure is none.
+    let is_call = |id: &&LoopId| graph.loop_info(**id).caller == Caller::Helper;
+    let around: Vec<LoopId> = around.iter().filter(|id| !is_call(id)).copied().collect();
+    if let Some(id) = around.iter().find(|id| graph.loop_info(**id).rounds == Rounds::Unbounded) {
+        return Some(*id);
     }
     if kind == FunctionKind::Cycle {
         // In a function that is a cycle, an inner loop multiplies.

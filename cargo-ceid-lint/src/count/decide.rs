@@ -9,6 +9,7 @@ use super::instances;
 use super::returned;
 use super::search::{End, EndKind, Exploration, Region, Search};
 use super::skips::{is_by_key, is_of_nothing, loop_left, skip_place};
+use super::stand_ins;
 use super::verdict::{Evidence, Gate, Verdict};
 use super::witness::{is_closure_call, steps, steps_inside};
 use crate::diagnostic::WitnessStep;
@@ -195,7 +196,7 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
     let is_untouched = ends.iter().all(|end| end.state.count == Count::Zero && !end.state.reset);
     let is_element = search.instance.steps.iter().any(|step| matches!(step.key(), Some(IndexKey::Number(_))));
     if is_untouched && (is_element || is_let_go(search)) && !completing.is_empty() {
-        return missed(head_of(search, region), base);
+        return missed(search, region, head_of(search, region), base);
     }
     // Which element of a map is passed over depends on its key.
     if instances::is_in_map(search.program.index, search.graph, search.instance)
@@ -246,7 +247,7 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
     }
     let decision = skipped(search, region, &exploration, &skipping, base);
     if is_untouched && decision.verdict == Verdict::Skipped {
-        return missed(head_of(search, region), decision);
+        return missed(search, region, head_of(search, region), decision);
     }
     decision
 }
@@ -262,7 +263,10 @@ fn is_passed_over(search: &Search<'_>, exploration: &Exploration, end: &End) -> 
     }
 }
 
-fn missed(head: Span, base: Decision) -> Decision {
+fn missed(search: &Search<'_>, region: Region, head: Span, base: Decision) -> Decision {
+    if let Some(cause) = stand_ins::of(search, region) {
+        return Decision { primary: Some(head), counts: base.counts, law: base.law, ..Decision::unproved(cause) };
+    }
     let begins = WitnessStep { span: head, message: "no path of this cycle updates it".to_owned() };
     Decision { verdict: Verdict::Missed, witness: vec![begins], primary: Some(head), ..base }
 }
@@ -413,7 +417,7 @@ pub(super) fn decide_missed(search: &Search<'_>, region: Region, head: Span) -> 
     };
     match (&base.cause, completes) {
         (Some(_), _) => base,
-        (None, true) => missed(head, base),
+        (None, true) => missed(search, region, head, base),
         // Only a path that completes owes an update.
         (None, false) => Decision { verdict: Verdict::Once, counts: Vec::new(), ..base },
     }

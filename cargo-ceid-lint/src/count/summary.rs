@@ -19,6 +19,7 @@ use super::returned;
 use super::search::{Region, Search};
 use super::shown::Shown;
 use super::slice::ControlDependence;
+use super::stand_ins;
 use super::uses::is_plain;
 use super::verdict::Gate;
 use crate::flow::{CallSite, Cause, ChangeKind, ControlFlowGraph, Effect, Head, Place, Program, Projection, Transfer};
@@ -118,6 +119,8 @@ pub(super) struct Summary {
     pub(super) finished: BTreeSet<Vec<Projection>>,
     /// What it updates without ever coming back.
     pub(super) endless: BTreeSet<Given>,
+    /// What it advances otherwise than by its law, with the half of the law and how.
+    pub(super) stand_ins: BTreeMap<(Given, usize), Cause>,
     /// What only a debug build updates, with the half of the law.
     pub(super) debug_only: BTreeMap<(Given, usize), DebugOnly>,
 }
@@ -288,6 +291,7 @@ impl Summaries {
         }
         self.judge(program, graph, &aliases, (touched, unknown), &mut summary, searched);
         super::own_methods::add(program.index, graph, &mut summary);
+        stand_ins::add(program, graph, &mut summary);
         summary.finished = finished::parts(graph, &aliases, self);
         // Answers decide nothing that a recursion has to settle.
         if !self.is_recursion {
@@ -354,6 +358,13 @@ impl Summaries {
                     note(graph, aliases, &place, &mut written);
                 }
                 summary.sets.extend(written.into_iter().map(|given| (given, head.clone(), *change)));
+            }
+            for ((given, half), cause) in &callee.stand_ins {
+                let mut places = BTreeSet::new();
+                if let Some(place) = place_of(given, site).filter(|_| summary.stand_ins.len() < MAX_PLACES) {
+                    note(graph, aliases, &place, &mut places);
+                }
+                summary.stand_ins.extend(places.into_iter().map(|given| ((given, *half), cause.clone())));
             }
             let Summary { writes, uses, endless, .. } = &mut *summary;
             for (from, into) in [(&callee.writes, writes), (&callee.uses, uses), (&callee.endless, endless)] {

@@ -69,6 +69,9 @@ pub enum Caller {
     Unseen,
     /// The code that keeps a closure and calls it by another name: each call belongs to the cycle that it stands in.
     Keeper,
+    /// Another function that calls a closure in several places, with something else in each: one of these calls. It is a cycle for
+    /// what is fed with that.
+    Helper,
 }
 
 /// A loop.

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{Gates, Way, contains_any};
 use crate::count::search::Region;
-use crate::flow::{Effect, NodeId, Place, Rounds, Test, Var, VarInfo, is_receiving, is_receiving_something};
+use crate::flow::{Base, Effect, NodeId, Place, Rounds, Test, Var, VarInfo, is_receiving, is_receiving_something};
 use crate::index::{Shape, Ty};
 
 /// Parts of the names of parameters and types that are events.
@@ -140,6 +140,27 @@ impl Gates<'_, '_> {
         (matches!(def.shape, Shape::Enum(_)) && is_told) || says_so(&def.name) || says_so(&info.name)
     }
 
+    /// Whether it is asked if a handler was called with an event, or with none because it is time: `event: Option<Event>`.
+    pub(super) fn asks_whether_event(&self, test: &Test) -> bool {
+        let graph = self.search.graph;
+        let subject = test.subject.and_then(|id| graph.subjects[id.0 as usize].whole.as_ref());
+        let Some(Place { base: Base::Var(var), steps }) = subject else { return false };
+        let info = graph.var(*var);
+        let is_handler = self.region == Region::Function && !self.is_helper;
+        let held = match info.ty.peel() {
+            Ty::External(path, args) if path == "std::option::Option" => args.first(),
+            _ => None,
+        };
+        let says_so = |name: &str| contains_any(name, EVENT_WORDS);
+        is_handler
+            && test.about.asks_presence()
+            && steps.is_empty()
+            && info.param.is_some()
+            && held.is_some_and(|held| {
+                says_so(&info.name) || self.is_event_parameter(&VarInfo { ty: held.clone(), ..info.clone() })
+            })
+    }
+
     /// Whether a variable holds what was received in this iteration, or a part of it.
     fn is_message(&self, var: Var) -> bool {
         let graph = self.search.graph;
@@ -193,7 +214,7 @@ impl Gates<'_, '_> {
     }
 
     /// Whether a place holds an enum of the analysed code.
-    fn is_choice(&self, place: &Place) -> bool {
+    pub(super) fn is_choice(&self, place: &Place) -> bool {
         matches!(self.ty(place).as_ref().map(Ty::peel), Some(Ty::Adt(id, _))
             if matches!(self.search.program.index.type_def(*id).shape, Shape::Enum(_)))
     }

@@ -6,6 +6,7 @@ mod event;
 mod helper;
 mod mode;
 mod own;
+mod passed;
 mod rate;
 mod ready;
 mod rotation;
@@ -16,7 +17,7 @@ mod step;
 mod time;
 
 use std::cell::{OnceCell, RefCell};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 pub(super) use helper::Asks;
 pub(super) use mode::KeptMode;
@@ -28,7 +29,7 @@ use super::given::place_of;
 use super::search::{End, Exploration, Region, Search};
 use super::verdict::Gate;
 use crate::config::TimeBase;
-use crate::flow::{About, CallSite, Computed, Effect, LoopId, NodeId, Place, Projection, SubjectId, Test};
+use crate::flow::{About, CallSite, Computed, Effect, Head, LoopId, NodeId, Place, Projection, SubjectId, Test};
 use crate::syntax::CycleDirective;
 
 /// Whether a test asks about something that was received in this iteration.
@@ -45,8 +46,8 @@ pub(super) struct Gates<'s, 'a> {
     step: OnceCell<Option<Sources>>,
     time_base: OnceCell<TimeBase>,
     modes: RefCell<BTreeMap<SubjectId, bool>>,
-    /// What was asked of filters that only their updates and resets change.
-    own_states: RefCell<BTreeSet<Place>>,
+    /// What was asked of filters that only their updates and resets change, and latches, with the heads that others may give those.
+    own_states: RefCell<BTreeMap<Place, Vec<Head>>>,
     /// Whether the cycle keeps a time in a place.
     kept_times: RefCell<BTreeMap<Place, bool>>,
     /// See [`Self::updating`].
@@ -123,7 +124,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             Effect::Call(site) => match end.state.helper_gate {
                 // The variant that a helper finds may be one of many that its caller makes.
                 Some(Gate::Config) if self.changes_owner() => Some(Gate::Mode),
-                Some(Gate::Mode) if !self.leaves_modes(site, at) => None,
+                Some(Gate::Mode | Gate::Startup) if !self.leaves_modes(site, at) => None,
                 gate => gate.or_else(|| self.of_call(site, at, &way)),
             },
             Effect::LoopHead(id) => self.of_loop(*id).or_else(|| self.of_rounds(*id, &way)),
@@ -219,6 +220,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             return Some(gate);
         }
         if self.is_latch(test, at)
+            || self.passes_through(way)
             || self.is_raised_flag(test, at)
             || self.is_first(test)
             || self.is_warm_up(test, at, way)
@@ -231,7 +233,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         if about.is_presence && self.lacks_sample(test, at, way) {
             return Some(Gate::Sample);
         }
-        if self.is_flag_of_others(test) {
+        if self.asks_whether_event(test) || self.is_flag_of_others(test) {
             return Some(Gate::Event);
         }
         // `match port.read() { Reading::Fresh(sample) => …, Reading::Stale => … }`

@@ -128,7 +128,10 @@ impl Gates<'_, '_> {
     }
 
     /// The states of the caller's for which a helper was found to pause, itself or in what it calls.
-    pub(in crate::count) fn kept_modes(&self, end: &End) -> Vec<KeptMode> {
+    pub(in crate::count) fn kept_modes(&self, end: &End, gate: Option<Gate>) -> Vec<KeptMode> {
+        if !matches!(gate, Some(Gate::Mode | Gate::Startup)) {
+            return Vec::new();
+        }
         let graph = self.search.graph;
         if let Some(Effect::Call(site)) = end.state.skipped_at.map(|at| &graph.node(at).effect) {
             let passed_on = self.modes_of(site).into_iter().filter_map(|mode| {
@@ -137,7 +140,7 @@ impl Gates<'_, '_> {
             return passed_on.collect();
         }
         let modes = self.modes.borrow();
-        let kept = modes.iter().filter(|(_, is_mode)| **is_mode).filter_map(|(id, _)| {
+        let kept = modes.iter().filter(|(_, is_mode)| **is_mode && gate == Some(Gate::Mode)).filter_map(|(id, _)| {
             let subject = &graph.subjects[id.0 as usize];
             let place = given_subject(graph, subject)?;
             let updating = self.updating(*id)?;
@@ -147,10 +150,10 @@ impl Gates<'_, '_> {
             };
             Some(KeptMode { place, bears: subject.heads.iter().filter(bears).cloned().collect() })
         });
-        // Whoever changes a filter's own state otherwise ends the pause without a reset.
+        // Whoever changes a filter's own state otherwise ends the pause without a reset, and who closes a latch begins one.
         let own_states = self.own_states.borrow();
-        let own = own_states.iter().filter_map(|place| given(graph, place));
-        kept.chain(own.map(|place| KeptMode { place, bears: Vec::new() })).collect()
+        let own = own_states.iter().filter_map(|(place, bears)| Some((given(graph, place)?, bears)));
+        kept.chain(own.map(|(place, bears)| KeptMode { place, bears: bears.clone() })).collect()
     }
 
     /// Whether the cycle leaves the states alone for which a helper pauses, as far as that can do harm: it gives them only heads that

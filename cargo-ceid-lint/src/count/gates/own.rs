@@ -18,7 +18,7 @@ impl Gates<'_, '_> {
             if self.may_resume(way) {
                 return None;
             }
-            self.own_states.borrow_mut().extend(subject.reads.iter().cloned());
+            self.own_states.borrow_mut().extend(subject.reads.iter().map(|place| (place.clone(), Vec::new())));
         }
         Some(gate)
     }

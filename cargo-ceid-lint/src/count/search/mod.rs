@@ -375,7 +375,7 @@ impl<'a> Search<'a> {
                 direct: end.state.direct,
                 returned: returned::of_function(self.program, self.graph.function, end.returned),
                 gate,
-                modes: if gate == Some(Gate::Mode) { gates.kept_modes(end) } else { Vec::new() },
+                modes: gates.kept_modes(end, gate),
                 attempted: end.state.attempted,
                 asks: gates.asks(&exploration, end),
                 assumed: end.assumed.clone(),

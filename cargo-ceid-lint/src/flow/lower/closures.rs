@@ -1,5 +1,6 @@
 //! Closures and functions whose bodies are read where they run, and code that runs elsewhere.
 
+use super::sources::Source;
 use super::stored::{Holder, StoredClosure};
 use super::{Builder, Frame, MAX_INLINE, Value};
 use std::collections::{BTreeMap, BTreeSet};
@@ -58,6 +59,46 @@ impl Builder<'_> {
         self.depth -= 1;
         self.frame = outer;
         self.note_caller(closure, first);
+        value
+    }
+
+    /// Whether a call is one of several that a function makes of a closure of the function at hand, and no two of them give it the
+    /// same.
+    pub(super) fn is_called_apart(&self, call: ExprId, closure: ClosureRef) -> bool {
+        if !self.is_foreign() || self.frames[closure.frame].function != self.graph.function {
+            return false;
+        }
+        let (body, typed) = (self.body(), self.typed());
+        let local = |id: ExprId| match &body.expr(id).kind {
+            ExprKind::Call { callee, .. } => typed.expr_local.get(callee),
+            _ => None,
+        };
+        let Some(own) = local(call) else { return false };
+        let calls = (0u32..).map(ExprId).take(body.exprs.len()).filter(|id| local(*id) == Some(own));
+        let mut given: Vec<Vec<String>> = calls
+            .filter_map(|id| match &body.expr(id).kind {
+                ExprKind::Call { args, .. } => Some(args.iter().map(|arg| self.text(*arg)).collect()),
+                _ => None,
+            })
+            .collect();
+        let all = given.len();
+        given.sort();
+        given.dedup();
+        all > 1 && given.len() == all
+    }
+
+    /// Runs a closure as the one round of a loop that binds what it is given, filters left out.
+    pub(super) fn closure_apart(&mut self, closure: ClosureRef, args: &[Value], span: Span) -> Value {
+        let bar = self.bar(closure);
+        let source = Source { rounds: Rounds::Constant(1), ..Source::bounded() };
+        let mut value = Value::default();
+        self.run_loop(CycleKind::Closure, bar, None, source, |this, _, id| {
+            value = this.inline_closure(closure, args, span);
+            let mut bound = this.closure_vars(closure);
+            bound.retain(|var| !this.may_hold_filter(&this.graph.var(*var).ty));
+            let info = &mut this.graph.loops[id.0 as usize];
+            (info.bound, info.caller) = (bound, Caller::Helper);
+        });
         value
     }
 
@@ -191,7 +232,7 @@ impl Builder<'_> {
         self.detached(span, |this| {
             // What its parameters lend it lives on between its calls.
             this.closure_vars(closure);
-            let source = super::sources::Source { rounds, text, ..super::sources::Source::bounded() };
+            let source = Source { rounds, text, ..Source::bounded() };
             this.run_loop(CycleKind::Closure, bar, None, source, |this, _, id| {
                 this.graph.loops[id.0 as usize].caller = caller;
                 let value = this.inline_closure(closure, &[], span);

@@ -43,6 +43,9 @@ impl Builder<'_> {
                 if self.at.is_some() && !span.contains(body.expr(closure.expr).span) {
                     self.emit(Effect::Mark(Mark::ClosureCall), span);
                 }
+                if self.is_called_apart(id, closure) {
+                    return self.closure_apart(closure, &values, span);
+                }
                 self.inline_closure(closure, &values, span)
             }
         }

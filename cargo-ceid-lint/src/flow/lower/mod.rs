@@ -53,7 +53,7 @@ mod threads;
 mod ticks;
 mod values;
 mod waits;
-mod written;
+pub(super) mod written;
 
 use std::rc::Rc;
 

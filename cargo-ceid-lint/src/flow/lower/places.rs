@@ -194,12 +194,27 @@ impl Builder<'_> {
         }
     }
 
+    /// Notes that a value of the iteration is computed from what one of its fields is given: `frame.left = filter.update(x)`. What
+    /// lives longer keeps what its other fields had, and may hold filters.
+    fn derive_owner(&mut self, target: ExprId, value: ExprId) {
+        let body = self.body();
+        let ExprKind::Field { base, .. } = &body.expr(target).kind else { return };
+        let Some(local) = self.typed().expr_local.get(base).copied() else { return };
+        let owner = self.var_of(local);
+        let info = self.graph.var(owner);
+        if info.in_loop.is_some() && matches!(info.ty, Ty::Adt(..)) && !self.may_hold_filter(&info.ty.clone()) {
+            let reads = self.reads_of(value);
+            self.graph.derived.extend(reads.into_iter().map(|read| (owner, read)));
+        }
+    }
+
     /// `place = value` and destructuring assignments.
     pub(super) fn assign(&mut self, id: ExprId, target: ExprId, value: ExprId) -> Value {
         // What is assigned part by part comes from its part alone.
         let is_by_parts = matches!(self.body().expr(value).kind, ExprKind::Tuple(_));
         let bases = if is_by_parts { Vec::new() } else { self.assigned_vars(target) };
         self.derive(&bases, value);
+        self.derive_owner(target, value);
         let given = self.expr_into(bases, value);
         if self.at.is_none() {
             return Value::default();
@@ -310,6 +325,7 @@ impl Builder<'_> {
         }
         let bases = self.assigned_vars(target);
         self.derive(&bases, value);
+        self.derive_owner(target, value);
         let given = self.expr_into(bases, value);
         let span = self.span(id);
         let changed = self.expr(target);

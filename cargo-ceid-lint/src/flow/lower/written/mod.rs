@@ -1,5 +1,7 @@
 //! The fields of `self` that a method writes: those that it may write, and those that it clears whatever happens.
 
+mod stand_ins;
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::constants::Constants;
@@ -7,6 +9,8 @@ use crate::flow::{Head, Program};
 use crate::index::{Def, FunctionId, Shape, Ty};
 use crate::syntax::tree::{Arm, Body, ExprId, ExprKind, MacroKind, PatId, PatKind, Receiver, StmtKind};
 use crate::types::{Callee, LocalId, TypedBody};
+
+pub use stand_ins::stands_in;
 
 /// How deep calls are followed.
 const MOST_CALLS: u32 = 4;

@@ -1,0 +1,135 @@
+//! States that are passed through once: what they wait for is done with when the last one is reached.
+
+use std::collections::BTreeMap;
+
+use super::{Gates, Way};
+use crate::count::given::{Given, GivenBase};
+use crate::count::instances::{inner, place_ty};
+use crate::flow::{Effect, Head, NodeId, OTHER_HEADS, Place, Subject, SubjectId};
+use crate::index::{FunctionId, Owner, Ty};
+
+impl Gates<'_, '_> {
+    /// Whether a way found a state that the cycle only passes through: `match self.stage { Stage::Level => …, Stage::Still => …,
+    /// Stage::Done => filter.update(z) }`.
+    pub(super) fn passes_through(&self, way: &Way) -> bool {
+        let graph = self.search.graph;
+        let mut found: BTreeMap<SubjectId, u32> = BTreeMap::new();
+        for (at, next) in way.nodes.iter().zip(way.nodes.iter().skip(1)) {
+            if let Effect::Branch(test) = &graph.node(*at).effect
+                && let Some(id) = test.subject
+            {
+                let heads = if graph.node(*at).next.first() == Some(next) { test.holds } else { test.fails };
+                *found.entry(id).or_insert_with(|| graph.subjects[id.0 as usize].anything()) &= heads;
+            }
+            if *at == way.at {
+                break;
+            }
+        }
+        found.into_iter().any(|(id, heads)| self.is_passed_for_good(id, heads))
+    }
+
+    /// Whether the cycle moves a state on from these heads to where the filter runs, and neither it nor anything else takes it back
+    /// from there.
+    fn is_passed_for_good(&self, id: SubjectId, found: u32) -> bool {
+        let graph = self.search.graph;
+        let subject = &graph.subjects[id.0 as usize];
+        let Some(place) = subject.whole.as_ref().filter(|whole| self.copied_from(whole) == **whole) else {
+            return false;
+        };
+        let Some(open) = self.updating(id).filter(|open| found & open == 0) else { return false };
+        // What others do with a static is not looked at.
+        let is_own = place.base_var().is_some() && self.outlives(place) && self.is_choice(place);
+        if !is_own || self.calls_write(place) {
+            return false;
+        }
+        let opens = |head: &Head| subject.bit(head) & open != 0;
+        let mut closing: Vec<NodeId> = Vec::new();
+        let mut is_opened = false;
+        for at in self.nodes() {
+            let (Effect::Write(write) | Effect::Set(write)) = &graph.node(at).effect else { continue };
+            if write.place == *place {
+                match &write.head {
+                    Some(head) if opens(head) => is_opened = true,
+                    _ => closing.push(at),
+                }
+            } else if !write.rebinds && write.place.overlaps(place) && write.place.steps.len() < place.steps.len() {
+                return false;
+            }
+        }
+        let is_passed =
+            is_opened && !self.closes_again(id, open, &closing) && !self.is_taken_back_elsewhere(subject, place, open);
+        if is_passed {
+            let opening = subject.heads.iter().filter(|head| opens(head)).cloned().collect();
+            self.own_states.borrow_mut().insert(place.clone(), opening);
+        }
+        is_passed
+    }
+
+    /// Whether an iteration that finds a state open comes to a node that closes it.
+    fn closes_again(&self, id: SubjectId, open: u32, closing: &[NodeId]) -> bool {
+        let graph = self.search.graph;
+        let bits = (0..graph.subjects[id.0 as usize].heads.len()).map(|number| 1_u32 << number).chain([OTHER_HEADS]);
+        bits.filter(|bit| open & bit != 0).any(|bit| {
+            let reached = self.reached(|node, edge| match &graph.node(node).effect {
+                Effect::Branch(other) if other.subject == Some(id) => {
+                    (if edge == 0 { other.holds } else { other.fails }) & bit != 0
+                }
+                _ => true,
+            });
+            closing.iter().any(|node| reached[node.0 as usize])
+        })
+    }
+
+    /// Whether a function that the cycle does not read here gives the state, or that of another value of its owner's type, a head
+    /// with which the filter pauses: `fn recalibrate(&mut self)`.
+    fn is_taken_back_elsewhere(&self, subject: &Subject, place: &Place, open: u32) -> bool {
+        let search = self.search;
+        let (index, graph) = (search.program.index, search.graph);
+        // The types of all owners on the way to the state, with the steps from there.
+        let owners: Vec<(Ty, &[_])> = (0..place.steps.len())
+            .filter_map(|count| {
+                let (way, rest) = place.steps.split_at(count);
+                let owner = Place { base: place.base, steps: way.to_vec() };
+                Some((inner(&place_ty(index, graph, &owner)?), rest))
+            })
+            .collect();
+        let is_own = |function: FunctionId| {
+            let body = index.function(function).function.body.as_ref();
+            function == graph.function
+                || body.is_some_and(|body| {
+                    let whole = body.expr(body.root).span;
+                    self.assigning(place).any(|id| whole.contains(graph.node(id).span))
+                })
+        };
+        let ty_of = |function: FunctionId, param: usize| {
+            let def = index.function(function);
+            let types = &def.function.params;
+            let at = if def.function.receiver.is_some() { param.checked_sub(1) } else { Some(param) };
+            match at {
+                None => match def.owner {
+                    Owner::Impl(of) => Some(index.impl_def(of).self_ty.clone()),
+                    _ => None,
+                },
+                Some(at) => types.get(at).map(|ty| index.lower(ty, &index.scope_of(function))),
+            }
+        };
+        let is_same = |ty: &Ty, owner: &Ty| match (ty, owner) {
+            (Ty::Adt(one, _), Ty::Adt(other, _)) => one == other,
+            _ => ty == owner,
+        };
+        let closes = |function: FunctionId, set: &Given, head: Option<&Head>| {
+            let GivenBase::Param(param) = set.base else { return false };
+            let is_closing = head.is_none_or(|head| subject.bit(head) & open == 0);
+            let leads = |(owner, rest): &(Ty, &[_])| {
+                (set.steps.starts_with(rest) || rest.starts_with(&set.steps))
+                    && ty_of(function, param).is_none_or(|ty| is_same(&inner(&ty), owner))
+            };
+            is_closing && owners.iter().any(leads)
+        };
+        search.summaries.of.iter().any(|(function, summary)| {
+            !is_own(*function)
+                && !index.function(*function).is_test
+                && summary.sets.iter().any(|(set, head, _)| closes(*function, set, head.as_ref()))
+        })
+    }
+}

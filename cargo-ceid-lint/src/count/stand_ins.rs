@@ -1,0 +1,40 @@
+//! Methods that do what the law of their filter does: a filter that a cycle only runs by one of them does not stand still, but its
+//! law does not run either.
+
+use super::given::{Given, GivenBase, place_of};
+use super::instances::inner;
+use super::search::{Region, Search};
+use super::summary::Summary;
+use crate::flow::{Cause, ControlFlowGraph, Effect, Program, stands_in};
+
+/// Says of a method that stands in for a law that it does.
+pub(super) fn add(program: &Program<'_>, graph: &ControlFlowGraph, summary: &mut Summary) {
+    let index = program.index;
+    let id = index.origin(graph.function);
+    let Some(receiver) = graph.params.first().filter(|_| index.function(id).function.receiver.is_some()) else {
+        return;
+    };
+    for (half, law) in stands_in(program, id, &inner(&graph.var(*receiver).ty)) {
+        let whole = Given { base: GivenBase::Param(0), steps: Vec::new() };
+        let cause = format!("`{}` writes what the law `{law}` advances", index.function(id).name);
+        summary.stand_ins.insert((whole, half), Cause::Limit(cause));
+    }
+}
+
+/// Why it cannot be said that nothing advances the filter: what stands in for its law.
+pub(super) fn of(search: &Search<'_>, region: Region) -> Option<Cause> {
+    let is_inside = |in_loop| match region {
+        Region::Function => true,
+        Region::Loop(own) => search.graph.is_within(in_loop, own),
+    };
+    let is_it = |given: &Given, site: &_| {
+        let place = place_of(given, site);
+        place.is_some_and(|place| search.aliases.shared_roots(&place).iter().any(|root| root.overlaps(search.instance)))
+    };
+    search.graph.nodes.iter().filter(|node| is_inside(node.in_loop)).find_map(|node| {
+        let Effect::Call(site) = &node.effect else { return None };
+        let callees = site.targets.iter().filter_map(|target| search.summaries.get(*target));
+        let mut all = callees.flat_map(|callee| &callee.stand_ins);
+        all.find(|((given, half), _)| *half == search.law && is_it(given, site)).map(|(_, cause)| cause.clone())
+    })
+}

@@ -1,0 +1,79 @@
+//! Methods that do what the law of their filter does under another name: `process_single`, of which `process_block` is made.
+
+use std::collections::BTreeSet;
+
+use super::{Method, written_fields};
+use crate::flow::Program;
+use crate::index::{FunctionId, MethodOwner, Ty};
+use crate::syntax::tree::{ExprId, ExprKind, Receiver};
+
+/// The halves of the law of a filter type that a method of it may stand in for, each with the law's name: it goes on from the state
+/// and writes all of it that the law writes. Feeding and clearing is not enough.
+pub fn stands_in(program: &Program<'_>, method: FunctionId, ty: &Ty) -> Vec<(usize, String)> {
+    let index = program.index;
+    let Some(spec) = index.receiver_spec(ty) else { return Vec::new() };
+    let def = index.function(method);
+    let is_reset = spec.resets.iter().chain(&spec.partial_resets).any(|name| *name == def.name);
+    if def.function.receiver != Some(Receiver::Exclusive) || is_reset || index.law_run_by(ty, method).is_some() {
+        return Vec::new();
+    }
+    let Some(body) = Method::new(program, method, &[], 0).filter(Method::goes_on) else { return Vec::new() };
+    let Some(written) = body.written() else { return Vec::new() };
+    let state = |name: &str| -> Option<BTreeSet<String>> {
+        let owners = index.methods(ty, name);
+        let laws = owners.iter().filter_map(MethodOwner::function);
+        laws.map(|law| written_fields(program, law)).try_fold(BTreeSet::new(), |mut all, fields| {
+            all.extend(fields?);
+            Some(all)
+        })
+    };
+    let does = |name: &&String| state(name).is_some_and(|state| !state.is_empty() && state.is_subset(&written));
+    let halves = spec.law.iter().enumerate();
+    halves.filter_map(|(half, group)| Some((half, group.methods.iter().find(does)?.clone()))).collect()
+}
+
+/// What empties a field of the standard library, or only lends it.
+const CLEARING: &[&str] = &["clear", "fill", "truncate", "reset", "iter_mut"];
+
+impl Method<'_, '_> {
+    /// Whether what it writes goes on from what `self` was before: it reads a field that it writes, or something in one goes on.
+    fn goes_on(&self) -> bool {
+        let Some(written) = self.written() else { return false };
+        // What is only assigned to, cleared or called on is not read.
+        let mut places = BTreeSet::new();
+        let mut is_called_on = false;
+        for id in (0u32..).map(ExprId).take(self.body.exprs.len()) {
+            match &self.body.expr(id).kind {
+                ExprKind::Assign { place, .. } => {
+                    places.insert(*place);
+                }
+                ExprKind::AssignOp { place, .. } => is_called_on |= self.field(*place).is_some(),
+                ExprKind::MethodCall { receiver, method, .. } => {
+                    let is_own = self.is_self(*receiver) || self.field(*receiver).is_some();
+                    if is_own && self.writes(id, *receiver) {
+                        places.insert(*receiver);
+                        is_called_on |= match self.targets(id) {
+                            Some(targets) => targets.iter().any(|target| {
+                                Self::new(self.program, *target, &[], self.depth + 1).is_some_and(|it| it.goes_on())
+                            }),
+                            None => !CLEARING.contains(&method.as_str()),
+                        };
+                    }
+                }
+                _ => {}
+            }
+        }
+        // The parts of such a place are none of their own.
+        let inside = |id: ExprId| match &self.body.expr(id).kind {
+            ExprKind::Field { base, .. } | ExprKind::Index { base, .. } => Some(*base),
+            ExprKind::Deref(inner) | ExprKind::Reference { value: inner, .. } => Some(*inner),
+            _ => None,
+        };
+        let mut open: Vec<ExprId> = places.iter().copied().collect();
+        while let Some(id) = open.pop() {
+            open.extend(inside(id).filter(|part| places.insert(*part)));
+        }
+        let reads = |id: ExprId| !places.contains(&id) && self.field(id).is_some_and(|name| written.contains(name));
+        is_called_on || (0u32..).map(ExprId).take(self.body.exprs.len()).any(reads)
+    }
+}
