@@ -288,11 +288,14 @@ impl Builder<'_> {
     /// not those of which it only asks something.
     fn captured_to_update(&self, closure: ClosureRef) -> Vec<Place> {
         let whole = self.captured(closure);
-        if self.given_to_future(closure).is_some() || self.named_locals(closure).any(|(_, var)| self.closures.contains_key(&var)) {
+        if self.given_to_future(closure).is_some()
+            || self.named_locals(closure).any(|(_, var)| self.closures.contains_key(&var))
+        {
             return whole;
         }
         let copies = self.captures.get(&(closure.frame, closure.expr));
-        let copy_of = |local: LocalId| copies.into_iter().flatten().find(|(own, _)| *own == local).map(|(_, copy)| *copy);
+        let copy_of =
+            |local: LocalId| copies.into_iter().flatten().find(|(own, _)| *own == local).map(|(_, copy)| *copy);
         let frame = &self.frames[closure.frame];
         let inside: BTreeMap<ExprId, ExprId> = self.uses_inside(closure).collect();
         let mut places = BTreeSet::new();

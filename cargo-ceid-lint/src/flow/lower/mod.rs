@@ -36,6 +36,7 @@ mod macros;
 mod made;
 mod operators;
 mod panics;
+mod passed_over;
 mod patterns;
 mod places;
 mod presence;
@@ -408,11 +409,6 @@ impl<'a> Builder<'a> {
     /// Goes on from a node that was added before.
     fn resume(&mut self, node: NodeId) {
         self.at = Some(node);
-    }
-
-    /// Whether the limits of the analysis are reached.
-    fn is_full(&self) -> bool {
-        self.graph.truncated.is_some()
     }
 
     fn new_var(&mut self, name: String, ty: Ty, span: Span) -> Var {
