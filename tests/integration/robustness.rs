@@ -171,3 +171,24 @@ fn items_of_a_macro_that_are_too_many_are_told_of() {
     let run = run(&temporary_package("too_many_items", &files), [""; 0]);
     run.assert_no_panic().assert_code(0).assert_stderr("the items that `make!` stands for are not read");
 }
+
+#[test]
+fn a_crate_for_another_target_is_told_of() {
+    let code = format!("#![cfg(target_os = \"none\")]\n{PID}");
+    let files: [(&str, &[u8]); 2] = [("src/lib.rs", code.as_bytes()), ("ceid-lint.toml", PID_ENTRY)];
+    let run = run(&temporary_package("crate_for_another_target", &files), [""; 0]);
+    run.assert_no_panic().assert_code(0).assert_stderr("src/lib.rs: the crate is not there under this `cfg`");
+}
+
+#[test]
+fn a_merge_conflict_is_called_by_its_name() {
+    let files: [(&str, &[u8]); 3] = [
+        ("src/lib.rs", b"mod good;\nmod odd;\n"),
+        ("src/good.rs", GUILTY.as_bytes()),
+        ("src/odd.rs", b"fn a() {}\n<<<<<<< HEAD\nfn b() {}\n=======\nfn c() {}\n>>>>>>> other\n"),
+    ];
+    let package = temporary_package("merge_conflict", &files);
+    check_rest_is_checked(&package, "src/odd.rs");
+    run(&package, ["--message-format", "short"])
+        .assert_stderr("src/odd.rs:2:1: error: a merge conflict is not resolved");
+}
