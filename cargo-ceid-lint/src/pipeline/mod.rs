@@ -319,6 +319,8 @@ impl Run<'_> {
         known.prepare(&mut analysis);
         let mut hygiene = rules::hygiene(&known);
         hygiene.retain(|finding| is_shown(finding.package, finding.target, finding.primary.span));
+        let is_beside = |package: &usize| !project.packages[*package].is_member;
+        let beside = analysis.cycles.iter().map(|cycle| cycle.package).filter(is_beside).collect();
         analysis.cycles.retain(|cycle| is_shown(cycle.package, cycle.target, cycle.head));
         analysis.presumed.retain(|function| is_shown(function.package, function.target, function.head));
         analysis.unregistered.retain(|filter| is_shown(filter.package, filter.target, filter.span));
@@ -349,6 +351,7 @@ impl Run<'_> {
             unread,
             filter_types,
             presumed,
+            beside,
             functions,
             sources,
             plans,

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use memchr::memmem;
 use proc_macro2::{TokenStream, TokenTree};
 
+use super::RootModule;
 use super::bare_closures::with_dyn;
 use super::depth::{Excess, MAX_LINKS, MAX_NESTING, check_depth};
 use super::edition::of_2015;
@@ -16,7 +17,6 @@ use super::lower::Lowerer;
 use super::lower::attrs::Attrs;
 use super::macros::OwnMacros;
 use super::tree::Item;
-use super::RootModule;
 use crate::diagnostic::Problem;
 use crate::project::CfgValues;
 use crate::source::{FileId, FileSet, ReadError, Span};
