@@ -201,7 +201,7 @@ impl Index {
         match ty {
             Ty::Ref(..) => true,
             Ty::Pointer(_) => false,
-            _ => self.is_all_of_filters(ty, depth, |index, part, depth| index.only_refers(part, depth)),
+            _ => self.is_all_of_filters(ty, depth, Self::only_refers),
         }
     }
 
