@@ -61,7 +61,12 @@ fn check(name: &str) -> String {
     let accepted = run(&directory, ["init", "--stdout", "--accept"]);
     assert_taken(&directory, &accepted.assert_code(0).stdout);
     let entries = |text: &str| text.lines().filter(|line| line.starts_with("[[")).count();
-    assert_eq!(entries(&accepted.stdout), entries(&uncommented(&text)), "`--accept` turns everything on");
+    let uncalled = text.matches("; no call of it was read.").count();
+    assert_eq!(
+        entries(&accepted.stdout) + uncalled,
+        entries(&uncommented(&text)),
+        "`--accept` turns on what is called"
+    );
     let again = run(&directory, ["init", "--stdout"]);
     assert_eq!(again.stdout, text, "the same code gives the same file");
     text
@@ -425,4 +430,71 @@ fn of_a_block_and_its_samples_the_law_is_that_of_a_sample() {
     // A vector is one measurement.
     let file = written_for("init_vector", &code("&[f32; 3]"));
     assert!(file.contains("law = \"process\""), "{file}");
+}
+
+#[test]
+fn a_type_of_two_traits_gets_an_entry_of_its_own() {
+    let code = "pub struct Dist { mean: f32, cov: f32 }\n\
+         pub trait KalmanFilter { fn predict(&mut self, a: f32); fn update(&mut self, z: f32); }\n\
+         pub trait PoseFilter { fn predict(&mut self, f: f32); fn observe(&mut self, z: f32); }\n\
+         impl KalmanFilter for Dist {\n\
+         fn predict(&mut self, a: f32) { self.mean = a * self.mean; self.cov = a * self.cov * a + 0.1; }\n\
+         fn update(&mut self, z: f32) { let k = self.cov / (self.cov + 1.0); self.mean += k * (z - self.mean); } }\n\
+         impl PoseFilter for Dist {\n\
+         fn predict(&mut self, f: f32) { self.mean += f; self.cov += 0.1; }\n\
+         fn observe(&mut self, z: f32) { self.mean += 0.5 * (z - self.mean); } }\n\
+         pub fn run(mut d: Dist) { loop { KalmanFilter::predict(&mut d, 1.0); d.observe(0.1); } }\n";
+    let directory = workspace::temporary_package("init_two_traits", &[("src/lib.rs", code.as_bytes())]);
+    let accepted = run(&directory, ["init", "--stdout", "--accept"]).stdout;
+    assert!(
+        accepted.contains("type = \"crate::Dist\"\nlaw = [[\"predict\"], [\"observe\", \"update\"]]"),
+        "{accepted}"
+    );
+    assert_taken(&directory, &accepted);
+    assert_taken(&directory, &uncommented(&accepted));
+}
+
+#[test]
+fn what_nothing_calls_is_turned_on_by_name_only() {
+    let code = "pub struct Pid { i: f32, kp: f32 }\n\
+         impl Pid { pub fn update(&mut self, e: f32) -> f32 { self.i += e; self.kp * self.i } }\n";
+    let directory = workspace::temporary_package("init_uncalled", &[("src/lib.rs", code.as_bytes())]);
+    let is_on = |run: Run| run.stdout.contains("\n[[filter]]\n");
+    assert!(!is_on(run(&directory, ["init", "--stdout", "--accept"])));
+    assert!(is_on(run(&directory, ["init", "--stdout", "--accept", "Pid"])));
+}
+
+#[test]
+fn what_always_runs_the_law_is_no_other_form_of_it() {
+    let code = |body: &str| {
+        format!(
+            "pub struct Kalman {{ x: f64, rate: f64 }}\nimpl Kalman {{\n\
+             pub fn update_imu(&mut self, dt: f64) {{ self.x += dt * self.rate; }}\n\
+             pub fn update(&mut self, m: f64, dt: f64) {{ {body} }} }}\n\
+             pub fn run(mut kf: Kalman, s: f64) {{ loop {{ if s > 0.0 {{ kf.update(s, 0.1); }} else {{ kf.update_imu(0.1); }} }} }}\n"
+        )
+    };
+    let file = written_for("init_around", &code("self.update_imu(dt); self.rate += m; self.x += m;"));
+    assert!(file.contains("law = \"update_imu\""), "{file}");
+    let file =
+        written_for("init_beside", &code("if m > 1.0 { self.x += m * self.rate; return; } self.update_imu(dt);"));
+    assert!(file.contains("law = [[\"update\", \"update_imu\"]]"), "{file}");
+}
+
+#[test]
+fn a_step_in_a_parameter_is_handed_on() {
+    let code = |step: &str| {
+        format!(
+            "pub struct Kalman {{ x: f32 }}\n\
+             impl Kalman {{ pub fn predict(&mut self, rate: f32, dt: f32) -> f32 {{ self.x += dt * rate; self.x }} }}\n\
+             pub struct Input {{ pub rate: f32, pub iteration_time: f32 }}\n\
+             pub struct AngleController {{ roll: Kalman, own: Input }}\nimpl AngleController {{\n\
+             pub fn next_output(&mut self, input: Input) -> f32 {{ self.roll.predict(input.rate, {step}) }} }}\n\
+             pub fn run(mut c: AngleController, f: fn() -> Input) {{ loop {{ c.next_output(f()); }} }}\n"
+        )
+    };
+    for (step, is_handed) in [("input.iteration_time", true), ("self.own.iteration_time", false)] {
+        let file = uncommented(&written_for("init_step", &code(step)));
+        assert_eq!(file.contains("law = \"next_output\"\ntime_base = \"passed\""), is_handed, "{file}");
+    }
 }

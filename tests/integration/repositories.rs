@@ -201,6 +201,25 @@ fn files_and_packages_outside_any_target() {
 }
 
 #[test]
+fn a_dependency_beside_the_workspace_is_named_if_it_has_cycles() {
+    // Without a `[workspace]` there is one of this package only.
+    let dependencies = "[dependencies]\ncore = { path = \"parts/core\" }\ntools = { path = \"parts/tools\" }\n";
+    let root = package("demo", dependencies);
+    let files = [
+        ("Cargo.toml", &*root),
+        ("src/lib.rs", "mod good;\n"),
+        ("src/good.rs", GUILTY),
+        ("parts/core/Cargo.toml", &package("core", "")),
+        ("parts/core/src/lib.rs", GUILTY),
+        ("parts/tools/Cargo.toml", &package("tools", "")),
+        ("parts/tools/src/lib.rs", "pub fn two() -> u8 { 2 }\n"),
+    ];
+    let expected = [("parts/core/Cargo.toml", "belongs to no package that is checked")];
+    let human = check(&repository("beside", &files), &[], 100, &["src/good.rs"], &expected);
+    human.assert_stderr("cargo ceid-lint parts/core");
+}
+
+#[test]
 fn generated_file_of_50_000_lines() {
     let lines: String = (0..25_000)
         .map(|at| format!("pub const R{at}: u32 = {at};\npub fn get_{at}(r: &[u32]) -> u32 {{ r[{at}] & R{at} }}\n"))

@@ -129,3 +129,66 @@ fn empty_file() {
     let directory = temporary_package("empty_file", &[("src/lib.rs", b"")]);
     check_json(&directory).assert_code(0);
 }
+
+/// So many conditions that the graph of their function is given up before what follows them.
+fn conditions() -> String {
+    (0..33_000).map(|number| format!("    if v > {number}.0 {{ s += {number}.0; }}\n")).collect()
+}
+
+const PID: &str = "pub struct Pid { i: f32 }\nimpl Pid { pub fn step(&mut self, e: f32) { self.i += e; } }\n";
+const PID_ENTRY: &[u8] = b"[[filter]]\ntype = \"crate::Pid\"\nlaw = \"step\"\n";
+
+#[test]
+fn what_a_function_that_is_too_large_may_update_is_unproved() {
+    let big = format!("fn big(pid: &mut Pid, v: f32) {{\n    let mut s = 0.0;\n{}    pid.step(s);\n}}\n", conditions());
+    let code = format!("{PID}pub fn run(mut pid: Pid, v: f32) {{ loop {{ big(&mut pid, v); }} }}\n{big}");
+    let files: [(&str, &[u8]); 2] = [("src/lib.rs", code.as_bytes()), ("ceid-lint.toml", PID_ENTRY)];
+    let package = temporary_package("too_large_callee", &files);
+    let report = run(&package, ["report"]);
+    report.assert_no_panic().assert_code(0);
+    for told in
+        ["pid  Pid  step  unproved", "the function has more than 200000 steps", "`big` is not followed to its end"]
+    {
+        assert!(report.stdout.contains(told), "{}", report.stdout);
+    }
+}
+
+#[test]
+fn a_cycle_behind_the_limit_of_a_function_is_told_of() {
+    let rest = "    let mut pid = Pid { i: 0.0 };\n    loop { if s < 0.0 { continue; } pid.step(s); }\n}\n";
+    let code = format!("{PID}pub fn run(v: f32) {{\n    let mut s = 0.0;\n{}{rest}", conditions());
+    let files: [(&str, &[u8]); 2] = [("src/lib.rs", code.as_bytes()), ("ceid-lint.toml", PID_ENTRY)];
+    let run = run(&temporary_package("too_large_rest", &files), [""; 0]);
+    run.assert_no_panic().assert_code(0).assert_stderr("`run` is not followed to its end");
+}
+
+#[test]
+fn items_of_a_macro_that_are_too_many_are_told_of() {
+    let make = "macro_rules! make { ($($x:tt)*) => { pub fn run(mut pid: Pid) { loop { $( if $x > 1.0 { continue; } )* \
+                pid.step(1.0); } } } }\n";
+    let code = format!("{PID}{make}make!({});\n", "0.5 ".repeat(10_000));
+    let files: [(&str, &[u8]); 2] = [("src/lib.rs", code.as_bytes()), ("ceid-lint.toml", PID_ENTRY)];
+    let run = run(&temporary_package("too_many_items", &files), [""; 0]);
+    run.assert_no_panic().assert_code(0).assert_stderr("the items that `make!` stands for are not read");
+}
+
+#[test]
+fn a_crate_for_another_target_is_told_of() {
+    let code = format!("#![cfg(target_os = \"none\")]\n{PID}");
+    let files: [(&str, &[u8]); 2] = [("src/lib.rs", code.as_bytes()), ("ceid-lint.toml", PID_ENTRY)];
+    let run = run(&temporary_package("crate_for_another_target", &files), [""; 0]);
+    run.assert_no_panic().assert_code(0).assert_stderr("src/lib.rs: the crate is not there under this `cfg`");
+}
+
+#[test]
+fn a_merge_conflict_is_called_by_its_name() {
+    let files: [(&str, &[u8]); 3] = [
+        ("src/lib.rs", b"mod good;\nmod odd;\n"),
+        ("src/good.rs", GUILTY.as_bytes()),
+        ("src/odd.rs", b"fn a() {}\n<<<<<<< HEAD\nfn b() {}\n=======\nfn c() {}\n>>>>>>> other\n"),
+    ];
+    let package = temporary_package("merge_conflict", &files);
+    check_rest_is_checked(&package, "src/odd.rs");
+    run(&package, ["--message-format", "short"])
+        .assert_stderr("src/odd.rs:2:1: error: a merge conflict is not resolved");
+}

@@ -65,6 +65,7 @@ fn project(path: &Path, edition: &str) -> Project {
         dependencies: Vec::new(),
         targets: vec![target],
         roots_left_out: Vec::new(),
+        is_member: true,
         is_partly_read: false,
         cfg: CfgValues::default(),
         metadata: None,

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::measured::is_measured;
 use super::uses::loops;
 use super::words::is_among;
-use crate::flow::Program;
+use crate::flow::{Program, is_time_name};
 use crate::index::{FunctionId, Index, Ty};
 use crate::syntax::tree::{BlockKind, Body, ExprId, ExprKind, PatId, PatKind, Receiver, StmtKind};
 use crate::types::{Callee, TypedBody};
@@ -34,6 +34,8 @@ pub(super) struct Conduct {
     pub(super) helpers: BTreeSet<FunctionId>,
     /// Those that it calls in a loop.
     pub(super) rounds: BTreeSet<FunctionId>,
+    /// Those that each call of it calls.
+    pub(super) always: BTreeSet<FunctionId>,
     /// Whether it awaits, or reads text.
     pub(super) is_foreign: bool,
     /// Whether it reads a clock.
@@ -49,6 +51,8 @@ pub(super) struct FieldCall {
     pub(super) method: String,
     /// The bodies that may run.
     pub(super) targets: Vec<FunctionId>,
+    /// Whether it is given a time step that lies in a parameter: `input.iteration_time`.
+    pub(super) is_told_step: bool,
 }
 
 impl Conduct {
@@ -306,6 +310,9 @@ impl<'a> Reader<'a> {
                 if loops(self.body).iter().any(|own| own.contains(span)) {
                     conduct.rounds.extend(resolved.targets.iter().copied());
                 }
+                if self.is_always_run(id) {
+                    conduct.always.extend(resolved.targets.iter().copied());
+                }
             }
             return;
         }
@@ -323,7 +330,39 @@ impl<'a> Reader<'a> {
         }
         let ty = self.typed.ty(receiver).peel().clone();
         let targets = resolved.map(|resolved| resolved.targets.clone()).unwrap_or_default();
-        conduct.calls.push(FieldCall { field, ty, method: method.to_owned(), targets });
+        let is_told_step = args.iter().any(|arg| self.is_step_of_parameter(*arg));
+        conduct.calls.push(FieldCall { field, ty, method: method.to_owned(), targets, is_told_step });
+    }
+
+    /// Whether each call of the function comes to an expression: nothing chooses whether it is run, and nothing leaves before.
+    fn is_always_run(&self, id: ExprId) -> bool {
+        let leaves = |kind: &ExprKind| matches!(kind, ExprKind::Return(_) | ExprKind::Try(_));
+        if self.body.exprs.iter().any(|expr| leaves(&expr.kind)) {
+            return false;
+        }
+        let mut open = vec![self.body.root];
+        while let Some(at) = open.pop() {
+            match &self.body.expr(at).kind {
+                _ if at == id => return true,
+                ExprKind::Block(_) | ExprKind::MethodCall { .. } | ExprKind::Call { .. } | ExprKind::Assign { .. } => {
+                    open.extend(self.body.children(at));
+                }
+                _ => {}
+            }
+        }
+        false
+    }
+
+    /// Whether an expression is a field of a parameter that is named as a time step.
+    fn is_step_of_parameter(&self, expr: ExprId) -> bool {
+        let ExprKind::Field { name, base } = &self.body.expr(expr).kind else { return false };
+        let mut at = *base;
+        while let ExprKind::Field { base, .. } | ExprKind::Deref(base) = &self.body.expr(at).kind {
+            at = *base;
+        }
+        let local = self.typed.expr_local.get(&at);
+        let is_parameter = self.body.params.iter().any(|pat| self.typed.pat_local.get(pat) == local);
+        is_time_name(name) && local.is_some() && is_parameter && !self.is_self(at)
     }
 
     /// Whether a sample is put where the line of old samples is written now: `self.line[self.head] = x`.

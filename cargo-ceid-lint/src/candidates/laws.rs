@@ -131,6 +131,7 @@ impl<'a> Finder<'a> {
         covered.extend(self.parts_of(&covered));
         covered.extend(self.parts_of(&self.items_of_iterators()));
         let mut seen: BTreeMap<Span, usize> = BTreeMap::new();
+        let of_traits = self.types_of_several_traits();
         for (ty, methods) in types {
             let mut own = likely(&methods, &judged);
             own.retain(|judged| !covered.contains(&judged.id));
@@ -145,6 +146,12 @@ impl<'a> Finder<'a> {
             }
             seen.insert(found.place, self.found.len());
             self.found.push(found);
+        }
+        for found in of_traits {
+            if let std::collections::btree_map::Entry::Vacant(place) = seen.entry(found.place) {
+                place.insert(self.found.len());
+                self.found.push(found);
+            }
         }
     }
 
@@ -171,7 +178,7 @@ impl<'a> Finder<'a> {
         let ids: Vec<FunctionId> = laws.iter().map(|judged| judged.id).collect();
         let (resets, partial_resets) = self.resets(methods, &ids);
         let mut reasons = vec![best.reason()];
-        let timed = laws.iter().find(|judged| takes_step(index, judged.id));
+        let timed = laws.iter().find(|judged| takes_step(index, judged.id) || self.hands_step_on(judged));
         if let Some(timed) = timed {
             reasons.push(Reason::Timed(timed.name.clone()));
         }
@@ -216,6 +223,13 @@ impl<'a> Finder<'a> {
         })
     }
 
+    /// Whether a law finds the time step in a parameter, and tells it the laws that it runs.
+    fn hands_step_on(&self, judged: &Judged) -> bool {
+        let is_told = |target: &FunctionId| takes_step(self.program.index, *target);
+        let calls = self.conduct(judged.id).calls.iter().filter(|call| call.is_told_step);
+        calls.filter(|call| judged.runs.contains(&call.field)).any(|call| call.targets.iter().any(is_told))
+    }
+
     /// Of the methods that look like laws, those that are the law: the best one, and what belongs to it.
     fn one_law<'j>(&self, judged: &[&'j Judged]) -> Vec<&'j Judged> {
         let is_inner = |one: &Judged| !self.calls.from_elsewhere.contains(&one.id);
@@ -227,7 +241,14 @@ impl<'a> Finder<'a> {
                 })
         };
         let is_block = |one: &Judged| judged.iter().any(|other| is_inner(other) && self.is_block_of(one.id, other.id));
-        let whole: Vec<&Judged> = judged.iter().copied().filter(|one| !is_part(one) && !is_block(one)).collect();
+        // What each of its calls runs is the law, and it is read as the code that it is: no other form of the law.
+        let is_around = |one: &Judged| {
+            judged
+                .iter()
+                .any(|other| other.id != one.id && !is_inner(other) && self.conduct(one.id).always.contains(&other.id))
+        };
+        let is_whole = |one: &&Judged| !is_part(one) && !is_block(one) && !is_around(one);
+        let whole: Vec<&Judged> = judged.iter().copied().filter(is_whole).collect();
         let Some(best) = whole
             .iter()
             .copied()

@@ -8,7 +8,7 @@ use super::words::{law_strength, type_strength};
 use super::{Reason, Subject, Uses};
 use crate::config::{InstancePlace, Multiplicity, Receiver as Taken, TimeBase};
 use crate::flow::takes_step;
-use crate::index::{FunctionId, Namespace, Owner, TraitId, TraitName, Ty};
+use crate::index::{FunctionId, Namespace, Owner, TraitId, TraitName, Ty, TypeDef, TypeId};
 use crate::syntax::tree::{Receiver, TypeRef};
 
 impl Finder<'_> {
@@ -60,6 +60,63 @@ impl Finder<'_> {
             }
         }
         covered
+    }
+
+    /// The types that have laws by several of the proposed traits which say different things: an entry for the type stands over
+    /// those of its traits, without which nobody could see which of them holds.
+    pub(super) fn types_of_several_traits(&self) -> Vec<Found> {
+        let index = self.program.index;
+        let of_trait = |found: &&Found| found.draft.subject == Subject::Trait;
+        let traits: Vec<(TraitName, &Found)> = (0u32..)
+            .zip(&index.traits)
+            .flat_map(|(number, def)| {
+                let proposed = self.found.iter().filter(of_trait).filter(|found| found.place == def.span);
+                proposed.map(move |found| (TraitName::Local(TraitId(number)), found))
+            })
+            .collect();
+        let of_type = |(number, def): (u32, &TypeDef)| {
+            let bare = Ty::Adt(TypeId(number), vec![Ty::Unknown; def.generics.params.len()]);
+            let has = |(name, _): &&(TraitName, &Found)| index.implements(&bare, name);
+            let mut own: Vec<&Found> = traits.iter().filter(has).map(|(_, found)| *found).collect();
+            own.sort_by_key(|found| (std::cmp::Reverse(found.draft.weight), found.place));
+            let (first, others) = own.split_first()?;
+            others.iter().any(|other| !says_the_same(&first.draft, &other.draft)).then(|| self.of_several(def, &own))
+        };
+        (0u32..).zip(&index.types).filter_map(of_type).collect()
+    }
+
+    /// The entry for a type with several traits that look like filters, the surest of them first.
+    fn of_several(&self, def: &TypeDef, own: &[&Found]) -> Found {
+        let first = &own[0].draft;
+        let alike = || own.iter().filter(|found| found.draft.instance == first.instance);
+        let mut names: Vec<String> =
+            alike().flat_map(|found| &found.draft.law).flat_map(|(methods, _)| methods).cloned().collect();
+        names.sort();
+        names.dedup();
+        let is_timed = alike().any(|found| found.draft.time_base == TimeBase::Passed);
+        let mut resets: Vec<String> = alike().flat_map(|found| &found.draft.resets).cloned().collect();
+        resets.sort();
+        resets.dedup();
+        let says = |reason: &&Reason| !matches!(reason, Reason::Implemented(_));
+        Found {
+            name: def.name.clone(),
+            place: def.span,
+            path: self.path_to(def.module, &def.name, def.span, Namespace::Type),
+            draft: Draft {
+                subject: Subject::Type,
+                law: super::laws::groups(&names),
+                instance: first.instance,
+                receiver: first.receiver,
+                resets,
+                partial_resets: Vec::new(),
+                time_base: if is_timed { TimeBase::Passed } else { TimeBase::Fixed },
+                reasons: first.reasons.iter().filter(says).cloned().collect(),
+                uses: alike().fold(Uses::default(), |uses, found| uses.and(found.draft.uses)),
+                weight: first.weight,
+                is_plain: false,
+            },
+            laws: Vec::new(),
+        }
     }
 
     /// Proposes traits whose methods get the state as an argument.
@@ -198,4 +255,10 @@ impl Finder<'_> {
             laws: bodies,
         })
     }
+}
+
+/// Whether entries for two traits would say the same of a type that has both.
+fn says_the_same(one: &Draft, other: &Draft) -> bool {
+    let told = |draft: &Draft| (draft.law.clone(), draft.instance, draft.receiver, draft.time_base);
+    told(one) == told(other) && one.resets == other.resets && one.partial_resets == other.partial_resets
 }

@@ -28,7 +28,7 @@ Filters that are certain are turned on. All others stand in the file behind `#`,
 a filter and the number of its uses: remove the `#` of those that are, and run `cargo ceid-lint`.
 
   cargo ceid-lint init                     look at the file before the first check
-  cargo ceid-lint init --accept            turn on everything that was found
+  cargo ceid-lint init --accept            turn on everything that was found and is called
   cargo ceid-lint init --accept Pid Ramp   turn on these two
   cargo ceid-lint init --stdout            look, and write nothing
 
@@ -197,7 +197,7 @@ pub(super) struct InitArgs {
     pub(super) build: Build,
     #[command(flatten)]
     pub(super) ignored: Ignored,
-    /// Turn on what was found: all of it, or these, by name or path.
+    /// Turn on what was found: all of it that some code calls, or these, by name or path.
     #[arg(
         long,
         value_name = "NAME",

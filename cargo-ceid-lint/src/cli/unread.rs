@@ -25,7 +25,13 @@ pub(super) fn files_of_no_target(project: &Project, report: &Report) -> Vec<Path
 pub(super) fn add_unread(project: &Project, config: &Config, report: &mut Report) {
     let broken: Vec<PathBuf> = report.problems.iter().map(|problem| project.root.join(&problem.file)).collect();
     let read = files_read(report);
-    let seen = Seen { read: &read, unparsed: &report.unparsed, left_out: &report.left_out, broken: &broken };
+    let seen = Seen {
+        read: &read,
+        unparsed: &report.unparsed,
+        left_out: &report.left_out,
+        beside: &report.beside,
+        broken: &broken,
+    };
     let mut unread: Vec<Problem> = Vec::new();
     for problem in project::strays(project, &seen) {
         let path = PathBuf::from(&problem.file);

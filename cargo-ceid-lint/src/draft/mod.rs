@@ -20,7 +20,7 @@ use places::Places;
 pub enum Accept {
     /// Those that are certain.
     Certain,
-    /// All of them.
+    /// All of them, but for filters that no code was seen to call.
     All,
     /// Those that are certain, and these, by name or path.
     Named(Vec<String>),
@@ -28,7 +28,9 @@ pub enum Accept {
 
 impl Accept {
     fn filter(&self, filter: &FilterCandidate) -> bool {
-        filter.certainty == Certainty::Certain || self.names(&filter.path)
+        // What nothing calls would only be owed updates.
+        let is_called = filter.uses.calls + filter.uses.by_trait > 0;
+        filter.certainty == Certainty::Certain || (self.names(&filter.path) && (is_called || *self != Self::All))
     }
 
     fn cycle(&self, cycle: &CycleCandidate) -> bool {

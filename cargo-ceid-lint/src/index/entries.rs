@@ -68,10 +68,12 @@ fn has_two_laws(word: &Word, ty: &str, line: u32, own: &FilterSpec, other: &Filt
         "`{ty}` implements `{}` and the trait of the entry in line {line} as well, which says something else",
         word.text
     );
-    let groups: Vec<&[String]> = own.law.iter().chain(&other.law).map(|group| group.methods.as_slice()).collect();
-    ConfigError::at(word.place.clone(), message).help(format!(
-        "write an entry with `type` for `{ty}`, which stands over its traits: for two halves, `law = {groups:?}`"
-    ))
+    let mut groups: Vec<&[String]> = own.law.iter().map(|group| group.methods.as_slice()).collect();
+    let further = other.law.iter().map(|group| group.methods.as_slice());
+    groups.extend(further.filter(|group| !own.law.iter().any(|own| own.methods == *group)));
+    let each = if groups.len() > 1 { ", if each of these is a part of it" } else { "" };
+    ConfigError::at(word.place.clone(), message)
+        .help(format!("write an entry with `type` for `{ty}`, which stands over its traits: `law = {groups:?}`{each}"))
 }
 
 impl Index {

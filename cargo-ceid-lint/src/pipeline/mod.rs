@@ -10,6 +10,7 @@ mod report;
 mod since;
 mod steps;
 mod timings;
+mod too_large;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -302,6 +303,7 @@ impl Run<'_> {
         index.instances = monomorphise(&program, &mut graphs);
         let program = Program { index: &index, bodies: &bodies, sources: &sources, directives: &directives, cores };
         lap(Stage::Flow);
+        let mut too_large = too_large::functions(&program, &graphs);
         let mut analysis = analyse(&program, &mut graphs);
         lap(Stage::Count);
         let is_shown = |package: usize, target: usize, span: Span| {
@@ -317,11 +319,14 @@ impl Run<'_> {
         known.prepare(&mut analysis);
         let mut hygiene = rules::hygiene(&known);
         hygiene.retain(|finding| is_shown(finding.package, finding.target, finding.primary.span));
+        let is_beside = |package: &usize| !project.packages[*package].is_member;
+        let beside = analysis.cycles.iter().map(|cycle| cycle.package).filter(is_beside).collect();
         analysis.cycles.retain(|cycle| is_shown(cycle.package, cycle.target, cycle.head));
         analysis.presumed.retain(|function| is_shown(function.package, function.target, function.head));
         analysis.unregistered.retain(|filter| is_shown(filter.package, filter.target, filter.span));
         analysis.guards.retain(|guard| is_shown(guard.package, guard.target, guard.span));
         analysis.remarks.retain(|remark| is_shown(remark.package, remark.target, remark.span));
+        too_large.retain(|function| is_shown(function.package, function.target, function.head));
         // A file that belongs to several targets is judged once.
         let mut seen = BTreeSet::new();
         analysis.cycles.retain(|cycle| seen.insert((cycle.head, cycle.function.clone())));
@@ -338,12 +343,15 @@ impl Run<'_> {
         let presumed = analysis.presumed.iter().map(|function| function.head).collect::<BTreeSet<_>>().len();
         let functions = index.function_places(&sources);
         let cycles = analysis.cycles;
+        let unread = too_large.into_iter().map(|function| function.problem(&sources)).collect();
         lap(Stage::Findings);
         let report = Report {
             diagnostics,
             cycles,
+            unread,
             filter_types,
             presumed,
+            beside,
             functions,
             sources,
             plans,

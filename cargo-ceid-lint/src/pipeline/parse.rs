@@ -190,6 +190,9 @@ fn parse_as(project: &Project, source: &Arc<dyn ReadSource>, packages: &[usize],
                 cfg.flags.insert("test".to_owned());
             }
             let root = parse_root(&target.src_path, &target.edition, &cfg, &renamed, &mut files, &mut part.problems);
+            if root.is_absent && package.is_reported && matches!(target.kind, TargetKind::Lib | TargetKind::Bin) {
+                part.problems.push(absent(files.map().display_name(&target.src_path)));
+            }
             part.left_out.extend(root.left_out);
             let is_reported = target.is_reported && package.is_reported;
             if is_reported {
@@ -220,6 +223,13 @@ fn renamed(package: &Package) -> BTreeSet<String> {
         dependency.extern_name != name && has_known_macros(&name)
     };
     package.dependencies.iter().filter(is_renamed).map(|dependency| dependency.extern_name.clone()).collect()
+}
+
+/// A crate that is for another target than the one that is checked.
+fn absent(file: String) -> Problem {
+    let message = "the crate is not there under this `cfg`: that of its `#![cfg(…)]` does not hold".to_owned();
+    let help = Some("check it with the `--target` or the `--features` that it is for".to_owned());
+    Problem { file, span: None, message, help, is_error: false }
 }
 
 /// The names with which the imports of items begin, if a crate may have them.

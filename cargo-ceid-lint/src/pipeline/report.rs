@@ -37,6 +37,8 @@ pub struct Report {
     pub unchanged: Option<Unchanged>,
     /// The packages that were not parsed, because nothing in them can be a filter: indices into the project's packages.
     pub unparsed: BTreeSet<usize>,
+    /// The packages with cycles that are no members of the workspace: indices into the project's packages.
+    pub beside: BTreeSet<usize>,
     /// How many filter types were found.
     pub filter_types: usize,
     /// How many functions were only searched for repetitions, as nothing calls them, and have none.
@@ -83,6 +85,7 @@ impl Report {
         self.idle_imports.removals.extend(other.idle_imports.removals);
         self.idle_imports.doubtful.extend(other.idle_imports.doubtful);
         self.manifests.extend(other.manifests);
+        self.beside.extend(other.beside);
         self.filter_types += other.filter_types;
         self.presumed += other.presumed;
         self.timings.add(&other.timings);

@@ -82,6 +82,8 @@ pub struct Package {
     pub manifest_path: PathBuf,
     /// The root of the workspace it belongs to.
     pub workspace_root: PathBuf,
+    /// Whether it is a member of the workspace, and not a path dependency beside it.
+    pub is_member: bool,
     /// Whether findings in it are reported; sources of other packages are read for types and summaries only.
     pub is_reported: bool,
     /// The names its code can call other crates by.

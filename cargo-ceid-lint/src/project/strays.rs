@@ -1,4 +1,4 @@
-//! Source files and packages below a project that belong to nothing in it. Never reads a file: names decide.
+//! Source files and packages below a project that belong to nothing that is checked. Never reads a file: names decide.
 
 use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -17,6 +17,8 @@ pub struct Seen<'a> {
     pub read: &'a BTreeSet<&'a Path>,
     /// The packages that nobody looked into, because there is no filter in them.
     pub unparsed: &'a BTreeSet<usize>,
+    /// The packages with cycles that are no members of the workspace.
+    pub beside: &'a BTreeSet<usize>,
     /// Files and directories of modules that are declared, and not there under this `cfg`.
     pub left_out: &'a BTreeSet<PathBuf>,
     /// Files that could not be read or parsed: what they declare is not known.
@@ -42,6 +44,13 @@ pub fn strays(project: &Project, seen: &Seen<'_>) -> Vec<Problem> {
         directories: directories.filter(|(directory, _)| !directory.as_os_str().is_empty()).collect(),
         canonical: OnceCell::new(),
     };
+    let beside = seen.beside.iter().map(|number| &project.packages[*number]);
+    for package in beside.filter(|package| !package.is_reported) {
+        let Some(directory) = package.manifest_path.parent() else { continue };
+        if directory.starts_with(&project.root) && !directory.join(".cargo-checksum.json").is_file() {
+            problems.push(of_no_package(project, directory));
+        }
+    }
     let mut left = MAX_ENTRIES;
     let outer: Vec<PathBuf> =
         roots.iter().filter(|root| !root.ancestors().skip(1).any(|above| roots.contains(above))).cloned().collect();
@@ -76,8 +85,7 @@ fn walk(places: &Places<'_>, root: &Path, left: &mut usize, problems: &mut Vec<P
                 let is_told = seen.broken.contains(&path.join("Cargo.toml"));
                 // What `cargo vendor` copied comes from elsewhere, as every other dependency.
                 if !is_told && !path.join(".cargo-checksum.json").is_file() {
-                    let help = format!("check it with `cargo ceid-lint {}`", shown(project, path));
-                    problems.push(stray(&path.join("Cargo.toml"), "belongs to no package that is checked", help));
+                    problems.push(of_no_package(project, path));
                 }
             }
         } else if entry.file_type().is_file() && name.ends_with(".rs") && !places.is_known(path) {
@@ -85,6 +93,11 @@ fn walk(places: &Places<'_>, root: &Path, left: &mut usize, problems: &mut Vec<P
             problems.push(stray(path, "belongs to no target that is checked", help));
         }
     }
+}
+
+fn of_no_package(project: &Project, directory: &Path) -> Problem {
+    let help = format!("check it with `cargo ceid-lint {}`", shown(project, directory));
+    stray(&directory.join("Cargo.toml"), "belongs to no package that is checked", help)
 }
 
 fn stray(path: &Path, message: &str, help: String) -> Problem {

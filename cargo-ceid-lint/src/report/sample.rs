@@ -191,6 +191,7 @@ fn project() -> Project {
         }],
         cfg: CfgValues::default(),
         roots_left_out: Vec::new(),
+        is_member: true,
         is_partly_read: false,
         metadata: None,
     };

@@ -213,9 +213,15 @@ fn missing(cycle: &Cycle, pairs: &[&Pair]) -> Option<Diagnostic> {
         finding.helps.push(format!("put what `{law}` gives back in the place of `{name}`"));
     } else {
         finding.witness = Witness::default();
-        finding.notes.push(format!(
-            "a filter whose update law does not run keeps its old estimate: whatever reads {them} gets a value that stands still"
-        ));
+        let stands = match pairs {
+            [_] => {
+                "a filter whose update law does not run keeps its old estimate: whatever reads it gets a value that stands still"
+            }
+            _ => {
+                "filters whose update laws do not run keep their old estimates: whatever reads them gets values that stand still"
+            }
+        };
+        finding.notes.push(stands.to_owned());
         finding.helps.push(format!("update {them} once in every cycle, or {GUARD_HELP}"));
     }
     finding.helps.push(suppression(rule));

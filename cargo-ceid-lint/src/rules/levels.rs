@@ -116,6 +116,7 @@ mod tests {
             targets: Vec::new(),
             cfg: CfgValues::default(),
             roots_left_out: Vec::new(),
+            is_member: true,
             is_partly_read: false,
             metadata: None,
         }

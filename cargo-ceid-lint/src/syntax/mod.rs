@@ -52,6 +52,8 @@ pub struct RootModule {
     pub attributes: Vec<Attribute>,
     /// Its items.
     pub items: Vec<Item>,
+    /// Whether the crate as a whole is not there under this `cfg`: `#![cfg(target_os = "none")]`.
+    pub is_absent: bool,
     /// The names of items and methods, of all its modules, that are not there under this `cfg`.
     pub removed: BTreeSet<String>,
     /// The files and directories of modules that are declared, and not there under this `cfg`.

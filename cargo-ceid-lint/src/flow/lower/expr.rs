@@ -9,7 +9,11 @@ use crate::types::Callee;
 impl Builder<'_> {
     /// Lowers an expression and answers its value. Code that is never reached is not lowered.
     pub(super) fn expr(&mut self, id: ExprId) -> Value {
-        if self.at.is_none() || self.is_full() {
+        if self.at.is_none() {
+            return Value::default();
+        }
+        if let Some(cause) = self.graph.truncated.clone() {
+            self.pass_over(id, cause);
             return Value::default();
         }
         let body = self.body();

@@ -39,6 +39,7 @@ mod made;
 mod operators;
 mod optional;
 mod panics;
+mod passed_over;
 mod patterns;
 mod places;
 mod presence;
@@ -410,11 +411,6 @@ impl<'a> Builder<'a> {
     /// Goes on from a node that was added before.
     fn resume(&mut self, node: NodeId) {
         self.at = Some(node);
-    }
-
-    /// Whether the limits of the analysis are reached.
-    fn is_full(&self) -> bool {
-        self.graph.truncated.is_some()
     }
 
     fn new_var(&mut self, name: String, ty: Ty, span: Span) -> Var {

@@ -364,7 +364,7 @@ impl Builder<'_> {
     }
 
     /// The variables in scope with these names.
-    fn mentioned_places(&mut self, mentions: &[String]) -> Vec<Place> {
+    pub(super) fn mentioned_places(&mut self, mentions: &[String]) -> Vec<Place> {
         let frame = &self.frames[self.frame];
         let mut places: Vec<Place> = frame
             .vars

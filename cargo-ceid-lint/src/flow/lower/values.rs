@@ -98,9 +98,6 @@ impl Builder<'_> {
         self.open_block();
         let mut written = super::changes::WrittenFields::new();
         for stmt in &block.stmts {
-            if self.is_full() {
-                break;
-            }
             self.stmt(stmt);
             if let (None, StmtKind::Expr { expr, .. }) = (&stmt.cfg, &stmt.kind) {
                 self.note_written_field(*expr, &mut written, stmt.span);

@@ -68,6 +68,8 @@ impl<'l, 'a> Lowerer<'l, 'a> {
                 self.item(item, &mut items);
                 items.clear();
             }
+        } else {
+            tree.items.iter().for_each(|item| self.note_removed(item));
         }
         LoadedFile { attrs, items }
     }

@@ -69,9 +69,14 @@ impl Loader<'_> {
             let message = format!("{file} is not read: its code is included in a body, or its path is computed");
             (message, "use `mod` instead")
         };
-        let shown = self.files.map().file(place.file).name.clone();
+        self.leave_unread(place, message, help);
+    }
+
+    /// Tells what is not read, though nothing is wrong with it.
+    pub(in crate::syntax) fn leave_unread(&mut self, place: Span, message: String, help: &str) {
+        let file = self.files.map().file(place.file).name.clone();
         let help = Some(help.to_owned());
-        self.problems.push(Problem { file: shown, span: Some(place), message, help, is_error: false });
+        self.problems.push(Problem { file, span: Some(place), message, help, is_error: false });
     }
 }
 

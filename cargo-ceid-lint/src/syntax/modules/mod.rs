@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use memchr::memmem;
 use proc_macro2::{TokenStream, TokenTree};
 
+use super::RootModule;
 use super::bare_closures::with_dyn;
 use super::depth::{Excess, MAX_LINKS, MAX_NESTING, check_depth};
 use super::edition::of_2015;
@@ -16,7 +17,6 @@ use super::lower::Lowerer;
 use super::lower::attrs::Attrs;
 use super::macros::OwnMacros;
 use super::tree::Item;
-use super::{RootModule, cfg_eval::Presence};
 use crate::diagnostic::Problem;
 use crate::project::CfgValues;
 use crate::source::{FileId, FileSet, ReadError, Span};
@@ -131,10 +131,10 @@ impl<'a> Loader<'a> {
         let (removed, left_out) = (std::mem::take(&mut self.removed), std::mem::take(&mut self.left_out));
         let files = std::mem::take(&mut self.read);
         match loaded {
-            Some(LoadedFile { attrs, items }) if attrs.presence != Presence::Absent => {
-                RootModule { attributes: attrs.kept, items, removed, left_out, files }
+            Some(LoadedFile { attrs, items }) => {
+                RootModule { is_absent: !attrs.is_there(), attributes: attrs.kept, items, removed, left_out, files }
             }
-            _ => RootModule { left_out, files, ..RootModule::default() },
+            None => RootModule { left_out, files, ..RootModule::default() },
         }
     }
 
@@ -268,6 +268,16 @@ impl<'a> Loader<'a> {
         });
         match parsed {
             Ok(tree) => Some(Lowerer::new(self, file, text, base, dir).file(&tree)),
+            Err(_) if conflict(code).is_some() => {
+                let at = to_u32(base + conflict(code).unwrap_or_default());
+                let help = "the file is skipped; resolve the merge, and remove the markers".to_owned();
+                self.problem(
+                    Some(Span::new(file, at, at + 7)),
+                    "a merge conflict is not resolved".to_owned(),
+                    Some(help),
+                );
+                None
+            }
             Err(error) => {
                 // Errors at the end of the input have no place of their own.
                 let range = error.span().byte_range();
@@ -314,6 +324,16 @@ impl<'a> Loader<'a> {
         let file = span.map(|span| self.files.map().file(span.file).name.clone()).unwrap_or_default();
         self.problems.push(Problem { file, span, message, help, is_error: true });
     }
+}
+
+/// Where git has marked a conflict.
+fn conflict(code: &str) -> Option<usize> {
+    let mut at = 0;
+    code.split_inclusive('\n').find_map(|line| {
+        let start = at;
+        at += line.len();
+        (line.starts_with("<<<<<<< ") || line.starts_with(">>>>>>> ")).then_some(start)
+    })
 }
 
 /// Where the code begins: behind the byte order mark and the `#!` line, as rustc strips them.

@@ -7,7 +7,7 @@ use syn::visit::Visit;
 
 use crate::source::Span;
 use crate::syntax::lower::{BodyLowerer, Lowerer};
-use crate::syntax::tree::{AssocItem, Block, ExprId, ExprKind, Item};
+use crate::syntax::tree::{AssocItem, Block, ExprId, ExprKind, Item, OpaqueMacro};
 
 /// Any number of something, to the end.
 struct All<T>(Vec<T>);
@@ -29,12 +29,27 @@ fn parse_all<T: Parse>(tokens: TokenStream) -> Option<Vec<T>> {
 impl<'l, 'a> Lowerer<'l, 'a> {
     /// Adds the items that a call stands for; gives false if it stays opaque.
     pub(in crate::syntax) fn own_items(&mut self, mac: &syn::Macro, out: &mut Vec<Item>) -> bool {
-        let Some(items) = self.expansion(mac).and_then(parse_all::<syn::Item>) else { return false };
+        let Some(items) = self.expansion(mac).and_then(parse_all::<syn::Item>) else {
+            self.not_expanded(mac);
+            return false;
+        };
         if !self.indices_are_told_apart(mac, |search| items.iter().for_each(|item| search.visit_item(item))) {
             return false;
         }
         self.expanding(mac, |low| low.items(&items, out));
         true
+    }
+
+    /// Tells that the items are not read which one of the crate's own macros stands for, though nothing may be wrong with it: its
+    /// code is longer or deeper than macros are expanded.
+    fn not_expanded(&mut self, mac: &syn::Macro) {
+        if self.loader.own.rules(&mac.path).is_none() {
+            return;
+        }
+        let OpaqueMacro { path, span, .. } = self.opaque(mac);
+        let message = format!("the items that `{path}!` stands for are not read: there is too much code in them");
+        let help = "a law or a cycle in them is not checked; call the macro for fewer of them at a time";
+        self.loader.leave_unread(span, message, help);
     }
 
     /// Computed indices are told apart by their text, and those that a macro computes have none of their own.
@@ -46,7 +61,10 @@ impl<'l, 'a> Lowerer<'l, 'a> {
 
     /// The items of an impl that a call stands for.
     pub(in crate::syntax) fn own_impl_items(&mut self, mac: &syn::Macro) -> Option<Vec<AssocItem>> {
-        let items = self.expansion(mac).and_then(parse_all::<syn::ImplItem>)?;
+        let Some(items) = self.expansion(mac).and_then(parse_all::<syn::ImplItem>) else {
+            self.not_expanded(mac);
+            return None;
+        };
         let search = |search: &mut Indices<'_, '_, '_>| items.iter().for_each(|item| search.visit_impl_item(item));
         self.indices_are_told_apart(mac, search).then(|| self.expanding(mac, |low| low.impl_items(&items)))
     }
