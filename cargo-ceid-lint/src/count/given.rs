@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::flow::{
-    Argument, Assignment, Base, CallSite, ControlFlowGraph, IndexKey, Place, Projection, Subject, Transfer,
+    Argument, Assignment, Base, CallSite, ControlFlowGraph, Effect, IndexKey, Place, Projection, Subject, Transfer,
 };
 use crate::index::ValueId;
 
@@ -113,6 +113,14 @@ pub(super) fn given(graph: &ControlFlowGraph, place: &Place) -> Option<Given> {
 /// Whether a place of the caller's gets what was in another one: `mem::swap(&mut self.front, &mut self.back)`.
 pub(super) fn is_put_in_place(graph: &ControlFlowGraph, set: &Assignment) -> bool {
     set.rebinds && set.transfer == Transfer::Move && set.from.is_some() && given(graph, &set.place).is_some()
+}
+
+/// Whether something else is put in a place of the caller's.
+pub(super) fn is_moved(graph: &ControlFlowGraph, place: &Place) -> bool {
+    graph.nodes.iter().any(|node| match &node.effect {
+        Effect::Set(set) => is_put_in_place(graph, set) && set.place == *place,
+        _ => false,
+    })
 }
 
 /// The place that callers know a subject of a function by; `None` if it is the function's own or a static.

@@ -1,11 +1,14 @@
 //! Methods that do what the law of their filter does: a filter that a cycle only runs by one of them does not stand still, but its
 //! law does not run either.
 
-use super::given::{Given, GivenBase, place_of};
+use std::collections::BTreeSet;
+
+use super::aliases::Aliases;
+use super::given::{Given, GivenBase, MAX_PLACES, place_of};
 use super::instances::inner;
 use super::search::{Region, Search};
-use super::summary::Summary;
-use crate::flow::{Cause, ControlFlowGraph, Effect, Program, stands_in};
+use super::summary::{Summary, note};
+use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, Program, stands_in};
 
 /// Says of a method that stands in for a law that it does.
 pub(super) fn add(program: &Program<'_>, graph: &ControlFlowGraph, summary: &mut Summary) {
@@ -18,6 +21,23 @@ pub(super) fn add(program: &Program<'_>, graph: &ControlFlowGraph, summary: &mut
         let whole = Given { base: GivenBase::Param(0), steps: Vec::new() };
         let cause = format!("`{}` writes what the law `{law}` advances", index.function(id).name);
         summary.stand_ins.insert((whole, half), Cause::Limit(cause));
+    }
+}
+
+/// Says the same of a function that calls such methods.
+pub(super) fn pass_on(
+    graph: &ControlFlowGraph,
+    aliases: &Aliases,
+    site: &CallSite,
+    callee: &Summary,
+    summary: &mut Summary,
+) {
+    for ((given, half), cause) in &callee.stand_ins {
+        let mut places = BTreeSet::new();
+        if let Some(place) = place_of(given, site).filter(|_| summary.stand_ins.len() < MAX_PLACES) {
+            note(graph, aliases, &place, &mut places);
+        }
+        summary.stand_ins.extend(places.into_iter().map(|given| ((given, *half), cause.clone())));
     }
 }
 

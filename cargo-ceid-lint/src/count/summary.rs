@@ -12,7 +12,7 @@ use super::debug_only::{self, DebugOnly};
 use super::finished;
 use super::gates::KeptMode;
 use super::given::{
-    Given, GivenBase, MAX_PLACES, bound, given, instance_of, is_put_in_place, place_of, steps_at, with_wholes,
+    Given, GivenBase, MAX_PLACES, bound, given, instance_of, is_moved, is_put_in_place, place_of, steps_at, with_wholes,
 };
 use super::handed;
 use super::returned;
@@ -359,13 +359,7 @@ impl Summaries {
                 }
                 summary.sets.extend(written.into_iter().map(|given| (given, head.clone(), *change)));
             }
-            for ((given, half), cause) in &callee.stand_ins {
-                let mut places = BTreeSet::new();
-                if let Some(place) = place_of(given, site).filter(|_| summary.stand_ins.len() < MAX_PLACES) {
-                    note(graph, aliases, &place, &mut places);
-                }
-                summary.stand_ins.extend(places.into_iter().map(|given| ((given, *half), cause.clone())));
-            }
+            stand_ins::pass_on(graph, aliases, site, callee, summary);
             let Summary { writes, uses, endless, .. } = &mut *summary;
             for (from, into) in [(&callee.writes, writes), (&callee.uses, uses), (&callee.endless, endless)] {
                 for place in from.iter().filter_map(|given| place_of(given, site)) {
@@ -440,13 +434,10 @@ impl Summaries {
             });
             let holds_filter = holds_filter_at(program, graph, &instance);
             if !is_direct && !holds_filter && !states.contains(&instance) {
-                let is_moved = |node: &crate::flow::Node| match &node.effect {
-                    Effect::Set(set) => is_put_in_place(graph, set) && set.place == instance,
-                    _ => false,
-                };
-                let cause = match graph.nodes.iter().any(is_moved) {
-                    true => Cause::Moved(program.index.function(graph.function).name.clone()),
-                    false => Cause::Limit("the type of what a helper passes on is not known".to_owned()),
+                let cause = if is_moved(graph, &instance) {
+                    Cause::Moved(program.index.function(graph.function).name.clone())
+                } else {
+                    Cause::Limit("the type of what a helper passes on is not known".to_owned())
                 };
                 summary.insert(&given, &[Outcome::unknown(cause)]);
                 continue;
@@ -488,7 +479,7 @@ impl Summaries {
     }
 }
 
-fn note(graph: &ControlFlowGraph, aliases: &Aliases, place: &Place, into: &mut BTreeSet<Given>) {
+pub(super) fn note(graph: &ControlFlowGraph, aliases: &Aliases, place: &Place, into: &mut BTreeSet<Given>) {
     into.extend(aliases.shared_roots(place).iter().filter_map(|root| given(graph, root)));
 }
 

@@ -7,8 +7,8 @@ use crate::flow::Program;
 use crate::index::{FunctionId, MethodOwner, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, Receiver};
 
-/// The halves of the law of a filter type that a method of it may stand in for, each with the law's name: it goes on from the state
-/// and writes all of it that the law writes. Feeding and clearing is not enough.
+/// The halves of the law of a filter type that a method of it may stand in for, each with the law's name: the law runs it, and it
+/// goes on from the state and writes all of it that the law writes. Feeding and clearing is not enough.
 pub fn stands_in(program: &Program<'_>, method: FunctionId, ty: &Ty) -> Vec<(usize, String)> {
     let index = program.index;
     let Some(spec) = index.receiver_spec(ty) else { return Vec::new() };
@@ -19,15 +19,16 @@ pub fn stands_in(program: &Program<'_>, method: FunctionId, ty: &Ty) -> Vec<(usi
     }
     let Some(body) = Method::new(program, method, &[], 0).filter(Method::goes_on) else { return Vec::new() };
     let Some(written) = body.written() else { return Vec::new() };
-    let state = |name: &str| -> Option<BTreeSet<String>> {
+    let does = |name: &&String| {
         let owners = index.methods(ty, name);
-        let laws = owners.iter().filter_map(MethodOwner::function);
-        laws.map(|law| written_fields(program, law)).try_fold(BTreeSet::new(), |mut all, fields| {
-            all.extend(fields?);
-            Some(all)
-        })
+        let mut laws = owners.iter().filter_map(MethodOwner::function).peekable();
+        laws.peek().is_some()
+            && laws.all(|law| {
+                let runs_it = Method::new(program, law, &[], 0).is_some_and(|law| law.runs(method));
+                let state = written_fields(program, law);
+                runs_it && state.is_some_and(|state| !state.is_empty() && state.is_subset(&written))
+            })
     };
-    let does = |name: &&String| state(name).is_some_and(|state| !state.is_empty() && state.is_subset(&written));
     let halves = spec.law.iter().enumerate();
     halves.filter_map(|(half, group)| Some((half, group.methods.iter().find(does)?.clone()))).collect()
 }
@@ -36,6 +37,11 @@ pub fn stands_in(program: &Program<'_>, method: FunctionId, ty: &Ty) -> Vec<(usi
 const CLEARING: &[&str] = &["clear", "fill", "truncate", "reset", "iter_mut"];
 
 impl Method<'_, '_> {
+    fn runs(&self, other: FunctionId) -> bool {
+        let mut calls = (0u32..).map(ExprId).take(self.body.exprs.len());
+        calls.any(|id| self.targets(id).is_some_and(|targets| targets.contains(&other)))
+    }
+
     /// Whether what it writes goes on from what `self` was before: it reads a field that it writes, or something in one goes on.
     fn goes_on(&self) -> bool {
         let Some(written) = self.written() else { return false };
