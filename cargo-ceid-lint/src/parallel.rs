@@ -50,8 +50,8 @@ pub fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> V
 }
 
 /// The same for pieces of work whose sizes in bytes are known: the largest are begun first, so that none is left for one core at
-/// the end, and those of more than a megabyte one after the other, as long as the other cores have something else to do. Each core has
-/// a large stack.
+/// the end, and those of more than a megabyte one after the other, as long as the other cores have something else to do. Each core
+/// has a large stack.
 pub fn biggest_first<T: Send>(sizes: &[u64], work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let mut order: Vec<usize> = (0..sizes.len()).collect();
     order.sort_by_key(|at| Reverse(sizes[*at]));
