@@ -315,11 +315,8 @@ impl Builder<'_> {
                 places.extend(given);
                 continue;
             }
-            let copies = self.captures.get(&(closure.frame, closure.expr));
-            let copy_of =
-                |local: LocalId| copies.into_iter().flatten().find(|(own, _)| *own == local).map(|(_, copy)| *copy);
             let named = self.captured_locals(closure).into_iter();
-            places.extend(named.map(|(local, var)| Place::var(copy_of(local).unwrap_or(var))));
+            places.extend(named.map(|(local, var)| Place::var(self.own_copy(closure, local).unwrap_or(var))));
             open.extend(self.named_locals(closure).filter_map(|(_, var)| self.closures.get(&var)));
         }
         places.into_iter().collect()
@@ -334,14 +331,11 @@ impl Builder<'_> {
         {
             return whole;
         }
-        let copies = self.captures.get(&(closure.frame, closure.expr));
-        let copy_of =
-            |local: LocalId| copies.into_iter().flatten().find(|(own, _)| *own == local).map(|(_, copy)| *copy);
         let frame = &self.frames[closure.frame];
         let inside: BTreeMap<ExprId, ExprId> = self.uses_inside(closure).collect();
         let mut places = BTreeSet::new();
         for (mention, local, var) in self.mentions(closure) {
-            let mut place = Place::var(copy_of(local).unwrap_or(var));
+            let mut place = Place::var(self.own_copy(closure, local).unwrap_or(var));
             let mut at = mention;
             while let Some(user) = inside.get(&at)
                 && let ExprKind::Field { name, .. } = &frame.body.expr(*user).kind
@@ -362,6 +356,12 @@ impl Builder<'_> {
             }
         }
         places.into_iter().collect()
+    }
+
+    /// The copy that a closure has of a local.
+    fn own_copy(&self, closure: ClosureRef, local: LocalId) -> Option<Var> {
+        let copies = self.captures.get(&(closure.frame, closure.expr))?;
+        copies.iter().find(|(own, _)| *own == local).map(|(_, copy)| *copy)
     }
 
     /// Whether all that a call may run takes `&self`.
