@@ -146,6 +146,8 @@ pub struct About {
     pub heads: Vec<Head>,
     /// Whether it holds where the text does not: `a >= b` is asked as `a < b`.
     pub is_turned: bool,
+    /// Whether it holds or fails where a filter says that it is at rest, if that is what is asked.
+    pub rest: Option<bool>,
 }
 
 impl About {

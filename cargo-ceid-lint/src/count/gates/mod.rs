@@ -216,7 +216,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         if is_there {
             return Some(Gate::Config);
         }
-        if let Some(gate) = self.own_state(test, way).or_else(|| self.asks_sibling_too(test, at, way)) {
+        if let Some(gate) = self.own_state(test, at, way).or_else(|| self.asks_sibling_too(test, at, way)) {
             return Some(gate);
         }
         if self.is_latch(test, at)

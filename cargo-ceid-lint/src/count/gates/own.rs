@@ -6,10 +6,13 @@ use crate::flow::{Effect, NodeId, Place, Test};
 
 impl Gates<'_, '_> {
     /// Why a filter skips that is asked itself. What nothing in the cycle changes is a setting; what only updates and resets change
-    /// stays as it is while the filter pauses. What the cycle feeds is neither.
-    pub(super) fn own_state(&self, test: &Test, way: &Way) -> Option<Gate> {
+    /// stays as it is while the filter pauses. What the cycle feeds is neither, but for a filter that says that it is at rest.
+    pub(super) fn own_state(&self, test: &Test, at: NodeId, way: &Way) -> Option<Gate> {
         if !self.asks_only_filter(test) {
             return None;
+        }
+        if test.about.rest.is_some() {
+            return self.is_at_rest(test, at, way).then_some(Gate::Mode);
         }
         let subject = &self.search.graph.subjects[test.subject?.0 as usize];
         // What a helper finds as it is may be changed by its caller, who is asked.
@@ -21,6 +24,12 @@ impl Gates<'_, '_> {
             self.own_states.borrow_mut().extend(subject.reads.iter().map(|place| (place.clone(), Vec::new())));
         }
         Some(gate)
+    }
+
+    /// Whether the answer on the way is that a filter is at rest, where an update would change nothing.
+    fn is_at_rest(&self, test: &Test, at: NodeId, way: &Way) -> bool {
+        let holds = way.after(at) == self.search.graph.node(at).next.first().copied();
+        test.about.rest == Some(holds)
     }
 
     /// Whether something else than filters is asked before, and another answer leads to an update: the pause may end with that.
@@ -118,14 +127,15 @@ impl Gates<'_, '_> {
             Effect::Branch(before) => {
                 let others = graph.node(pair[0]).next.iter().filter(|next| **next != pair[1]);
                 self.asks_only_filter(before)
-                    && self.own_state(before, way).is_some()
+                    && self.own_state(before, pair[0], way).is_some()
                     && others.clone().count() > 0
                     && others.clone().all(|next| reach[next.0 as usize])
             }
             _ => false,
         });
         let is_updated = reads.iter().any(|place| way.nodes.iter().any(|id| self.updates_at(*id, place)));
-        self.changed_by(reads, way).filter(|_| was_asked && !is_updated)
+        let gate = self.changed_by(reads, way).or_else(|| self.is_at_rest(test, at, way).then_some(Gate::Mode));
+        gate.filter(|_| was_asked && !is_updated)
     }
 
     /// Whether a place is a filter, or lies in one: what a question is put to, or a field of it that its body reads.

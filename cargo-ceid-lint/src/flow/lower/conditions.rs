@@ -2,10 +2,25 @@
 
 use super::subjects::Pure;
 use super::values::Join;
-use super::{Builder, Value};
+use super::{Builder, ClosureRef, Value};
 use crate::flow::{About, Head, NodeId};
 use crate::index::Ty;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, MacroKind};
+
+/// What filters are asked that come to rest by themselves until they are given a new target, and the answer at rest: an update
+/// would change nothing then.
+const RESTS: &[(&str, bool)] = &[
+    ("is_smoothing", false),
+    ("is_ramping", false),
+    ("is_gliding", false),
+    ("is_done", true),
+    ("is_finished", true),
+    ("has_finished", true),
+    ("is_settled", true),
+    ("has_settled", true),
+    ("is_at_rest", true),
+    ("is_resting", true),
+];
 
 /// What a comparison asks about, and all heads that it can have.
 type Compared = (Pure, Option<Vec<Head>>);
@@ -92,7 +107,8 @@ impl Builder<'_> {
             }
             ExprKind::MethodCall { receiver, method, args, .. }
                 if self.payload_condition(id, *receiver, method, args, no) => {}
-            ExprKind::MethodCall { receiver, args, .. } if self.spoken_condition(id, *receiver, args, no) => {}
+            ExprKind::MethodCall { receiver, args, .. }
+                if self.answer_at_rest(id).is_none() && self.spoken_condition(id, *receiver, args, no) => {}
             _ => self.truth(id, no),
         }
     }
@@ -100,7 +116,7 @@ impl Builder<'_> {
     /// A condition that is one value: a variable, a field, a call.
     fn truth(&mut self, id: ExprId, no: NodeId) {
         let pure = self.pure(id);
-        let about = self.about(id);
+        let about = About { rest: self.answer_at_rest(id), ..self.about(id) };
         let value = self.expr(id);
         if self.at.is_none() {
             return;
@@ -122,6 +138,34 @@ impl Builder<'_> {
         };
         self.link(failed, no);
         self.resume(yes);
+    }
+
+    /// The answer that says that a filter is at rest, if that is what an expression asks it.
+    fn answer_at_rest(&self, id: ExprId) -> Option<bool> {
+        let ExprKind::MethodCall { receiver, method, .. } = &self.body().expr(id).kind else { return None };
+        let (_, answer) = RESTS.iter().find(|(name, _)| name == method)?;
+        let is_filter = self.program.index.filter_spec(self.ty(*receiver).peel()).is_some();
+        is_filter.then_some(*answer)
+    }
+
+    /// What a closure asks of an element, where that is whether it is at rest: `.filter(|ramp| !ramp.has_settled())`.
+    pub(super) fn about_rest_in(&mut self, closure: ClosureRef) -> About {
+        let outer = std::mem::replace(&mut self.frame, closure.frame);
+        let asked = match &self.body().expr(closure.expr).kind {
+            ExprKind::Closure(code) => match &self.body().expr(code.body).kind {
+                ExprKind::Not(inner) => Some((*inner, true)),
+                _ => Some((code.body, false)),
+            },
+            _ => None,
+        };
+        let asked = asked.and_then(|(id, is_turned)| Some((id, self.answer_at_rest(id)? != is_turned)));
+        let about = asked.map_or_else(About::default, |(id, answer)| About {
+            rest: Some(answer),
+            reads: self.about(id).reads,
+            ..About::default()
+        });
+        self.frame = outer;
+        about
     }
 
     /// The truth value that is made a number: `ready as u8`, `u8::from(ready)`.
@@ -294,7 +338,7 @@ impl Builder<'_> {
             return true;
         }
         let span = self.span(id);
-        let closure = super::ClosureRef { frame: self.frame, expr: closure };
+        let closure = ClosureRef { frame: self.frame, expr: closure };
         let (present, absent) = self.branch_on_payload(receiver, closure, &value, span);
         let holds = self.add_node(crate::flow::Effect::Nothing, span);
         self.link(absent, if default { holds } else { no });

@@ -656,8 +656,13 @@ impl Builder<'_> {
                 Stage::Skip if acts_before => self.skipped(id, item, head, keyword),
                 _ => self.stage(id, *stage, item, head, keyword, source.item.is_lent()),
             };
-            // What a filter does to each element is done to those as well that it leaves out.
-            if matches!(stage, Stage::Filter(_)) && self.acts_since(first) && !source.passes_over {
+            // What a filter does to each element is done to those as well that it leaves out. Those that are at rest say so.
+            let asks_rest = |this: &Self| {
+                this.graph.nodes[first..]
+                    .iter()
+                    .any(|node| matches!(&node.effect, Effect::Branch(test) if test.about.rest.is_some()))
+            };
+            if matches!(stage, Stage::Filter(_)) && !source.passes_over && (self.acts_since(first) || asks_rest(self)) {
                 let info = &mut self.graph.loops[id.0 as usize];
                 (info.passes_over, info.in_order) = (false, source.in_order);
             }
@@ -722,7 +727,7 @@ impl Builder<'_> {
                     // What the closure answers is a condition like any other.
                     let is_truth = |var: &Var| self.graph.var(*var).ty == Ty::Bool;
                     let truth = Value { same_as: made.same_as.filter(is_truth), ..Value::default() };
-                    let (text, about) = ("the item passes the filter".to_owned(), crate::flow::About::default());
+                    let (text, about) = ("the item passes the filter".to_owned(), self.about_rest_in(closure));
                     let (passes, skipped) = self.branch_on_head(&truth, "true", "false", span, text, about);
                     self.resume(skipped);
                     if is_lent || self.acts_since(first) {
