@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
@@ -23,6 +24,8 @@ pub(super) struct ControlDependence {
     asking: BTreeMap<SubjectId, Vec<NodeId>>,
     /// The heads with which a subject that never changes comes to a node, as far as it was asked: it is the same for all filters.
     arriving: RefCell<FxHashMap<(NodeId, SubjectId), u32>>,
+    /// The nodes that may need what is known of a subject, as far as it was asked.
+    needing: RefCell<FxHashMap<SubjectId, Arc<Vec<bool>>>>,
 }
 
 impl ControlDependence {
@@ -65,7 +68,15 @@ impl ControlDependence {
             }
         }
         let (assigned, overwritten) = assignments(graph, aliases);
-        Self { branches, before, assigned, overwritten, asking, arriving: RefCell::default() }
+        Self {
+            branches,
+            before,
+            assigned,
+            overwritten,
+            asking,
+            arriving: RefCell::default(),
+            needing: RefCell::default(),
+        }
     }
 
     /// The branches on a subject.
@@ -79,6 +90,16 @@ impl ControlDependence {
         known.unwrap_or_else(|| {
             let found = find();
             self.arriving.borrow_mut().insert((node, subject), found);
+            found
+        })
+    }
+
+    /// The nodes that may need what is known of a subject.
+    pub(super) fn needing(&self, subject: SubjectId, find: impl FnOnce() -> Vec<bool>) -> Arc<Vec<bool>> {
+        let known = self.needing.borrow().get(&subject).cloned();
+        known.unwrap_or_else(|| {
+            let found = Arc::new(find());
+            self.needing.borrow_mut().insert(subject, Arc::clone(&found));
             found
         })
     }

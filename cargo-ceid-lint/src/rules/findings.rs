@@ -256,7 +256,8 @@ fn unproved(cycle: &Cycle, pair: &Pair) -> Option<Diagnostic> {
 fn gated(cycle: &Cycle, pair: &Pair) -> Option<Diagnostic> {
     let rule = find("gated_update")?;
     let kind = pair.gate.map_or("config", Gate::name);
-    let message = format!("`{}` is updated only when a {kind} gate opens", pair.name);
+    let article = if kind.starts_with('e') { "an" } else { "a" };
+    let message = format!("`{}` is updated only when {article} {kind} gate opens", pair.name);
     let mut finding = start(rule, cycle, &[pair], message, cycle.head, "in this cycle");
     finding.notes.push("whenever the gate opens it is updated exactly once".to_owned());
     Some(finding)

@@ -268,7 +268,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         (!about.is_remainder && self.is_mode(test.subject?)).then_some(Gate::Mode)
     }
 
-    /// The condition that gave a truth value which is asked for: the last one before the value was chosen on the way.
+    /// The condition that gave a truth value which is asked for: the last one on the way that decides that the value is given.
     fn origin(&self, test: &Test, at: NodeId, way: &Way) -> Option<(&'a Test, NodeId)> {
         let graph = self.search.graph;
         let mut asked = graph.subjects[test.subject?.0 as usize].whole.clone()?;
@@ -284,7 +284,8 @@ impl<'s, 'a> Gates<'s, 'a> {
                 continue;
             }
             set.head.as_ref()?;
-            return way.nodes[..number].iter().rev().find_map(|id| match &graph.node(*id).effect {
+            let is_why = |id: &&NodeId| self.search.decides(**id, way.nodes[number]);
+            return way.nodes[..number].iter().rev().filter(is_why).find_map(|id| match &graph.node(*id).effect {
                 Effect::Branch(test) => Some((test, *id)),
                 _ => None,
             });

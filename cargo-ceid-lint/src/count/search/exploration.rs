@@ -34,7 +34,7 @@ pub(in crate::count) struct End {
 }
 
 /// All ways through a region.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(in crate::count) struct Exploration {
     pub(in crate::count) states: Vec<State>,
     pub(super) parents: Vec<Option<usize>>,

@@ -8,6 +8,7 @@ mod effects;
 mod entry;
 mod exploration;
 mod interner;
+mod live;
 mod modes;
 mod names;
 mod reach;
@@ -398,11 +399,8 @@ impl<'a> Search<'a> {
         self.explored(self.run(region), starts)
     }
 
-    fn explored(&self, mut run: Run<'_, '_>, starts: &[(NodeId, Option<Entry>)]) -> Exploration {
-        for (node, entry) in starts {
-            run.start(*node, entry.as_ref());
-        }
-        let exploration = run.finish();
+    fn explored(&self, run: Run<'_, '_>, starts: &[(NodeId, Option<Entry>)]) -> Exploration {
+        let exploration = run.finish(starts);
         self.states.set(self.states.get() + exploration.states.len());
         exploration
     }

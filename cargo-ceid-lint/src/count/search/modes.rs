@@ -55,10 +55,7 @@ impl Search<'_> {
             }
         }
         run.mode = Some(mode);
-        for (node, entry) in self.starts(region) {
-            run.start(node, entry.as_ref());
-        }
-        let exploration = run.finish();
+        let exploration = run.finish(&self.starts(region));
         !exploration.limit && exploration.states.iter().all(|state| state.age != Age::Resumed)
     }
 }

@@ -2,12 +2,13 @@
 
 use std::collections::{BTreeSet, VecDeque};
 
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::entry::Known;
 use super::interner::Interner;
+use super::live::MANY_STATES;
 use super::versions::Versions;
-use super::{End, EndKind, Exploration, MAX_STATES, Region, Search, State};
+use super::{End, EndKind, Entry, Exploration, MAX_STATES, Region, Search, State};
 use crate::count::counts::Count;
 use crate::count::returned;
 use crate::count::slice::Tracked;
@@ -40,6 +41,10 @@ pub(super) struct Run<'s, 'a> {
     pub(super) queue: VecDeque<usize>,
     /// The mode that is asked about, if one is.
     pub(super) mode: Option<super::Mode>,
+    /// Which tracked subjects are still needed at each node, by their bits, once there are many states.
+    pub(super) needed: Option<Vec<u32>>,
+    /// What is left of what is known, by that and by what is needed.
+    pub(super) reduced: FxHashMap<(u32, u32), u32>,
     /// Which of the tracked subjects callers know, where they are to know what is assumed of them.
     pub(super) of_caller: Vec<super::shared::OfCaller>,
 }
@@ -54,15 +59,7 @@ impl<'s, 'a> Run<'s, 'a> {
             versions: Interner::default(),
             masks: Interner::default(),
             rounds: Interner::default(),
-            exploration: Exploration {
-                states: Vec::new(),
-                parents: Vec::new(),
-                depths: Vec::new(),
-                ends: Vec::new(),
-                causes: Vec::new(),
-                limit: false,
-                dropped: BTreeSet::new(),
-            },
+            exploration: Exploration::default(),
             reach,
             doubt: None,
             own: BTreeSet::new(),
@@ -70,13 +67,24 @@ impl<'s, 'a> Run<'s, 'a> {
             seen: FxHashSet::default(),
             queue: VecDeque::new(),
             mode: None,
+            needed: None,
+            reduced: FxHashMap::default(),
             of_caller: Vec::new(),
         }
     }
 
     /// Follows all ways to their ends.
-    pub(super) fn finish(mut self) -> Exploration {
+    pub(super) fn finish(mut self, starts: &[(NodeId, Option<Entry>)]) -> Exploration {
+        self.start_at(starts);
         while let Some(at) = self.queue.pop_front() {
+            if self.needed.is_none() && self.exploration.states.len() > MANY_STATES {
+                self.forget_what_nothing_asks();
+                self.exploration = Exploration::default();
+                self.seen.clear();
+                self.queue.clear();
+                self.start_at(starts);
+                continue;
+            }
             let state = self.exploration.states[at].clone();
             self.step(at, &state);
         }
@@ -84,6 +92,12 @@ impl<'s, 'a> Run<'s, 'a> {
         self.skip_where_known();
         self.skip_where_chosen();
         self.exploration
+    }
+
+    fn start_at(&mut self, starts: &[(NodeId, Option<Entry>)]) {
+        for (node, entry) in starts {
+            self.start(*node, entry.as_ref());
+        }
     }
 
     pub(super) fn push(&mut self, state: State, parent: Option<usize>) {
@@ -124,6 +138,7 @@ impl<'s, 'a> Run<'s, 'a> {
                 self.end(EndKind::Completes, at, &state, returned::ANY);
                 // What is known at the end of an iteration is known at the beginning of the next.
                 let State { names, masks, rounds, .. } = state;
+                let masks = self.still_needed(masks, to);
                 let rounds = self.still_open(rounds, to);
                 let age = self.age_after(&state);
                 self.begin(Known { node: to, age, names, masks, rounds });
@@ -139,7 +154,8 @@ impl<'s, 'a> Run<'s, 'a> {
                 .loops_around(to)
                 .any(|id| self.search.sample_loops.contains(&id) && self.region != Region::Loop(id));
         let rounds = self.still_open(state.rounds, to);
-        self.push(State { node: to, in_sample, rounds, ..state }, Some(at));
+        let masks = self.still_needed(state.masks, to);
+        self.push(State { node: to, in_sample, masks, rounds, ..state }, Some(at));
     }
 
     fn end(&mut self, kind: EndKind, at: usize, state: &State, returned: returned::Heads) {

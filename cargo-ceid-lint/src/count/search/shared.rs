@@ -75,7 +75,7 @@ impl Run<'_, '_> {
                 self.tracked.subjects.push(id);
                 self.tracked.subjects.len() - 1
             });
-            if !self.of_caller.iter().any(|other| other.at == at) {
+            if !self.is_told(at) {
                 self.of_caller.push(OfCaller { at, given, is_written });
             }
         }
@@ -92,6 +92,11 @@ impl Run<'_, '_> {
             Heads::of(subject, mask, first == UNWRITTEN && told.is_written)
         };
         told.filter_map(|(told, first)| Some((told.given.clone(), heads(told, *first)?))).collect()
+    }
+
+    /// Whether callers are told what is assumed of a tracked subject.
+    pub(super) fn is_told(&self, at: usize) -> bool {
+        self.of_caller.iter().any(|told| told.at == at)
     }
 
     /// Notes what is known of a condition of callers before it is written.

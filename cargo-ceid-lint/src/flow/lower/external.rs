@@ -55,6 +55,7 @@ impl Builder<'_> {
         }
         if is_thread_scope(last)
             || matches!(last, "with" | "free" | "without_interrupts" | "interrupt_free" | "catch_unwind" | "block_on")
+            || matches!(last, "block_in_place" | "assert_no_alloc" | "permit_alloc")
         {
             let values = self.values(args);
             if let Some(closure) = values.iter().rev().find_map(|value| value.closure) {
