@@ -7,7 +7,7 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use super::aliases::Aliases;
-use crate::flow::{ControlFlowGraph, Effect, NodeId, Place, SubjectId};
+use crate::flow::{ControlFlowGraph, Effect, LoopId, NodeId, Place, SubjectId};
 
 /// Which nodes each branch decides over, and what else all searches of a graph ask of it.
 #[derive(Debug)]
@@ -26,6 +26,24 @@ pub(super) struct ControlDependence {
     arriving: RefCell<FxHashMap<(NodeId, SubjectId), u32>>,
     /// The nodes that may need what is known of a subject, as far as it was asked.
     needing: RefCell<FxHashMap<SubjectId, Arc<Vec<bool>>>>,
+    /// The nodes that may change what a subject reads, as far as it was asked.
+    writing: RefCell<FxHashMap<SubjectId, Arc<Vec<NodeId>>>>,
+    /// The heads that a subject can have where a loop begins, as far as it was asked.
+    before_loop: RefCell<FxHashMap<(LoopId, SubjectId), u32>>,
+}
+
+/// What was found for a key, or is found now.
+fn found_once<K: Eq + std::hash::Hash, V: Clone>(
+    known: &RefCell<FxHashMap<K, V>>,
+    key: K,
+    find: impl FnOnce() -> V,
+) -> V {
+    let found = known.borrow().get(&key).cloned();
+    found.unwrap_or_else(|| {
+        let found = find();
+        known.borrow_mut().insert(key, found.clone());
+        found
+    })
 }
 
 impl ControlDependence {
@@ -76,6 +94,8 @@ impl ControlDependence {
             asking,
             arriving: RefCell::default(),
             needing: RefCell::default(),
+            writing: RefCell::default(),
+            before_loop: RefCell::default(),
         }
     }
 
@@ -86,22 +106,22 @@ impl ControlDependence {
 
     /// The heads with which a subject that never changes comes to a node.
     pub(super) fn arriving(&self, node: NodeId, subject: SubjectId, find: impl FnOnce() -> u32) -> u32 {
-        let known = self.arriving.borrow().get(&(node, subject)).copied();
-        known.unwrap_or_else(|| {
-            let found = find();
-            self.arriving.borrow_mut().insert((node, subject), found);
-            found
-        })
+        found_once(&self.arriving, (node, subject), find)
     }
 
     /// The nodes that may need what is known of a subject.
     pub(super) fn needing(&self, subject: SubjectId, find: impl FnOnce() -> Vec<bool>) -> Arc<Vec<bool>> {
-        let known = self.needing.borrow().get(&subject).cloned();
-        known.unwrap_or_else(|| {
-            let found = Arc::new(find());
-            self.needing.borrow_mut().insert(subject, Arc::clone(&found));
-            found
-        })
+        found_once(&self.needing, subject, || Arc::new(find()))
+    }
+
+    /// The nodes that may change what a subject reads.
+    pub(super) fn writing(&self, subject: SubjectId, find: impl FnOnce() -> Vec<NodeId>) -> Arc<Vec<NodeId>> {
+        found_once(&self.writing, subject, || Arc::new(find()))
+    }
+
+    /// The heads that a subject can have where a loop begins.
+    pub(super) fn before_loop(&self, id: LoopId, subject: SubjectId, find: impl FnOnce() -> u32) -> u32 {
+        found_once(&self.before_loop, (id, subject), find)
     }
 
     /// The nodes that a node follows.

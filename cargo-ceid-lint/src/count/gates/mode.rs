@@ -108,7 +108,7 @@ impl Gates<'_, '_> {
         {
             return false;
         }
-        let writers: Vec<NodeId> = self.search.writers_of(id);
+        let writers = self.search.writers_of(id);
         let pausing = self.reached(|node, edge| match &graph.node(node).effect {
             Effect::Branch(test) if test.subject == Some(id) => {
                 let heads = if edge == 0 { test.holds } else { test.fails };

@@ -5,7 +5,7 @@ use super::names::is_concerned;
 use super::run::Run;
 use super::{Entry, MAX_STATES, Region, Search, State};
 use crate::count::counts::Count;
-use crate::flow::{Base, Cause, Effect, LoopId, NodeId, Place};
+use crate::flow::{Base, Cause, Effect, LoopId, NodeId, Place, Subject};
 use std::collections::BTreeSet;
 
 use rustc_hash::FxHashSet;
@@ -20,6 +20,12 @@ impl Search<'_> {
         if !is_local {
             return subject.anything();
         }
+        self.dependence.before_loop(own, id, || self.given_before(own, subject, place))
+    }
+
+    /// The heads that are given to a variable outside a loop; any, if something else writes it there.
+    fn given_before(&self, own: LoopId, subject: &Subject, place: &Place) -> u32 {
+        let graph = self.graph;
         let mut heads = 0;
         for node in graph.nodes.iter().filter(|node| !graph.is_within(node.in_loop, own)) {
             let written = match &node.effect {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::rc::Rc;
+use std::sync::Arc;
 
 use rustc_hash::FxHashSet;
 
@@ -36,7 +37,7 @@ impl Search<'_> {
         if place.base_var().is_none() || !self.dependence.asking(id).iter().any(|node| is_outside(*node)) {
             return subject.anything();
         }
-        let mut starts: FxHashSet<NodeId> = self.writers_of(id).into_iter().collect();
+        let mut starts: FxHashSet<NodeId> = self.writers_of(id).iter().copied().collect();
         if !starts.iter().all(|writer| is_outside(*writer)) {
             return subject.anything();
         }
@@ -82,9 +83,13 @@ impl Search<'_> {
     }
 
     /// The nodes that may change what a subject reads.
-    pub(in crate::count) fn writers_of(&self, id: SubjectId) -> Vec<NodeId> {
-        let reads = self.read_by(id);
-        self.graph.node_ids().filter(|node| self.writes(*node, &reads)).collect()
+    pub(in crate::count) fn writers_of(&self, id: SubjectId) -> Arc<Vec<NodeId>> {
+        let find = || {
+            let reads = self.read_by(id);
+            self.graph.node_ids().filter(|node| self.writes(*node, &reads)).collect()
+        };
+        // What is called for an instance behind a trait may be less than for others.
+        if self.behind.is_empty() { self.dependence.writing(id, find) } else { Arc::new(find()) }
     }
 
     fn writes(&self, node: NodeId, reads: &Reads) -> bool {
