@@ -168,7 +168,9 @@ impl Infer<'_> {
             }
             (_, "next_cycle") => Ty::std("std::option::Option", vec![Ty::std("ceid_core::Cycle", Vec::new())]),
             (_, "clone" | "to_owned") => ty.clone(),
-            (Ty::Int | Ty::Float, _) if !method.starts_with("is_") => ty.clone(),
+            // Whatever a primitive is asked, the answer is a truth value.
+            (Ty::Int | Ty::Float | Ty::Char | Ty::Str, _) if method.starts_with("is_") => Ty::Bool,
+            (Ty::Int | Ty::Float, _) => ty.clone(),
             (_, "parse" | "into" | "try_into") => {
                 turbofish.first().map_or(Ty::Unknown, |ty| self.index.lower(ty, &self.scope))
             }

@@ -170,12 +170,15 @@ impl<'s, 'a> Gates<'s, 'a> {
         {
             return gate;
         }
-        self.of_test(test, at, way).or_else(|| {
-            let Some((origin, chosen_at)) = self.origin(test, at, way).filter(|_| origins < MAX_ORIGINS) else {
-                return self.of_carried(test, at, way);
-            };
-            self.of_condition(origin, chosen_at, way, origins + 1)
-        })
+        let gate = self.of_test(test, at, way);
+        // What a name tells of a time is worth less than the code that gave the answer: `fn is_due(&mut self)` may count.
+        if gate.is_some_and(|gate| gate != Gate::Time) {
+            return gate;
+        }
+        match self.origin(test, at, way).filter(|_| origins < MAX_ORIGINS) {
+            Some((origin, chosen_at)) => self.of_condition(origin, chosen_at, way, origins + 1).or(gate),
+            None => gate.or_else(|| self.of_carried(test, at, way)),
+        }
     }
 
     fn of_test(&self, test: &Test, at: NodeId, way: &Way) -> Option<Gate> {
@@ -207,7 +210,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         let is_decimated = || {
             self.remainder_counts(test, at) && self.goes_on_counting(test, at, way) && !self.stands_still(test, at, way)
         };
-        if about.is_remainder && !is_kept && is_decimated() {
+        if (about.is_remainder || self.masks_rounds(test)) && !is_kept && is_decimated() {
             return Some(Gate::Rate);
         }
         // A lock that is not waited for fails while another holds it: that is no setting.

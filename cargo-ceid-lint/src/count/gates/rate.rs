@@ -125,6 +125,15 @@ impl Gates<'_, '_> {
         asks_first && graph.node(at).next.first().is_some_and(|next| !self.reach()[next.0 as usize])
     }
 
+    /// `for tick in 0.. { if tick & 7 == 0 { … } }`: the low bits of the number of the round are its remainder.
+    pub(super) fn masks_rounds(&self, test: &Test) -> bool {
+        let Region::Loop(own) = self.region else { return false };
+        let info = self.search.graph.loop_info(own);
+        let counter = info.counter.map(|(counter, _)| Place::var(counter));
+        let is_low = test.about.ratio.is_some_and(u64::is_power_of_two);
+        test.about.is_masked && is_low && counter.is_some_and(|counter| test.about.reads == [counter])
+    }
+
     /// `if let Some(left) = skip.checked_sub(1) { skip = left; continue; }`: it is counted down until nothing is left.
     fn is_used_up_once(&self, test: &Test, way: &Way) -> bool {
         let about = &test.about;
