@@ -176,7 +176,7 @@ impl Builder<'_> {
                 }
                 Value { is_owned: false, ..value.clone() }
             }
-            "clone_from" if args.len() == 1 && !self.may_hold_filter(self.ty(receiver)) => {
+            "clone_from" if args.len() == 1 => {
                 let given = self.expr(args[0]);
                 self.write_whole(value, &Value { place: None, ..given }, span);
                 if let Some(place) = &value.place {
