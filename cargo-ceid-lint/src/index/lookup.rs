@@ -119,8 +119,7 @@ impl Index {
                     .iter()
                     .all(|bound| Some(&bound.name) != def.implements.as_ref() && self.implements(ty, &bound.name))
             }
-            (Ty::Array(..), Ty::Array(..)) | (Ty::Slice(_), Ty::Slice(_)) => true,
-            (Ty::Tuple(left), Ty::Tuple(right)) => left.len() == right.len(),
+            (own @ (Ty::Array(..) | Ty::Slice(_) | Ty::Tuple(_)), ty) => own.admits(ty),
             (Ty::Opaque(left), Ty::Opaque(right)) => left == right,
             _ => false,
         }

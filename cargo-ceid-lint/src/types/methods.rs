@@ -86,10 +86,16 @@ impl Infer<'_> {
                         None => break,
                     }
                 }
-                Ty::Tuple(_) if method == "lock" => match self.builtin_call(id, &ty, method, args) {
-                    Some(output) => return output,
-                    None => break,
-                },
+                Ty::Tuple(_) => {
+                    let owners = self.index.methods(&ty, method);
+                    if let Some(owner) = owners.into_iter().next() {
+                        return self.resolved_method(id, owner, &ty, method, args, derefs);
+                    }
+                    match (method == "lock").then(|| self.builtin_call(id, &ty, method, args)).flatten() {
+                        Some(output) => return output,
+                        None => break,
+                    }
+                }
                 Ty::Var(_) => match self.variables.origin(&ty).cloned() {
                     // What has the law called on it is the filter.
                     Some(origin) if self.is_law(&origin.filter, method) => {
