@@ -232,10 +232,13 @@ impl Infer<'_> {
         }
         let output = builtin::method(&receiver, method, &given, closure_output.as_ref())?;
         // A collection learns what it holds from what is put into it.
-        if matches!(method, "push" | "push_back" | "insert" | "get_or_insert_with" | "or_insert" | "replace" | "set")
+        let is_made = matches!(method, "get_or_insert_with" | "or_insert_with");
+        let put_in = if is_made { closure_output.as_slice() } else { &given };
+        if (is_made
+            || matches!(method, "push" | "push_back" | "insert" | "get_or_insert" | "or_insert" | "replace" | "set"))
             && let Ty::External(_, params) = &receiver
         {
-            for (param, found) in params.iter().rev().zip(given.iter().rev()) {
+            for (param, found) in params.iter().rev().zip(put_in.iter().rev()) {
                 self.variables.unify(param, found);
             }
         }

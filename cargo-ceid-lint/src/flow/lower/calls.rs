@@ -96,7 +96,8 @@ impl Builder<'_> {
             && !super::flags::is_flag(self.ty(receiver))
         {
             // What is put in was noted.
-            if !(args.len() == 1 && matches!(method, "replace" | "insert" | "clone_from")) {
+            let is_filled = method.starts_with("get_or_insert") && self.is_optional(receiver) && value.place.is_some();
+            if !(args.len() == 1 && matches!(method, "replace" | "insert" | "clone_from") || is_filled) {
                 self.note_lent(receiver);
             }
             // What was taken out is no longer what is asked for by the receiver's name.
