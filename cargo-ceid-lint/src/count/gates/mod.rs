@@ -233,7 +233,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.is_event(test) {
             return Some(Gate::Event);
         }
-        if about.is_presence && self.lacks_sample(test, at, way) {
+        if about.is_presence && self.lacks_sample(test, at, way) || self.asks_for_reason(test, at, way) {
             return Some(Gate::Sample);
         }
         if self.asks_whether_event(test) || self.is_flag_of_others(test) {
