@@ -181,8 +181,8 @@ fn choose(
     }
     let first = around.first().copied()?;
     if is_helper {
-        // In a helper a loop of a known number of rounds multiplies; another one is a cycle of its own.
-        let own = around.iter().find(|id| !matches!(graph.loop_info(**id).rounds, Rounds::Constant(_))).copied();
+        // In a helper a loop of a constant number of rounds multiplies; another one is a cycle of its own.
+        let own = around.iter().find(|id| !graph.loop_info(**id).has_constant_rounds()).copied();
         if let Some(own) = own {
             sample_loops.insert(own);
         }
@@ -192,7 +192,7 @@ fn choose(
 }
 
 /// Whether what a loop binds is fed to the instance at an update in it, or its result is combined with that.
-fn feeds(
+pub(super) fn feeds(
     graph: &ControlFlowGraph,
     aliases: &Aliases,
     summaries: &Summaries,

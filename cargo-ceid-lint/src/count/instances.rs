@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::flow::{Base, ControlFlowGraph, IndexKey, Place, Projection};
+use crate::flow::{Base, Change, ControlFlowGraph, IndexKey, NodeId, Place, Projection};
 use crate::index::{Index, SHARED_RESOURCE, Shape, Ty};
 use crate::syntax::tree::Fields;
 use crate::types::is_transparent;
@@ -15,6 +15,23 @@ pub(super) fn place_ty(index: &Index, graph: &ControlFlowGraph, place: &Place) -
         return Some(ty);
     }
     may_be(index, &ty, rest).into_iter().next().map(|(_, ty)| ty)
+}
+
+/// Whether there is a filter in a place.
+pub(super) fn holds_filter_at(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
+    place_ty(index, graph, place).is_some_and(|ty| index.holds_filter(&ty))
+}
+
+/// Whether a place is all that a type parameter stands for, which may be a filter of the caller's: `*slot = T::default()`.
+pub(super) fn is_generic(graph: &ControlFlowGraph, place: &Place) -> bool {
+    let var = place.base_var().filter(|_| place.steps.is_empty());
+    var.is_some_and(|var| matches!(graph.var(var).ty.peel(), Ty::Param(_)))
+}
+
+/// Whether what a node writes there is made of something else than what was there.
+pub(super) fn replaces_generic(graph: &ControlFlowGraph, id: NodeId, place: &Place) -> bool {
+    let reads = |change: &Change| change.computed.places.iter().any(|read| read.overlaps(place));
+    is_generic(graph, place) && !graph.changes.get(&id).is_some_and(reads)
 }
 
 /// The types that may be behind a trait object or a type parameter on the way to a place, as far as they have such a place: where

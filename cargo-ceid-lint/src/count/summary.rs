@@ -15,6 +15,7 @@ use super::given::{
     Given, GivenBase, MAX_PLACES, bound, given, instance_of, is_moved, is_put_in_place, place_of, steps_at, with_wholes,
 };
 use super::handed;
+use super::instances::{holds_filter_at, is_generic, replaces_generic};
 use super::returned;
 use super::search::{Region, Search};
 use super::shown::Shown;
@@ -241,7 +242,7 @@ impl Summaries {
                     let written = written.iter().filter_map(|root| given(graph, root));
                     let change = graph.changes.get(&id).map(|change| change.kind);
                     summary.sets.extend(written.map(|given| (given, write.head.clone(), change)));
-                    if holds_filter_at(program, graph, &write.place) {
+                    if holds_filter_at(program.index, graph, &write.place) || is_generic(graph, &write.place) {
                         note(graph, &aliases, &write.place, &mut touched);
                     }
                 }
@@ -266,7 +267,7 @@ impl Summaries {
             }
         }
         summary.keeps = self.kept_params(program.index, graph, &aliases);
-        summary.uses.retain(|given| holds_filter_at(program, graph, &instance_of(graph, given)));
+        summary.uses.retain(|given| holds_filter_at(program.index, graph, &instance_of(graph, given)));
         if summary.returns.len() > MAX_PLACES {
             let whole = |borrow: &Borrow| Borrow { part: Vec::new(), param: borrow.param, steps: Vec::new() };
             summary.returns = summary.returns.iter().map(whole).collect();
@@ -427,12 +428,13 @@ impl Summaries {
                 continue;
             }
             // What is only passed on, and of a type that is not known, is not worth a search: it is said to be unknown.
-            let is_direct = graph.nodes.iter().any(|node| match &node.effect {
+            let is_direct = graph.node_ids().any(|id| match &graph.node(id).effect {
                 Effect::Update(update) => aliases.shared_roots(&update.place).contains(&instance),
                 Effect::Advance(advance) => aliases.shared_roots(&advance.before).contains(&instance),
+                Effect::Write(write) => write.place == instance && replaces_generic(graph, id, &instance),
                 _ => false,
             });
-            let holds_filter = holds_filter_at(program, graph, &instance);
+            let holds_filter = holds_filter_at(program.index, graph, &instance);
             if !is_direct && !holds_filter && !states.contains(&instance) {
                 let cause = if is_moved(graph, &instance) {
                     Cause::Moved(program.index.function(graph.function).name.clone())
@@ -451,7 +453,7 @@ impl Summaries {
                         summary.halves[law].insert(given.clone(), vec![Outcome::unknown(cause)]);
                         continue;
                     }
-                    if !holds_filter && !search.is_advanced() {
+                    if !holds_filter && !is_direct && !search.is_advanced() {
                         continue;
                     }
                 }
@@ -493,8 +495,4 @@ fn note_unknown(
     for given in aliases.shared_roots(place).iter().filter_map(|root| given(graph, root)) {
         into.entry(given).or_insert_with(|| cause.clone());
     }
-}
-
-fn holds_filter_at(program: &Program<'_>, graph: &ControlFlowGraph, place: &Place) -> bool {
-    super::instances::place_ty(program.index, graph, place).is_some_and(|ty| program.index.holds_filter(&ty))
 }

@@ -146,6 +146,12 @@ impl LoopInfo {
         self.limits.iter().any(|limit| matches!(limit, Limit::Length(Length { value: None, .. })))
     }
 
+    /// Whether a constant says how often it runs, known or not.
+    #[must_use]
+    pub fn has_constant_rounds(&self) -> bool {
+        matches!(self.rounds, Rounds::Constant(_)) || self.has_untold_rounds()
+    }
+
     /// Whether it is a closure of which only its own rounds are known, and nothing of who calls it.
     #[must_use]
     pub fn is_unseen(&self) -> bool {

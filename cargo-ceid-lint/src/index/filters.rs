@@ -260,12 +260,8 @@ impl Index {
                 matches!(path.rsplit("::").next(), Some("Option" | "Result" | "Poll"))
                     && args.iter().all(|arg| self.is_copy(arg))
             }
-            Ty::Adt(id, args) => {
-                let is_derived = self.type_def(*id).attributes.iter().any(|attribute| {
-                    let mut names = attribute.arguments.split(|letter: char| !letter.is_alphanumeric());
-                    attribute.path == "derive" && names.any(|name| name == "Copy")
-                });
-                (is_derived || self.implements(ty, &TraitName::External("std::marker::Copy".to_owned())))
+            Ty::Adt(_, args) => {
+                self.implements(ty, &TraitName::External("std::marker::Copy".to_owned()))
                     && args.iter().all(|arg| self.is_copy(arg))
             }
             Ty::Param(_) | Ty::Opaque(_) => self.implements(ty, &TraitName::External("std::marker::Copy".to_owned())),

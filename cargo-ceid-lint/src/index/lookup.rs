@@ -119,8 +119,7 @@ impl Index {
                     .iter()
                     .all(|bound| Some(&bound.name) != def.implements.as_ref() && self.implements(ty, &bound.name))
             }
-            (Ty::Array(..), Ty::Array(..)) | (Ty::Slice(_), Ty::Slice(_)) => true,
-            (Ty::Tuple(left), Ty::Tuple(right)) => left.len() == right.len(),
+            (own @ (Ty::Array(..) | Ty::Slice(_) | Ty::Tuple(_)), ty) => own.admits(ty),
             (Ty::Opaque(left), Ty::Opaque(right)) => left == right,
             _ => false,
         }
@@ -141,10 +140,31 @@ impl Index {
                 let of_trait = |id: &ImplId| self.impl_def(*id).implements.as_ref() == Some(name);
                 own.is_some_and(|traits| traits.contains(name))
                     || self.impls_of_any.iter().any(|id| of_trait(id) && self.blanket_holds(*id, ty))
-                    || matches!(name, TraitName::External(path) if is_auto(path))
+                    || matches!(name, TraitName::External(path) if is_auto(path) || self.derives(ty, path))
             }
             _ => false,
         }
+    }
+
+    /// Whether a type derives a trait of the standard library.
+    fn derives(&self, ty: &Ty, path: &str) -> bool {
+        let (Ty::Adt(id, _), Some(path)) = (ty, path.strip_prefix("std::")) else { return false };
+        self.type_def(*id).attributes.iter().any(|attribute| {
+            let mut names = attribute.arguments.split(|letter: char| !letter.is_alphanumeric());
+            attribute.path == "derive" && names.any(|name| path.rsplit("::").next() == Some(name))
+        })
+    }
+
+    /// Whether an impl for a type parameter has a method of that name: which types it covers may not be seen.
+    #[must_use]
+    pub fn has_blanket_method(&self, name: &str) -> bool {
+        self.impls_of_any.iter().map(|id| self.impl_def(*id)).any(|def| {
+            let of_trait = match &def.implements {
+                Some(TraitName::Local(of)) => self.trait_def(*of).methods.contains_key(name),
+                _ => false,
+            };
+            matches!(def.self_ty, Ty::Param(_)) && (of_trait || def.methods.contains_key(name))
+        })
     }
 
     /// Whether an impl for the type itself gives it the trait.

@@ -86,10 +86,16 @@ impl Infer<'_> {
                         None => break,
                     }
                 }
-                Ty::Tuple(_) if method == "lock" => match self.builtin_call(id, &ty, method, args) {
-                    Some(output) => return output,
-                    None => break,
-                },
+                Ty::Tuple(_) => {
+                    let owners = self.index.methods(&ty, method);
+                    if let Some(owner) = owners.into_iter().next() {
+                        return self.resolved_method(id, owner, &ty, method, args, derefs);
+                    }
+                    match (method == "lock").then(|| self.builtin_call(id, &ty, method, args)).flatten() {
+                        Some(output) => return output,
+                        None => break,
+                    }
+                }
                 Ty::Var(_) => match self.variables.origin(&ty).cloned() {
                     // What has the law called on it is the filter.
                     Some(origin) if self.is_law(&origin.filter, method) => {
@@ -168,7 +174,9 @@ impl Infer<'_> {
             }
             (_, "next_cycle") => Ty::std("std::option::Option", vec![Ty::std("ceid_core::Cycle", Vec::new())]),
             (_, "clone" | "to_owned") => ty.clone(),
-            (Ty::Int | Ty::Float, _) if !method.starts_with("is_") => ty.clone(),
+            // Whatever a primitive is asked, the answer is a truth value.
+            (Ty::Int | Ty::Float | Ty::Char | Ty::Str, _) if method.starts_with("is_") => Ty::Bool,
+            (Ty::Int | Ty::Float, _) => ty.clone(),
             (_, "parse" | "into" | "try_into") => {
                 turbofish.first().map_or(Ty::Unknown, |ty| self.index.lower(ty, &self.scope))
             }
@@ -224,10 +232,13 @@ impl Infer<'_> {
         }
         let output = builtin::method(&receiver, method, &given, closure_output.as_ref())?;
         // A collection learns what it holds from what is put into it.
-        if matches!(method, "push" | "push_back" | "insert" | "get_or_insert_with" | "or_insert" | "replace" | "set")
+        let is_made = matches!(method, "get_or_insert_with" | "or_insert_with");
+        let put_in = if is_made { closure_output.as_slice() } else { &given };
+        if (is_made
+            || matches!(method, "push" | "push_back" | "insert" | "get_or_insert" | "or_insert" | "replace" | "set"))
             && let Ty::External(_, params) = &receiver
         {
-            for (param, found) in params.iter().rev().zip(given.iter().rev()) {
+            for (param, found) in params.iter().rev().zip(put_in.iter().rev()) {
                 self.variables.unify(param, found);
             }
         }

@@ -29,7 +29,7 @@ use super::given::place_of;
 use super::search::{End, Exploration, Region, Search};
 use super::verdict::Gate;
 use crate::config::TimeBase;
-use crate::flow::{About, CallSite, Computed, Effect, Head, LoopId, NodeId, Place, Projection, SubjectId, Test};
+use crate::flow::{CallSite, Computed, Effect, Head, LoopId, NodeId, Place, Projection, SubjectId, Test};
 use crate::syntax::CycleDirective;
 
 /// Whether a test asks about something that was received in this iteration.
@@ -157,7 +157,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         };
         match (at_gate, at_loop, gate) {
             (Some(ratio), _, _) | (None, Some(CycleDirective::Every(ratio)), Some(Gate::Rate)) => {
-                (gate == Some(Gate::Rate) && has_ratio(&test.about, ratio)).then_some(Gate::Rate)
+                (gate == Some(Gate::Rate) && rate::has_ratio(&test.about, ratio)).then_some(Gate::Rate)
             }
             _ => gate,
         }
@@ -170,12 +170,15 @@ impl<'s, 'a> Gates<'s, 'a> {
         {
             return gate;
         }
-        self.of_test(test, at, way).or_else(|| {
-            let Some((origin, chosen_at)) = self.origin(test, at, way).filter(|_| origins < MAX_ORIGINS) else {
-                return self.of_carried(test, at, way);
-            };
-            self.of_condition(origin, chosen_at, way, origins + 1)
-        })
+        let gate = self.of_test(test, at, way);
+        // What a name tells of a time is worth less than the code that gave the answer: `fn is_due(&mut self)` may count.
+        if gate.is_some_and(|gate| gate != Gate::Time) {
+            return gate;
+        }
+        match self.origin(test, at, way).filter(|_| origins < MAX_ORIGINS) {
+            Some((origin, chosen_at)) => self.of_condition(origin, chosen_at, way, origins + 1).or(gate),
+            None => gate.or_else(|| self.of_carried(test, at, way)),
+        }
     }
 
     fn of_test(&self, test: &Test, at: NodeId, way: &Way) -> Option<Gate> {
@@ -207,7 +210,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         let is_decimated = || {
             self.remainder_counts(test, at) && self.goes_on_counting(test, at, way) && !self.stands_still(test, at, way)
         };
-        if about.is_remainder && !is_kept && is_decimated() {
+        if (about.is_remainder || self.masks_rounds(test)) && !is_kept && is_decimated() {
             return Some(Gate::Rate);
         }
         // A lock that is not waited for fails while another holds it: that is no setting.
@@ -230,7 +233,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.is_event(test) {
             return Some(Gate::Event);
         }
-        if about.is_presence && self.lacks_sample(test, at, way) {
+        if about.is_presence && self.lacks_sample(test, at, way) || self.asks_for_reason(test, at, way) {
             return Some(Gate::Sample);
         }
         if self.asks_whether_event(test) || self.is_flag_of_others(test) {
@@ -476,18 +479,6 @@ impl<'s, 'a> Gates<'s, 'a> {
 
     fn ty(&self, place: &Place) -> Option<crate::index::Ty> {
         super::instances::place_ty(self.search.program.index, self.search.graph, place)
-    }
-}
-
-/// Whether a rate gate opens in one of so many cycles, as far as its condition tells: a counter is compared with the ratio, or
-/// with its last number.
-fn has_ratio(about: &About, ratio: u64) -> bool {
-    match about.ratio {
-        Some(own) => own == ratio,
-        None => {
-            let known: Vec<u64> = about.numbers.iter().copied().filter(|number| *number > 0).collect();
-            known.is_empty() || known.iter().any(|number| *number == ratio || number + 1 == ratio)
-        }
     }
 }
 

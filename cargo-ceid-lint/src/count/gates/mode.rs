@@ -235,19 +235,47 @@ impl Gates<'_, '_> {
         let graph = self.search.graph;
         let subject = &graph.subjects[id.0 as usize];
         let writers = self.search.writers_of(id);
-        way.nodes.iter().zip(way.nodes.iter().skip(1)).fold(subject.anything(), |heads, (at, next)| {
-            let node = graph.node(*at);
-            match &node.effect {
-                Effect::Branch(test) if test.subject == Some(id) => {
-                    heads & if node.next.first() == Some(next) { test.holds } else { test.fails }
+        way.nodes.iter().zip(way.nodes.iter().skip(1)).enumerate().fold(
+            subject.anything(),
+            |heads, (number, (at, next))| {
+                let node = graph.node(*at);
+                match &node.effect {
+                    Effect::Branch(test) if test.subject == Some(id) => {
+                        heads & if node.next.first() == Some(next) { test.holds } else { test.fails }
+                    }
+                    Effect::Set(set) | Effect::Write(set) if Some(&set.place) == subject.whole.as_ref() => {
+                        self.given_head(&way.nodes[..=number]).map_or(subject.anything(), |head| subject.bit(head))
+                    }
+                    _ if writers.contains(at) => subject.anything(),
+                    _ => heads,
                 }
-                Effect::Set(set) | Effect::Write(set) if Some(&set.place) == subject.whole.as_ref() => {
-                    set.head.as_ref().map_or(subject.anything(), |head| subject.bit(head))
-                }
-                _ if writers.contains(at) => subject.anything(),
-                _ => heads,
+            },
+        )
+    }
+
+    /// The head that the last of these nodes gives, also where it is a copy of what one of those before it was given:
+    /// `fn go(&mut self, to: State) { self.state = to; }`.
+    fn given_head(&self, nodes: &[NodeId]) -> Option<&Head> {
+        let graph = self.search.graph;
+        let (last, mut before) = nodes.split_last()?;
+        let mut at = *last;
+        loop {
+            let (Effect::Set(set) | Effect::Write(set)) = &graph.node(at).effect else { return None };
+            if set.head.is_some() {
+                return set.head.as_ref();
             }
-        })
+            let from = graph.copied(at)?;
+            let gives = |id: &NodeId| match &graph.node(*id).effect {
+                Effect::Set(set) | Effect::Write(set) => set.place.overlaps(&from),
+                Effect::Call(site) => self.call_writes(site, &from),
+                _ => false,
+            };
+            let number = before.iter().rposition(gives)?;
+            (at, before) = (before[number], &before[..number]);
+            if !self.assigns(at, &from) {
+                return None;
+            }
+        }
     }
 
     /// The heads of a state with which an iteration can reach an update; `None` if it can with each, or with none.

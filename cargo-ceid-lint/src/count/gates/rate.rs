@@ -4,7 +4,7 @@ use super::{Gates, Way, contains_any};
 use crate::count::given::place_of;
 use crate::count::search::Region;
 use crate::count::verdict::Gate;
-use crate::flow::{CallSite, ChangeKind, Effect, Head, NodeId, Place, Rounds, Test};
+use crate::flow::{About, CallSite, ChangeKind, Effect, Head, NodeId, Place, Rounds, Test};
 use crate::index::Ty;
 
 /// Parts of the names of functions that give the number of a cycle.
@@ -123,6 +123,15 @@ impl Gates<'_, '_> {
         let asks_first =
             matches!((test.about.heads.as_slice(), first), ([head], Some(first)) if *head == first.to_string());
         asks_first && graph.node(at).next.first().is_some_and(|next| !self.reach()[next.0 as usize])
+    }
+
+    /// `for tick in 0.. { if tick & 7 == 0 { … } }`: the low bits of the number of the round are its remainder.
+    pub(super) fn masks_rounds(&self, test: &Test) -> bool {
+        let Region::Loop(own) = self.region else { return false };
+        let info = self.search.graph.loop_info(own);
+        let counter = info.counter.map(|(counter, _)| Place::var(counter));
+        let is_low = test.about.ratio.is_some_and(u64::is_power_of_two);
+        test.about.is_masked && is_low && counter.is_some_and(|counter| test.about.reads == [counter])
     }
 
     /// `if let Some(left) = skip.checked_sub(1) { skip = left; continue; }`: it is counted down until nothing is left.
@@ -379,4 +388,16 @@ impl Gates<'_, '_> {
 fn is_arithmetic(name: &str) -> bool {
     matches!(name, "is_multiple_of" | "rem_euclid" | "abs" | "min" | "max" | "unwrap" | "into")
         || name.starts_with("wrapping_")
+}
+
+/// Whether a rate gate opens in one of so many cycles, as far as its condition tells: a counter is compared with the ratio, or
+/// with its last number.
+pub(super) fn has_ratio(about: &About, ratio: u64) -> bool {
+    match about.ratio {
+        Some(own) => own == ratio,
+        None => {
+            let known: Vec<u64> = about.numbers.iter().copied().filter(|number| *number > 0).collect();
+            known.is_empty() || known.iter().any(|number| *number == ratio || number + 1 == ratio)
+        }
+    }
 }

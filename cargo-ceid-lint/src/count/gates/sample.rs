@@ -211,6 +211,19 @@ impl Gates<'_, '_> {
         !is_there && self.feeds_sample(test)
     }
 
+    /// Whether a condition asks why a sample is not there: `Err(Bus::Nack) => continue`.
+    pub(super) fn asks_for_reason(&self, test: &Test, at: NodeId, way: &Way) -> bool {
+        let graph = self.search.graph;
+        let Some(asked) = test.subject.map(|id| &graph.subjects[id.0 as usize]) else { return false };
+        // What is asked for is a part of what is there or not.
+        let is_part_of = |whole: &Place| asked.whole.is_none() && asked.reads == [whole.clone()];
+        way.nodes.iter().take_while(|id| **id != at).any(|id| {
+            let Effect::Branch(before) = &graph.node(*id).effect else { return false };
+            let whole = before.subject.and_then(|id| graph.subjects[id.0 as usize].whole.as_ref());
+            before.about.asks_presence() && whole.is_some_and(is_part_of) && self.lacks_sample(before, *id, way)
+        })
+    }
+
     /// Whether a condition asks for nothing but what came in this iteration and is fed, and settings: `z.is_finite()`.
     pub(super) fn asks_only_sample(&self, test: &Test) -> bool {
         let is_plain = |place: &Place| matches!(self.ty(place), Some(Ty::Bool | Ty::Int | Ty::Float | Ty::Char));

@@ -39,7 +39,7 @@ use super::slice::{self, ControlDependence, tracked};
 use super::summary::{Outcome, Summaries, Summary};
 use super::verdict::{Evidence, Gate};
 use crate::flow::{
-    CallSite, Cause, ControlFlowGraph, Effect, LoopId, NodeId, Place, Program, Relation, Rounds, SubjectId, Var,
+    CallSite, Cause, ControlFlowGraph, Effect, LoopId, NodeId, Place, Program, Relation, SubjectId, Var,
 };
 use crate::index::Ty;
 
@@ -175,13 +175,24 @@ impl<'a> Search<'a> {
         self.dependence.of_node(node).iter().copied().map(NodeId)
     }
 
-    /// Loops of a called function that are cycles of their own: those whose number of rounds is not known.
+    /// Loops of a called function that are cycles of their own: those whose number of rounds no constant says, and those over samples.
     fn own_cycles(&self) -> BTreeSet<LoopId> {
+        let is_fed = |id: LoopId| self.updating().into_iter().any(|node| self.feeds(node, id));
+        let is_own = |id: LoopId| {
+            let info = self.graph.loop_info(id);
+            !info.has_constant_rounds() || (info.has_untold_rounds() && is_fed(id))
+        };
         (0u32..)
             .zip(&self.graph.loops)
-            .filter(|(number, info)| !matches!(info.rounds, Rounds::Constant(_)) && !self.covers(LoopId(*number)))
             .map(|(number, _)| LoopId(number))
+            .filter(|id| is_own(*id) && !self.covers(*id))
             .collect()
+    }
+
+    /// Whether what a loop binds is fed to the instance at an update in it.
+    fn feeds(&self, node: NodeId, id: LoopId) -> bool {
+        self.graph.is_within(self.graph.node(node).in_loop, id)
+            && super::cycles::feeds(self.graph, self.aliases, self.summaries, self, node, id)
     }
 
     /// The nodes at which something happens to what has the same base as the instance.

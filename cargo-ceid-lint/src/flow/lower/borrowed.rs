@@ -61,6 +61,34 @@ impl Builder<'_> {
     }
 }
 
+/// Whether a method of that name only reads what it is called on, as those of the standard library do.
+pub(super) fn only_reads(method: &str) -> bool {
+    matches!(
+        method,
+        "clone"
+            | "to_string"
+            | "fmt"
+            | "eq"
+            | "ne"
+            | "cmp"
+            | "partial_cmp"
+            | "hash"
+            | "as_ref"
+            | "borrow"
+            | "to_owned"
+            | "len"
+            | "is_empty"
+            | "into"
+            | "try_into"
+            | "serialize"
+            | "type_id"
+            | "lt"
+            | "le"
+            | "gt"
+            | "ge"
+    )
+}
+
 /// Whether a method of the standard library changes what it is called on, whatever the type.
 pub(super) fn changes_receiver(method: &str) -> bool {
     method.ends_with("_assign")

@@ -176,7 +176,7 @@ impl Builder<'_> {
                 }
                 Value { is_owned: false, ..value.clone() }
             }
-            "clone_from" if args.len() == 1 && !self.may_hold_filter(self.ty(receiver)) => {
+            "clone_from" if args.len() == 1 => {
                 let given = self.expr(args[0]);
                 self.write_whole(value, &Value { place: None, ..given }, span);
                 if let Some(place) = &value.place {
@@ -186,10 +186,11 @@ impl Builder<'_> {
             }
             "get_or_insert_with" | "or_insert_with" | "get_or_insert" | "or_insert" | "get_or_init" => {
                 let given = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
-                if let Some(closure) = given.closure {
-                    let is_filled = self.is_optional(receiver);
+                let is_filled = self.is_optional(receiver);
+                if is_filled || given.closure.is_some() {
                     self.on_absent(value, receiver, span, |this| {
-                        let made = this.inline_closure(closure, &[], span);
+                        let made = given.closure.map(|closure| this.inline_closure(closure, &[], span));
+                        let made = made.unwrap_or_default();
                         if is_filled {
                             this.write_whole(value, &Value { head: Some("+".to_owned()), ..made }, span);
                         }

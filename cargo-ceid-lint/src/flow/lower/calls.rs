@@ -96,7 +96,8 @@ impl Builder<'_> {
             && !super::flags::is_flag(self.ty(receiver))
         {
             // What is put in was noted.
-            if !(args.len() == 1 && matches!(method, "replace" | "insert" | "clone_from")) {
+            let is_filled = method.starts_with("get_or_insert") && self.is_optional(receiver) && value.place.is_some();
+            if !(args.len() == 1 && matches!(method, "replace" | "insert" | "clone_from") || is_filled) {
                 self.note_lent(receiver);
             }
             // What was taken out is no longer what is asked for by the receiver's name.
@@ -430,37 +431,15 @@ impl Builder<'_> {
         }
         let values = self.values(args);
         let ty = self.ty(receiver).peel();
-        let reads_only = matches!(
-            method,
-            "clone"
-                | "to_string"
-                | "fmt"
-                | "eq"
-                | "ne"
-                | "cmp"
-                | "partial_cmp"
-                | "hash"
-                | "as_ref"
-                | "borrow"
-                | "to_owned"
-                | "len"
-                | "is_empty"
-                | "into"
-                | "try_into"
-                | "serialize"
-                | "type_id"
-                | "lt"
-                | "le"
-                | "gt"
-                | "ge"
-        );
+        let reads_only = super::borrowed::only_reads(method);
         // What takes a mutable reference may write through it.
         let converts = matches!(method, "into" | "try_into") && matches!(self.ty(receiver), Ty::Ref(true, _));
         // What takes a value that is copied leaves the place as it is.
         let reads_only =
             reads_only || matches!(method, "max" | "min" | "clamp") && self.program.index.copies_filter(ty);
-        let is_own =
-            matches!(ty, Ty::Adt(..)) && self.program.index.opaque_items.is_empty() && !self.draws_by_itself(ty);
+        let index = self.program.index;
+        let is_seen = index.opaque_items.is_empty() && !index.has_blanket_method(method);
+        let is_own = matches!(ty, Ty::Adt(..)) && is_seen && !self.draws_by_itself(ty);
         // What a state hands out when it is asked for nothing is no update of it: its law is known, and takes it as an argument.
         let reads_only = reads_only || (args.is_empty() && self.is_state_apart(ty));
         if matches!(method, "into" | "try_into") && value.is_owned {

@@ -134,7 +134,12 @@ impl Builder<'_> {
                 let inner = self.change_kind_at(before, *lhs, depth + 1);
                 if inner.counts() { ChangeKind::Wraps } else { ChangeKind::Other }
             }
-            ExprKind::Binary { op: "&", lhs, .. } => self.change_kind_at(before, *lhs, depth + 1),
+            // The low bits of a count come round.
+            ExprKind::Binary { op: "&", lhs, rhs } => {
+                let inner = self.change_kind_at(before, *lhs, depth + 1);
+                let is_low = self.number(*rhs).and_then(|mask| mask.checked_add(1)).is_some_and(u64::is_power_of_two);
+                if inner.counts() && is_low { ChangeKind::Wraps } else { inner }
+            }
             ExprKind::Binary { op: "+", lhs, rhs } if is_same(self, *rhs) => self.added(*rhs, *lhs, true),
             ExprKind::Binary { op: op @ ("+" | "-"), lhs, rhs } if is_same(self, *lhs) => {
                 self.added(*lhs, *rhs, *op == "+")

@@ -117,7 +117,11 @@ impl Builder<'_> {
     fn truth(&mut self, id: ExprId, no: NodeId) {
         let pure = self.pure(id);
         let about = About { rest: self.answer_at_rest(id), ..self.about(id) };
-        let value = self.expr(id);
+        let value = match &self.body().expr(id).kind {
+            // What is a condition as a value is not asked for twice.
+            ExprKind::MethodCall { receiver, method, args, .. } => self.method_expr(id, *receiver, method, args),
+            _ => self.expr(id),
+        };
         if self.at.is_none() {
             return;
         }

@@ -36,6 +36,11 @@ impl Builder<'_> {
             ExprKind::Return(value) => self.return_expr(id, *value),
             _ if self.truth_of(id).is_some() => self.truth_as_number(id),
             ExprKind::Call { callee, args } => self.call_expr(id, *callee, args),
+            ExprKind::MethodCall { method, .. }
+                if method == "is_multiple_of" && matches!(self.typed().callees.get(&id), Some(Callee::Builtin)) =>
+            {
+                self.condition_value(id)
+            }
             ExprKind::MethodCall { receiver, method, args, .. } => self.method_expr(id, *receiver, method, args),
             ExprKind::Field { base, name } => {
                 let value = self.expr(*base);
