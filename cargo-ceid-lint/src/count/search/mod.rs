@@ -3,6 +3,7 @@
 
 mod called;
 mod choice;
+mod copies;
 mod decided;
 mod effects;
 mod entry;
@@ -77,6 +78,7 @@ pub(super) struct State {
     age: Age,
     names: u32,
     versions: u32,
+    copies: u32,
     masks: u32,
     rounds: u32,
 }
@@ -448,7 +450,7 @@ impl<'a> Search<'a> {
             inside(*id) && (leaves || matches!(node.effect, Effect::Diverge))
         }));
         tracked.add(slice::tracked(self.graph, self.dependence, &touching_inside, &times, &|_| BTreeSet::new()));
-        Run::new(self, region, tracked, self.reach(region))
+        Run::new(self, region, tracked, [self.reach(region), self.reach_of_copies(region)])
     }
 }
 
