@@ -247,6 +247,9 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.asks_moment(test) {
             return Some(Gate::Time);
         }
+        if self.is_used_up_again(test, way) {
+            return Some(Gate::Rate);
+        }
         if !about.is_presence
             && let Some(gate) = self.counter(test, at, way)
         {

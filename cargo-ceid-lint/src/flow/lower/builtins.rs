@@ -176,6 +176,11 @@ impl Builder<'_> {
                 }
                 Value { is_owned: false, ..value.clone() }
             }
+            "copy_from_slice" | "clone_from_slice" if args.len() == 1 && self.may_hold_filter(self.ty(receiver)) => {
+                let given = self.expr(args[0]);
+                self.write_copy(value, &given, span);
+                Value::default()
+            }
             "clone_from" if args.len() == 1 && !self.may_hold_filter(self.ty(receiver)) => {
                 let given = self.expr(args[0]);
                 self.write_whole(value, &Value { place: None, ..given }, span);
@@ -197,6 +202,9 @@ impl Builder<'_> {
                 }
                 Value { is_owned: false, head: None, same_as: None, ..value.clone() }
             }
+            "or" | "xor" if args.len() == 1 && self.is_optional(receiver) && self.may_hold_filter(self.ty(id)) => {
+                self.either_option(id, receiver, args[0], value, method == "xor")
+            }
             "unwrap_or" | "unwrap_or_else" | "unwrap_or_default" | "or_else" | "or" => {
                 let given = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
                 if let Some(closure) = given.closure {
@@ -205,6 +213,18 @@ impl Builder<'_> {
                     });
                 }
                 self.copied_out(id, receiver, Value { head: None, same_as: None, ..value.clone() })
+            }
+            "flatten" if args.is_empty() && self.is_optional(receiver) => {
+                Value { head: None, same_as: None, ..value.clone() }
+            }
+            "take_if" if args.len() == 1 && self.is_optional(receiver) && !self.may_hold_filter(self.ty(id)) => {
+                self.filter_payload(id, receiver, args[0], value)
+            }
+            "take_if" if args.len() == 1 && self.is_optional(receiver) && value.place.is_some() => {
+                let cause = Cause::Call(self.text(id));
+                self.emit(Effect::Unknown { places: value.place.iter().cloned().collect(), cause }, span);
+                self.values(args);
+                Value::default()
             }
             "filter" if args.len() == 1 && self.is_optional(receiver) => {
                 self.filter_payload(id, receiver, args[0], value)
@@ -317,7 +337,7 @@ impl Builder<'_> {
             {
                 Value::default()
             }
-            "clone" if self.is_cloned_state(self.ty(id)) => self.copy_of(value, self.ty(id).clone(), span),
+            "clone" | "to_vec" if self.is_cloned_state(self.ty(id)) => self.copy_of(value, self.ty(id).clone(), span),
             name if super::threads::is_spawn(name) => {
                 let is_given = name == "spawn_scoped";
                 let scope = args.first().copied().filter(|_| is_given).or((!is_given).then_some(receiver));

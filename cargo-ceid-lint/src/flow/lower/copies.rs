@@ -62,6 +62,14 @@ impl Builder<'_> {
         Value { place: Some(Place::var(copy)), is_owned: true, ..Value::default() }
     }
 
+    /// Each element gets a copy of its counterpart.
+    pub(super) fn write_copy(&mut self, to: &Value, from: &Value, span: Span) {
+        let (Some(place), true) = (to.place.clone(), self.at.is_some()) else { return };
+        let (from, transfer) = (from.place.clone(), Transfer::Copy);
+        let write = Assignment { place, from, transfer, rebinds: false, head: None, same_as: None };
+        self.emit(Effect::Write(Box::new(write)), span);
+    }
+
     /// What is taken out of a wrapper that stays where it is: another instance, if the type is copied.
     pub(super) fn copied_out(&mut self, id: ExprId, wrapper: ExprId, content: Value) -> Value {
         let ty = self.ty(id).clone();
