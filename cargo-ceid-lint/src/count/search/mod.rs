@@ -368,9 +368,8 @@ impl<'a> Search<'a> {
             let gate = gates.of_end(&exploration, end);
             let unknown = end.state.unknown.map(|cause| exploration.causes[cause as usize].clone());
             let is_passed = super::skips::is_passed_by_search(self, region, end);
-            let unknown = unknown.or_else(|| {
-                is_passed.then(|| Cause::Index(self.graph.place_name(self.program.index, self.instance)))
-            });
+            let unknown = unknown
+                .or_else(|| is_passed.then(|| Cause::Index(self.graph.place_name(self.program.index, self.instance))));
             let moved = || Cause::Moved(self.program.index.function(self.graph.function).name.clone());
             outcomes.insert(Outcome {
                 count: end.state.count,

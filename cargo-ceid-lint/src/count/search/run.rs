@@ -459,8 +459,8 @@ impl<'s, 'a> Run<'s, 'a> {
                 }
                 after.masks = self.masks.intern(all);
             }
-            if let Some(masks) = self.compared(after.masks, test, number == 0) {
-                self.follow(at, State { masks, ..after }, to);
+            for masks in self.compared(after.masks, test, number == 0) {
+                self.follow(at, State { masks, ..after.clone() }, to);
             }
         }
     }
