@@ -8,7 +8,7 @@ use super::gates::Gates;
 use super::instances;
 use super::returned;
 use super::search::{End, EndKind, Exploration, Region, Search};
-use super::skips::{is_by_key, is_of_nothing, loop_left, skip_place};
+use super::skips::{is_by_key, is_of_nothing, is_passed_by_search, loop_left, skip_place};
 use super::stand_ins;
 use super::verdict::{Evidence, Gate, Verdict};
 use super::witness::{is_closure_call, steps, steps_inside};
@@ -222,6 +222,15 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
         };
         return Decision { verdict, ..base };
     }
+    // Which element a search finds depends on data.
+    let (found, skipping): (Vec<&End>, Vec<&End>) =
+        skipping.into_iter().partition(|end| is_passed_by_search(search, region, end));
+    if !found.is_empty() {
+        let name = search.graph.place_name(search.program.index, search.instance);
+        let chosen = Decision { verdict: Verdict::Unproved, cause: Some(Cause::Index(name)), ..base.clone() };
+        let decision = skipped(search, region, &exploration, &skipping, base);
+        return if decision.verdict == Verdict::Skipped { decision } else { chosen };
+    }
     // An update that no way reaches is one of an element of a collection in a collection: which one is not known.
     let is_nested = search.instance.steps.iter().filter(|step| step.key().is_some()).count() > 1;
     if is_untouched && is_nested {
@@ -246,8 +255,10 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
         return Decision { verdict: Verdict::PerSample, ..base };
     }
     let decision = skipped(search, region, &exploration, &skipping, base);
-    if is_untouched && decision.verdict == Verdict::Skipped {
-        return missed(search, region, head_of(search, region), decision);
+    // A counter that never comes to its gate is no rate.
+    let never_opens = decision.verdict == Verdict::Skipped || decision.gate == Some(Gate::Rate);
+    if is_untouched && never_opens {
+        return missed(search, region, head_of(search, region), Decision { gate: None, ..decision });
     }
     decision
 }

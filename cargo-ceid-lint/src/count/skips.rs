@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::search::{End, Exploration, Search};
+use super::counts::Count;
+use super::search::{End, Exploration, Region, Search};
 use super::verdict::Evidence;
 use crate::flow::{Effect, LoopId, Mark, NodeId, Place, Subject};
 use crate::source::Span;
@@ -140,6 +141,31 @@ pub(super) fn is_by_key(search: &Search<'_>, end: &End) -> bool {
         }
         (_, over_all) => over_all.is_some(),
     }
+}
+
+/// Whether a way goes past the element that the instance is because a loop over all of them updates one at most, and something in the
+/// loop chooses which: `for lag in &mut lags { if lag.is_due() { lag.update(x); break; } }`
+pub(super) fn is_passed_by_search(search: &Search<'_>, region: Region, end: &End) -> bool {
+    let graph = search.graph;
+    if end.state.count != Count::Zero || end.state.reset {
+        return false;
+    }
+    let updating = search.updating();
+    let is_covering = |id: &LoopId| search.covers(*id) && region != Region::Loop(*id);
+    let over_all = |node: NodeId| graph.loops_around(node).find(is_covering);
+    let Some(id) = updating.first().and_then(|node| over_all(*node)) else { return false };
+    let head = graph.loop_info(id).head;
+    let leads_on = |node: &NodeId| search.reached_from(region, *node, |_, _| true)[head.0 as usize];
+    let is_within = |node: NodeId| node == head || graph.is_within(graph.node(node).in_loop, id);
+    let is_chosen = || {
+        let round = graph.node(head).next.first();
+        round.is_some_and(|round| {
+            search.reached_from(region, *round, |node, _| !updating.contains(&node))[head.0 as usize]
+        })
+    };
+    end.state.skipped_at.is_none_or(is_within)
+        && updating.iter().all(|node| over_all(*node) == Some(id) && !leads_on(node))
+        && is_chosen()
 }
 
 /// The loop over the elements that a way goes past without a round for this one, where no statement skips.

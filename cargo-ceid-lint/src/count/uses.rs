@@ -165,14 +165,25 @@ impl Context<'_> {
     pub(super) fn comes_back(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
         let holds = |other: &Place| is_or_holds(facts, other, place);
         copies_of(facts.graph, &holds).any(|copy| {
+            // What a whole collection is made anew of is not followed.
+            let is_whole = |root: &Place| {
+                root.base == place.base && root.steps.len() < place.steps.len() && place.steps.starts_with(&root.steps)
+            };
+            let is_made_anew = |node: &Node| match &node.effect {
+                Effect::Write(write) if !write.rebinds && copy.made_in.is_some() => {
+                    node.in_loop == copy.made_in && facts.aliases.shared_roots(&write.place).iter().any(is_whole)
+                }
+                _ => false,
+            };
             let is_back = |set: &Assignment| {
                 set.from.as_ref().is_some_and(|from| from.base != place.base && copy.is_in(facts, from))
                     && facts.aliases.shared_roots(&set.place).iter().any(|root| root.overlaps(place))
             };
             let is_updated = || !self.updates_of(facts, &copy).is_empty();
             let mut nodes = facts.graph.nodes.iter();
-            nodes.any(|node| matches!(&node.effect, Effect::Set(set) | Effect::Write(set) if is_back(set)))
-                && is_updated()
+            nodes.any(|node| {
+                is_made_anew(node) || matches!(&node.effect, Effect::Set(set) | Effect::Write(set) if is_back(set))
+            }) && is_updated()
         })
     }
 

@@ -60,6 +60,14 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
                 };
                 steps.push(WitnessStep { span: node.span, message: how });
             }
+            Effect::Update(_) | Effect::Call(_)
+                if end.is_copy_lost
+                    && updating.contains(&state.node)
+                    && after == state.count
+                    && !steps.iter().any(|step| step.message == OF_COPY) =>
+            {
+                steps.push(WitnessStep { span: node.span, message: OF_COPY.to_owned() });
+            }
             Effect::Call(site) if after != state.count => {
                 updates += 1;
                 let more = after == Count::Many && state.count == Count::Zero;

@@ -234,6 +234,13 @@ fn skipped(cycle: &Cycle, pairs: &[&Pair]) -> Option<Diagnostic> {
     let message = format!("{} {verb} not updated{} on a path through this cycle", names(pairs), by_half(cycle, pairs));
     let mut finding =
         start(rule, cycle, pairs, message, pairs[0].primary?, &format!("this path goes on without updating {them}"));
+    let is_lost = |pair: &&Pair| pair.witness.iter().any(|step| step.message == OF_COPY);
+    if let Some(Pair { name, .. }) = pairs.iter().copied().find(is_lost) {
+        finding.primary.message = format!("this path goes on without the updated copy of `{name}`");
+        finding.helps.push(format!(
+            "put the copy back in the place of `{name}` on each path, or reset `{name}` where it is not"
+        ));
+    }
     let stands = if pairs.len() == 1 { "it stands" } else { "they stand" };
     finding.notes.push(format!(
         "the cycles in which {stands} still are lost: with a fixed step the filter's time runs slower than the real one"

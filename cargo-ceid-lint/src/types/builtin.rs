@@ -372,9 +372,9 @@ fn optional_method(
         "unwrap" | "expect" | "unwrap_or" | "unwrap_or_else" | "unwrap_or_default" | "unwrap_unchecked"
         | "into_inner" => inner.clone(),
         "get_or_insert_with" | "get_or_insert" | "insert" | "get_or_init" | "init" => reference(inner.clone()),
-        "take" | "replace" | "ok" | "cloned" | "copied" | "or" | "or_else" | "filter" | "inspect" => {
-            option(inner.clone())
-        }
+        "take" | "take_if" | "replace" | "ok" | "cloned" | "copied" | "or" | "or_else" | "xor" | "filter"
+        | "inspect" => option(inner.clone()),
+        "flatten" if is_option(inner) => inner.clone(),
         "map_err" | "context" | "with_context" | "ok_or" | "ok_or_else" => {
             Ty::std("std::result::Result", vec![inner.clone(), Ty::Unknown])
         }
@@ -407,6 +407,7 @@ fn sequence_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty>
         "split_at_mut" => Ty::Tuple(vec![slice(), slice()]),
         "split_first_mut" | "split_last_mut" => option(Ty::Tuple(vec![reference(inner.clone()), slice()])),
         "as_mut_slice" | "as_slice" | "as_mut" | "as_ref" => slice(),
+        "to_vec" => Ty::std("std::vec::Vec", vec![inner.clone()]),
         "map" | "each_mut" => closure.cloned().unwrap_or(Ty::Unknown),
         "len" | "capacity" => Ty::Int,
         "is_empty" | "contains" => Ty::Bool,

@@ -222,12 +222,10 @@ impl<'s, 'a> Gates<'s, 'a> {
         if let Some(gate) = self.own_state(test, at, way).or_else(|| self.asks_sibling_too(test, at, way)) {
             return Some(gate);
         }
-        if self.is_latch(test, at)
-            || self.passes_through(way)
-            || self.is_raised_flag(test, at)
-            || self.is_first(test)
-            || self.is_warm_up(test, at, way)
-        {
+        if self.is_latch(test, at) {
+            return self.of_latch(test, at);
+        }
+        if self.is_start(test, at, way) {
             return Some(Gate::Startup);
         }
         if self.is_event(test) {
@@ -249,6 +247,9 @@ impl<'s, 'a> Gates<'s, 'a> {
         }
         if self.asks_moment(test) {
             return Some(Gate::Time);
+        }
+        if self.is_used_up_again(test, way) {
+            return Some(Gate::Rate);
         }
         if !about.is_presence
             && let Some(gate) = self.counter(test, at, way)

@@ -293,22 +293,51 @@ impl Gates<'_, '_> {
         let graph = self.search.graph;
         let subject = &graph.subjects[id.0 as usize];
         let updates = self.search.updating();
+        let flags = self.flags_of_iteration();
         let all = subject.anything();
         let bits = (0..u32::try_from(subject.heads.len()).unwrap_or(0)).map(|number| 1 << number);
         let mut updating = 0;
         for bit in bits.chain([OTHER_HEADS]).filter(|bit| all & bit != 0) {
-            let reached = self.reached(|node, edge| match &graph.node(node).effect {
-                Effect::Branch(test) if test.subject == Some(id) => {
-                    let heads = if edge == 0 { test.holds } else { test.fails };
-                    heads & bit != 0
-                }
-                _ => true,
-            });
+            let asked = |allowed: &[(SubjectId, u32)]| {
+                self.reached(|node, edge| match &graph.node(node).effect {
+                    Effect::Branch(test) => {
+                        let heads = if edge == 0 { test.holds } else { test.fails };
+                        let known = allowed.iter().find(|(own, _)| Some(*own) == test.subject);
+                        known.is_none_or(|(_, allowed)| heads & allowed != 0)
+                    }
+                    _ => true,
+                })
+            };
+            let first = asked(&[(id, bit)]);
+            // `let is_auto = mode == 2; if is_auto { … }`
+            let mut allowed = vec![(id, bit)];
+            for (flag, given) in flags.iter().filter(|(flag, _)| *flag != id) {
+                let heads =
+                    given.iter().filter(|(node, _)| first[node.0 as usize]).fold(0, |heads, (_, own)| heads | own);
+                allowed.push((*flag, heads));
+            }
+            let reached = if allowed.len() > 1 { asked(&allowed) } else { first };
             if updates.iter().any(|node| reached[node.0 as usize]) {
                 updating |= bit;
             }
         }
         (updating != 0 && updating != all).then_some(updating)
+    }
+
+    /// Truth values that each iteration makes anew and gives nothing but constants, with the nodes that do.
+    fn flags_of_iteration(&self) -> Vec<(SubjectId, Vec<(NodeId, u32)>)> {
+        let graph = self.search.graph;
+        let given = |subject: &Subject| {
+            let place = subject.whole.as_ref().filter(|place| place.steps.is_empty() && !self.outlives(place))?;
+            let is_truth = self.ty(place) == Some(Ty::Bool) && !self.calls_write(place);
+            let heads = self.assigning(place).map(|id| match &graph.node(id).effect {
+                Effect::Set(set) | Effect::Write(set) => Some((id, subject.bit(set.head.as_ref()?))),
+                _ => None,
+            });
+            is_truth.then(|| heads.collect::<Option<Vec<_>>>())?.filter(|given| !given.is_empty())
+        };
+        let subjects = (0u32..).map(SubjectId).zip(&graph.subjects);
+        subjects.filter_map(|(id, subject)| Some((id, given(subject)?))).collect()
     }
 
     /// A filter that lies in a variant is there only while the enum is that variant: a way on which it is another one.

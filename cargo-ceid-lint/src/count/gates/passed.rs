@@ -3,10 +3,21 @@
 use std::collections::BTreeMap;
 
 use super::{Gates, Way};
-use crate::count::given::{Given, GivenBase};
+use crate::count::given::{Given, GivenBase, given};
 use crate::count::instances::{inner, place_ty};
+use crate::count::summary::Summary;
 use crate::flow::{Effect, Head, NodeId, OTHER_HEADS, Place, Subject, SubjectId};
 use crate::index::{FunctionId, Owner, Ty};
+
+/// Whether something else takes a state back to where the filter pauses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum TakenBack {
+    Never,
+    /// The filter is reset there.
+    WithReset,
+    /// The filter keeps its state from before.
+    Kept,
+}
 
 impl Gates<'_, '_> {
     /// Whether a way found a state that the cycle only passes through: `match self.stage { Stage::Level => …, Stage::Still => …,
@@ -56,8 +67,9 @@ impl Gates<'_, '_> {
                 return false;
             }
         }
-        let is_passed =
-            is_opened && !self.closes_again(id, open, &closing) && !self.is_taken_back_elsewhere(subject, place, open);
+        let is_passed = is_opened
+            && !self.closes_again(id, open, &closing)
+            && self.taken_back_elsewhere(subject, place, open) == TakenBack::Never;
         if is_passed {
             let opening = subject.heads.iter().filter(|head| opens(head)).cloned().collect();
             self.own_states.borrow_mut().insert(place.clone(), opening);
@@ -82,7 +94,7 @@ impl Gates<'_, '_> {
 
     /// Whether a function that the cycle does not read here gives the state, or that of another value of its owner's type, a head
     /// with which the filter pauses: `fn recalibrate(&mut self)`.
-    fn is_taken_back_elsewhere(&self, subject: &Subject, place: &Place, open: u32) -> bool {
+    pub(super) fn taken_back_elsewhere(&self, subject: &Subject, place: &Place, open: u32) -> TakenBack {
         let search = self.search;
         let (index, graph) = (search.program.index, search.graph);
         // The types of all owners on the way to the state, with the steps from there.
@@ -126,10 +138,25 @@ impl Gates<'_, '_> {
             };
             is_closing && owners.iter().any(leads)
         };
-        search.summaries.of.iter().any(|(function, summary)| {
-            !is_own(*function)
-                && !index.function(*function).is_test
-                && summary.sets.iter().any(|(set, head, _)| closes(*function, set, head.as_ref()))
+        let filter = given(graph, search.instance);
+        let resets = |summary: &Summary| {
+            let mut ways = summary.outcomes(search.law).filter(|(given, _)| Some(*given) == filter.as_ref());
+            // Who replaces the owner replaces the filter.
+            let is_owner = |set: &Given| {
+                let filter = filter.as_ref().filter(|filter| filter.base == set.base);
+                filter.is_some_and(|filter| filter.steps.starts_with(&set.steps))
+            };
+            ways.any(|(_, ways)| ways.iter().all(|way| way.reset)) || summary.sets.iter().any(|(set, ..)| is_owner(set))
+        };
+        let closing = search.summaries.of.iter().filter(|(function, summary)| {
+            !is_own(**function)
+                && !index.function(**function).is_test
+                && summary.sets.iter().any(|(set, head, _)| closes(**function, set, head.as_ref()))
+        });
+        closing.fold(TakenBack::Never, |before, (_, summary)| match before {
+            TakenBack::Kept => TakenBack::Kept,
+            _ if resets(summary) => TakenBack::WithReset,
+            _ => TakenBack::Kept,
         })
     }
 }

@@ -136,6 +136,15 @@ impl Gates<'_, '_> {
 
     /// `if let Some(left) = skip.checked_sub(1) { skip = left; continue; }`: it is counted down until nothing is left.
     fn is_used_up_once(&self, test: &Test, way: &Way) -> bool {
+        self.is_counted_down(test, way, false)
+    }
+
+    /// The same for one that begins anew where nothing is left.
+    pub(super) fn is_used_up_again(&self, test: &Test, way: &Way) -> bool {
+        self.is_counted_down(test, way, true)
+    }
+
+    fn is_counted_down(&self, test: &Test, way: &Way, begins_anew: bool) -> bool {
         let about = &test.about;
         let ([place], [name], [left]) = (about.reads.as_slice(), about.names.as_slice(), about.binds.as_slice()) else {
             return false;
@@ -145,7 +154,8 @@ impl Gates<'_, '_> {
         about.is_presence
             && name == "checked_sub"
             && self.outlives(place)
-            && self.assigning(place).all(counts)
+            && self.assigning(place).any(|id| !counts(id)) == begins_anew
+            && self.assigning(place).all(|id| counts(id) || self.is_set_back(id, place) && !way.nodes.contains(&id))
             && way.nodes.iter().any(|id| counts(*id))
             && !self.calls_write(place)
     }

@@ -1,9 +1,11 @@
 //! Conditions that change once or never: latches and settings.
 
-use super::{Gates, contains_any};
+use super::passed::TakenBack;
+use super::{Gates, Way, contains_any};
 use crate::count::instances::is_lent;
 use crate::count::search::Region;
-use crate::flow::{Base, ChangeKind, Computed, Effect, LoopId, NodeId, Place, Test, Var};
+use crate::count::verdict::Gate;
+use crate::flow::{Base, ChangeKind, Computed, Effect, Flag, LoopId, NodeId, Place, Projection, Test, Var};
 use crate::index::Ty;
 
 /// Parts of the names of parameters and types that hold settings.
@@ -64,21 +66,53 @@ impl Gates<'_, '_> {
             && !self.calls_write(place)
     }
 
-    /// `if !READY.load(Ordering::Acquire) { continue; }`: a static that the whole code raises and never takes back.
-    pub(super) fn is_raised_flag(&self, test: &Test, at: NodeId) -> bool {
+    /// Whether a condition is closed at first and open from then on, other than by a latch.
+    pub(super) fn is_start(&self, test: &Test, at: NodeId, way: &Way) -> bool {
+        self.passes_through(way)
+            || self.is_raised_flag(test, at)
+            || self.is_first(test)
+            || self.is_warm_up(test, at, way)
+    }
+
+    /// What a latch waits for: it is a mode where something else closes it and resets the filter, and neither where that does not.
+    pub(super) fn of_latch(&self, test: &Test, at: NodeId) -> Option<Gate> {
+        let graph = self.search.graph;
+        let (Some(id), [asked]) = (test.subject, test.about.reads.as_slice()) else { return Some(Gate::Startup) };
+        let subject = &graph.subjects[id.0 as usize];
+        let open = self.opening_heads(test, at).iter().fold(0, |open, head| open | subject.bit(head));
+        match self.taken_back_elsewhere(subject, &self.copied_from(asked), open) {
+            TakenBack::Never => Some(Gate::Startup),
+            TakenBack::WithReset => Some(Gate::Mode),
+            TakenBack::Kept => {
+                self.modes.borrow_mut().insert(id, false);
+                None
+            }
+        }
+    }
+
+    /// `if !READY.load(Ordering::Acquire) { continue; }`: a static or field that the whole code raises and never takes back.
+    fn is_raised_flag(&self, test: &Test, at: NodeId) -> bool {
         let about = &test.about;
-        let Some((place @ Place { base: Base::Static(flag), steps }, calls)) = self.loaded(test) else { return false };
+        let Some((place, calls)) = self.loaded(test) else { return false };
         // Nothing else is asked than what the flag holds, and an update is reached where it is raised.
         let is_loaded = calls.first().is_some_and(|name| name == "load")
             && calls[1..].iter().all(|name| matches!(name.as_str(), "Relaxed" | "Acquire" | "SeqCst"));
         let reach = self.reach();
         let opens = self.search.graph.node(at).next.iter().map(|next| reach[next.0 as usize]);
-        steps.is_empty()
-            && is_loaded
+        let owner = |steps: &[Projection]| match self.ty(&Place { base: place.base, steps: steps.to_vec() })?.peel() {
+            Ty::Adt(owner, _) => Some(*owner),
+            _ => None,
+        };
+        let flag = match (&place.base, place.steps.split_last()) {
+            (Base::Static(flag), None) => Some(Flag::Static(*flag)),
+            (_, Some((Projection::Field(name), steps))) => owner(steps).map(|owner| Flag::Field(owner, name)),
+            _ => None,
+        };
+        is_loaded
             && self.is_flag(place)
             && !about.is_combined
             && opens.eq([true, false])
-            && self.search.program.is_only_raised(*flag)
+            && flag.is_some_and(|flag| self.search.program.is_only_raised(flag))
     }
 
     /// The one place that a test reads, with what is called for that: in the test, or where the iteration gave the value a name.
@@ -137,7 +171,7 @@ impl Gates<'_, '_> {
     }
 
     /// `let Some(before) = self.previous.replace(sample) else { … }`: nothing was there before the first sample.
-    pub(super) fn is_first(&self, test: &Test) -> bool {
+    fn is_first(&self, test: &Test) -> bool {
         let graph = self.search.graph;
         let ([place, ..], [name]) = (test.about.reads.as_slice(), test.about.names.as_slice()) else { return false };
         let only_replaces = self.nodes().all(|id| match &graph.node(id).effect {

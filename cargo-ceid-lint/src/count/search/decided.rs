@@ -21,7 +21,8 @@ impl Run<'_, '_> {
         let mut looks: FxHashMap<(NodeId, Answers), bool> = FxHashMap::default();
         for number in 0..self.exploration.ends.len() {
             let end = &self.exploration.ends[number];
-            let Some(skipped_at) = end.state.skipped_at.filter(|_| end.state.count == Count::Zero) else { continue };
+            let is_skipped = end.state.count == Count::Zero && !end.is_copy_lost;
+            let Some(skipped_at) = end.state.skipped_at.filter(|_| is_skipped) else { continue };
             let nodes: Vec<NodeId> =
                 self.exploration.path(end.at).iter().map(|at| self.exploration.states[*at].node).collect();
             let Some(last) = nodes.iter().rposition(|node| *node == skipped_at) else { continue };

@@ -7,7 +7,7 @@ use crate::count::counts::Count;
 use crate::count::instances::place_ty;
 use crate::count::returned;
 use crate::count::summary::Outcome;
-use crate::flow::{Assignment, CallSite, Cause, LoopId, OTHER_HEADS, Place, Relation, Update, Var};
+use crate::flow::{Assignment, CallSite, Cause, LoopId, OTHER_HEADS, Place, Relation, Transfer, Update, Var};
 use crate::index::Ty;
 
 /// How many steps a name may have: what is wrapped in itself in a loop has more with each round, without an end.
@@ -257,10 +257,27 @@ impl Run<'_, '_> {
     }
 
     pub(super) fn assign(&mut self, at: usize, state: &State, set: &Assignment) {
-        let graph = self.search.graph;
         if self.part_copies(at, state, set) {
             return;
         }
+        let may_go_back = match set.transfer {
+            Transfer::RoundTrip => true,
+            Transfer::Move | Transfer::Borrow => self.has_copies(state),
+            Transfer::Copy => false,
+        };
+        if may_go_back {
+            for (state, set) in self.copied(state, set) {
+                self.give(at, &state, &set);
+            }
+            return;
+        }
+        let copies = self.copies_behind(state, set);
+        self.give(at, &State { copies, ..state.clone() }, set);
+    }
+
+    /// A place gets a value.
+    fn give(&mut self, at: usize, state: &State, set: &Assignment) {
+        let graph = self.search.graph;
         let mut next = state.clone();
         let is_next = self.versions_after(&mut next, set);
         if !is_next && self.search.is_refilled(self.names.get(state.names), set) {

@@ -1,11 +1,12 @@
 //! Where a search of a loop begins: the names that the instance has there, and what is known of conditions.
 
+use super::copies::Copies;
 use super::interner::Interner;
 use super::names::is_concerned;
 use super::run::Run;
 use super::{Entry, MAX_STATES, Region, Search, State};
 use crate::count::counts::Count;
-use crate::flow::{Base, Cause, Effect, LoopId, NodeId, Place, Subject};
+use crate::flow::{Base, Cause, Effect, LoopId, NodeId, Place, Subject, Transfer};
 use std::collections::BTreeSet;
 
 use rustc_hash::FxHashSet;
@@ -122,6 +123,7 @@ impl Search<'_> {
         }
         // A long function has many nodes, and few names at each of them.
         let limit = (MAX_STATES / 4).max(4 * self.graph.nodes.len());
+        let is_put_back = self.is_put_back_from(target);
         let mut found = Vec::new();
         while let Some((node, reached)) = open.pop() {
             if node == target {
@@ -140,7 +142,10 @@ impl Search<'_> {
             let mut behind: Vec<Reached> = Vec::new();
             match &self.graph.node(node).effect {
                 Effect::Set(set) | Effect::Write(set) if is_concerned(names, set) => {
-                    let names = self.renamed(names, set, &|_| None).0;
+                    // A copy that was put back by then, or never is, tells nothing.
+                    let stays =
+                        set.transfer == Transfer::RoundTrip && !is_put_back && !set.place.overlaps(self.instance);
+                    let names = if stays { names.clone() } else { self.renamed(names, set, &|_| None).0 };
                     // Where its variable gets another value and nothing else names it, the instance is gone; what its variable
                     // names from there on is followed from there.
                     if names.is_empty() && starts.contains(&node) {
@@ -230,6 +235,7 @@ impl Run<'_, '_> {
             age,
             names,
             versions: self.versions.intern(Vec::new()),
+            copies: self.copies.intern(Copies::default()),
             masks,
             rounds,
         };

@@ -29,6 +29,8 @@ pub(in crate::count) struct End {
     pub(in crate::count) ahead: Count,
     /// Whether the instance is in another place that a caller knows, and no longer in its own.
     pub(in crate::count) has_left: bool,
+    /// Whether what is done to a copy of it is lost.
+    pub(in crate::count) is_copy_lost: bool,
     /// With which conditions of a caller's it is taken, where callers are to know.
     pub(in crate::count) assumed: Assumed,
 }

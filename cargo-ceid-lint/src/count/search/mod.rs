@@ -3,6 +3,7 @@
 
 mod called;
 mod choice;
+mod copies;
 mod decided;
 mod effects;
 mod entry;
@@ -78,6 +79,7 @@ pub(super) struct State {
     age: Age,
     names: u32,
     versions: u32,
+    copies: u32,
     masks: u32,
     rounds: u32,
 }
@@ -377,6 +379,9 @@ impl<'a> Search<'a> {
         for end in &exploration.ends {
             let gate = gates.of_end(&exploration, end);
             let unknown = end.state.unknown.map(|cause| exploration.causes[cause as usize].clone());
+            let is_passed = super::skips::is_passed_by_search(self, region, end);
+            let unknown = unknown
+                .or_else(|| is_passed.then(|| Cause::Index(self.graph.place_name(self.program.index, self.instance))));
             let moved = || Cause::Moved(self.program.index.function(self.graph.function).name.clone());
             outcomes.insert(Outcome {
                 count: end.state.count,
@@ -457,7 +462,7 @@ impl<'a> Search<'a> {
             inside(*id) && (leaves || matches!(node.effect, Effect::Diverge))
         }));
         tracked.add(slice::tracked(self.graph, self.dependence, &touching_inside, &times, &|_| BTreeSet::new()));
-        Run::new(self, region, tracked, self.reach(region))
+        Run::new(self, region, tracked, [self.reach(region), self.reach_of_copies(region)])
     }
 }
 

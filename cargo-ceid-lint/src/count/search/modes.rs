@@ -148,15 +148,15 @@ impl Run<'_, '_> {
         true
     }
 
-    /// What is known behind a comparison of two states; `None` if it cannot come out so.
-    pub(super) fn compared(&mut self, masks: u32, test: &Test, are_equal: bool) -> Option<u32> {
+    /// What may be known behind a comparison of two states; nothing if it cannot come out so.
+    pub(super) fn compared(&mut self, masks: u32, test: &Test, are_equal: bool) -> Vec<u32> {
         let graph = self.search.graph;
         let asked = test.subject.map(|id| &graph.subjects[id.0 as usize]).filter(|_| self.mode.is_some());
         let Some((left, right)) = asked
             .and_then(crate::flow::Subject::equals)
             .and_then(|(left, right)| Some((self.tracked_at(left)?, self.tracked_at(right)?)))
         else {
-            return Some(masks);
+            return vec![masks];
         };
         let mut all = self.masks.get(masks).clone();
         let subject = |at: usize| &graph.subjects[self.tracked.subjects[at].0 as usize];
@@ -164,10 +164,21 @@ impl Run<'_, '_> {
         if are_equal {
             all[left] &= of_right;
             all[right] &= subject(right).translate(all[left], &subject(left).heads);
-            (all[left] != 0 && all[right] != 0).then(|| self.masks.intern(all))
+            // Each value that both may have is followed by itself, so that they stay the same.
+            let bits = (0..u32::BITS).map(|number| 1_u32 << number).filter(|bit| all[left] & bit != 0);
+            let mut found = Vec::new();
+            for bit in bits {
+                let mut own = all.clone();
+                own[left] = bit;
+                own[right] &= subject(right).translate(bit, &subject(left).heads);
+                if own[right] != 0 {
+                    found.push(self.masks.intern(own));
+                }
+            }
+            found
         } else {
             let is_one = all[left].count_ones() == 1 && all[right].count_ones() == 1 && all[left] != OTHER_HEADS;
-            (!is_one || all[left] != of_right).then_some(masks)
+            if is_one && all[left] == of_right { Vec::new() } else { vec![masks] }
         }
     }
 

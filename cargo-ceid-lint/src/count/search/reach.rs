@@ -6,6 +6,11 @@ use crate::flow::{Effect, NodeId};
 impl Search<'_> {
     /// The nodes from which an update can be reached without leaving the iteration.
     pub(in crate::count) fn reach(&self, region: Region) -> Vec<bool> {
+        self.reach_to(region, self.updating().into_iter().collect())
+    }
+
+    /// The same for other nodes than updates.
+    pub(super) fn reach_to(&self, region: Region, nodes: Vec<NodeId>) -> Vec<bool> {
         let graph = self.graph;
         let is_own_head = |id: NodeId| matches!(region, Region::Loop(own) if id == graph.loop_info(own).head);
         let is_inside =
@@ -19,7 +24,7 @@ impl Search<'_> {
             others(head).is_some_and(|covered| graph.is_within(graph.node(id).in_loop, covered))
         };
         let mut reach = vec![false; graph.nodes.len()];
-        let mut open: Vec<NodeId> = self.updating().into_iter().collect();
+        let mut open = nodes;
         while let Some(id) = open.pop() {
             if std::mem::replace(&mut reach[id.0 as usize], true) {
                 continue;

@@ -14,7 +14,8 @@ impl Run<'_, '_> {
         let names = self.names.get(state.names).clone();
         let plain = self.search.without_items(&names, id);
         let plain_id = self.names.intern(plain.clone());
-        let state = State { names: plain_id, ..state.clone() };
+        let Some(copies) = self.copies_in_round(state.copies, id, false) else { return };
+        let state = State { names: plain_id, copies, ..state.clone() };
         let mut rounds = self.rounds.get(state.rounds).clone();
         let done = rounds.iter().find(|(open, _)| *open == id).map_or(0, |(_, done)| *done);
         let is_region = self.region == Region::Loop(id);
@@ -29,7 +30,8 @@ impl Run<'_, '_> {
             rounds.push((id, if before.is_some() { done.saturating_add(1) } else { BEYOND }));
             let more = self.rounds.intern(rounds);
             if done == before.unwrap_or(0) {
-                self.follow(at, State { names: own, rounds: more, ..state.clone() }, *round);
+                let copies = self.copies_in_round(copies, id, true).unwrap_or(copies);
+                self.follow(at, State { names: own, copies, rounds: more, ..state.clone() }, *round);
             }
             match before {
                 Some(before) if done < before => self.follow(at, State { rounds: more, ..state.clone() }, *round),

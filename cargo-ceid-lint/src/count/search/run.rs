@@ -4,6 +4,7 @@ use std::collections::{BTreeSet, VecDeque};
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::copies::Copies;
 use super::entry::Known;
 use super::interner::Interner;
 use super::live::MANY_STATES;
@@ -26,11 +27,14 @@ pub(super) struct Run<'s, 'a> {
     pub(super) tracked: Tracked,
     pub(super) names: Interner<Vec<Place>>,
     pub(super) versions: Interner<Versions>,
+    pub(super) copies: Interner<Copies>,
     pub(super) masks: Interner<Vec<u32>>,
     pub(super) rounds: Interner<RoundsDone>,
     pub(super) exploration: Exploration,
     /// The nodes from which an update can still be reached in the iteration.
     pub(super) reach: Vec<bool>,
+    /// The same for a way on which a copy must not be put back.
+    reach_of_copies: Vec<bool>,
     /// Why the instance may have names that are not known, from before the region on.
     pub(super) doubt: Option<u16>,
     /// Loops that count as one run of a cycle of their own, however many rounds they have.
@@ -50,17 +54,21 @@ pub(super) struct Run<'s, 'a> {
 }
 
 impl<'s, 'a> Run<'s, 'a> {
-    pub(super) fn new(search: &'s Search<'a>, region: Region, tracked: Tracked, reach: Vec<bool>) -> Self {
+    pub(super) fn new(search: &'s Search<'a>, region: Region, tracked: Tracked, reach: [Vec<bool>; 2]) -> Self {
+        let [reach, of_copies] = reach;
+        let reach_of_copies = if of_copies.is_empty() { reach.clone() } else { of_copies };
         Self {
             search,
             region,
             tracked,
             names: Interner::default(),
             versions: Interner::default(),
+            copies: Interner::default(),
             masks: Interner::default(),
             rounds: Interner::default(),
             exploration: Exploration::default(),
             reach,
+            reach_of_copies,
             doubt: None,
             own: BTreeSet::new(),
             is_all_own: false,
@@ -125,15 +133,20 @@ impl<'s, 'a> Run<'s, 'a> {
         }
         let mut state = state;
         let ends = matches!(self.region, Region::Loop(id) if to == graph.loop_info(id).head);
+        let reach = if self.loses_copy(&state) { &self.reach_of_copies } else { &self.reach };
         if state.count == Count::Zero
             && state.skipped_at.is_none()
-            && self.reach[state.node.0 as usize]
-            && (ends || !self.reach[to.0 as usize])
+            && reach[state.node.0 as usize]
+            && (ends || !reach[to.0 as usize])
             && !self.is_other_element(&state)
         {
             state.skipped_at = Some(state.node);
         }
         if let Region::Loop(id) = self.region {
+            let is_left = !graph.is_within(graph.node(to).in_loop, id);
+            if self.awaits_copy(&state) && (is_left || to == graph.loop_info(id).head) {
+                return;
+            }
             if to == graph.loop_info(id).head {
                 self.end(EndKind::Completes, at, &state, returned::ANY);
                 // What is known at the end of an iteration is known at the beginning of the next.
@@ -144,7 +157,7 @@ impl<'s, 'a> Run<'s, 'a> {
                 self.begin(Known { node: to, age, names, masks, rounds });
                 return;
             }
-            if !graph.is_within(graph.node(to).in_loop, id) {
+            if is_left {
                 self.end(EndKind::Exits, at, &state, returned::ANY);
                 return;
             }
@@ -162,7 +175,17 @@ impl<'s, 'a> Run<'s, 'a> {
         let assumed = self.assumed(state);
         let has_left = self.region == Region::Function && self.search.has_left(self.names.get(state.names));
         let state = state.clone();
-        self.exploration.ends.push(End { kind, state, at, returned, ahead: Count::Zero, has_left, assumed });
+        let is_copy_lost = self.loses_copy(&state);
+        self.exploration.ends.push(End {
+            kind,
+            state,
+            at,
+            returned,
+            ahead: Count::Zero,
+            has_left,
+            is_copy_lost,
+            assumed,
+        });
     }
 
     pub(super) fn everywhere(&mut self, at: usize, state: &State) {
@@ -255,6 +278,7 @@ impl<'s, 'a> Run<'s, 'a> {
                     self.follow(at, next, here);
                 }
             }
+            Effect::Return(_) if self.awaits_copy(state) => {}
             Effect::Return(value) => {
                 let heads = match (&value.head, value.same_as) {
                     (Some(head), _) => returned::bit(head),
@@ -451,8 +475,8 @@ impl<'s, 'a> Run<'s, 'a> {
                 }
                 after.masks = self.masks.intern(all);
             }
-            if let Some(masks) = self.compared(after.masks, test, number == 0) {
-                self.follow(at, State { masks, ..after }, to);
+            for masks in self.compared(after.masks, test, number == 0) {
+                self.follow(at, State { masks, ..after.clone() }, to);
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use super::sources::{Item, Source};
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Assignment, Cause, Effect, IndexKey, NodeId, Place, Transfer};
+use crate::flow::{Cause, Effect, IndexKey, NodeId, Transfer};
 use crate::index::Ty;
 use crate::syntax::tree::{ExprId, ExprKind};
 
@@ -176,6 +176,11 @@ impl Builder<'_> {
                 }
                 Value { is_owned: false, ..value.clone() }
             }
+            "copy_from_slice" | "clone_from_slice" if args.len() == 1 && self.may_hold_filter(self.ty(receiver)) => {
+                let given = self.expr(args[0]);
+                self.write_copy(value, &given, span);
+                Value::default()
+            }
             "clone_from" if args.len() == 1 => {
                 let given = self.expr(args[0]);
                 self.write_whole(value, &Value { place: None, ..given }, span);
@@ -198,6 +203,9 @@ impl Builder<'_> {
                 }
                 Value { is_owned: false, head: None, same_as: None, ..value.clone() }
             }
+            "or" | "xor" if args.len() == 1 && self.is_optional(receiver) && self.may_hold_filter(self.ty(id)) => {
+                self.either_option(id, receiver, args[0], value, method == "xor")
+            }
             "unwrap_or" | "unwrap_or_else" | "unwrap_or_default" | "or_else" | "or" => {
                 let given = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
                 if let Some(closure) = given.closure {
@@ -206,6 +214,18 @@ impl Builder<'_> {
                     });
                 }
                 self.copied_out(id, receiver, Value { head: None, same_as: None, ..value.clone() })
+            }
+            "flatten" if args.is_empty() && self.is_optional(receiver) => {
+                Value { head: None, same_as: None, ..value.clone() }
+            }
+            "take_if" if args.len() == 1 && self.is_optional(receiver) && !self.may_hold_filter(self.ty(id)) => {
+                self.filter_payload(id, receiver, args[0], value)
+            }
+            "take_if" if args.len() == 1 && self.is_optional(receiver) && value.place.is_some() => {
+                let cause = Cause::Call(self.text(id));
+                self.emit(Effect::Unknown { places: value.place.iter().cloned().collect(), cause }, span);
+                self.values(args);
+                Value::default()
             }
             "filter" if args.len() == 1 && self.is_optional(receiver) => {
                 self.filter_payload(id, receiver, args[0], value)
@@ -318,7 +338,7 @@ impl Builder<'_> {
             {
                 Value::default()
             }
-            "clone" if self.is_cloned_state(self.ty(id)) => self.copy_of(value, self.ty(id).clone(), span),
+            "clone" | "to_vec" if self.is_cloned_state(self.ty(id)) => self.copy_of(value, self.ty(id).clone(), span),
             name if super::threads::is_spawn(name) => {
                 let is_given = name == "spawn_scoped";
                 let scope = args.first().copied().filter(|_| is_given).or((!is_given).then_some(receiver));
@@ -458,24 +478,5 @@ impl Builder<'_> {
             }
             None => self.branch_on_head(value, "+", "-", span, self.text(receiver), about),
         }
-    }
-
-    /// The whole content of a wrapper is replaced.
-    fn write_whole(&mut self, value: &Value, given: &Value, span: crate::source::Span) {
-        self.keep_closure(given, span);
-        self.lose_made(given);
-        let Some(place) = &value.place else { return };
-        if self.at.is_none() {
-            return;
-        }
-        let assignment = Assignment {
-            place: Place::clone(place),
-            from: given.place.clone(),
-            transfer: Transfer::Move,
-            rebinds: false,
-            head: given.head.clone(),
-            same_as: None,
-        };
-        self.emit(Effect::Write(Box::new(assignment)), span);
     }
 }

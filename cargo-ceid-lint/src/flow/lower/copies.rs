@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Assignment, Effect, Node, NodeId, Place, Rounds, Transfer, Var};
+use crate::flow::{Assignment, Cause, Effect, IndexKey, Node, NodeId, Place, Projection, Rounds, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
@@ -60,6 +60,14 @@ impl Builder<'_> {
             self.emit(Effect::Set(Box::new(set)), span);
         }
         Value { place: Some(Place::var(copy)), is_owned: true, ..Value::default() }
+    }
+
+    /// Each element gets a copy of its counterpart.
+    pub(super) fn write_copy(&mut self, to: &Value, from: &Value, span: Span) {
+        let (Some(place), true) = (to.place.clone(), self.at.is_some()) else { return };
+        let (from, transfer) = (from.place.clone(), Transfer::Copy);
+        let write = Assignment { place, from, transfer, rebinds: false, head: None, same_as: None };
+        self.emit(Effect::Write(Box::new(write)), span);
     }
 
     /// What is taken out of a wrapper that stays where it is: another instance, if the type is copied.
@@ -137,7 +145,10 @@ impl Builder<'_> {
         let mut origins = BTreeSet::new();
         for (id, var, from) in &copies {
             let way = self.way_back(*id, *var, from);
-            let way = way.filter(|way| self.is_changed(way) || self.lends_elements(way, from));
+            let is_changed = |this: &mut Self, way: &BTreeSet<Var>| {
+                this.is_changed(way) || this.lends_elements(way) && !this.loses_elements(way, from)
+            };
+            let way = way.filter(|way| is_changed(self, way));
             if way.is_some() {
                 origins.insert(from.base);
             }
@@ -206,7 +217,7 @@ impl Builder<'_> {
                     Effect::Set(set) | Effect::Write(set) => {
                         let from = set.from.as_ref().and_then(Place::base_var);
                         let Some(from) = from.filter(|from| reached.contains(from)) else { continue };
-                        if set.place.overlaps(origin) {
+                        if set.place.overlaps(origin) || self.is_element_of(&set.place, origin) {
                             steps.extend(is_after(node).then_some((from, None)));
                         } else if set.place.base != origin.base {
                             // Another part of the same owner is a place of its own.
@@ -220,6 +231,10 @@ impl Builder<'_> {
                     }
                     _ => {}
                 }
+            }
+            for (item, source) in self.graph.loops.iter().flat_map(|info| &info.items) {
+                let from = source.base_var().filter(|from| reached.contains(from));
+                steps.extend(from.map(|from| (from, Some(*item))));
             }
             reached.extend(steps.iter().filter_map(|(_, to)| *to));
             if steps.len() == before {
@@ -239,20 +254,45 @@ impl Builder<'_> {
         way.contains(&start).then_some(way)
     }
 
-    /// Whether the elements of what one of the variables holds are lent, and nothing but them goes back to where they are from.
-    fn lends_elements(&self, vars: &BTreeSet<Var>, origin: &Place) -> bool {
+    /// Whether a place is what a loop binds of a place.
+    fn is_element_of(&self, place: &Place, origin: &Place) -> bool {
+        let mut items = self.graph.loops.iter().flat_map(|info| &info.items);
+        items.any(|(item, source)| place.base_var() == Some(*item) && source.overlaps(origin))
+    }
+
+    /// Whether a loop lends the elements of what one of the variables holds.
+    fn lends_elements(&self, vars: &BTreeSet<Var>) -> bool {
+        let mut sources = self.graph.loops.iter().flat_map(|info| &info.items).map(|(_, source)| source);
+        sources.any(|source| source.base_var().is_some_and(|var| vars.contains(&var)))
+    }
+
+    /// Notes where single elements are put back of a copy whose elements a loop updates: which ones are, is not followed.
+    fn loses_elements(&mut self, vars: &BTreeSet<Var>, origin: &Place) -> bool {
+        let nodes = self.put_back_singly(vars, origin);
+        for id in &nodes {
+            let node = &mut self.graph.nodes[id.0 as usize];
+            let (Effect::Set(set) | Effect::Write(set)) = &node.effect else { continue };
+            let cause = Cause::Code("a copy of which single elements are put back".to_owned());
+            node.effect = Effect::Unknown { places: vec![set.place.clone()], cause };
+        }
+        !nodes.is_empty()
+    }
+
+    /// Where single elements of what one of the variables holds go back to where they are from, and not each in its own round.
+    fn put_back_singly(&self, vars: &BTreeSet<Var>, origin: &Place) -> Vec<NodeId> {
         let is_one = |place: &Place| place.base_var().is_some_and(|var| vars.contains(&var));
-        let sources = || self.graph.loops.iter().flat_map(|info| &info.items).map(|(_, source)| source);
-        let is_part = |node: &Node| match &node.effect {
+        let is_counted = |place: &Place| matches!(place.steps.last().and_then(Projection::key), Some(IndexKey::Var(_)));
+        let is_part = |id: &NodeId| match &self.graph.node(*id).effect {
             Effect::Set(set) | Effect::Write(set) => {
                 set.place.overlaps(origin)
                     && set.place.steps.len() > origin.steps.len()
-                    && set.from.as_ref().is_some_and(is_one)
+                    && set
+                        .from
+                        .as_ref()
+                        .is_some_and(|from| is_one(from) && !(is_counted(from) && is_counted(&set.place)))
             }
             _ => false,
         };
-        sources().any(is_one)
-            && !sources().any(|source| source.overlaps(origin))
-            && !self.graph.nodes.iter().any(is_part)
+        self.graph.node_ids().filter(is_part).collect()
     }
 }

@@ -4,7 +4,7 @@ use super::{Builder, Value};
 use crate::flow::{Assignment, Cause, Effect, IndexKey, Place, Transfer};
 use crate::index::Ty;
 use crate::source::Span;
-use crate::syntax::tree::ExprId;
+use crate::syntax::tree::{ExprId, ExprKind};
 
 impl Builder<'_> {
     /// `mem::swap(&mut a, &mut b)`: the instances change places.
@@ -23,6 +23,27 @@ impl Builder<'_> {
             }
         }
         Value::default()
+    }
+
+    /// `(a, b) = (b, a)` is the same. Answers whether an assignment is one.
+    pub(super) fn swap_by_tuples(&mut self, id: ExprId, target: ExprId, value: ExprId) -> bool {
+        let body = self.body();
+        let (ExprKind::Tuple(places), ExprKind::Tuple(parts)) = (&body.expr(target).kind, &body.expr(value).kind)
+        else {
+            return false;
+        };
+        let ([first, second], [left, right]) = (places.as_slice(), parts.as_slice()) else { return false };
+        if self.at.is_none() || !self.may_hold_filter(self.ty(*first)) {
+            return false;
+        }
+        let [to_first, to_second, from_left, from_right] =
+            [first, second, left, right].map(|id| self.static_place(*id));
+        let (Some(a), Some(b)) = (to_first, to_second) else { return false };
+        let is_swap = from_right.as_ref() == Some(&a) && from_left.as_ref() == Some(&b) && !a.overlaps(&b);
+        if is_swap {
+            self.exchange([&a, &b], [Some(*left), Some(*right)], self.span(id));
+        }
+        is_swap
     }
 
     /// Two places change their values; what is given to each is noted where it is an expression.
@@ -63,6 +84,25 @@ impl Builder<'_> {
             }
         }
         true
+    }
+
+    /// The whole content of a wrapper is replaced.
+    pub(super) fn write_whole(&mut self, value: &Value, given: &Value, span: Span) {
+        self.keep_closure(given, span);
+        self.lose_made(given);
+        let Some(place) = &value.place else { return };
+        if self.at.is_none() {
+            return;
+        }
+        let assignment = Assignment {
+            place: Place::clone(place),
+            from: given.place.clone(),
+            transfer: Transfer::Move,
+            rebinds: false,
+            head: given.head.clone(),
+            same_as: None,
+        };
+        self.emit(Effect::Write(Box::new(assignment)), span);
     }
 }
 

@@ -269,6 +269,23 @@ impl Builder<'_> {
         Source { item, rounds, passes_over, in_order: false, ..Source::bounded() }
     }
 
+    /// What `copied` or `cloned` gives of elements.
+    fn copied_item(&mut self, item: Item, receiver: ExprId) -> Item {
+        let of_iterator = match self.ty(receiver) {
+            Ty::External(_, args) => args.first().map(|item| item.peel().clone()),
+            _ => None,
+        };
+        match (item, of_iterator.filter(|ty| self.may_hold_filter(ty))) {
+            (Item::Element(place), Some(ty)) => {
+                let whole = Value { place: Some(place), is_owned: true, ..Value::default() };
+                let copies = self.copy_of(&whole, Ty::std("std::vec::Vec", vec![ty]), self.span(receiver));
+                copies.place.map_or(Item::Made, Item::Element)
+            }
+            (item, _) if item.is_lent() => Item::Made,
+            (item, _) => item,
+        }
+    }
+
     fn adaptor(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Source {
         self.note_lent_by(receiver, method);
         // A method of the analysed code is what it does, whatever its name.
@@ -283,7 +300,7 @@ impl Builder<'_> {
             | "deref_mut" | "par_iter_mut" | "into_iter_mut" => self.source_of(receiver, true),
             "copied" | "cloned" => {
                 let source = self.source(receiver);
-                let item = if source.item.is_lent() { Item::Made } else { source.item };
+                let item = self.copied_item(source.item.clone(), receiver);
                 Source { item, ..source }
             }
             "take" => {

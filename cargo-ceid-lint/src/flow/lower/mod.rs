@@ -27,6 +27,7 @@ mod futures;
 mod given_away;
 mod guards;
 mod halves;
+mod heads;
 mod items;
 mod iterators;
 mod last;
@@ -318,34 +319,6 @@ impl<'a> Builder<'a> {
         self.mark_debug_only();
         self.find_rounds();
         self.graph
-    }
-
-    /// Gives every variable whose value flows into a subject a subject of its own, with the same heads.
-    fn copy_subjects(&mut self) {
-        let copies: Vec<(Place, Place)> = self
-            .graph
-            .node_ids()
-            .filter_map(|id| match &self.graph.node(id).effect {
-                Effect::Set(set) | Effect::Write(set) => Some((set.place.clone(), self.graph.copied(id)?)),
-                _ => None,
-            })
-            .collect();
-        for _ in 0..8 {
-            let mut changed = false;
-            for (to, from) in &copies {
-                let Some(to) = self.subjects.get(&subjects::place_key(to)).copied() else { continue };
-                let subject = self.graph.subjects[to.0 as usize].clone();
-                let known = self.subjects.contains_key(&subjects::place_key(from));
-                let source = self.subject(subjects::pure_place(from.clone()), subject.total.clone());
-                changed |= !known;
-                for head in &subject.heads {
-                    self.head_bit(source, head);
-                }
-            }
-            if !changed {
-                break;
-            }
-        }
     }
 
     fn body(&self) -> &'a Body {

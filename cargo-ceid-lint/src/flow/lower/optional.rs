@@ -67,16 +67,7 @@ impl Builder<'_> {
         let join = self.new_join(self.ty(id).clone(), span);
         let parts = [(receiver, value), (other, &second)];
         for (expr, value) in parts {
-            let about = self.about_presence(expr, Vec::new());
-            let (present, absent) = match self.pure(expr) {
-                Some(pure) => {
-                    let subject = self.subject(pure, Some(vec!["+".to_owned(), "-".to_owned()]));
-                    self.head_bit(subject, "+");
-                    self.head_bit(subject, "-");
-                    self.branch_on_subject(subject, &["+".to_owned()], true, span, self.text(expr), about)
-                }
-                None => self.branch_on_head(value, "+", "-", span, self.text(expr), about),
-            };
+            let (present, absent) = self.branch_on_presence(expr, value, span);
             self.end_absent(&join, absent, span);
             self.resume(present);
         }
@@ -84,6 +75,52 @@ impl Builder<'_> {
         let both = self.gathered(id, &[receiver, other], &payloads);
         self.end_branch(&join, &Value { head: Some("+".to_owned()), ..both }, span);
         self.close_join(&join)
+    }
+
+    /// `fine.as_mut().or(coarse.as_mut())`: the first one that is there. With `xor` none of them where both are.
+    pub(super) fn either_option(
+        &mut self,
+        id: ExprId,
+        receiver: ExprId,
+        other: ExprId,
+        value: &Value,
+        is_exclusive: bool,
+    ) -> Value {
+        let span = self.span(id);
+        let second = self.expr(other);
+        if self.at.is_none() {
+            return Value::default();
+        }
+        let join = self.new_join(self.ty(id).clone(), span);
+        let there = |value: &Value| Value { head: Some("+".to_owned()), same_as: None, ..value.clone() };
+        let (present, absent) = self.branch_on_presence(receiver, value, span);
+        self.resume(present);
+        if is_exclusive {
+            let (both, only) = self.branch_on_presence(other, &second, span);
+            self.end_absent(&join, both, span);
+            self.resume(only);
+        }
+        self.end_branch(&join, &there(value), span);
+        self.resume(absent);
+        let (present, absent) = self.branch_on_presence(other, &second, span);
+        self.end_absent(&join, absent, span);
+        self.resume(present);
+        self.end_branch(&join, &there(&second), span);
+        self.close_join(&join)
+    }
+
+    /// Asks whether an option is there.
+    fn branch_on_presence(&mut self, expr: ExprId, value: &Value, span: Span) -> (NodeId, NodeId) {
+        let about = self.about_presence(expr, Vec::new());
+        match self.pure(expr) {
+            Some(pure) => {
+                let subject = self.subject(pure, Some(vec!["+".to_owned(), "-".to_owned()]));
+                self.head_bit(subject, "+");
+                self.head_bit(subject, "-");
+                self.branch_on_subject(subject, &["+".to_owned()], true, span, self.text(expr), about)
+            }
+            None => self.branch_on_head(value, "+", "-", span, self.text(expr), about),
+        }
     }
 
     /// `is_armed().then(|| read())`, `is_armed().then_some(sample)`: there where the truth value holds.

@@ -210,6 +210,9 @@ impl Builder<'_> {
 
     /// `place = value` and destructuring assignments.
     pub(super) fn assign(&mut self, id: ExprId, target: ExprId, value: ExprId) -> Value {
+        if self.swap_by_tuples(id, target, value) {
+            return Value::default();
+        }
         // What is assigned part by part comes from its part alone.
         let is_by_parts = matches!(self.body().expr(value).kind, ExprKind::Tuple(_));
         let bases = if is_by_parts { Vec::new() } else { self.assigned_vars(target) };

@@ -1,0 +1,70 @@
+//! Subjects whose values come together, as by copies and comparisons: each tells the heads apart that the other one does.
+
+use super::{Builder, subjects};
+use crate::flow::{Effect, Head, Place, SubjectId};
+
+impl Builder<'_> {
+    /// Gives every variable whose value flows into a subject a subject of its own, with the same heads.
+    pub(super) fn copy_subjects(&mut self) {
+        let copies: Vec<(Place, Place)> = self
+            .graph
+            .node_ids()
+            .filter_map(|id| match &self.graph.node(id).effect {
+                Effect::Set(set) | Effect::Write(set) => Some((set.place.clone(), self.graph.copied(id)?)),
+                _ => None,
+            })
+            .collect();
+        for _ in 0..8 {
+            let mut changed = false;
+            for (to, from) in &copies {
+                let Some(to) = self.subjects.get(&subjects::place_key(to)).copied() else { continue };
+                let subject = self.graph.subjects[to.0 as usize].clone();
+                let known = self.subjects.contains_key(&subjects::place_key(from));
+                let source = self.subject(subjects::pure_place(from.clone()), subject.total.clone());
+                changed |= !known;
+                for head in &subject.heads {
+                    self.head_bit(source, head);
+                }
+            }
+            changed |= self.share_compared_heads();
+            if !changed {
+                break;
+            }
+        }
+    }
+
+    /// States that are asked whether they are equal are told apart by the same heads: `if now != last { … last = now; }`
+    fn share_compared_heads(&mut self) -> bool {
+        let compared: Vec<[Place; 2]> = self
+            .graph
+            .subjects
+            .iter()
+            .filter_map(|subject| subject.equals().map(|(left, right)| [left.clone(), right.clone()]))
+            .collect();
+        let mut changed = false;
+        for places in compared {
+            let known = places.each_ref().map(|place| self.subjects.get(&subjects::place_key(place)).copied());
+            let subject_of = |id: &SubjectId| &self.graph.subjects[id.0 as usize];
+            let heads: Vec<Head> = known
+                .iter()
+                .flatten()
+                .flat_map(|id| &subject_of(id).heads)
+                .filter(|head| *head != "+" && *head != "-")
+                .cloned()
+                .collect();
+            let total = known.iter().flatten().find_map(|id| subject_of(id).total.clone());
+            if heads.is_empty() {
+                continue;
+            }
+            for place in places {
+                let own = self.subject(subjects::pure_place(place), total.clone());
+                let before = self.graph.subjects[own.0 as usize].heads.len();
+                for head in &heads {
+                    self.head_bit(own, head);
+                }
+                changed |= self.graph.subjects[own.0 as usize].heads.len() > before;
+            }
+        }
+        changed
+    }
+}
