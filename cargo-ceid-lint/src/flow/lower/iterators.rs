@@ -242,9 +242,10 @@ impl Builder<'_> {
             false => source.shortened(&rounds),
         });
         let passes_over = source.passes() || other.passes();
+        let is_shared = source.is_shared && other.is_shared;
         let limits = [source.limits.as_slice(), &other.limits].concat();
         let item = Item::Tuple(vec![source.staged(), other.staged()]);
-        Source { item, rounds, passes_over, in_order, counts_down, limits, ..Source::bounded() }
+        Source { item, rounds, passes_over, in_order, counts_down, is_shared, limits, ..Source::bounded() }
     }
 
     /// One iterator after the other. Where closures belong to one of them only, nothing is known of what both lend.
@@ -277,10 +278,17 @@ impl Builder<'_> {
         }
         match method {
             "rev" => self.source(receiver).reversed(),
-            "into_iter" | "peekable" | "fuse" | "unwrap" => self.source(receiver),
+            "into_iter" | "into_par_iter" | "par_bridge" | "peekable" | "fuse" | "unwrap" => self.source(receiver),
+            "with_min_len" | "with_max_len" => {
+                self.values(args);
+                self.source(receiver)
+            }
+            "iter" | "par_iter" if self.lends_shared(receiver) => {
+                Source { is_shared: true, ..self.source_of(receiver, true) }
+            }
             "by_ref" if self.iterates(self.ty(receiver)) && !self.is_last_use(receiver) => self.part_of(id, receiver),
             "iter" | "iter_mut" | "by_ref" | "as_mut" | "as_mut_slice" | "as_slice" | "as_ref" | "each_mut"
-            | "deref_mut" | "par_iter_mut" | "into_iter_mut" => self.source_of(receiver, true),
+            | "deref_mut" | "par_iter" | "par_iter_mut" | "into_iter_mut" => self.source_of(receiver, true),
             "copied" | "cloned" => {
                 let source = self.source(receiver);
                 let item = if source.item.is_lent() { Item::Made } else { source.item };
@@ -357,7 +365,15 @@ impl Builder<'_> {
                 source.stages.extend(closure.map(stage));
                 source
             }
-            "chunks_mut" | "chunks" | "chunks_exact_mut" | "chunks_exact" | "split_mut" => {
+            "chunks_mut"
+            | "chunks"
+            | "chunks_exact_mut"
+            | "chunks_exact"
+            | "split_mut"
+            | "par_chunks_mut"
+            | "par_chunks"
+            | "par_chunks_exact_mut"
+            | "par_chunks_exact" => {
                 let source = self.source_of(receiver, true);
                 self.chunked(id, method, args, source)
             }
@@ -394,6 +410,8 @@ impl Builder<'_> {
         let consumes = matches!(
             method,
             "for_each"
+                | "for_each_init"
+                | "for_each_with"
                 | "fold"
                 | "sum"
                 | "product"
@@ -462,7 +480,8 @@ impl Builder<'_> {
         if closure.is_none() && source.stages.is_empty() {
             return Some(picked);
         }
-        let takes_state = matches!(method, "fold" | "rfold" | "try_fold" | "reduce");
+        let takes_state =
+            matches!(method, "fold" | "rfold" | "try_fold" | "reduce" | "for_each_init" | "for_each_with");
         let gathers = matches!(method, "collect" | "partition" | "unzip") || picks_one(method);
         let gives_elements = || source.stages.iter().all(|stage| matches!(stage, Stage::Filter(_) | Stage::Inspect(_)));
         if method == "partition" && gives_elements() {
@@ -506,6 +525,9 @@ impl Builder<'_> {
                     | "iter"
                     | "iter_mut"
                     | "into_iter"
+                    | "par_iter"
+                    | "par_iter_mut"
+                    | "into_par_iter"
                     | "filter"
                     | "zip"
                     | "enumerate"
