@@ -557,7 +557,7 @@ impl Builder<'_> {
                 if takes_state {
                     args.insert(0, Value::default());
                 }
-                this.note_counter(id, closure, usize::from(takes_state), &kind);
+                this.note_given_item(id, closure, usize::from(takes_state), &kind);
                 let value = this.inline_closure(closure, &args, span);
                 this.awaited(value, span);
             }
@@ -583,7 +583,7 @@ impl Builder<'_> {
     pub(super) fn closure_loop(&mut self, closure: ClosureRef, source: Source, span: Span) {
         let (bar, kind) = (self.bar(closure), source.item.clone());
         self.run_loop(CycleKind::Closure, bar, None, source, |this, item, id| {
-            this.note_counter(id, closure, 0, &kind);
+            this.note_given_item(id, closure, 0, &kind);
             let value = this.inline_closure(closure, &[item], span);
             this.awaited(value, span);
         });
@@ -600,19 +600,20 @@ impl Builder<'_> {
         });
     }
 
-    /// A counter that is handed to a closure keeps being one under its parameter's name.
-    fn note_counter(&mut self, id: LoopId, closure: ClosureRef, param: usize, item: &Item) {
+    /// What a closure is given in each round the loop binds; a counter keeps being one under its parameter's name.
+    fn note_given_item(&mut self, id: LoopId, closure: ClosureRef, param: usize, item: &Item) {
         let body = self.frames[closure.frame].body;
         let ExprKind::Closure(code) = &body.expr(closure.expr).kind else { return };
         let Some((pat, _)) = code.params.get(param) else { return };
         let outer = std::mem::replace(&mut self.frame, closure.frame);
         let mut counters = Vec::new();
         self.counter_names(*pat, item, &mut counters);
+        let given = self.vars_of(*pat);
         self.frame = outer;
         let info = &mut self.graph.loops[id.0 as usize];
+        info.bound.extend(given);
         if let (Some((_, first)), Some(var)) = (info.counter, counters.first()) {
             info.counter = Some((*var, first));
-            info.bound.push(*var);
         }
     }
 
@@ -670,7 +671,7 @@ impl Builder<'_> {
         let mut acting: Option<ClosureRef> = None;
         for (number, stage) in source.stages.iter().enumerate() {
             if let (0, Some(closure)) = (number, stage.closure()) {
-                self.note_counter(id, closure, 0, &source.item);
+                self.note_given_item(id, closure, 0, &source.item);
             }
             let first = self.graph.nodes.len();
             let acts_before = self.acts_since(round.0 as usize);
