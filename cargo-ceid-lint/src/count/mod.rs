@@ -35,6 +35,7 @@ mod search;
 mod shown;
 mod skips;
 mod slice;
+mod spare;
 mod stand_ins;
 mod summary;
 mod uses;
