@@ -27,6 +27,7 @@ mod handed;
 mod instances;
 mod monomorphise;
 mod outside;
+mod oversampled;
 mod owed;
 mod own_methods;
 mod remarks;
