@@ -150,6 +150,9 @@ pub(super) fn may_fail(path: &str, name: &str) -> bool {
 
 /// The name of the collection of the standard library that a type is like, which other crates put something before.
 pub(super) fn family(name: &str) -> &str {
+    if ["SlotMap", "SecondaryMap", "EnumMap"].iter().any(|map| name.ends_with(map)) {
+        return "HashMap";
+    }
     let of_std = ["HashMap", "IndexMap", "HashSet"].into_iter().find(|of_std| name.ends_with(of_std));
     of_std.unwrap_or(name)
 }
