@@ -164,7 +164,7 @@ fn packages_side_by_side_get_a_file_each() {
 }
 
 /// The file for one package with this code.
-fn written_for(name: &str, code: &str) -> String {
+pub(crate) fn written_for(name: &str, code: &str) -> String {
     let directory = workspace::temporary_package(name, &[("src/lib.rs", code.as_bytes())]);
     run(&directory, ["init", "--stdout"]).assert_code(0).stdout.clone()
 }

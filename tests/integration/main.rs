@@ -17,6 +17,7 @@ mod fix;
 mod fixtures_compile;
 mod gate;
 mod init;
+mod init_traits;
 mod lsp;
 mod messages;
 mod migrate;

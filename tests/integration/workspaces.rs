@@ -163,6 +163,11 @@ fn handlers_and_tasks_of_firmware() {
 }
 
 #[test]
+fn macros_maps_and_iterators_of_other_crates() {
+    check("other_crates");
+}
+
+#[test]
 fn every_workspace_that_expects_something_is_tested() {
     let tests = include_str!("workspaces.rs");
     for entry in std::fs::read_dir(root().join("fixtures/workspaces")).expect("the workspaces are committed") {

@@ -50,6 +50,7 @@ impl Finder<'_> {
                     receiver: Taken::Shared,
                     resets: Vec::new(),
                     partial_resets: Vec::new(),
+                    key: None,
                     time_base: if is_timed { TimeBase::Passed } else { TimeBase::Fixed },
                     reasons: vec![gives, Reason::Named(def.name.clone())],
                     uses,

@@ -43,6 +43,7 @@ pub(super) struct Draft {
     pub(super) receiver: Taken,
     pub(super) resets: Vec<String>,
     pub(super) partial_resets: Vec<String>,
+    pub(super) key: Option<u32>,
     pub(super) time_base: TimeBase,
     pub(super) reasons: Vec<Reason>,
     pub(super) uses: Uses,
@@ -197,6 +198,9 @@ impl<'a> Finder<'a> {
         } else {
             TimeBase::Fixed
         };
+        // One argument means the same in all methods of the law.
+        let mut selectors = ids.iter().map(|id| self.selector(*id));
+        let key = selectors.next().flatten().filter(|key| selectors.all(|other| other == Some(*key)));
         // Both halves of a law, each seen at work in a cycle, say as much as a law of one method.
         let are_at_work = laws.iter().all(|judged| !judged.carried.is_empty() && judged.uses.in_cycles > 0);
         let is_one = names.len() == 1 || (names.len() == 2 && groups(&names).len() == 2 && are_at_work);
@@ -213,6 +217,7 @@ impl<'a> Finder<'a> {
                 receiver: if is_shared { Taken::Shared } else { Taken::Exclusive },
                 resets,
                 partial_resets,
+                key,
                 time_base,
                 reasons,
                 uses,
@@ -373,6 +378,7 @@ impl<'a> Finder<'a> {
                 receiver: draft.receiver,
                 resets: draft.resets,
                 partial_resets: draft.partial_resets,
+                key: draft.key,
                 time_base: draft.time_base,
                 reasons: draft.reasons,
                 uses: draft.uses,

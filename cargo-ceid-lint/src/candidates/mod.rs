@@ -10,6 +10,7 @@ mod laws;
 mod measured;
 mod outside;
 mod paths;
+mod selected;
 mod traits;
 mod uses;
 mod words;
@@ -55,6 +56,8 @@ pub struct FilterCandidate {
     pub resets: Vec<String>,
     /// Methods that set a part of it.
     pub partial_resets: Vec<String>,
+    /// The argument of the law that selects one of several states.
+    pub key: Option<u32>,
     /// Where the time step comes from.
     pub time_base: TimeBase,
     /// Why it looks like a filter, the strongest reason first.

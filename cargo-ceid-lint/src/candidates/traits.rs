@@ -11,6 +11,9 @@ use crate::flow::takes_step;
 use crate::index::{FunctionId, Namespace, Owner, TraitId, TraitName, Ty, TypeDef, TypeId};
 use crate::syntax::tree::{Receiver, TypeRef};
 
+/// From so many types on that look like filters, one entry for their trait says more than one for each.
+const MANY_TYPES: usize = 8;
+
 impl Finder<'_> {
     /// Proposes a trait if enough of its types look like filters, by the weights of their methods.
     pub(super) fn find_traits(&mut self, judged: &BTreeMap<FunctionId, Judged>) -> BTreeSet<FunctionId> {
@@ -42,8 +45,9 @@ impl Finder<'_> {
                     })
                     .collect();
                 let is_said = strength == 2 && law_strength(method) == 2 && takes_step(index, *declared);
-                let is_enough =
-                    is_said || good.len() * 2 >= bodies.len() || (strength > 0 && good.len() * 4 >= bodies.len());
+                // A whole library of blocks has some that are gains, sums and switches.
+                let least = if strength > 0 || good.len() >= MANY_TYPES { 4 } else { 2 };
+                let is_enough = is_said || good.len() * least >= bodies.len();
                 if (!good.is_empty() || (is_said && !bodies.is_empty()))
                     && is_enough
                     && !self.are_laws_by_type(method, &bodies)
@@ -109,6 +113,7 @@ impl Finder<'_> {
                 receiver: first.receiver,
                 resets,
                 partial_resets: Vec::new(),
+                key: None,
                 time_base: if is_timed { TimeBase::Passed } else { TimeBase::Fixed },
                 reasons: first.reasons.iter().filter(says).cloned().collect(),
                 uses: alike().fold(Uses::default(), |uses, found| uses.and(found.draft.uses)),
@@ -199,6 +204,7 @@ impl Finder<'_> {
                 receiver: Taken::Exclusive,
                 resets,
                 partial_resets: Vec::new(),
+                key: None,
                 time_base: if is_timed { TimeBase::Passed } else { TimeBase::Fixed },
                 reasons,
                 uses,
@@ -246,6 +252,7 @@ impl Finder<'_> {
                 receiver: Taken::Exclusive,
                 resets: Vec::new(),
                 partial_resets: Vec::new(),
+                key: None,
                 time_base: TimeBase::Fixed,
                 reasons: vec![Reason::Implemented(bodies.len())],
                 uses,

@@ -6,6 +6,7 @@ use super::counts::Count;
 use super::functions::brings_law;
 use super::gates::Gates;
 use super::instances;
+use super::oversampled::fills_in_samples;
 use super::returned;
 use super::search::{End, EndKind, Exploration, Region, Search};
 use super::skips::{is_by_key, is_of_nothing, is_passed_by_search, loop_left, skip_place};
@@ -169,6 +170,10 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
         skips: false,
         law: law_name(search),
     };
+    let is_certain = ends.iter().all(|end| end.state.unknown.is_none()) && !exploration.limit;
+    if is_certain && base.counts == [Count::Many.number()] && fills_in_samples(search, region) {
+        return Decision { verdict: Verdict::PerSample, counts: vec![1], ..base };
+    }
     if let Some(end) = shortest(&exploration, ends.iter().filter(|end| end.state.count == Count::Many)) {
         if asks_dropped(search, &exploration, end) {
             return too_many_conditions(base);

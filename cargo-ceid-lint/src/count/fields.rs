@@ -8,7 +8,7 @@ use super::cycles::Instance;
 use super::functions::FunctionKind;
 
 use super::instances::{inner, is_lent, place_ty};
-use crate::flow::{Base, CallSite, ControlFlowGraph, Effect, NodeId, Place, Projection};
+use crate::flow::{Base, CallSite, ControlFlowGraph, Effect, IndexKey, NodeId, Place, Projection};
 use crate::index::{FunctionId, Index, Ty, TypeId};
 
 /// A field of a type, or a field of a field.
@@ -24,12 +24,18 @@ pub(super) struct Fields {
     whole: BTreeMap<FieldKey, BTreeSet<Reached>>,
     /// By the last ones, of each type on the way.
     inner: BTreeMap<FieldKey, BTreeSet<Reached>>,
+    /// The elements of fields, with the functions that name them.
+    elements: BTreeMap<FieldKey, BTreeSet<(FunctionId, IndexKey)>>,
 }
 
 impl Fields {
     /// Adds a place, with a half of its law.
     pub(super) fn add(&mut self, index: &Index, graph: &ControlFlowGraph, place: &Place, law: usize) {
-        let mut keys = keys(index, graph, place).into_iter();
+        let keys = keys(index, graph, place);
+        if let (Some(field), Some(element)) = (keys.last(), place.steps.last().and_then(Projection::key)) {
+            self.elements.entry(field.clone()).or_default().insert((graph.function, element.clone()));
+        }
+        let mut keys = keys.into_iter();
         let reached = (law, graph.function, place.base);
         if let Some(whole) = keys.next() {
             self.whole.entry(whole).or_default().insert(reached);
@@ -49,6 +55,15 @@ impl Fields {
         let is_another =
             |(_, function, base): &Reached| *function == graph.function && *base != place.base && is_param(base);
         whole.chain(inner).flatten().filter(|reached| !is_another(reached)).map(|(law, ..)| *law).collect()
+    }
+
+    /// Whether another function was added with the element of a field that a place is, or with all elements of that field.
+    pub(super) fn is_selected_elsewhere(&self, index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
+        let key = place.steps.last().and_then(Projection::key);
+        let all = field_key(index, graph, place).and_then(|field| self.elements.get(&field));
+        all.into_iter()
+            .flatten()
+            .any(|(function, own)| *function != graph.function && (Some(own) == key || *own == IndexKey::Each))
     }
 }
 

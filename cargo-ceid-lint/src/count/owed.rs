@@ -113,7 +113,7 @@ impl Context<'_> {
                     && in_collection(&instance.place, &other.place)
             });
             let is_owed = self.multiplicity(facts, &instance.place, instance.law) == Multiplicity::Once;
-            let Some(sibling) = sibling.filter(|_| is_owed) else { continue };
+            let Some(sibling) = sibling.filter(|_| is_owed && !self.is_spare(facts, &instance.place)) else { continue };
             match sibling.loops.first() {
                 Some(id) => self.push_missed(facts, &instance.place, instance.law, CycleId::Loop(*id), pairs),
                 None => self.push_missed(facts, &instance.place, instance.law, CycleId::Function, pairs),
@@ -314,7 +314,7 @@ impl Context<'_> {
 
     /// Whether a variable gets a value of its own in this function, not one that a closure or pattern was handed, nor a copy
     /// of another variable's.
-    fn is_built_here(&self, graph: &ControlFlowGraph, var: Var) -> bool {
+    pub(super) fn is_built_here(&self, graph: &ControlFlowGraph, var: Var) -> bool {
         let is_copy = |node: &crate::flow::Node| {
             matches!(&node.effect, Effect::Set(set)
                 if set.place == Place::var(var) && set.transfer == Transfer::Copy && is_named(graph, set.from.as_ref()))

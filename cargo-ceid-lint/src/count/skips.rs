@@ -11,6 +11,10 @@ use crate::source::Span;
 /// The statement that skips: the way out that is taken, the arm, or the condition that fails. Where it is in a function that is
 /// called, the call as well.
 pub(super) fn skip_place(search: &Search<'_>, exploration: &Exploration, end: &End) -> Option<(Span, Option<Span>)> {
+    if let Some(at) = skips_in_round(search, exploration, end) {
+        let node = exploration.states[at].node;
+        return skip_inside(search, node).map(|inner| (inner.primary, Some(search.graph.node(node).span)));
+    }
     let decided = end.state.skipped_at?;
     let nodes: Vec<NodeId> = exploration.path(end.at).iter().map(|at| exploration.states[*at].node).collect();
     let from = nodes.iter().position(|node| *node == decided)?;
@@ -180,6 +184,18 @@ pub(super) fn loop_left(search: &Search<'_>, exploration: &Exploration, end: &En
         }
     });
     passed.map(|id| graph.loop_info(id).keyword)
+}
+
+/// The call at which a way skips without an edge that leaves the update behind: that of the last round of a loop over the elements,
+/// by its state.
+pub(super) fn skips_in_round(search: &Search<'_>, exploration: &Exploration, end: &End) -> Option<usize> {
+    let is_in_round = |node: NodeId| search.graph.loops_around(node).any(|id| search.covers(id));
+    let is_call = |at: &usize| {
+        let node = exploration.states[*at].node;
+        is_in_round(node) && skip_inside(search, node).is_some()
+    };
+    let is_unplaced = end.state.skipped_at.is_none() && end.state.count == Count::Zero;
+    exploration.path(end.at).into_iter().rev().find(|at| is_unplaced && is_call(at))
 }
 
 /// How a call skips, if it does.

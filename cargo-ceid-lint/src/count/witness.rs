@@ -3,7 +3,7 @@
 use super::counts::Count;
 use super::decide::{head_of, inner_repeat};
 use super::search::{End, Exploration, Region, Search};
-use super::skips::{is_decided_behind, skip_inside, skips_by_itself, stays_beside};
+use super::skips::{is_decided_behind, skip_inside, skips_by_itself, skips_in_round, stays_beside};
 use crate::diagnostic::WitnessStep;
 use crate::flow::{Effect, Mark, NodeId};
 use crate::source::Span;
@@ -33,6 +33,7 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
     let nodes: Vec<NodeId> = path.iter().map(|at| exploration.states[*at].node).collect();
     let updating = search.updating();
     let mut updates = 0;
+    let in_round = skips_in_round(search, exploration, end);
     // What the last step asks, if it is a condition.
     let mut asked: Option<Span> = None;
     for (number, at) in path.iter().enumerate() {
@@ -83,7 +84,9 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
                 steps.push(WitnessStep { span: node.span, message });
                 steps.extend(inner.iter().flat_map(|repeat| repeat.witness.iter().cloned()));
             }
-            Effect::Call(site) if state.skipped_at.is_none() && end.state.skipped_at == Some(state.node) => {
+            Effect::Call(site)
+                if in_round == Some(*at) || state.skipped_at.is_none() && end.state.skipped_at == Some(state.node) =>
+            {
                 let message = format!("`{}` may return without the update", site.text);
                 steps.push(WitnessStep { span: node.span, message });
                 let inner = skip_inside(search, state.node);

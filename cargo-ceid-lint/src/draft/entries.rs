@@ -42,6 +42,7 @@ pub(super) fn filter(text: &mut String, filter: &FilterCandidate, places: &Place
             lines.push(format!("{key} = [{}]", names.join(", ")));
         }
     }
+    lines.extend(filter.key.map(|key| format!("key = {key}")));
     match filter.time_base {
         TimeBase::Fixed => {}
         TimeBase::Passed => lines.push("time_base = \"passed\"".to_owned()),

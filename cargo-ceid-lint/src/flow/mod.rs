@@ -7,6 +7,7 @@ mod lower;
 mod place;
 mod program;
 mod steps;
+mod strides;
 mod test;
 mod waits;
 
@@ -23,6 +24,7 @@ pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
 pub use program::Program;
 use steps::parameter_names;
 pub use steps::{Step, StepUnit, is_time_name, step_unit, takes_step};
+pub use strides::SampleWrite;
 pub use test::{About, Head, OTHER_HEADS, Subject, SubjectId, Test};
 pub use waits::{Wait, WaitKind};
 
@@ -87,6 +89,8 @@ pub struct ControlFlowGraph {
     pub given_away: std::collections::BTreeSet<(NodeId, Place)>,
     /// The nodes of code that runs elsewhere or later, outside every loop of its own, with the forks at which it begins.
     pub elsewhere: std::collections::BTreeMap<NodeId, NodeId>,
+    /// Elements of blocks that are written at a multiple of a number.
+    pub sample_writes: Vec<SampleWrite>,
     /// Set if the function was too large or too deep to be followed to its end.
     pub truncated: Option<Cause>,
 }

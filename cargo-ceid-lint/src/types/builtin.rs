@@ -148,6 +148,15 @@ pub(super) fn may_fail(path: &str, name: &str) -> bool {
     }
 }
 
+/// The name of the collection of the standard library that a type is like, which other crates put something before.
+pub(super) fn family(name: &str) -> &str {
+    if ["SlotMap", "SecondaryMap", "EnumMap"].iter().any(|map| name.ends_with(map)) {
+        return "HashMap";
+    }
+    let of_std = ["HashMap", "IndexMap", "HashSet"].into_iter().find(|of_std| name.ends_with(of_std));
+    of_std.unwrap_or(name)
+}
+
 /// An iterator over items of a type.
 pub(super) fn iterator(item: Ty) -> Ty {
     Ty::std("std::iter::Iterator", vec![item])
@@ -173,6 +182,11 @@ pub(super) fn reference(inner: Ty) -> Ty {
     Ty::Ref(true, Box::new(inner))
 }
 
+/// What a method lends, which cannot be written where its name does not say so.
+fn lent(inner: Ty, method: &str) -> Ty {
+    Ty::Ref(method.contains("_mut"), Box::new(inner))
+}
+
 pub(super) fn arg(args: &[Ty], at: usize) -> Ty {
     args.get(at).cloned().unwrap_or(Ty::Unknown)
 }
@@ -183,11 +197,11 @@ pub(super) fn item_of(ty: &Ty, by_ref: bool) -> Option<Ty> {
     match ty {
         Ty::Ref(_, inner) => item_of(inner, true),
         Ty::Array(inner, _) | Ty::Slice(inner) => Some(wrap((**inner).clone())),
-        Ty::External(path, args) => match path.rsplit("::").next().unwrap_or("") {
+        Ty::External(path, args) => match family(path.rsplit("::").next().unwrap_or("")) {
             "Iterator" | "Range" | "Receiver" | "UnboundedReceiver" => Some(arg(args, 0)),
             "Vec" | "VecDeque" | "ArrayVec" | "SmallVec" | "Option" | "HashSet" | "BTreeSet" | "LinkedList"
             | "BinaryHeap" | "Deque" => Some(wrap(arg(args, 0))),
-            "HashMap" | "BTreeMap" | "IndexMap" | "FnvIndexMap" | "LinearMap" => {
+            "HashMap" | "BTreeMap" | "IndexMap" | "LinearMap" => {
                 Some(Ty::Tuple(vec![wrap(arg(args, 0)), wrap(arg(args, 1))]))
             }
             "Box" | "Pin" | "Arc" | "Rc" | "MutexGuard" | "RefMut" | "LockResult" => item_of(&arg(args, 0), by_ref),
@@ -215,7 +229,7 @@ pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&
             ceid_method(path, params, receiver, method, args)
         }
         Ty::External(path, params) => {
-            let name = path.rsplit("::").next().unwrap_or("");
+            let name = family(path.rsplit("::").next().unwrap_or(""));
             let inner = arg(params, 0);
             match name {
                 _ if is_pointer(name) && matches!(method, "deref" | "deref_mut") => Some(reference(inner)),
@@ -229,9 +243,7 @@ pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&
                 "Iterator" | "Range" => iterator_method(&inner, method, args, closure),
                 "Receiver" => receiver_method(path, &inner, method),
                 "Vec" | "VecDeque" | "ArrayVec" | "SmallVec" | "Deque" => sequence_method(&inner, method, closure),
-                "HashMap" | "BTreeMap" | "IndexMap" | "FnvIndexMap" | "LinearMap" => {
-                    map_method(&inner, &arg(params, 1), method)
-                }
+                "HashMap" | "BTreeMap" | "IndexMap" | "LinearMap" => map_method(&inner, &arg(params, 1), method),
                 "Entry" => matches!(method, "or_insert" | "or_insert_with" | "or_default" | "or_insert_with_key")
                     .then(|| reference(inner)),
                 "Weak" => match method {
@@ -385,7 +397,7 @@ fn optional_method(
             inner.clone(),
             args.first().and_then(|ty| item_of(ty, false)).unwrap_or(Ty::Unknown),
         ])),
-        "iter" | "iter_mut" => iterator(reference(inner.clone())),
+        "iter" | "iter_mut" => iterator(lent(inner.clone(), method)),
         "into_iter" => iterator(inner.clone()),
         "is_some" | "is_none" | "is_ok" | "is_err" | "is_some_and" | "is_ok_and" | "is_none_or" => Ty::Bool,
         _ => return None,
@@ -395,15 +407,23 @@ fn optional_method(
 fn sequence_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty> {
     let slice = || reference(Ty::Slice(Box::new(inner.clone())));
     Some(match method {
-        "iter_mut" | "iter" => iterator(reference(inner.clone())),
-        "into_iter" | "drain" => iterator(inner.clone()),
+        "iter_mut" | "iter" | "par_iter_mut" | "par_iter" => iterator(lent(inner.clone(), method)),
+        "into_iter" | "into_par_iter" | "drain" => iterator(inner.clone()),
         "get_mut" | "get" | "first_mut" | "last_mut" | "first" | "last" | "back_mut" | "front_mut" => {
             option(reference(inner.clone()))
         }
         "get_unchecked_mut" | "get_unchecked" => reference(inner.clone()),
         "pop" | "pop_front" | "pop_back" => option(inner.clone()),
         "remove" | "swap_remove" => inner.clone(),
-        "chunks_mut" | "chunks" | "chunks_exact_mut" | "chunks_exact" | "windows" => iterator(slice()),
+        "chunks_mut"
+        | "chunks"
+        | "chunks_exact_mut"
+        | "chunks_exact"
+        | "windows"
+        | "par_chunks_mut"
+        | "par_chunks"
+        | "par_chunks_exact_mut"
+        | "par_chunks_exact" => iterator(lent(Ty::Slice(Box::new(inner.clone())), method)),
         "split_at_mut" => Ty::Tuple(vec![slice(), slice()]),
         "split_first_mut" | "split_last_mut" => option(Ty::Tuple(vec![reference(inner.clone()), slice()])),
         "as_mut_slice" | "as_slice" | "as_mut" | "as_ref" => slice(),
@@ -421,11 +441,13 @@ fn map_method(key: &Ty, value: &Ty, method: &str) -> Option<Ty> {
     Some(match method {
         "get_mut" | "get" => option(reference(value.clone())),
         "remove" | "insert" => option(value.clone()),
-        "values_mut" | "values" => iterator(reference(value.clone())),
+        "values_mut" | "values" => iterator(lent(value.clone(), method)),
         "into_values" => iterator(value.clone()),
-        "iter_mut" | "iter" => iterator(Ty::Tuple(vec![reference(key.clone()), reference(value.clone())])),
+        "iter_mut" | "iter" | "par_iter_mut" | "par_iter" => {
+            iterator(Ty::Tuple(vec![lent(key.clone(), ""), lent(value.clone(), method)]))
+        }
         "entry" => Ty::std("std::collections::Entry", vec![value.clone()]),
-        "keys" => iterator(reference(key.clone())),
+        "keys" => iterator(lent(key.clone(), method)),
         "len" => Ty::Int,
         "is_empty" | "contains_key" => Ty::Bool,
         _ => return None,
@@ -438,7 +460,8 @@ fn iterator_method(item: &Ty, method: &str, args: &[Ty], closure: Option<&Ty>) -
         "zip" => iterator(Ty::Tuple(vec![item.clone(), other()])),
         "enumerate" => iterator(Ty::Tuple(vec![Ty::Int, item.clone()])),
         "rev" | "skip" | "take" | "step_by" | "cycle" | "filter" | "by_ref" | "chain" | "peekable" | "inspect"
-        | "take_while" | "skip_while" | "fuse" | "into_iter" | "cloned" | "copied" => iterator(item.clone()),
+        | "take_while" | "skip_while" | "fuse" | "into_iter" | "cloned" | "copied" | "into_par_iter" | "par_bridge"
+        | "with_min_len" | "with_max_len" => iterator(item.clone()),
         "map" => iterator(closure.cloned().unwrap_or(Ty::Unknown)),
         "flatten" => iterator(item_of(item, false).unwrap_or(Ty::Unknown)),
         "filter_map" | "flat_map" | "map_while" | "scan" => {
@@ -448,7 +471,7 @@ fn iterator_method(item: &Ty, method: &str, args: &[Ty], closure: Option<&Ty>) -
         }
         "next" | "last" | "nth" | "find" | "min_by_key" | "max_by_key" | "min_by" | "max_by" | "next_back"
         | "reduce" => option(item.clone()),
-        "for_each" => Ty::unit(),
+        "for_each" | "for_each_init" | "for_each_with" => Ty::unit(),
         "fold" | "rfold" => args.first().cloned().unwrap_or(Ty::Unknown),
         "count" | "position" | "len" => Ty::Int,
         "all" | "any" | "eq" | "ne" | "lt" | "le" | "gt" | "ge" => Ty::Bool,

@@ -396,7 +396,7 @@ impl Infer<'_> {
         if let Some(made) = self.index.made_by(&format!("{path}::{name}")) {
             return made;
         }
-        let last = path.rsplit("::").next().unwrap_or("");
+        let last = builtin::family(path.rsplit("::").next().unwrap_or(""));
         if let ("Rc" | "Arc", Some(of)) = (path.rsplit("::").next().unwrap_or(""), given.first()) {
             let of = self.variables.resolve(of);
             if let Some(made) = builtin::handle_function(of.peel(), name) {

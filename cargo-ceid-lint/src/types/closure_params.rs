@@ -1,6 +1,6 @@
 //! What the closures are given that are passed to methods of the standard library.
 
-use super::builtin::{arg, is_cell, reference};
+use super::builtin::{arg, family, is_cell, reference};
 use crate::index::Ty;
 
 /// What the first parameter of a closure is that is passed to a method of a known type.
@@ -14,7 +14,7 @@ pub(super) fn closure_params(receiver: &Ty, method: &str, args: &[Ty]) -> Vec<Ty
             _ => Vec::new(),
         };
     };
-    let name = path.rsplit("::").next().unwrap_or("");
+    let name = family(path.rsplit("::").next().unwrap_or(""));
     let inner = arg(params, 0);
     if path.starts_with("ceid_core::") {
         return if method == "run" { vec![reference(inner)] } else { Vec::new() };
@@ -25,7 +25,7 @@ pub(super) fn closure_params(receiver: &Ty, method: &str, args: &[Ty]) -> Vec<Ty
     match (name, method) {
         ("LocalKey", "with") => vec![Ty::Ref(false, Box::new(inner))],
         ("LocalKey", "with_borrow" | "with_borrow_mut") => closure_params(&inner, method, args),
-        ("Iterator" | "Range", "fold" | "rfold" | "try_fold" | "scan") => {
+        ("Iterator" | "Range", "fold" | "rfold" | "try_fold" | "scan" | "for_each_init" | "for_each_with") => {
             vec![args.first().cloned().unwrap_or(Ty::Unknown), inner]
         }
         (

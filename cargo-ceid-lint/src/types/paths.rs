@@ -27,6 +27,14 @@ impl Infer<'_> {
             Value::Def(_) if self.scope.declares_length(&path.text()) => Ty::Int,
             Value::Def(def) => {
                 self.typed.expr_def.insert(id, def.clone());
+                if let (Def::External(_), [.., _, _]) = (&def, path.segments.as_slice()) {
+                    let mut owner = path.clone();
+                    owner.segments.pop();
+                    let owner = self.index.lower(&TypeRef::Path(owner), &self.scope);
+                    if let Some(constant) = self.constant_of_unread(&owner, path.last()) {
+                        return constant;
+                    }
+                }
                 if let Def::Function(function) = def {
                     self.typed.items.insert(id, self.function_item(function));
                 }
@@ -48,7 +56,9 @@ impl Infer<'_> {
     /// The type of a constant that an impl of a type has.
     fn constant_of(&mut self, at: ExprId, owner: &Ty, name: &str) -> Ty {
         let mut constants = self.index.constants_of(owner, name);
-        let Some(id) = constants.next() else { return Ty::Unknown };
+        let Some(id) = constants.next() else {
+            return self.constant_of_unread(owner, name).unwrap_or(Ty::Unknown);
+        };
         // Which one it is of several impls, only their parameters tell.
         if constants.next().is_none() {
             self.typed.expr_def.insert(at, Def::Value(id));

@@ -38,6 +38,12 @@ impl Infer<'_> {
         Some(self.variables.fresh_of(Origin { filter, is_builder }))
     }
 
+    /// `Filter::NAME`, of which the type is not read.
+    pub(super) fn constant_of_unread(&mut self, owner: &Ty, name: &str) -> Option<Ty> {
+        let is_constant = !name.contains(char::is_lowercase) && self.index.law_spec(owner).is_some();
+        is_constant.then(|| self.given_by(owner))
+    }
+
     /// What unread code of a filter gives and no convention tells.
     fn given_by(&mut self, filter: &Ty) -> Ty {
         self.variables.fresh_of(Origin { filter: filter.clone(), is_builder: false })

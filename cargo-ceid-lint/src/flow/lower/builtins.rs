@@ -103,7 +103,8 @@ impl Builder<'_> {
             return Some(found);
         }
         Some(match method {
-            "iter_mut" | "iter" | "into_iter" | "values_mut" | "values" | "into_values"
+            "iter_mut" | "iter" | "into_iter" | "values_mut" | "values" | "into_values" | "par_iter_mut"
+            | "par_iter"
                 if value.place.is_some() && super::sources::is_map(self.ty(receiver).peel()) =>
             {
                 self.map_items(method, value)
@@ -130,7 +131,7 @@ impl Builder<'_> {
             "as_mut" | "as_ref" | "as_deref_mut" | "as_deref" | "as_pin_mut" | "iter_mut" | "iter" | "as_mut_slice"
             | "as_slice" | "borrow_mut" | "borrow" | "try_borrow_mut" | "by_ref" | "deref_mut" | "deref"
             | "get_mut" | "lock" | "try_lock" | "write" | "read" | "try_write" | "get_unchecked_mut"
-            | "assume_init_mut" | "leak" | "into_iter" | "each_mut" | "each_ref"
+            | "assume_init_mut" | "leak" | "into_iter" | "each_mut" | "each_ref" | "par_iter_mut" | "par_iter"
                 if args.is_empty() =>
             {
                 let keeps_head =

@@ -356,7 +356,7 @@ impl Builder<'_> {
         }
         match &self.body().expr(expr).kind {
             ExprKind::Reference { mutable: false, raw: false, .. } => !matches!(self.ty(expr), Ty::Ref(true, _)),
-            _ => matches!(self.ty(expr), Ty::Ref(false, _)),
+            _ => matches!(self.ty(expr), Ty::Ref(false, _)) || self.iterates_shared(self.ty(expr)),
         }
     }
 

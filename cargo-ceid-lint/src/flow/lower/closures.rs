@@ -404,9 +404,11 @@ impl Builder<'_> {
         let frame = &self.frames[closure.frame];
         let span = frame.body.expr(closure.expr).span;
         let inside = (0u32..).zip(&frame.body.exprs).filter(move |(_, expr)| span.contains(expr.span));
-        inside.filter_map(|(number, _)| {
+        inside.filter_map(move |(number, _)| {
             let local = frame.typed.expr_local.get(&ExprId(number))?;
-            Some((ExprId(number), *local, *frame.vars.get(local)?))
+            let is_own = span.contains(frame.typed.local(*local).span);
+            let var = frame.vars.get(local).filter(|_| !is_own)?;
+            Some((ExprId(number), *local, *var))
         })
     }
 

@@ -8,6 +8,9 @@ use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
 
+/// How many nodes, with what holds the copy there, are looked at for one copy; beyond that it is not sure to go back.
+const MAX_HOLDING: usize = 10_000;
+
 impl Builder<'_> {
     /// How the instances that a value of a type carries get to another place.
     pub(super) fn transfer(&self, value: &Value, ty: &Ty) -> Transfer {
@@ -156,6 +159,7 @@ impl Builder<'_> {
         }
         for (id, number, result, from) in calls {
             let way = self.way_back(id, result, &from);
+            let way = way.filter(|way| self.surely_goes_back(id, way, &from));
             if way.is_some() {
                 origins.insert(from.base);
             }
@@ -254,6 +258,69 @@ impl Builder<'_> {
         way.contains(&start).then_some(way)
     }
 
+    /// Whether each way from a call on puts back to a place what the call gave, by one of the variables, before the copy is made
+    /// again. Notes where it is put back if only some do.
+    fn surely_goes_back(&mut self, call: NodeId, vars: &BTreeSet<Var>, origin: &Place) -> bool {
+        let Effect::Call(site) = &self.graph.node(call).effect else { return false };
+        let var_of = |place: &Place| place.base_var().filter(|var| vars.contains(var));
+        let goes_back = |node: &Node| match &node.effect {
+            Effect::Set(set) | Effect::Write(set) => {
+                set.place.overlaps(origin) && set.from.as_ref().and_then(var_of).is_some()
+            }
+            _ => false,
+        };
+        let back: Vec<NodeId> = self.graph.node_ids().filter(|id| goes_back(self.graph.node(*id))).collect();
+        let mut seen = BTreeSet::new();
+        let mut open: Vec<_> =
+            self.graph.node(call).next.iter().map(|id| (*id, BTreeSet::from([site.result]))).collect();
+        let mut is_sure = true;
+        while let Some((id, mut holding)) = open.pop() {
+            let node = self.graph.node(id);
+            if !seen.insert((id, holding.clone())) {
+                continue;
+            }
+            let (given, taken) = match &node.effect {
+                Effect::Set(set) | Effect::Write(set) => {
+                    let is_given = set.from.as_ref().and_then(var_of).is_some_and(|var| holding.contains(&var));
+                    if is_given && set.place.overlaps(origin) {
+                        continue;
+                    }
+                    (is_given, var_of(&set.place))
+                }
+                Effect::Call(site) => {
+                    let copied = site.args.iter().filter(|arg| arg.is_copy).filter_map(|arg| arg.place.as_ref());
+                    let mut copied = copied.filter_map(var_of);
+                    (copied.any(|var| holding.contains(&var)), Some(site.result).filter(|var| vars.contains(var)))
+                }
+                _ => (false, None),
+            };
+            if let Some(taken) = taken {
+                if given {
+                    holding.insert(taken)
+                } else {
+                    holding.remove(&taken)
+                };
+            }
+            is_sure &= id != call && !matches!(node.effect, Effect::Return(_)) && seen.len() < MAX_HOLDING;
+            if !is_sure {
+                break;
+            }
+            open.extend(node.next.iter().map(|next| (*next, holding.clone())));
+        }
+        for id in back.into_iter().filter(|_| !is_sure) {
+            self.lose_put_back(id, "a copy that a call gets, and that only some paths put back");
+        }
+        is_sure
+    }
+
+    /// What is put back at a node is not followed.
+    fn lose_put_back(&mut self, id: NodeId, what: &str) {
+        let node = &mut self.graph.nodes[id.0 as usize];
+        let (Effect::Set(set) | Effect::Write(set)) = &node.effect else { return };
+        let places = std::iter::once(&set.place).chain(&set.from).cloned().collect();
+        node.effect = Effect::Unknown { places, cause: Cause::Code(what.to_owned()) };
+    }
+
     /// Whether a place is what a loop binds of a place.
     fn is_element_of(&self, place: &Place, origin: &Place) -> bool {
         let mut items = self.graph.loops.iter().flat_map(|info| &info.items);
@@ -270,10 +337,7 @@ impl Builder<'_> {
     fn loses_elements(&mut self, vars: &BTreeSet<Var>, origin: &Place) -> bool {
         let nodes = self.put_back_singly(vars, origin);
         for id in &nodes {
-            let node = &mut self.graph.nodes[id.0 as usize];
-            let (Effect::Set(set) | Effect::Write(set)) = &node.effect else { continue };
-            let cause = Cause::Code("a copy of which single elements are put back".to_owned());
-            node.effect = Effect::Unknown { places: vec![set.place.clone()], cause };
+            self.lose_put_back(*id, "a copy of which single elements are put back");
         }
         !nodes.is_empty()
     }

@@ -242,9 +242,10 @@ impl Builder<'_> {
             false => source.shortened(&rounds),
         });
         let passes_over = source.passes() || other.passes();
+        let is_shared = source.is_shared && other.is_shared;
         let limits = [source.limits.as_slice(), &other.limits].concat();
         let item = Item::Tuple(vec![source.staged(), other.staged()]);
-        Source { item, rounds, passes_over, in_order, counts_down, limits, ..Source::bounded() }
+        Source { item, rounds, passes_over, in_order, counts_down, is_shared, limits, ..Source::bounded() }
     }
 
     /// One iterator after the other. Where closures belong to one of them only, nothing is known of what both lend.
@@ -294,10 +295,17 @@ impl Builder<'_> {
         }
         match method {
             "rev" => self.source(receiver).reversed(),
-            "into_iter" | "peekable" | "fuse" | "unwrap" => self.source(receiver),
+            "into_iter" | "into_par_iter" | "par_bridge" | "peekable" | "fuse" | "unwrap" => self.source(receiver),
+            "with_min_len" | "with_max_len" => {
+                self.values(args);
+                self.source(receiver)
+            }
+            "iter" | "par_iter" if self.lends_shared(receiver) => {
+                Source { is_shared: true, ..self.source_of(receiver, true) }
+            }
             "by_ref" if self.iterates(self.ty(receiver)) && !self.is_last_use(receiver) => self.part_of(id, receiver),
             "iter" | "iter_mut" | "by_ref" | "as_mut" | "as_mut_slice" | "as_slice" | "as_ref" | "each_mut"
-            | "deref_mut" | "par_iter_mut" | "into_iter_mut" => self.source_of(receiver, true),
+            | "deref_mut" | "par_iter" | "par_iter_mut" | "into_iter_mut" => self.source_of(receiver, true),
             "copied" | "cloned" => {
                 let source = self.source(receiver);
                 let item = self.copied_item(source.item.clone(), receiver);
@@ -374,7 +382,15 @@ impl Builder<'_> {
                 source.stages.extend(closure.map(stage));
                 source
             }
-            "chunks_mut" | "chunks" | "chunks_exact_mut" | "chunks_exact" | "split_mut" => {
+            "chunks_mut"
+            | "chunks"
+            | "chunks_exact_mut"
+            | "chunks_exact"
+            | "split_mut"
+            | "par_chunks_mut"
+            | "par_chunks"
+            | "par_chunks_exact_mut"
+            | "par_chunks_exact" => {
                 let source = self.source_of(receiver, true);
                 self.chunked(id, method, args, source)
             }
@@ -411,6 +427,8 @@ impl Builder<'_> {
         let consumes = matches!(
             method,
             "for_each"
+                | "for_each_init"
+                | "for_each_with"
                 | "fold"
                 | "sum"
                 | "product"
@@ -479,7 +497,8 @@ impl Builder<'_> {
         if closure.is_none() && source.stages.is_empty() {
             return Some(picked);
         }
-        let takes_state = matches!(method, "fold" | "rfold" | "try_fold" | "reduce");
+        let takes_state =
+            matches!(method, "fold" | "rfold" | "try_fold" | "reduce" | "for_each_init" | "for_each_with");
         let gathers = matches!(method, "collect" | "partition" | "unzip") || picks_one(method);
         let gives_elements = || source.stages.iter().all(|stage| matches!(stage, Stage::Filter(_) | Stage::Inspect(_)));
         if method == "partition" && gives_elements() {
@@ -523,6 +542,9 @@ impl Builder<'_> {
                     | "iter"
                     | "iter_mut"
                     | "into_iter"
+                    | "par_iter"
+                    | "par_iter_mut"
+                    | "into_par_iter"
                     | "filter"
                     | "zip"
                     | "enumerate"
@@ -552,7 +574,7 @@ impl Builder<'_> {
                 if takes_state {
                     args.insert(0, Value::default());
                 }
-                this.note_counter(id, closure, usize::from(takes_state), &kind);
+                this.note_given_item(id, closure, usize::from(takes_state), &kind);
                 let value = this.inline_closure(closure, &args, span);
                 this.awaited(value, span);
             }
@@ -578,7 +600,7 @@ impl Builder<'_> {
     pub(super) fn closure_loop(&mut self, closure: ClosureRef, source: Source, span: Span) {
         let (bar, kind) = (self.bar(closure), source.item.clone());
         self.run_loop(CycleKind::Closure, bar, None, source, |this, item, id| {
-            this.note_counter(id, closure, 0, &kind);
+            this.note_given_item(id, closure, 0, &kind);
             let value = this.inline_closure(closure, &[item], span);
             this.awaited(value, span);
         });
@@ -595,19 +617,20 @@ impl Builder<'_> {
         });
     }
 
-    /// A counter that is handed to a closure keeps being one under its parameter's name.
-    fn note_counter(&mut self, id: LoopId, closure: ClosureRef, param: usize, item: &Item) {
+    /// What a closure is given in each round the loop binds; a counter keeps being one under its parameter's name.
+    fn note_given_item(&mut self, id: LoopId, closure: ClosureRef, param: usize, item: &Item) {
         let body = self.frames[closure.frame].body;
         let ExprKind::Closure(code) = &body.expr(closure.expr).kind else { return };
         let Some((pat, _)) = code.params.get(param) else { return };
         let outer = std::mem::replace(&mut self.frame, closure.frame);
         let mut counters = Vec::new();
         self.counter_names(*pat, item, &mut counters);
+        let given = self.vars_of(*pat);
         self.frame = outer;
         let info = &mut self.graph.loops[id.0 as usize];
+        info.bound.extend(given);
         if let (Some((_, first)), Some(var)) = (info.counter, counters.first()) {
             info.counter = Some((*var, first));
-            info.bound.push(*var);
         }
     }
 
@@ -665,7 +688,7 @@ impl Builder<'_> {
         let mut acting: Option<ClosureRef> = None;
         for (number, stage) in source.stages.iter().enumerate() {
             if let (0, Some(closure)) = (number, stage.closure()) {
-                self.note_counter(id, closure, 0, &source.item);
+                self.note_given_item(id, closure, 0, &source.item);
             }
             let first = self.graph.nodes.len();
             let acts_before = self.acts_since(round.0 as usize);

@@ -9,6 +9,7 @@ use crate::flow::{Cause, Effect, IndexKey, Place, Rounds, Var};
 use crate::index::{TraitName, Ty};
 use crate::source::Span;
 use crate::syntax::tree::ExprId;
+use crate::types::is_lock;
 
 impl Builder<'_> {
     /// An adaptor of an iterator: what it runs over is known, and nothing runs yet. `None` if the call is something else.
@@ -180,13 +181,34 @@ impl Builder<'_> {
         bounds.iter().any(|bound| matches!(&bound.name, TraitName::External(path) if path.ends_with("::Iterator")))
     }
 
+    /// Whether an iterator over a collection by shared references updates none of its filters.
+    pub(super) fn lends_shared(&self, collection: ExprId) -> bool {
+        let (index, ty) = (self.program.index, self.ty(collection).peel());
+        index.holds_filter(ty) && index.shares_no_filter(ty, is_lock)
+    }
+
+    /// Whether a value of the type is an iterator over references through which no filter is updated.
+    pub(super) fn iterates_shared(&self, ty: &Ty) -> bool {
+        let is_shared = |item: &Ty| match item {
+            Ty::Ref(false, inner) => self.program.index.shares_no_filter(inner, is_lock),
+            item => matches!(item, Ty::Int | Ty::Float | Ty::Bool),
+        };
+        match ty.peel() {
+            Ty::External(path, args) if path.ends_with("::Iterator") => match args.as_slice() {
+                [Ty::Tuple(parts)] => parts.iter().all(is_shared),
+                items => items.iter().all(is_shared),
+            },
+            _ => false,
+        }
+    }
+
     /// An iterator that is put or handed somewhere, from where it may be consumed or not.
     pub(super) fn keep_iterator(&mut self, value: &Value, cause: &Cause, span: Span) {
         let Some(source) = value.iterator.clone() else { return };
         let (mut places, mut closures) = (Vec::new(), Vec::new());
         lent_places(&source.item, &mut places, &mut closures);
         closures.extend(source.stages.iter().filter_map(|stage| stage.closure()));
-        if !places.is_empty() && self.at.is_some() {
+        if !places.is_empty() && !source.is_shared && self.at.is_some() {
             self.emit(Effect::Unknown { places, cause: cause.clone() }, span);
         }
         for closure in closures {
@@ -238,5 +260,8 @@ fn is_adaptor(method: &str) -> bool {
             | "cloned"
             | "peekable"
             | "fuse"
+            | "par_bridge"
+            | "with_min_len"
+            | "with_max_len"
     )
 }

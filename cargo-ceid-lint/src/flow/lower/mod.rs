@@ -49,6 +49,7 @@ pub(super) mod received;
 mod resets;
 mod sources;
 mod stored;
+mod strides;
 mod subjects;
 mod switches;
 mod threads;
@@ -232,6 +233,7 @@ impl<'a> Builder<'a> {
             lent: Vec::new(),
             given_away: std::collections::BTreeSet::new(),
             elsewhere: std::collections::BTreeMap::new(),
+            sample_writes: Vec::new(),
             truncated: None,
         };
         Self {

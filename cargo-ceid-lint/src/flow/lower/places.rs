@@ -246,6 +246,7 @@ impl Builder<'_> {
         }
         self.assign_to(target, &given, value, span);
         self.note_change(target, value, None);
+        self.note_sample_write(target, value);
         Value::default()
     }
 

@@ -15,7 +15,8 @@ impl Builder<'_> {
         *self.ty(expr) == Ty::Unknown && matches!(of, Ty::External(..)) && self.program.index.filter_spec(of).is_some()
     }
 
-    /// The variables that an expression reads anywhere in it. Children stand before their parents.
+    /// The variables that an expression reads anywhere in it, but for those that it binds itself. Children stand before their
+    /// parents.
     pub(super) fn reads_of(&mut self, id: ExprId) -> Vec<Var> {
         let body = self.body();
         let span = body.expr(id).span;
@@ -27,7 +28,9 @@ impl Builder<'_> {
             }
             if let Some(place) = self.stand_in(expr) {
                 vars.extend(place.base_var());
-            } else if let Some(local) = self.typed().expr_local.get(&expr).copied() {
+            } else if let Some(local) = self.typed().expr_local.get(&expr).copied()
+                && !span.contains(self.typed().local(local).span)
+            {
                 vars.push(self.var_of(local));
             }
         }

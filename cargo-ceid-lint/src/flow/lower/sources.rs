@@ -132,6 +132,8 @@ pub(super) struct Source {
     pub(super) counts_down: bool,
     /// Whether it takes what is there from a queue.
     pub(super) drains: bool,
+    /// Whether it lends its elements by shared references, through which no filter is updated.
+    pub(super) is_shared: bool,
     /// What happens in each round before the item is there: `map`, `filter`, `inspect`.
     pub(super) stages: Vec<Stage>,
     /// Whether it is one of several, and which one is not known.
@@ -303,6 +305,7 @@ impl Source {
             in_order: true,
             counts_down: false,
             drains: false,
+            is_shared: false,
             stages: Vec::new(),
             is_choice: false,
             is_advanced: false,

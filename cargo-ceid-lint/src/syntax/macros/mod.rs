@@ -4,13 +4,14 @@
 mod ceid;
 mod cfg_if;
 mod expand;
+mod imported;
 mod operands;
 mod select;
 mod statics;
 
 use syn::parse::{Parse, Parser as _};
 
-use self::operands::{LogOperands, MatchesOperands, Operands, VecOperands};
+use self::operands::{LogOperands, MatchesOperands, Operands, RowOperands, VecOperands};
 use super::cfg_eval::{Presence, evaluate};
 use super::lower::{BodyLowerer, Lowerer, name, path_text};
 use super::text::{captures, mentions};
@@ -19,6 +20,7 @@ use crate::source::Span;
 pub(super) use cfg_if::CfgBranch;
 pub use expand::spelled;
 pub(super) use expand::{OwnMacros, Progress};
+pub(super) use imported::Imported;
 
 /// Crates whose macros are known by their path: `tracing::info!`.
 const KNOWN_CRATES: &[&str] = &[
@@ -38,10 +40,13 @@ const KNOWN_CRATES: &[&str] = &[
     "futures_util",
     "lazy_static",
     "log",
+    "nalgebra",
     "nb",
+    "ndarray",
     "pin_utils",
     "rtt_target",
     "semihosting",
+    "smallvec",
     "std",
     "tokio",
     "tracing",
@@ -72,6 +77,7 @@ enum Shape {
     Select,
     Matches,
     Vec,
+    Rows { by_column: bool },
     Try,
     AddressOf { mutable: bool },
     Unwrap,
@@ -79,6 +85,13 @@ enum Shape {
     Ceid,
     EachCycle,
     Assembly,
+}
+
+impl Shape {
+    /// Whether macros of other crates have the same names.
+    fn is_common(self) -> bool {
+        matches!(self, Self::Rows { .. })
+    }
 }
 
 /// The table of the known macros that stand where expressions stand.
@@ -104,7 +117,9 @@ fn shape(name: &str) -> Option<Shape> {
         "try_join" => Shape::Join { fallible: true },
         "select" | "select_biased" => Shape::Select,
         "matches" => Shape::Matches,
-        "vec" => Shape::Vec,
+        "vec" | "smallvec" | "smallvec_inline" => Shape::Vec,
+        "matrix" | "dmatrix" => Shape::Rows { by_column: true },
+        "vector" | "dvector" | "point" | "stack" | "array" => Shape::Rows { by_column: false },
         "try" | "ready" => Shape::Try,
         "addr_of" => Shape::AddressOf { mutable: false },
         "addr_of_mut" => Shape::AddressOf { mutable: true },
@@ -123,9 +138,16 @@ impl Lowerer<'_, '_> {
         let mut segments = mac.path.segments.iter().map(|segment| name(&segment.ident));
         let (first, last) = (segments.next()?, segments.next_back());
         match last {
-            None => (!self.loader.own_macros.contains(&first)).then_some(first),
+            None => {
+                let is_common = shape(&first).is_some_and(Shape::is_common);
+                let is_other =
+                    self.loader.own_macros.contains(&first) || is_common && !self.loader.imported.has(&first);
+                (!is_other).then_some(first)
+            }
             Some(last) => {
-                let is_known = KNOWN_CRATES.contains(&first.as_str()) || self.loader.renamed.contains(&first);
+                let loader = &self.loader;
+                let is_alias = loader.imported.is_crate(&first) && !loader.own_macros.contains(&last);
+                let is_known = has_known_macros(&first) || loader.renamed.contains(&first) || is_alias;
                 is_known.then_some(last)
             }
         }
@@ -236,6 +258,11 @@ impl BodyLowerer<'_, '_, '_> {
             }
             Shape::Matches => return Some(self.matches(&parse(mac)?, span)),
             Shape::Vec => return self.vec(mac, span),
+            Shape::Rows { by_column } => {
+                let elements = parse::<RowOperands>(mac)?.elements(by_column);
+                let kind = ExprKind::Array { elements: self.exprs(&elements), is_vec: true };
+                return Some(self.add(kind, span));
+            }
             Shape::Try => {
                 let value = self.first(mac)?;
                 return Some(self.add(ExprKind::Try(value), span));

@@ -161,3 +161,42 @@ impl Parse for VecOperands {
         Ok(Self::List(elements))
     }
 }
+
+/// `a, b; c, d`: rows of elements, which are also written as `[a, b], [c, d]`.
+pub(super) struct RowOperands(Vec<Vec<Expr>>);
+
+impl RowOperands {
+    /// All elements, in the order in which they are evaluated.
+    pub(super) fn elements(self, by_column: bool) -> Vec<Expr> {
+        let Self(rows) = self;
+        if !by_column {
+            return rows.into_iter().flatten().flat_map(within_brackets).collect();
+        }
+        let width = rows.iter().map(Vec::len).max().unwrap_or(0);
+        (0..width).flat_map(|column| rows.iter().filter_map(move |row| row.get(column).cloned())).collect()
+    }
+}
+
+impl Parse for RowOperands {
+    fn parse(input: ParseStream<'_>) -> syn::Result<Self> {
+        let (mut rows, mut row) = (Vec::new(), Vec::new());
+        while !input.is_empty() {
+            row.push(input.parse()?);
+            if input.parse::<Option<Token![;]>>()?.is_some() {
+                rows.push(std::mem::take(&mut row));
+            } else if !input.is_empty() {
+                input.parse::<Token![,]>()?;
+            }
+        }
+        rows.push(row);
+        Ok(Self(rows))
+    }
+}
+
+/// The elements of nested rows in brackets.
+fn within_brackets(element: Expr) -> Vec<Expr> {
+    match element {
+        Expr::Array(row) => row.elems.into_iter().flat_map(within_brackets).collect(),
+        element => vec![element],
+    }
+}

@@ -15,7 +15,7 @@ use super::edition::of_2015;
 use super::lex::{Lexer, Token, TokenKind};
 use super::lower::Lowerer;
 use super::lower::attrs::Attrs;
-use super::macros::OwnMacros;
+use super::macros::{Imported, OwnMacros};
 use super::tree::Item;
 use crate::diagnostic::Problem;
 use crate::project::CfgValues;
@@ -33,6 +33,8 @@ pub(super) struct Loader<'a> {
     pub(super) edition: &'a str,
     /// Other names of the crates whose macros are known.
     pub(super) renamed: &'a BTreeSet<String>,
+    /// What the files import from crates whose macros are known.
+    pub(super) imported: Imported,
     files: &'a mut FileSet,
     problems: &'a mut Vec<Problem>,
     /// The files that are being read, outermost first.
@@ -108,6 +110,7 @@ impl<'a> Loader<'a> {
             cfg,
             edition,
             renamed,
+            imported: Imported::default(),
             files,
             problems,
             open: Vec::new(),
@@ -267,7 +270,10 @@ impl<'a> Loader<'a> {
             first.or_else(|error| again.and_then(|tokens| syn::parse2(with_dyn(tokens)).ok()).ok_or(error))
         });
         match parsed {
-            Ok(tree) => Some(Lowerer::new(self, file, text, base, dir).file(&tree)),
+            Ok(tree) => {
+                self.imported.note(&tree.items);
+                Some(Lowerer::new(self, file, text, base, dir).file(&tree))
+            }
             Err(_) if conflict(code).is_some() => {
                 let at = to_u32(base + conflict(code).unwrap_or_default());
                 let help = "the file is skipped; resolve the merge, and remove the markers".to_owned();

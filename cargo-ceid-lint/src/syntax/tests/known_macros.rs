@@ -92,6 +92,22 @@ fn values_and_patterns() {
 }
 
 #[test]
+fn vectors_and_matrices_of_other_crates() {
+    check("nalgebra::vector![a, b]; nalgebra::matrix![a, b; c, d,]", "vec[a, b];vec[a, c, b, d]");
+    check("nalgebra::stack![a, 0; 0, b]; nalgebra::point![]", "vec[a, 0, 0, b];vec[]");
+    check(
+        "ndarray::array![[a, b], [c, d]]; smallvec![a, b]; smallvec::smallvec![a; 3]",
+        "vec[a, b, c, d];vec[a, b];vec[a;3]",
+    );
+    // Others have macros of these names as well.
+    check("array![a, b]; nalgebra::vector![a b]", "array!opaque(a b);nalgebra::vector!opaque(a b)");
+    let imports = "extern crate nalgebra as na; use ndarray as nd; use nalgebra::{base::Vector2, vector};";
+    let items = parse_ok(&format!("{imports} fn f() {{ vector![a]; na::point![b]; nd::array![c]; array![d] }}"));
+    let body = show::body_of_f(&items);
+    assert_eq!(show::Show { body }.expr(body.root), "{vec[a];vec[b];vec[c];array!opaque(d)}");
+}
+
+#[test]
 fn statics_declared_by_macros() {
     check_items(
         "thread_local! { static A: RefCell<u8> = const { b() }; pub static C: D = e }",

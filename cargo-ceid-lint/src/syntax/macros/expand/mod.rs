@@ -19,7 +19,7 @@ use std::rc::Rc;
 use proc_macro2::{TokenStream, TokenTree};
 
 use self::rules::{Rule, list, parse_rules};
-use super::shape;
+use super::{Shape, shape};
 use crate::source::Span;
 use crate::syntax::cfg_eval::Presence;
 use crate::syntax::lower::silent::names_in;
@@ -110,8 +110,10 @@ impl OwnMacros {
         match names.as_slice() {
             [only] => match self.in_scope.iter().rfind(|(name, _)| name == only) {
                 Some((_, rules)) => rules.clone(),
-                // It may be imported, but a known one is more likely to be.
-                None if shape(only).is_none() && path.leading_colon.is_none() => self.anywhere.get(only)?.clone(),
+                // It may be imported, but a known one is more likely to be, unless others have its name as well.
+                None if shape(only).is_none_or(Shape::is_common) && path.leading_colon.is_none() => {
+                    self.anywhere.get(only)?.clone()
+                }
                 None => None,
             },
             [first, .., last] if matches!(first.as_str(), "crate" | "self" | "super") => {

@@ -1,0 +1,23 @@
+//! Elements of an array that one owner of it leaves alone, while others use them.
+
+use super::analyse::{Context, FunctionFacts};
+use crate::flow::{Effect, IndexKey, Place};
+
+impl Context<'_> {
+    /// Whether an element lies in an owner that the function made for itself and that has more of them than it needs here: no code
+    /// of the function asks for the element, and what other functions do with owners of that type drives it.
+    pub(super) fn is_spare(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
+        let graph = facts.graph;
+        let is_numbered = matches!(place.steps.last().and_then(|step| step.key()), Some(IndexKey::Number(_)));
+        let is_own =
+            place.base_var().is_some_and(|var| graph.var(var).param.is_none() && self.is_built_here(graph, var));
+        let is_it = |other: &Place| facts.aliases.shared_roots(other).iter().any(|root| root.overlaps(place));
+        is_numbered
+            && is_own
+            && self.fields.is_selected_elsewhere(self.program.index, graph, place)
+            && !graph.node_ids().any(|id| {
+                self.node_uses(facts, id, place)
+                    || matches!(&graph.node(id).effect, Effect::Use { place } if is_it(place))
+            })
+    }
+}
