@@ -455,12 +455,7 @@ impl<'s, 'a> Gates<'s, 'a> {
 
     /// Whether a place is there before and after the iteration.
     fn outlives(&self, place: &Place) -> bool {
-        let graph = self.search.graph;
-        match (self.region, place.base_var()) {
-            (Region::Loop(own), Some(var)) => !graph.is_within(graph.var(var).in_loop, own),
-            (Region::Function, Some(var)) => graph.var(var).param.is_some(),
-            (_, None) => true,
-        }
+        self.search.outlives(self.region, place)
     }
 
     /// What the places that a condition reads are computed from.

@@ -87,7 +87,7 @@ impl Run<'_, '_> {
         // What was moved out of its place is put back there, unless it goes on where it is in the next iteration.
         let is_out = awaited.is_empty()
             && given.contains(self.search.instance)
-            && !left.iter().all(|place| self.outlives(place));
+            && !left.iter().all(|place| self.search.outlives(self.region, place));
         let awaited = if is_out { vec![self.search.instance.clone()] } else { awaited };
         // A copy that others are made of is none of those that this way goes on in.
         let beside = if awaited.is_empty() { joined(others.clone(), given.clone()) } else { others.clone() };
@@ -136,16 +136,6 @@ impl Run<'_, '_> {
         };
         next.copies = self.copies.intern(Copies { awaited, others });
         next
-    }
-
-    /// Whether a place is there before and after an iteration.
-    fn outlives(&self, place: &Place) -> bool {
-        let graph = self.search.graph;
-        match (self.region, place.base_var()) {
-            (Region::Loop(own), Some(var)) => !graph.is_within(graph.var(var).in_loop, own),
-            (Region::Function, Some(var)) => graph.var(var).param.is_some(),
-            (_, None) => true,
-        }
     }
 
     /// A place, its elements by the numbers that counters have at hand.

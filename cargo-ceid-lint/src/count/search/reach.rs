@@ -1,9 +1,19 @@
 //! From where in an iteration an update can still be reached.
 
 use super::{Region, Search};
-use crate::flow::{Effect, NodeId};
+use crate::flow::{Effect, NodeId, Place};
 
 impl Search<'_> {
+    /// Whether a place is there before and after an iteration.
+    pub(in crate::count) fn outlives(&self, region: Region, place: &Place) -> bool {
+        let graph = self.graph;
+        match (region, place.base_var()) {
+            (Region::Loop(own), Some(var)) => !graph.is_within(graph.var(var).in_loop, own),
+            (Region::Function, Some(var)) => graph.var(var).param.is_some(),
+            (_, None) => true,
+        }
+    }
+
     /// The nodes from which an update can be reached without leaving the iteration.
     pub(in crate::count) fn reach(&self, region: Region) -> Vec<bool> {
         self.reach_to(region, self.updating().into_iter().collect())
