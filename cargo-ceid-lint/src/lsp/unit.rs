@@ -10,6 +10,7 @@ use walkdir::WalkDir;
 use super::check::{Extent, Judged, Outcome, Scope, Task};
 use super::documents::identity;
 use super::settings::Settings;
+use crate::config;
 use crate::pipeline::{self, Again, Memory, Options};
 use crate::project::{self, LoadError, Project};
 use crate::source::ReadSource;
@@ -137,12 +138,14 @@ fn roots(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// What decides about the packages and targets of a project: its manifests, and the directories where targets are found.
+/// What decides about the packages and targets of a project and about how it is checked: its manifests, the linter's
+/// configuration, and the directories where targets are found.
 fn stamps(project: &Project) -> Vec<Stamp> {
     let mut paths = Vec::new();
     for package in &project.packages {
         let root = &package.workspace_root;
-        paths.extend(["Cargo.toml", "Cargo.lock", ".cargo/config.toml"].map(|name| root.join(name)));
+        let names = ["Cargo.toml", "Cargo.lock", ".cargo/config.toml", config::FILE_NAME];
+        paths.extend(names.map(|name| root.join(name)));
         let Some(directory) = package.manifest_path.parent().filter(|directory| directory.is_absolute()) else {
             continue;
         };

@@ -58,8 +58,12 @@ pub struct Again {
 /// The same, where only texts that `source` holds have changed since the check that `memory` is of.
 #[must_use]
 pub fn check_again(project: &Project, options: &Options, source: Box<dyn ReadSource>, memory: &mut Memory) -> Again {
-    let earlier = Earlier { memory: Some(memory), ..Earlier::default() };
-    let checked = configuration(project, options.overrides.clone(), &*source).and_then(|config| {
+    let config = memory
+        .config(&*source)
+        .map_or_else(|| Ok(Arc::new(configuration(project, options.overrides.clone(), &*source)?)), Ok);
+    let checked = config.and_then(|config| {
+        memory.learn_config(&config);
+        let earlier = Earlier { memory: Some(memory), ..Earlier::default() };
         let found = judge(project, &config, source, options.gate, earlier)?;
         // What a baseline knows is counted over all parts.
         if let Found::Parts(parts, _) = &found

@@ -2,12 +2,13 @@
 //! reads none of them is as it was; of the rest, unchanged packages are not parsed again.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
-use std::sync::Arc;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use super::parse::Part;
 use super::{Named, Report};
 use crate::config::Config;
+use crate::project::{Manners, Project};
 use crate::relevance::Component;
 use crate::source::ReadSource;
 
@@ -17,16 +18,29 @@ const MOST_KEPT: u64 = 4 * 1024 * 1024;
 /// The results of a check, by what they were made of.
 #[derive(Debug, Default)]
 pub struct Memory {
-    /// The configuration in full.
-    config: String,
+    /// The configuration.
+    config: Option<Arc<Config>>,
+    manners: Arc<KnownManners>,
     /// The texts that were held in place of the disk's.
     held: BTreeMap<PathBuf, Arc<str>>,
-    /// What the disk says of the packages.
+    /// What the disk says of the packages, and which of them are open.
     components: Option<Vec<Component>>,
     judged: Vec<Arc<Judged>>,
     /// The packages that were judged.
     packages: BTreeSet<usize>,
     trees: BTreeMap<usize, Part>,
+}
+
+/// What is asked of the code in files, which takes reading several others.
+#[derive(Debug, Default)]
+pub(super) struct KnownManners(Mutex<BTreeMap<PathBuf, Manners>>);
+
+impl KnownManners {
+    /// What is asked of the code in a file of the project.
+    pub(super) fn of(&self, project: &Project, path: &Path) -> Manners {
+        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        *known.entry(path.to_owned()).or_insert_with(|| project.manners(path))
+    }
 }
 
 /// Packages that were analysed together.
@@ -46,14 +60,27 @@ impl Memory {
         *self = Self::default();
     }
 
+    /// The configuration, if no text that is held can be a part of it.
+    pub(super) fn config(&self, source: &dyn ReadSource) -> Option<Arc<Config>> {
+        let is_code = |path: PathBuf| path.extension().is_some_and(|extension| extension == "rs");
+        self.config.clone().filter(|_| source.held().into_iter().all(is_code))
+    }
+
+    /// Takes in a configuration that was read, and forgets what was found with another one.
+    pub(super) fn learn_config(&mut self, config: &Arc<Config>) {
+        let is_same = |own: &Arc<Config>| format!("{own:?}") == format!("{config:?}");
+        if !self.config.as_ref().is_some_and(is_same) {
+            self.forget();
+        }
+        self.config = Some(Arc::clone(config));
+    }
+
     /// Takes in what the next check is made on, and forgets what that makes wrong.
-    pub(super) fn prepare(&mut self, config: &Config, source: &dyn ReadSource) {
-        let config = format!("{config:?}");
+    pub(super) fn prepare(&mut self, source: &dyn ReadSource) {
         let held: BTreeMap<PathBuf, Arc<str>> =
             source.held().into_iter().filter_map(|path| Some((path.clone(), source.read(&path).ok()?))).collect();
-        if config != self.config || !held.keys().eq(self.held.keys()) {
-            self.forget();
-            self.config = config;
+        if !held.keys().eq(self.held.keys()) {
+            *self = Self { config: self.config.take(), ..Self::default() };
         }
         let is_same = |path: &PathBuf| held.get(path) == self.held.get(path);
         let is_unchanged = |read: &BTreeSet<PathBuf>| held.keys().all(|path| is_same(path) || !read.contains(path));
@@ -63,13 +90,18 @@ impl Memory {
         self.held = held;
     }
 
-    /// What the disk says of the packages, if that is known.
-    pub(super) fn components(&self) -> Option<Vec<Component>> {
-        self.components.clone()
+    /// What was found out of the packages, if that is known. It is lent for the time of a check.
+    pub(super) fn take_components(&mut self) -> Option<Vec<Component>> {
+        self.components.take()
     }
 
-    pub(super) fn learn_components(&mut self, components: &[Component]) {
-        self.components = Some(components.to_vec());
+    pub(super) fn learn_components(&mut self, components: Vec<Component>) {
+        self.components = Some(components);
+    }
+
+    /// What is asked of the code in files.
+    pub(super) fn manners(&self) -> Arc<KnownManners> {
+        Arc::clone(&self.manners)
     }
 
     /// What was found in the packages, if it still holds.

@@ -27,7 +27,7 @@ pub use steps::Steps;
 pub use timings::{Clock, Stage, Stopwatch, Timings};
 
 use self::entries::Ledger;
-use self::memory::Judged;
+use self::memory::{Judged, KnownManners};
 use self::parse::Part;
 use crate::config::{self, Config, ConfigError, Preset};
 use crate::count::{Cycle, Pair, analyse, monomorphise};
@@ -124,7 +124,8 @@ fn judge(
     let mut watch = Stopwatch::start(clock);
     let source: Arc<dyn ReadSource> = source.into();
     let presets = presets_of(project, config)?;
-    let run = Run { project, config, presets: &presets, clock, steps: &steps };
+    let manners = memory.as_ref().map(|memory| memory.manners()).unwrap_or_default();
+    let run = Run { project, config, presets: &presets, manners: &manners, clock, steps: &steps };
     let is_unresolved = |package: &usize| project.packages[*package].is_unresolved;
     let whole = || {
         if (0..project.packages.len()).any(|package| is_unresolved(&package)) {
@@ -140,15 +141,12 @@ fn judge(
     let mut named = source.held();
     named.extend(project.only.iter().filter(|path| path.is_file()).cloned());
     if let Some(memory) = memory.as_deref_mut() {
-        memory.prepare(config, &*source);
+        memory.prepare(&*source);
     }
     let mut components = memory
-        .as_ref()
-        .and_then(|memory| memory.components())
+        .as_deref_mut()
+        .and_then(Memory::take_components)
         .unwrap_or_else(|| relevance::components(project, &names, ahead.unwrap_or(&ReadAhead::default())));
-    if let Some(memory) = memory.as_deref_mut() {
-        memory.learn_components(&components);
-    }
     relevance::look_at(&mut components, project, &named);
     watch.lap(Stage::Gate);
     if parse::looked_at(&components, gate).flat_map(|own| &own.packages).any(is_unresolved) {
@@ -176,6 +174,7 @@ fn judge(
     if let Some(memory) = memory {
         judged.extend(memory.judged().iter().cloned());
         memory.learn_judged(judged.clone());
+        memory.learn_components(components);
     }
     // What cannot matter comes after the rest.
     judged.sort_by_key(|own| (!own.can_matter, own.packages.first().copied()));
@@ -203,6 +202,7 @@ struct Run<'a> {
     project: &'a Project,
     config: &'a Config,
     presets: &'a [Preset],
+    manners: &'a KnownManners,
     clock: Option<Clock>,
     steps: &'a Steps,
 }
@@ -331,7 +331,7 @@ impl Run<'_> {
         let mut seen = BTreeSet::new();
         analysis.cycles.retain(|cycle| seen.insert((cycle.head, cycle.function.clone())));
         let edition = |cycle: &Cycle| project.packages[cycle.package].targets[cycle.target].edition.clone();
-        let plans = migrate::plans(&program, &analysis.cycles, edition, &|path| project.manners(path));
+        let plans = migrate::plans(&program, &analysis.cycles, edition, &|path| self.manners.of(project, path));
         let idle_imports = migrate::idle_imports(&program, &analysis.cycles);
         let mut findings = rules::findings(&analysis, &known);
         suggest::add(&program, &analysis, &mut findings);

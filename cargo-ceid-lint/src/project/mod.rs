@@ -23,7 +23,7 @@ mod toolchain;
 mod workspace;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::{Path, PathBuf, is_separator};
 
 pub use changes::{Changes, Removal};
 pub use error::LoadError;
@@ -106,11 +106,11 @@ impl Package {
     /// Whether the path lies in its directory.
     #[must_use]
     pub fn is_around(&self, path: &Path) -> bool {
-        self.manifest_path.parent().is_some_and(|directory| {
-            let [own, other] = [directory, path].map(|path| path.as_os_str().as_encoded_bytes());
-            // It is asked for each package of a workspace, and bytes are compared faster than the parts of paths.
-            other.starts_with(own) && directory.is_absolute() && path.starts_with(directory)
-        })
+        let [own, other] = [&self.manifest_path, path].map(|path| path.as_os_str().as_encoded_bytes());
+        // It is asked for each package of a workspace, and bytes are compared faster than the parts of paths.
+        let directory = own.iter().rposition(|byte| is_separator(char::from(*byte))).unwrap_or(0);
+        let is_around = |directory: &Path| directory.is_absolute() && path.starts_with(directory);
+        other.starts_with(&own[..directory]) && self.manifest_path.parent().is_some_and(is_around)
     }
 }
 

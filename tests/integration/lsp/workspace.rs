@@ -59,6 +59,25 @@ fn configuration_is_read_again() {
 }
 
 #[test]
+fn configuration_above_the_folder_is_seen_with_the_next_key() {
+    let manifest = "[package]\nname = \"member\"\nversion = \"0.0.0\"\nedition = \"2024\"\n";
+    let root = temporary("lsp_member");
+    write(&root, "Cargo.toml", b"[workspace]\nmembers = [\"member\"]\nresolver = \"3\"\n");
+    write(&root, "member/Cargo.toml", manifest.as_bytes());
+    write(&root, "member/src/lib.rs", GUILTY.as_bytes());
+    let (folder, file) = (root.join("member"), root.join("member/src/lib.rs"));
+    // It tells of files that change below the folder, and of no others.
+    let watching = json!({ "textDocument": { "publishDiagnostics": { "versionSupport": true } },
+        "workspace": { "didChangeWatchedFiles": { "dynamicRegistration": true } } });
+    let mut client = Client::in_folder(&folder, &watching);
+    client.open(&file, GUILTY);
+    assert_eq!(client.published_of(&file, 1)[0]["severity"], 1);
+    write(&root, "ceid-lint.toml", b"[lints]\nrepeated_update = \"warn\"\n");
+    client.replace(&file, 2, &format!("{GUILTY}\n"));
+    assert_eq!(client.published_of(&file, 2)[0]["severity"], 2);
+}
+
+#[test]
 fn client_that_asks_is_told_of_the_configuration() {
     let (folder, file) = guilty("lsp_pulled_configuration");
     write(&folder, "ceid-lint.toml", b"lint = 1\n");
