@@ -107,9 +107,15 @@ impl Gates<'_, '_> {
         let index = self.search.program.index;
         let reads = &test.about.reads;
         let is_filter = |place: &Place| self.ty(place).is_some_and(|ty| index.filter_spec(ty.peel()).is_some());
+        // Where a filter is at rest, so are its parts.
+        let is_whole = |place: &Place| {
+            let roots = self.search.aliases.roots(place);
+            test.about.rest.is_some() && roots.iter().any(|root| root.overlaps(self.search.instance))
+        };
+        let is_asked = |place: &Place| self.lies_in_instance(place) || is_whole(place);
         !test.about.is_presence
-            && reads.iter().any(|place| self.lies_in_instance(place))
-            && reads.iter().all(|place| self.lies_in_instance(place) || is_filter(place))
+            && reads.iter().any(is_asked)
+            && reads.iter().all(|place| is_asked(place) || is_filter(place))
     }
 
     /// The other half of such a question: `if a.is_smoothing() || b.is_smoothing() { a.next(); b.next() }`. What it asks is not

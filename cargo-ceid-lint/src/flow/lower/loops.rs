@@ -281,13 +281,15 @@ impl Builder<'_> {
         let Some((counter, _)) = self.graph.loop_info(this_loop).counter else { return };
         let tree = self.body();
         let span = tree.expr(inside).span;
-        // What only tells something the number asks for nothing.
+        // What only tells something the number asks for nothing, and fills nothing.
         let told: BTreeSet<Span> = tree
             .stmts()
             .filter_map(|stmt| match &stmt.kind {
-                StmtKind::Expr { expr, .. } => Some(tree.expr(*expr).span),
+                StmtKind::Expr { expr, .. } => Some(*expr),
                 StmtKind::Let { .. } => None,
             })
+            .filter(|expr| self.filling(*expr).is_none())
+            .map(|expr| tree.expr(expr).span)
             .collect();
         for expr in tree.exprs.iter().filter(|expr| span.contains(expr.span)) {
             let (asked, numbers) = match &expr.kind {
@@ -307,6 +309,26 @@ impl Builder<'_> {
                 }
             }
         }
+    }
+
+    /// What a statement fills at the number of a round, and with what: `out.write(i, gain * level)`.
+    fn filling(&self, statement: ExprId) -> Option<(ExprId, Vec<ExprId>)> {
+        let ExprKind::MethodCall { receiver, args, .. } = &self.body().expr(statement).kind else { return None };
+        // Where each round has an item, its number is that of the item.
+        let counters = || self.graph.loops.iter().filter(|info| info.items.is_empty()).filter_map(|info| info.counter);
+        let (numbers, values): (Vec<ExprId>, Vec<ExprId>) =
+            args.iter().partition(|arg| counters().any(|(counter, _)| self.counts_with(**arg, counter)));
+        (!numbers.is_empty() && !values.is_empty()).then_some((*receiver, values))
+    }
+
+    /// The variables that a statement fills at the number of a round; they are noted as computed from what they are filled with.
+    pub(super) fn filled_by(&mut self, statement: ExprId) -> Vec<Var> {
+        let Some((receiver, values)) = self.filling(statement) else { return Vec::new() };
+        let filled = self.assigned_vars(receiver);
+        for value in values {
+            self.derive(&filled, value);
+        }
+        filled
     }
 
     /// Notes whether the counter of a loop from zero is used in nothing but `a[last - i]`: that takes the same numbers the other way

@@ -177,7 +177,7 @@ impl Builder<'_> {
     }
 
     /// The variables that an assignment changes: a local, what it refers to, or its elements; not a field's owner.
-    fn assigned_vars(&mut self, target: ExprId) -> Vec<Var> {
+    pub(super) fn assigned_vars(&mut self, target: ExprId) -> Vec<Var> {
         let body = self.body();
         let mut at = target;
         loop {

@@ -146,7 +146,8 @@ impl Builder<'_> {
                 }
             },
             StmtKind::Expr { expr, .. } => {
-                let value = self.expr(*expr);
+                let filled = self.filled_by(*expr);
+                let value = if filled.is_empty() { self.expr(*expr) } else { self.expr_into(filled, *expr) };
                 self.discard(*expr, &value, stmt.span);
             }
         }
