@@ -7,8 +7,9 @@ use crate::flow::Program;
 use crate::index::{FunctionId, MethodOwner, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, Receiver};
 
-/// The halves of the law of a filter type that a method of it may stand in for, each with the law's name: the law runs it, and it
-/// goes on from the state and writes all of it that the law writes. Feeding and clearing is not enough.
+/// The halves of the law of a filter type that a method of it may stand in for, each with the law's name: the law runs it, or it is
+/// called alike (`process_chunk` beside `process_waveform`), and it goes on from the state and writes all of it that the law writes.
+/// Feeding and clearing is not enough.
 pub fn stands_in(program: &Program<'_>, method: FunctionId, ty: &Ty) -> Vec<(usize, String)> {
     let index = program.index;
     let Some(spec) = index.receiver_spec(ty) else { return Vec::new() };
@@ -24,13 +25,18 @@ pub fn stands_in(program: &Program<'_>, method: FunctionId, ty: &Ty) -> Vec<(usi
         let mut laws = owners.iter().filter_map(MethodOwner::function).peekable();
         laws.peek().is_some()
             && laws.all(|law| {
-                let runs_it = Method::new(program, law, &[], 0).is_some_and(|law| law.runs(method));
+                let runs_it = || Method::new(program, law, &[], 0).is_some_and(|law| law.runs(method));
                 let state = written_fields(program, law);
-                runs_it && state.is_some_and(|state| !state.is_empty() && state.is_subset(&written))
+                (first_word(name) == first_word(&def.name) || runs_it())
+                    && state.is_some_and(|state| !state.is_empty() && state.is_subset(&written))
             })
     };
     let halves = spec.law.iter().enumerate();
     halves.filter_map(|(half, group)| Some((half, group.methods.iter().find(does)?.clone()))).collect()
+}
+
+fn first_word(name: &str) -> &str {
+    name.split('_').next().unwrap_or(name)
 }
 
 /// What empties a field of the standard library, or only lends it.
