@@ -10,7 +10,7 @@ use rustc_hash::FxHashSet;
 use crate::flow::{About, Caller, Cause, CycleKind, Effect, LoopId, NodeId, Place, Projection, Rounds, Var};
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{Body, ExprId, ExprKind, Receiver, Stmt, StmtKind};
+use crate::syntax::tree::{Body, ExprId, ExprKind, PatId, Receiver, Stmt, StmtKind, TypeRef};
 use crate::types::{Callee, LocalId, TypedBody, is_lock};
 
 /// A closure: the frame it was written in, and its expression.
@@ -48,11 +48,7 @@ impl Builder<'_> {
         let ty = self.ty(code.body).clone();
         let originals = self.swap_captured(closure, None);
         let value = self.inline_body(ty, body.expr(code.body).span, true, |this| {
-            for (number, (pat, _)) in code.params.iter().enumerate() {
-                let value = args.get(number).cloned().unwrap_or_default();
-                this.bind_pattern(*pat, &value);
-                this.note_handed(*pat);
-            }
+            this.bind_params(&code.params, args);
             this.expr(code.body)
         });
         self.swap_captured(closure, originals);
@@ -60,6 +56,35 @@ impl Builder<'_> {
         self.frame = outer;
         self.note_caller(closure, first);
         value
+    }
+
+    /// Asks here what a closure asks; control goes on where the answer is yes, and leads to `no` where it is not. Answers whether it
+    /// is a question and nothing else.
+    pub(super) fn inline_question(&mut self, closure: ClosureRef, args: &[Value], no: NodeId) -> bool {
+        let body = self.frames[closure.frame].body;
+        let ExprKind::Closure(code) = &body.expr(closure.expr).kind else { return false };
+        if self.at.is_none() || self.depth >= MAX_INLINE || !is_question(body, code.body) {
+            return false;
+        }
+        let first = self.graph.nodes.len();
+        let outer = std::mem::replace(&mut self.frame, closure.frame);
+        self.depth += 1;
+        let originals = self.swap_captured(closure, None);
+        self.bind_params(&code.params, args);
+        self.condition(code.body, no);
+        self.swap_captured(closure, originals);
+        self.depth -= 1;
+        self.frame = outer;
+        self.note_caller(closure, first);
+        true
+    }
+
+    fn bind_params(&mut self, params: &[(PatId, TypeRef)], args: &[Value]) {
+        for (number, (pat, _)) in params.iter().enumerate() {
+            let value = args.get(number).cloned().unwrap_or_default();
+            self.bind_pattern(*pat, &value);
+            self.note_handed(*pat);
+        }
     }
 
     /// Whether a call is one of several that a function makes of a closure of the function at hand, and no two of them give it the
@@ -417,6 +442,25 @@ impl Builder<'_> {
         let vars = vars.or_else(|| self.captures.get(&(closure.frame, closure.expr)).cloned())?;
         let known = &mut self.frames[closure.frame].vars;
         Some(vars.into_iter().filter_map(|(local, var)| Some((local, known.insert(local, var)?))).collect())
+    }
+}
+
+/// Whether an expression is made of questions and nothing else: `!row.is_empty() && gate.is_open()`.
+fn is_question(body: &Body, id: ExprId) -> bool {
+    match &body.expr(id).kind {
+        ExprKind::Not(inner) => is_question(body, *inner),
+        ExprKind::Binary { op: "&&" | "||", lhs, rhs } => is_question(body, *lhs) && is_question(body, *rhs),
+        ExprKind::MethodCall { receiver, args, .. } => args.is_empty() && is_named(body, *receiver),
+        _ => false,
+    }
+}
+
+/// Whether an expression is a variable or a field of one.
+fn is_named(body: &Body, id: ExprId) -> bool {
+    match &body.expr(id).kind {
+        ExprKind::Field { base, .. } => is_named(body, *base),
+        ExprKind::Deref(inner) => is_named(body, *inner),
+        kind => matches!(kind, ExprKind::Path(_)),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::sources::{Item, Source, Stage, is_map};
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Cause, CycleKind, Effect, IndexKey, Limit, LoopId, LoopInfo, Place, Rounds, Transfer, Var};
+use crate::flow::{Cause, CycleKind, Effect, IndexKey, Limit, LoopId, LoopInfo, Place, Rounds, Test, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
@@ -561,7 +561,9 @@ impl Builder<'_> {
         let span = self.span(id);
         let runs = closure.or_else(|| source.stages.iter().rev().find_map(|stage| stage.closure()));
         let bar = runs.map_or(span, |closure| self.bar(closure));
-        let kind = if source.stages.is_empty() { source.item.clone() } else { Item::Opaque };
+        let choosing = self.choosing(&source);
+        let is_mapped = choosing.is_none();
+        let kind = if is_mapped { Item::Opaque } else { source.item.clone() };
         let Consumer { takes_state, stops, gathers } = consumer;
         let expr = id;
         self.tell(stops, "+", span);
@@ -575,6 +577,9 @@ impl Builder<'_> {
                     args.insert(0, Value::default());
                 }
                 this.note_given_item(id, closure, usize::from(takes_state), &kind);
+                if let Some(pat) = this.param_of(closure).filter(|_| !takes_state) {
+                    this.note_chosen(&choosing, (closure.frame, pat));
+                }
                 let value = this.inline_closure(closure, &args, span);
                 this.awaited(value, span);
             }
@@ -694,15 +699,16 @@ impl Builder<'_> {
             let acts_before = self.acts_since(round.0 as usize);
             item = match stage {
                 Stage::Skip if acts_before => self.skipped(id, item, head, keyword),
-                _ => self.stage(id, *stage, item, head, keyword, source.item.is_lent()),
+                _ => self.stage(id, *stage, item, head, keyword, source.item.has_lent()),
             };
-            // What a filter does to each element is done to those as well that it leaves out. Those that are at rest say so.
-            let asks_rest = |this: &Self| {
-                this.graph.nodes[first..]
-                    .iter()
-                    .any(|node| matches!(&node.effect, Effect::Branch(test) if test.about.rest.is_some()))
+            // What a filter does to each element is done to those as well that it leaves out. So are its questions: they say why.
+            let is_told =
+                |test: &Test| test.about.rest.is_some() || (source.item.has_lent() && !test.about.reads.is_empty());
+            let asks = |this: &Self| {
+                let mut nodes = this.graph.nodes[first..].iter();
+                nodes.any(|node| matches!(&node.effect, Effect::Branch(test) if is_told(test)))
             };
-            if matches!(stage, Stage::Filter(_)) && !source.passes_over && (self.acts_since(first) || asks_rest(self)) {
+            if matches!(stage, Stage::Filter(_)) && !source.passes_over && (self.acts_since(first) || asks(self)) {
                 let info = &mut self.graph.loops[id.0 as usize];
                 (info.passes_over, info.in_order) = (false, source.in_order);
             }
@@ -742,6 +748,16 @@ impl Builder<'_> {
     ) -> Value {
         let first = self.graph.nodes.len();
         let Some(closure) = stage.closure() else { return self.numbered(id, item, span) };
+        if matches!(stage, Stage::Filter(_)) && self.at.is_some() {
+            let skipped = self.add_node(Effect::Nothing, span);
+            if self.inline_question(closure, &stage.args(&item), skipped) {
+                let passes = self.at;
+                self.resume_if_reached(skipped);
+                self.leave_out(head, is_lent || self.acts_since(first), span);
+                self.at = passes;
+                return item;
+            }
+        }
         let mut made = self.inline_closure(closure, &stage.args(&item), span);
         if self.is_future(&made) {
             // Where it is awaited is not seen.
@@ -770,16 +786,72 @@ impl Builder<'_> {
                     let (text, about) = ("the item passes the filter".to_owned(), self.about_rest_in(closure));
                     let (passes, skipped) = self.branch_on_head(&truth, "true", "false", span, text, about);
                     self.resume(skipped);
-                    if is_lent || self.acts_since(first) {
-                        self.jump(head);
-                    } else {
-                        // What does not pass is no round: the loop goes on with the next item.
-                        self.emit(Effect::End, span);
-                    }
+                    self.leave_out(head, is_lent || self.acts_since(first), span);
                     self.resume(passes);
                 }
                 item
             }
+        }
+    }
+
+    /// Leaves an item out, which is a round of its own, or none: then the loop goes on with the next item.
+    fn leave_out(&mut self, head: crate::flow::NodeId, is_round: bool, span: Span) {
+        if is_round {
+            self.jump(head);
+        } else {
+            self.emit(Effect::End, span);
+        }
+    }
+
+    /// The closures of a chain that only choose among the items; `None` where one may make something else of them.
+    pub(super) fn choosing(&self, source: &Source) -> Option<Vec<ClosureRef>> {
+        let chooses = |stage: &Stage| match stage {
+            Stage::Inspect(closure) => Some(*closure),
+            Stage::Filter(closure) => Some(*closure).filter(|closure| self.output_of(*closure) == Some(&Ty::Bool)),
+            _ => None,
+        };
+        source.stages.iter().map(chooses).collect()
+    }
+
+    /// Notes that the names of a pattern are of the item that closures have chosen.
+    pub(super) fn note_chosen(&mut self, choosing: &Option<Vec<ClosureRef>>, pat: (usize, PatId)) {
+        for closure in choosing.iter().flatten() {
+            if let Some(asked) = self.param_of(*closure) {
+                self.note_same((closure.frame, asked), pat);
+            }
+        }
+    }
+
+    /// The pattern of a closure's first parameter.
+    fn param_of(&self, closure: ClosureRef) -> Option<PatId> {
+        match &self.frames[closure.frame].body.expr(closure.expr).kind {
+            ExprKind::Closure(code) => code.params.first().map(|(pat, _)| *pat),
+            _ => None,
+        }
+    }
+
+    /// Notes that the names of two patterns are of the same value, part by part; each pattern comes with its frame.
+    fn note_same(&mut self, asked: (usize, PatId), bound: (usize, PatId)) {
+        let kind = |(frame, pat): (usize, PatId)| &self.frames[frame].body.pat(pat).kind;
+        match (kind(asked), kind(bound)) {
+            (PatKind::Reference(inner), _) => self.note_same((asked.0, *inner), bound),
+            (_, PatKind::Reference(inner)) => self.note_same(asked, (bound.0, *inner)),
+            (PatKind::Tuple(parts), PatKind::Tuple(others)) if parts.len() == others.len() => {
+                for (part, other) in parts.iter().zip(others) {
+                    self.note_same((asked.0, *part), (bound.0, *other));
+                }
+            }
+            (PatKind::Bind { .. }, PatKind::Bind { .. }) => {
+                let var = |(frame, pat): (usize, PatId)| {
+                    let frame = &self.frames[frame];
+                    frame.vars.get(frame.typed.pat_local.get(&pat)?).copied()
+                };
+                if let (Some(asked), Some(bound)) = (var(asked), var(bound)) {
+                    self.graph.derived.push((bound, asked));
+                    self.graph.computed.entry(bound).or_default().places.push(Place::var(asked));
+                }
+            }
+            _ => {}
         }
     }
 

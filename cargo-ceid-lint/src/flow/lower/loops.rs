@@ -261,10 +261,12 @@ impl Builder<'_> {
     ) -> Value {
         let source = self.source(iterable);
         let item = source.item.clone();
-        let is_mapped = !source.stages.is_empty();
+        let choosing = self.choosing(&source);
+        let is_mapped = choosing.is_none();
         self.run_loop(CycleKind::For, keyword, label, source, |this, value, this_loop| {
             let item = if is_mapped { super::sources::Item::Opaque } else { item };
             this.bind_item(this_loop, pat, &item, &value);
+            this.note_chosen(&choosing, (this.frame, pat));
             this.note_sampled(this_loop, body);
             this.note_mirrored(this_loop, body);
             if is_mapped {

@@ -104,7 +104,7 @@ impl Item {
     }
 
     /// Whether it is such a place, or has one in it.
-    fn has_lent(&self) -> bool {
+    pub(super) fn has_lent(&self) -> bool {
         match self {
             Self::Tuple(items) => items.iter().any(Self::has_lent),
             item => item.is_lent(),
