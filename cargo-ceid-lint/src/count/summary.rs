@@ -466,7 +466,7 @@ impl Summaries {
                     summary.shown.skips.extend(ways.skip.map(|skip| ((given.clone(), law), skip)));
                     if !self.is_recursion && !ways.outcomes.is_empty() {
                         // A head that no way has is not given back, whatever a caller asks about.
-                        summary.heads &= ways.outcomes.iter().fold(0, |heads, way| heads | way.returned);
+                        summary.heads &= ways.heads;
                     }
                     ways.outcomes
                 };

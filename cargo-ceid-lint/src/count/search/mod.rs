@@ -376,7 +376,13 @@ impl<'a> Search<'a> {
         let exploration = self.explored(run, &self.starts(region));
         let gates = super::gates::Gates::of_helper(self);
         let mut outcomes: BTreeSet<Outcome> = BTreeSet::new();
+        let mut heads = 0;
         for end in &exploration.ends {
+            let returned = returned::of_function(self.program, self.graph.function, end.returned);
+            if end.state.count == Count::Zero && super::skips::is_of_nothing(self, &exploration, end) {
+                heads |= returned;
+                continue;
+            }
             let gate = gates.of_end(&exploration, end);
             let unknown = end.state.unknown.map(|cause| exploration.causes[cause as usize].clone());
             let is_passed = super::skips::is_passed_by_search(self, region, end);
@@ -390,7 +396,7 @@ impl<'a> Search<'a> {
                 partly_reset: end.state.partly_reset,
                 unknown: if end.has_left { Some(moved()) } else { unknown },
                 direct: end.state.direct,
-                returned: returned::of_function(self.program, self.graph.function, end.returned),
+                returned,
                 gate,
                 modes: gates.kept_modes(end, gate),
                 attempted: end.state.attempted,
@@ -404,6 +410,7 @@ impl<'a> Search<'a> {
         outcomes.extend(self.aliases.limit().map(Outcome::unknown));
         Ways {
             outcomes: merged(&outcomes),
+            heads: outcomes.iter().fold(heads, |heads, way| heads | way.returned),
             states: exploration.states.len(),
             repeat: super::decide::repeat_of(self, &exploration),
             skip: super::decide::skip_of(self, &gates, &exploration),
@@ -468,7 +475,10 @@ impl<'a> Search<'a> {
 
 /// What those who call a function need to know of the ways through it.
 pub(super) struct Ways {
+    /// Without those on which there is no such filter.
     pub(super) outcomes: Vec<Outcome>,
+    /// What is given back on any of them.
+    pub(super) heads: u32,
     /// How many states it took to find them.
     pub(super) states: usize,
     /// How one of them comes to a second update.
