@@ -28,7 +28,7 @@ pub(super) struct Aliases {
     /// Variables that hold a value of their own.
     owning: BTreeSet<Var>,
     /// Which variables were computed from which.
-    derived: BTreeMap<Var, BTreeSet<Var>>,
+    pub(super) derived: BTreeMap<Var, BTreeSet<Var>>,
     /// Places that may hold a state that is not in the place of the one before yet, with the halves of the laws that gave it.
     advanced: BTreeMap<Place, BTreeSet<usize>>,
     /// Collections of which a call is told the number of an element by a variable.
@@ -473,20 +473,5 @@ impl Aliases {
             found.insert(place.clone());
         }
         found.append(&mut own);
-    }
-
-    /// Whether a variable was computed from one of these, by any number of steps.
-    pub(super) fn is_derived(&self, var: Var, from: &[Var]) -> bool {
-        let mut seen = BTreeSet::new();
-        let mut open = vec![var];
-        while let Some(at) = open.pop() {
-            if from.contains(&at) {
-                return true;
-            }
-            if seen.insert(at) {
-                open.extend(self.derived.get(&at).into_iter().flatten().copied());
-            }
-        }
-        false
     }
 }

@@ -224,8 +224,39 @@ pub(super) fn feeds(
         bound.extend(whole.into_iter().filter_map(Place::base_var));
         bound.extend(parts.into_iter().filter(|part| reads_of(graph, from, part)).filter_map(Place::base_var));
     }
-    // What the instance gives in a round, by its law or another method of it.
     let inside = |other: &NodeId| graph.is_within(graph.node(*other).in_loop, id);
+    let (from_bound, origins) = (aliases.derived_from(&bound), aliases.origins(&bound));
+    let is_fed = |fed: &[Var], into: &[Var]| {
+        fed.iter().any(|var| from_bound.contains(*var)) || into.iter().any(|var| origins.contains(var))
+    };
+    // What the round writes into memory that the law reads is fed as well.
+    let is_written = |from: &Computed| {
+        let roots: Vec<Place> = from.places.iter().flat_map(|place| aliases.roots(place)).collect();
+        let feeds = |root: &Place| {
+            let mut read = roots.iter().filter(|read| !read.steps.is_empty() && !read.overlaps(search.instance));
+            read.any(|read| read.overlaps(root) && read.steps.len() <= root.steps.len())
+        };
+        graph.node_ids().filter(inside).any(|other| match &graph.node(other).effect {
+            Effect::Write(write) => write.place.base_var().filter(|var| from_bound.contains(*var)).is_some_and(|var| {
+                // What a loop binds lies in what it runs over.
+                let loops = graph.loops_around(other).map(|id| graph.loop_info(id));
+                let over = loops.filter(|info| info.bound.contains(&var)).filter_map(|info| info.over.as_ref());
+                let mut roots = aliases.roots(&write.place);
+                roots.extend(over.flat_map(|place| aliases.roots(place)).map(|root| root.element(IndexKey::Each)));
+                roots.iter().any(feeds)
+            }),
+            _ => false,
+        })
+    };
+    let at_update = match &graph.node(node).effect {
+        Effect::Update(update) => is_fed(&update.fed, &update.into) || is_written(&update.from),
+        Effect::Call(site) => is_fed(&site.fed, &site.into) || is_written(&site.from),
+        _ => false,
+    };
+    if at_update {
+        return true;
+    }
+    // What the instance gives in a round, by its law or another method of it.
     let updated = match &graph.node(node).effect {
         Effect::Update(update) => Some(&update.place),
         Effect::Call(site) => site.args.first().and_then(|arg| arg.place.as_ref()),
@@ -249,55 +280,26 @@ pub(super) fn feeds(
         })
         .copied()
         .collect();
-    let is_fed = |fed: &[Var], into: &[Var]| {
-        fed.iter().any(|var| aliases.is_derived(*var, &bound))
-            || bound.iter().any(|var| aliases.is_derived(*var, into) && !into.is_empty())
-    };
-    // What the round writes into memory that the law reads is fed as well.
-    let is_written = |from: &Computed| {
-        let roots: Vec<Place> = from.places.iter().flat_map(|place| aliases.roots(place)).collect();
-        let feeds = |root: &Place| {
-            let mut read = roots.iter().filter(|read| !read.steps.is_empty() && !read.overlaps(search.instance));
-            read.any(|read| read.overlaps(root) && read.steps.len() <= root.steps.len())
-        };
-        graph.node_ids().filter(inside).any(|other| match &graph.node(other).effect {
-            Effect::Write(write) => write.place.base_var().is_some_and(|var| {
-                // What a loop binds lies in what it runs over.
-                let loops = graph.loops_around(other).map(|id| graph.loop_info(id));
-                let over = loops.filter(|info| info.bound.contains(&var)).filter_map(|info| info.over.as_ref());
-                let mut roots = aliases.roots(&write.place);
-                roots.extend(over.flat_map(|place| aliases.roots(place)).map(|root| root.element(IndexKey::Each)));
-                aliases.is_derived(var, &bound) && roots.iter().any(feeds)
-            }),
-            _ => false,
-        })
-    };
-    let at_update = match &graph.node(node).effect {
-        Effect::Update(update) => is_fed(&update.fed, &update.into) || is_written(&update.from),
-        Effect::Call(site) => is_fed(&site.fed, &site.into) || is_written(&site.from),
+    let from_given = aliases.derived_from(&given);
+    graph.node_ids().filter(inside).any(|other| match &graph.node(other).effect {
+        Effect::Call(site) => {
+            is_fed(&site.fed, &[])
+                && receives(aliases, search, site)
+                && is_same(site)
+                && site.targets.iter().any(|target| summaries.get(*target).is_some())
+        }
+        Effect::Write(write) => {
+            let is_part = || {
+                let roots = aliases.roots(&write.place);
+                let is_inside = |root: &Place| root.steps.len() > search.instance.steps.len();
+                roots.iter().any(|root| root.overlaps(search.instance) && is_inside(root))
+            };
+            // What is written is a part of the instance and comes from the sample, or the other way round.
+            let written = write.place.base_var().filter(|var| from_bound.contains(*var));
+            written.is_some_and(|var| is_part() || from_given.contains(var))
+        }
         _ => false,
-    };
-    at_update
-        || graph.node_ids().filter(inside).any(|other| match &graph.node(other).effect {
-            Effect::Call(site) => {
-                is_fed(&site.fed, &[])
-                    && receives(aliases, search, site)
-                    && is_same(site)
-                    && site.targets.iter().any(|target| summaries.get(*target).is_some())
-            }
-            Effect::Write(write) => {
-                let is_part = aliases
-                    .roots(&write.place)
-                    .iter()
-                    .any(|root| root.overlaps(search.instance) && root.steps.len() > search.instance.steps.len());
-                // What is written is a part of the instance and comes from the sample, or the other way round.
-                write
-                    .place
-                    .base_var()
-                    .is_some_and(|var| aliases.is_derived(var, &bound) && (is_part || aliases.is_derived(var, &given)))
-            }
-            _ => false,
-        })
+    })
 }
 
 /// Whether what is computed from these places may have been computed from a part of something.

@@ -14,6 +14,7 @@ mod counts;
 mod cycles;
 mod debug_only;
 mod decide;
+mod derived;
 mod dispatched;
 mod effort;
 mod fields;
