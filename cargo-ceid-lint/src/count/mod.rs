@@ -32,6 +32,7 @@ mod owed;
 mod own_methods;
 mod remarks;
 mod returned;
+mod samples;
 mod search;
 mod shown;
 mod skips;
