@@ -107,8 +107,10 @@ impl Aliases {
                 aliases.owning.insert(Var(number));
             }
         }
-        for node in &graph.nodes {
+        for (id, node) in graph.node_ids().zip(&graph.nodes) {
             match &node.effect {
+                // What was copied out of a place stays as it was when that is given another value.
+                Effect::Set(set) if graph.copies.contains_key(&id) && aliases.is_plain_variable(graph, set) => {}
                 Effect::Set(set) => {
                     let Some(var) = set.place.base_var() else { continue };
                     match &set.from {
@@ -154,6 +156,12 @@ impl Aliases {
             aliases.derived.entry(*to).or_default().insert(*from);
         }
         aliases
+    }
+
+    /// Whether a whole variable is assigned that holds no filter, and is no reference.
+    fn is_plain_variable(&self, graph: &ControlFlowGraph, set: &Assignment) -> bool {
+        let own = set.place.base_var().filter(|_| set.place.steps.is_empty());
+        own.is_some_and(|var| self.plain.contains(&var) && !matches!(graph.var(var).ty, Ty::Ref(..)))
     }
 
     /// A place in a value in between is another name.

@@ -8,6 +8,7 @@ use super::gates::Gates;
 use super::instances;
 use super::oversampled::fills_in_samples;
 use super::returned;
+use super::samples;
 use super::search::{End, EndKind, Exploration, Region, Search};
 use super::skips::{is_by_key, is_of_nothing, is_passed_by_search, loop_left, skip_place};
 use super::stand_ins;
@@ -218,6 +219,9 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
         let direct = updates.clone().any(|end| end.state.direct);
         // How many samples there are is not known, whatever the other ways do, and wherever they lead.
         let has_samples = ends.iter().any(|end| end.state.count == Count::PerSample);
+        if let Some(decision) = has_samples.then(|| samples::skipping(search, region, by_framework)).flatten() {
+            return decision;
+        }
         let verdict = match (resets, direct) {
             _ if has_samples => Verdict::PerSample,
             (true, _) => Verdict::OnceOrReset,

@@ -5,11 +5,41 @@ use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
 use super::counts::Count;
-use super::summary::Summaries;
+use super::given::{Given, place_of};
+use super::summary::{Summaries, Summary, note};
 use crate::flow::{ControlFlowGraph, Effect, Place, Projection, Var};
 
+/// Finds what the cycles of a function update, and which parts of its result they are done with.
+pub(super) fn find(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summaries, summary: &mut Summary) {
+    summary.finished = parts(graph, aliases, summaries);
+    summary.looped = looped(graph, aliases, summaries);
+}
+
+/// The places that the loops of a function update, and those of what it calls.
+fn looped(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summaries) -> BTreeSet<Given> {
+    let mut found = BTreeSet::new();
+    for node in &graph.nodes {
+        match &node.effect {
+            Effect::Update(update) if node.in_loop.is_some() => note(graph, aliases, &update.place, &mut found),
+            Effect::Call(site) => {
+                for called in aliases.called_places(site, summaries).iter().filter(|_| node.in_loop.is_some()) {
+                    if called.outcomes(summaries).iter().any(|outcome| outcome.count != Count::Zero) {
+                        note(graph, aliases, &called.place, &mut found);
+                    }
+                }
+                let callees = site.targets.iter().filter_map(|target| summaries.get(*target));
+                for place in callees.flat_map(|callee| &callee.looped).filter_map(|given| place_of(given, site)) {
+                    note(graph, aliases, &place, &mut found);
+                }
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
 /// The parts of a function's result that its cycles have updated, by the steps into the result.
-pub(super) fn parts(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summaries) -> BTreeSet<Vec<Projection>> {
+fn parts(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summaries) -> BTreeSet<Vec<Projection>> {
     let mut found = BTreeSet::new();
     let returned = graph.nodes.iter().filter_map(|node| match &node.effect {
         Effect::Return(value) => value.place.as_ref(),

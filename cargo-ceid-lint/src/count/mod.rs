@@ -33,6 +33,7 @@ mod owed;
 mod own_methods;
 mod remarks;
 mod returned;
+mod samples;
 mod search;
 mod shown;
 mod skips;

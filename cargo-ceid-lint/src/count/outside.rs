@@ -5,9 +5,8 @@ use std::collections::BTreeMap;
 use super::analyse::{Context, CycleId, FunctionFacts};
 use super::counts::Count;
 use super::cycles::Instance;
-use super::given::place_of;
+use super::given::{Given, place_of};
 use super::search::Region;
-use super::summary::Summary;
 use super::verdict::{Pair, Verdict};
 use crate::flow::{Effect, LoopId, NodeId, Place, Rounds};
 
@@ -86,10 +85,17 @@ impl Context<'_> {
         let is_it = |other: &Place| facts.aliases.shared_roots(other).iter().any(|root| root.overlaps(place));
         facts.graph.nodes.iter().any(|node| {
             let Effect::Call(site) = &node.effect else { return false };
-            let callees = site.targets.iter().filter_map(|target| self.summaries.get(*target));
-            callees.flat_map(Summary::all_outcomes).any(|(given, outcomes)| {
-                outcomes.iter().any(|outcome| outcome.count == Count::PerSample)
-                    && place_of(given, site).is_some_and(|place| is_it(&place))
+            let mut callees = site.targets.iter().filter_map(|target| self.summaries.get(*target));
+            callees.any(|callee| {
+                let is_cycle = |given: &Given, count: Count| match count {
+                    Count::Zero | Count::One => false,
+                    Count::PerSample => true,
+                    Count::Many => callee.looped.contains(given),
+                };
+                callee.all_outcomes().any(|(given, outcomes)| {
+                    outcomes.iter().any(|outcome| is_cycle(given, outcome.count))
+                        && place_of(given, site).is_some_and(|place| is_it(&place))
+                })
             })
         })
     }

@@ -120,6 +120,8 @@ pub(super) struct Summary {
     pub(super) finished: BTreeSet<Vec<Projection>>,
     /// What it updates without ever coming back.
     pub(super) endless: BTreeSet<Given>,
+    /// What loops of its own update.
+    pub(super) looped: BTreeSet<Given>,
     /// What it advances otherwise than by its law, with the half of the law and how.
     pub(super) stand_ins: BTreeMap<(Given, usize), Cause>,
     /// What only a debug build updates, with the half of the law.
@@ -293,7 +295,7 @@ impl Summaries {
         self.judge(program, graph, &aliases, (touched, unknown), &mut summary, searched);
         super::own_methods::add(program.index, graph, &mut summary);
         stand_ins::add(program, graph, &mut summary);
-        summary.finished = finished::parts(graph, &aliases, self);
+        finished::find(graph, &aliases, self, &mut summary);
         // Answers decide nothing that a recursion has to settle.
         if !self.is_recursion {
             summary.answers = answers(program, graph, &aliases, self);

@@ -265,7 +265,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         if test.subject.is_some() && (is_kept || self.is_unchanging(test)) {
             return Some(Gate::Config);
         }
-        if self.rotates(test) {
+        if self.rotates(test) || self.draws_in_turn(test) {
             return Some(Gate::Rate);
         }
         // A remainder is no state that anything is in.

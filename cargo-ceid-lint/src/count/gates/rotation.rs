@@ -37,6 +37,16 @@ impl Gates<'_, '_> {
         seen.len() == heads.len() && at == &heads[0] && follows.values().any(|turn| turn.updates)
     }
 
+    /// Whether it is asked what an iterator gives that begins anew at its end: `let mut lanes = (0..4).cycle(); … lanes.next()`.
+    pub(super) fn draws_in_turn(&self, test: &Test) -> bool {
+        let sources = self.behind(test);
+        let goes_round = |place: &Place| {
+            let made_by = place.base_var().and_then(|var| self.search.graph.computed.get(&var));
+            self.outlives(place) && made_by.is_some_and(|made_by| made_by.calls.iter().any(|call| call == "cycle"))
+        };
+        sources.calls.iter().any(|call| call == "next") && sources.places.iter().any(goes_round)
+    }
+
     /// What an iteration does that begins with a head of a state; `None` if it may lead to several.
     fn turn(&self, place: &Place, head: &Head) -> Option<Turn> {
         let graph = self.search.graph;

@@ -211,17 +211,27 @@ impl Gates<'_, '_> {
         !is_there && self.feeds_sample(test)
     }
 
-    /// Whether a condition asks why a sample is not there: `Err(Bus::Nack) => continue`.
+    /// Whether a condition is asked only where a sample is not there, why or for how long: `Err(Bus::Nack) => continue`,
+    /// `Err(_) if errors < 5 => held`.
     pub(super) fn asks_for_reason(&self, test: &Test, at: NodeId, way: &Way) -> bool {
         let graph = self.search.graph;
-        let Some(asked) = test.subject.map(|id| &graph.subjects[id.0 as usize]) else { return false };
+        let asked = test.subject.map(|id| &graph.subjects[id.0 as usize]);
         // What is asked for is a part of what is there or not.
-        let is_part_of = |whole: &Place| asked.whole.is_none() && asked.reads == [whole.clone()];
+        let is_part_of =
+            |whole: &Place| asked.is_some_and(|asked| asked.whole.is_none() && asked.reads == [whole.clone()]);
         way.nodes.iter().take_while(|id| **id != at).any(|id| {
             let Effect::Branch(before) = &graph.node(*id).effect else { return false };
             let whole = before.subject.and_then(|id| graph.subjects[id.0 as usize].whole.as_ref());
-            before.about.asks_presence() && whole.is_some_and(is_part_of) && self.lacks_sample(before, *id, way)
+            before.about.asks_presence()
+                && (whole.is_some_and(is_part_of) || (self.search.decides(*id, at) && self.asks_count(test)))
+                && self.lacks_sample(before, *id, way)
         })
+    }
+
+    /// Whether a condition asks for something that the cycle counts.
+    fn asks_count(&self, test: &Test) -> bool {
+        let counts = |id: NodeId| self.search.graph.changes.get(&id).is_some_and(|change| change.kind.counts());
+        test.about.reads.iter().any(|place| self.outlives(place) && self.assigning(place).any(counts))
     }
 
     /// Whether a condition asks for nothing but what came in this iteration and is fed, and settings: `z.is_finite()`.

@@ -331,6 +331,8 @@ impl Gates<'_, '_> {
         let is_told = match self.ty(place) {
             Some(Ty::Float) => true,
             Some(Ty::Bool | Ty::Int) => !is_state(),
+            // What another crate hands over by value is made anew for each call.
+            None | Some(Ty::Unknown) => matches!(info.ty, Ty::External(..)) && !is_state(),
             _ => false,
         };
         !place.steps.is_empty() && is_told && !is_setting

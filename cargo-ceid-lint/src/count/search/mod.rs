@@ -143,6 +143,18 @@ impl<'a> Search<'a> {
         search
     }
 
+    /// The same search, in which each update counts, whatever loop it is in.
+    pub(super) fn without_samples(&self) -> Self {
+        let Self { program, graph, aliases, summaries, instance, law, dependence, .. } = *self;
+        let search = Self::with_dependence(program, graph, aliases, summaries, instance, law, dependence);
+        Self {
+            sample_loops: BTreeSet::new(),
+            behind: self.behind.clone(),
+            is_one_of_many: self.is_one_of_many,
+            ..search
+        }
+    }
+
     /// Takes one of the types for the one behind the trait object or type parameter in which the instance lies.
     pub(super) fn only_behind(&mut self, ty: &Ty) {
         self.is_one_of_many = self.behind.len() > 1;

@@ -5,6 +5,7 @@ use super::{Region, Search, State};
 use crate::count::counts::Count;
 use crate::count::gates::Asks;
 use crate::count::instances::is_lent;
+use crate::count::slice::subject_of;
 use crate::count::summary::Outcome;
 use crate::flow::{Assignment, CallSite, Effect, NodeId, OTHER_HEADS, Place, SubjectId, Test, Var};
 use crate::index::Ty;
@@ -44,19 +45,34 @@ impl Search<'_> {
     pub(in crate::count) fn resets_in_pauses(&self, region: Region, mode: Mode) -> bool {
         let mut run = self.run(region);
         let compared = self.graph.subjects.iter().filter_map(crate::flow::Subject::equals);
-        let wanted: Vec<SubjectId> = compared
-            .flat_map(|(left, right)| [left, right])
-            .filter_map(|place| super::slice::subject_of(self.graph, place))
-            .chain([mode.subject])
-            .collect();
-        for subject in wanted {
+        let compared =
+            compared.flat_map(|(left, right)| [left, right]).filter_map(|place| subject_of(self.graph, place));
+        let mut wanted: Vec<SubjectId> = [mode.subject].into_iter().chain(compared).collect();
+        let mut number = 0;
+        while let Some(subject) = wanted.get(number).copied().filter(|_| number < 2 * MAX_SUBJECTS) {
             if !run.tracked.subjects.contains(&subject) && run.tracked.subjects.len() < MAX_SUBJECTS {
                 run.tracked.subjects.push(subject);
             }
+            wanted.extend(self.copied_into(subject).filter(|from| !wanted.contains(from)).collect::<Vec<_>>());
+            number += 1;
         }
         run.mode = Some(mode);
         let exploration = run.finish(&self.starts(region));
         !exploration.limit && exploration.states.iter().all(|state| state.age != Age::Resumed)
+    }
+}
+
+impl Search<'_> {
+    /// The states that something gives another one: `state = next(state, &mut filter)`.
+    fn copied_into(&self, id: SubjectId) -> impl Iterator<Item = SubjectId> + '_ {
+        let graph = self.graph;
+        let whole = graph.subjects[id.0 as usize].whole.as_ref();
+        let gives = move |node: &NodeId| match &graph.node(*node).effect {
+            Effect::Set(set) | Effect::Write(set) => Some(&set.place) == whole,
+            _ => false,
+        };
+        let from = graph.node_ids().filter(gives).filter_map(|node| graph.copied(node));
+        from.filter_map(|place| subject_of(graph, &place))
     }
 }
 
@@ -104,8 +120,10 @@ impl Run<'_, '_> {
             let info = graph.var(var);
             info.param.is_some() && (info.name == "self" || matches!(info.ty, Ty::Ref(true, _)))
         };
+        let is_behind = |var: Var| matches!(graph.var(var).ty, Ty::Ref(true, _));
         let outlives = |place: &Place| match place.base_var() {
-            Some(var) => !place.steps.is_empty() && (is_kept(var) || is_lent(self.search.program.index, graph, place)),
+            Some(var) if place.steps.is_empty() => is_kept(var) && is_behind(var),
+            Some(var) => is_kept(var) || is_lent(self.search.program.index, graph, place),
             None => true,
         };
         let known = self.masks.get(state.masks).clone();

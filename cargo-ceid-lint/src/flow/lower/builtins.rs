@@ -298,7 +298,11 @@ impl Builder<'_> {
                 ..Value::default()
             },
             "last_mut" | "last" | "back_mut" | "back" | "peek_mut" if args.is_empty() => {
-                let key = IndexKey::Data(format!("{method}()").into());
+                let last = match self.ty(receiver).peel() {
+                    Ty::Array(_, length) => length.value.and_then(|length| length.checked_sub(1)),
+                    _ => None,
+                };
+                let key = last.map_or_else(|| IndexKey::Data(format!("{method}()").into()), IndexKey::Number);
                 Value { place: value.place.as_ref().map(|place| place.element(key)), ..Value::default() }
             }
             "next" | "next_back" | "nth"

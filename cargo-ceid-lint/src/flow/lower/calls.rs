@@ -345,8 +345,15 @@ impl Builder<'_> {
         while let ExprKind::Reference { value, .. } | ExprKind::Deref(value) = &self.body().expr(at).kind {
             at = *value;
         }
-        let is_cast = matches!(self.body().expr(at).kind, ExprKind::Cast { .. });
-        if is_cast { None } else { self.pure(at)?.whole }
+        if matches!(self.body().expr(at).kind, ExprKind::Cast { .. }) {
+            return None;
+        }
+        let pure = self.pure(at)?;
+        if pure.whole.is_some() && self.is_state(self.ty(at)) {
+            // What is called may ask for it.
+            self.state_subject(pure.clone(), at);
+        }
+        pure.whole
     }
 
     /// Whether an argument is a shared reference or a plain value, through which nothing is updated.

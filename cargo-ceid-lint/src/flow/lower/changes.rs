@@ -73,10 +73,15 @@ impl Builder<'_> {
 
     /// Notes that the last node gives a variable the state that a part of a value holds.
     pub(super) fn note_copied_part(&mut self, var: Var, value: &Value) {
+        if value.place.as_ref().is_some_and(|place| !place.steps.is_empty()) {
+            self.note_taken(var, value);
+        }
+    }
+
+    /// The same for what was taken out of a place as a whole: `mem::replace(&mut state, State::Idle)`.
+    pub(super) fn note_taken(&mut self, var: Var, value: &Value) {
         let is_state = self.is_state(&self.graph.var(var).ty) && !matches!(self.graph.var(var).ty, Ty::Ref(..));
-        if let (Some(at), Some(place)) = (self.at.filter(|_| is_state && value.same_as.is_none()), &value.place)
-            && !place.steps.is_empty()
-        {
+        if let (Some(at), Some(place)) = (self.at.filter(|_| is_state && value.same_as.is_none()), &value.place) {
             self.graph.copies.insert(at, place.clone());
         }
     }

@@ -221,7 +221,7 @@ impl Builder<'_> {
         let leaves_by = is_put_back.then_some(Transfer::Move);
         let old = Value { place: Some(place.clone()), same_as, is_owned: is_put_back, leaves_by, ..Value::default() };
         self.set(taken, &old, span);
-        self.note_copied_part(taken, &old);
+        self.note_taken(taken, &old);
         let taken_out = Value { head: is_truth.then(|| "false".to_owned()), ..Value::default() };
         let new = new.cloned().unwrap_or(taken_out);
         let writes = crate::flow::Assignment {

@@ -57,7 +57,7 @@ impl Builder<'_> {
                 let value = self.expr(id);
                 let item = match value.place {
                     Some(place) if self.may_hold_filter(self.ty(id)) => Item::Element(place),
-                    _ => Item::Opaque,
+                    _ => self.first_of_row(elements).map_or(Item::Opaque, |first| Item::Counter(Some(first))),
                 };
                 let rounds = if matches!(item, Item::Element(_)) { Rounds::Bounded } else { Rounds::Constant(count) };
                 Source { item, rounds, ..Source::bounded() }
@@ -134,6 +134,13 @@ impl Builder<'_> {
             _ => None,
         };
         Source { item, rounds, over, length, ..Source::bounded() }
+    }
+
+    /// The first of the whole numbers in a row that an array lists: `for axis in [ROLL, PITCH, YAW]` counts as a range does.
+    fn first_of_row(&mut self, elements: &[ExprId]) -> Option<u64> {
+        let numbers: Vec<u64> = elements.iter().map(|element| self.number(*element)).collect::<Option<_>>()?;
+        let first = *numbers.first()?;
+        (first..).zip(&numbers).all(|(next, number)| next == *number).then_some(first)
     }
 
     fn range(&mut self, start: Option<ExprId>, end: Option<ExprId>, inclusive: bool) -> Source {

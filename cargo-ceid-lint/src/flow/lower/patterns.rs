@@ -479,7 +479,9 @@ impl Builder<'_> {
                     let is_reference = matches!(self.typed().local(local).ty, Ty::Ref(..));
                     let value = Value { is_owned: value.is_owned && !by_reference && !is_reference, ..value.clone() };
                     self.set(var, &value, span);
-                    self.note_copied_part(var, &value);
+                    if !by_reference {
+                        self.note_copied_part(var, &value);
+                    }
                     self.bind_guard(var, &value, span);
                 }
                 if let Some(sub) = sub {

@@ -5,7 +5,7 @@ use crate::flow::test::MAX_HEADS;
 use crate::flow::{About, Effect, Head, NodeId, Place, Subject, SubjectId, Test, Var};
 use crate::index::{Def, Shape, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{CfgKey, ExprId, ExprKind, Path, TypeRef};
+use crate::syntax::tree::{CfgKey, ExprId, ExprKind, Path, StmtKind, TypeRef};
 use crate::types::Callee;
 
 /// A pure expression: its spelling with variables by number, and the places it reads.
@@ -372,7 +372,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Whether a function takes `&self` and only reads fields: its body is one pure expression.
+    /// Whether a function takes `&self` and only reads fields: all that its body is made of is pure.
     pub(super) fn is_pure_function(&self, id: crate::index::FunctionId, depth: u32) -> bool {
         let def = self.program.index.function(id);
         use crate::syntax::tree::Receiver;
@@ -391,8 +391,12 @@ impl Builder<'_> {
             | ExprKind::Cast { .. }
             | ExprKind::Let { .. }
             | ExprKind::Match { .. }
+            | ExprKind::If { .. }
+            | ExprKind::Return(_)
             | ExprKind::Reference { mutable: false, .. } => true,
-            ExprKind::Block(block) => block.stmts.is_empty(),
+            ExprKind::Block(block) => {
+                block.stmts.iter().all(|stmt| matches!(stmt.kind, StmtKind::Let { .. } | StmtKind::Expr { .. }))
+            }
             ExprKind::MethodCall { method, .. } => {
                 let id = ExprId(u32::try_from(number).unwrap_or(u32::MAX));
                 match typed.callees.get(&id) {
