@@ -18,6 +18,7 @@ mod run;
 mod settled;
 mod shared;
 mod versions;
+mod ways;
 
 use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
@@ -32,12 +33,10 @@ use names::{covering_loops, indexes_instance, lends_some};
 use run::Run;
 
 use super::aliases::Aliases;
-use super::assumed::merged;
 use super::counts::Count;
 use super::given::{Given, place_of};
-use super::returned;
 use super::slice::{self, ControlDependence, tracked};
-use super::summary::{Outcome, Summaries, Summary};
+use super::summary::{Summaries, Summary};
 use super::verdict::{Evidence, Gate};
 use crate::flow::{
     CallSite, Cause, ControlFlowGraph, Effect, LoopId, NodeId, Place, Program, Relation, SubjectId, Var,
@@ -380,55 +379,6 @@ impl<'a> Search<'a> {
         self.states.take()
     }
 
-    /// The ways through the whole function, as its callers see them.
-    pub(super) fn ways(&self, region: Region) -> Ways {
-        let mut run = self.run(region);
-        run.count_own_loops();
-        run.tell_assumed();
-        let exploration = self.explored(run, &self.starts(region));
-        let gates = super::gates::Gates::of_helper(self);
-        let mut outcomes: BTreeSet<Outcome> = BTreeSet::new();
-        let mut heads = 0;
-        for end in &exploration.ends {
-            let returned = returned::of_function(self.program, self.graph.function, end.returned);
-            if end.state.count == Count::Zero && super::skips::is_of_nothing(self, &exploration, end) {
-                heads |= returned;
-                continue;
-            }
-            let gate = gates.of_end(&exploration, end);
-            let unknown = end.state.unknown.map(|cause| exploration.causes[cause as usize].clone());
-            let is_passed = super::skips::is_passed_by_search(self, region, end);
-            let unknown = unknown
-                .or_else(|| is_passed.then(|| Cause::Index(self.graph.place_name(self.program.index, self.instance))));
-            let moved = || Cause::Moved(self.program.index.function(self.graph.function).name.clone());
-            outcomes.insert(Outcome {
-                count: end.state.count,
-                ahead: end.ahead,
-                reset: end.state.reset,
-                partly_reset: end.state.partly_reset,
-                unknown: if end.has_left { Some(moved()) } else { unknown },
-                direct: end.state.direct,
-                returned,
-                gate,
-                modes: gates.kept_modes(end, gate),
-                attempted: end.state.attempted,
-                asks: gates.asks(&exploration, end),
-                assumed: end.assumed.clone(),
-            });
-        }
-        if exploration.limit {
-            outcomes.insert(Outcome::unknown(Cause::Limit("the function has too many paths".to_owned())));
-        }
-        outcomes.extend(self.aliases.limit().map(Outcome::unknown));
-        Ways {
-            outcomes: merged(&outcomes),
-            heads: outcomes.iter().fold(heads, |heads, way| heads | way.returned),
-            states: exploration.states.len(),
-            repeat: super::decide::repeat_of(self, &exploration),
-            skip: super::decide::skip_of(self, &gates, &exploration),
-        }
-    }
-
     /// Searches a region. Each start is a node with the names that the instance has there, or its own name.
     pub(super) fn explore(&self, region: Region, starts: &[(NodeId, Option<Entry>)]) -> Exploration {
         self.explored(self.run(region), starts)
@@ -483,20 +433,6 @@ impl<'a> Search<'a> {
         tracked.add(slice::tracked(self.graph, self.dependence, &touching_inside, &times, &|_| BTreeSet::new()));
         Run::new(self, region, tracked, [self.reach(region), self.reach_of_copies(region)])
     }
-}
-
-/// What those who call a function need to know of the ways through it.
-pub(super) struct Ways {
-    /// Without those on which there is no such filter.
-    pub(super) outcomes: Vec<Outcome>,
-    /// What is given back on any of them.
-    pub(super) heads: u32,
-    /// How many states it took to find them.
-    pub(super) states: usize,
-    /// How one of them comes to a second update.
-    pub(super) repeat: Option<Evidence>,
-    /// How one of them skips what others update.
-    pub(super) skip: Option<Evidence>,
 }
 
 /// What is known where a search begins.

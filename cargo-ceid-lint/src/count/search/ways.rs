@@ -1,0 +1,76 @@
+//! The ways through a whole function, as its callers see them.
+
+use std::collections::BTreeSet;
+
+use super::super::assumed::merged;
+use super::super::counts::Count;
+use super::super::returned;
+use super::super::summary::Outcome;
+use super::super::verdict::Evidence;
+use super::{Region, Search};
+use crate::flow::Cause;
+
+/// What those who call a function need to know of the ways through it.
+pub(in crate::count) struct Ways {
+    /// Without those on which there is no such filter.
+    pub(in crate::count) outcomes: Vec<Outcome>,
+    /// What is given back on any of them.
+    pub(in crate::count) heads: u32,
+    /// How many states it took to find them.
+    pub(in crate::count) states: usize,
+    /// How one of them comes to a second update.
+    pub(in crate::count) repeat: Option<Evidence>,
+    /// How one of them skips what others update.
+    pub(in crate::count) skip: Option<Evidence>,
+}
+
+impl Search<'_> {
+    /// The ways through the whole function, as its callers see them.
+    pub(in crate::count) fn ways(&self, region: Region) -> Ways {
+        let mut run = self.run(region);
+        run.count_own_loops();
+        run.tell_assumed();
+        let exploration = self.explored(run, &self.starts(region));
+        let gates = super::super::gates::Gates::of_helper(self);
+        let mut outcomes: BTreeSet<Outcome> = BTreeSet::new();
+        let mut heads = 0;
+        for end in &exploration.ends {
+            let returned = returned::of_function(self.program, self.graph.function, end.returned);
+            if end.state.count == Count::Zero && super::super::skips::is_of_nothing(self, &exploration, end) {
+                heads |= returned;
+                continue;
+            }
+            let gate = gates.of_end(&exploration, end);
+            let unknown = end.state.unknown.map(|cause| exploration.causes[cause as usize].clone());
+            let is_passed = super::super::skips::is_passed_by_search(self, region, end);
+            let unknown = unknown
+                .or_else(|| is_passed.then(|| Cause::Index(self.graph.place_name(self.program.index, self.instance))));
+            let moved = || Cause::Moved(self.program.index.function(self.graph.function).name.clone());
+            outcomes.insert(Outcome {
+                count: end.state.count,
+                ahead: end.ahead,
+                reset: end.state.reset,
+                partly_reset: end.state.partly_reset,
+                unknown: if end.has_left { Some(moved()) } else { unknown },
+                direct: end.state.direct,
+                returned,
+                gate,
+                modes: gates.kept_modes(end, gate),
+                attempted: end.state.attempted,
+                asks: gates.asks(&exploration, end),
+                assumed: end.assumed.clone(),
+            });
+        }
+        if exploration.limit {
+            outcomes.insert(Outcome::unknown(Cause::Limit("the function has too many paths".to_owned())));
+        }
+        outcomes.extend(self.aliases.limit().map(Outcome::unknown));
+        Ways {
+            outcomes: merged(&outcomes),
+            heads: outcomes.iter().fold(heads, |heads, way| heads | way.returned),
+            states: exploration.states.len(),
+            repeat: super::super::decide::repeat_of(self, &exploration),
+            skip: super::super::decide::skip_of(self, &gates, &exploration),
+        }
+    }
+}
