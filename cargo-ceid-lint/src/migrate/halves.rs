@@ -30,8 +30,13 @@ pub(super) fn halves<'s>(of: &LoopBody<'_>, own: &'s Guarded) -> Result<Vec<&'s 
         if own.sites.len() > halves.len() {
             return refuse(format!("a half of the law of `{}` is called in several places", own.spelled));
         }
-        if own.sites.iter().any(|site| site.is_used) {
-            return refuse(format!("what a half of the law of `{}` gives back is used", own.spelled));
+        if let Some(used) = own.sites.iter().find(|site| site.is_used) {
+            let text = format!(
+                "what `{}` of `{}` gives back is used here, and a guard runs all of the law when the iteration has ended: let the \
+                 filter keep it, and look at it in the next iteration",
+                used.method, own.spelled
+            );
+            return Err(Reason { span: of.span(used.call), text });
         }
     }
     Ok(halves)
