@@ -22,8 +22,10 @@ pub(super) struct Input {
     pub(super) before: Span,
     /// What stands there instead.
     pub(super) instead: &'static str,
-    /// Where the input ends.
+    /// Where the value ends.
     pub(super) end: u32,
+    /// The text that goes away behind it: the bracket of `&(a + b)`, or nothing.
+    pub(super) after: Span,
     /// Its type, where a reference to it becomes another one.
     pub(super) annotation: Option<String>,
     is_lent: bool,
@@ -44,6 +46,12 @@ impl Input {
     }
 }
 
+/// The edits behind inputs; those behind the last one are made with the end of the call.
+pub(super) fn closed(inputs: &[Input]) -> impl Iterator<Item = (Span, String)> + '_ {
+    let all_but_last = inputs.iter().rev().skip(1);
+    all_but_last.filter(|input| input.after.start < input.after.end).map(|input| (input.after, String::new()))
+}
+
 /// The input of a law, by its number.
 ///
 /// # Errors
@@ -51,6 +59,7 @@ impl Input {
 pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize) -> Result<Input, Reason> {
     let id = site.inputs[number];
     let span = of.span(id);
+    let nothing = Span { start: span.end, ..span };
     let refuse = |text: String| Err(Reason { span, text });
     let what = || format!("the input `{}` of `{}`", of.written(id), own.spelled);
     if of.program.sources.snippet(of.span(of.block)).contains("//") && has_comment(of, site) {
@@ -68,7 +77,15 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
         && matches!(param, Some(TypeRef::Reference { inner, .. }) if is_str(inner))
     {
         let before = Span { end: span.start, ..span };
-        return Ok(Input { name, before, instead: "", end: span.end, annotation: None, is_lent: false });
+        return Ok(Input {
+            name,
+            before,
+            instead: "",
+            end: span.end,
+            after: nothing,
+            annotation: None,
+            is_lent: false,
+        });
     }
     if let Some(lock) = lent_by_a_lock(of, id) {
         return refuse(format!(
@@ -114,13 +131,14 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
             return refuse(format!("{} may borrow from the iteration, and cannot be kept until its end", what()));
         }
         let before = Span { end: span.start, ..span };
-        return Ok(Input { name, before, instead: "", end, annotation: None, is_lent: false });
+        return Ok(Input { name, before, instead: "", end, after: nothing, annotation: None, is_lent: false });
     }
     let as_it_is = Input {
         name: name.clone(),
         before: Span { end: span.start, ..span },
         instead: "",
         end,
+        after: nothing,
         annotation: None,
         is_lent: false,
     };
@@ -139,8 +157,10 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
         if is_array || !is_owned || !is_made && !is_kept(index, held) {
             return kept.ok_or_else(|| unkept(span, &what()));
         }
-        let before = Span { end: of.span(*value).start, ..span };
-        return Ok(Input { name, before, instead: "", end, annotation: annotation(held), is_lent: true });
+        let value = of.span(*value);
+        let (before, after) = (Span { end: value.start, ..span }, Span { start: value.end, ..span });
+        let annotation = annotation(held);
+        return Ok(Input { name, before, instead: "", end: value.end, after, annotation, is_lent: true });
     }
     let is_item = is_lasting_item(of, id);
     if is_item && matches!(ty, Ty::Ref(_, inner) if matches!(**inner, Ty::Slice(_))) {
@@ -154,7 +174,7 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
     match lent {
         Some(inner) if is_kept(index, inner) && matches!(of.kind(id), ExprKind::Path(_) | ExprKind::Field { .. }) => {
             let before = Span { end: span.start, ..span };
-            Ok(Input { name, before, instead: "*", end, annotation: annotation(inner), is_lent: true })
+            Ok(Input { name, before, instead: "*", end, after: nothing, annotation: annotation(inner), is_lent: true })
         }
         _ if is_item => Ok(as_it_is),
         _ => kept.ok_or_else(|| unkept(span, &what())),
