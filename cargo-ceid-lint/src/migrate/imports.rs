@@ -8,7 +8,7 @@ use super::text::{
 };
 use crate::count::{Cycle, Verdict};
 use crate::flow::Program;
-use crate::index::{FunctionId, ModuleId, Owner};
+use crate::index::{Def, FunctionId, ModuleId, Namespace, Owner};
 use crate::source::{FileId, Span};
 use crate::syntax::Outline;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
@@ -46,7 +46,7 @@ pub fn idle_imports(program: &Program<'_>, cycles: &[Cycle]) -> IdleImports {
                     None => found.doubtful.extend(scope.doubt(at)),
                 }
             }
-            found.doubtful.extend(scope.glob());
+            scope.globs(&mut found);
         }
     }
     found
@@ -132,22 +132,57 @@ impl Scope<'_> {
         (!is_needed).then(|| (span, self.name.to_owned()))
     }
 
-    /// The import of all that is in the module of a trait, if nothing there needs the trait.
-    fn glob(&self) -> Option<(Span, String)> {
+    /// The imports of all that is in the module of a trait, where nothing needs the trait: those that go, or those that perhaps nothing
+    /// needs.
+    fn globs(&self, found: &mut IdleImports) {
         let of = self.program.index.module(self.module);
         let text = self.text;
         // The root of a crate has no name of its own.
         let name = if of.name.is_empty() { "crate" } else { &of.name };
         let path = format!("{name}::*;");
-        let end = text.find(&path)? + path.len();
-        let start = words(&text[..end], "use").last()?;
-        let scope = self.outline.around(start).next().map_or(0..text.len(), |around| around.brackets.clone());
-        let code = self.unconditional(&self.in_sight(&scope, true, Sought::Names));
-        let is_private = text[..start].trim_end().ends_with([';', '}', '{', ']']) || text[..start].trim().is_empty();
-        let is_needed = of.own_names().any(|name| has_word(&code[scope.clone()], name))
-            || self.methods.iter().any(|method| self.is_called(method, &code, &scope));
-        let is_only = is_private && !self.methods.is_empty() && !is_needed;
-        is_only.then(|| (Span::new(self.file, to_u32(start), to_u32(end)), format!("{name}::*")))
+        for (at, _) in text.match_indices(&path) {
+            let end = at + path.len();
+            let Some(start) = words(&text[..end], "use").last() else { continue };
+            let before = text[..start].trim_end();
+            if self.methods.is_empty() || !(before.is_empty() || before.ends_with([';', '}', '{', ']'])) {
+                continue;
+            }
+            let around = self.outline.around(start).next();
+            let scope = around.map_or(0..text.len(), |around| around.brackets.clone());
+            let is_needed = |names: &str, calls: &str| {
+                let part = &names[scope.clone()];
+                let is_looked_up =
+                    |at| segment_before(part, at).is_none_or(|before| matches!(before, "super" | "self"));
+                of.own_names().any(|name| words(part, name).any(is_looked_up))
+                    || self.methods.iter().any(|method| self.is_called(method, calls, &scope))
+            };
+            let sight = |without_tests, sought| self.in_sight(&scope, without_tests, sought);
+            let span = Span::new(self.file, to_u32(start), to_u32(end));
+            let is_handed_on = around.is_none() && is_handed_on(self.program, self.file, text);
+            let is_plain = !before.ends_with(']') && self.is_only_trait();
+            if is_plain && !is_handed_on && !is_needed(&sight(false, Sought::Names), &sight(false, Sought::Calls)) {
+                let gone = removal(text, start..end);
+                let gone = Span::new(self.file, to_u32(gone.start), to_u32(gone.end));
+                found.removals.push(vec![(gone, String::new())]);
+                continue;
+            }
+            let unconditional = self.unconditional(&sight(true, Sought::Names));
+            if !is_needed(&unconditional, &unconditional) {
+                found.doubtful.push((span, format!("{name}::*")));
+            }
+        }
+    }
+
+    /// Whether its module gives no other trait, whose methods could be called without naming it.
+    fn is_only_trait(&self) -> bool {
+        let index = self.program.index;
+        let of = index.module(self.module);
+        let is_other = |name: &str| match index.resolve(self.module, &[name.to_owned()], Namespace::Type) {
+            Some(Def::Trait(_)) => name != self.name,
+            Some(Def::External(_)) => true,
+            _ => false,
+        };
+        !of.has_globs() && !of.own_names().any(is_other)
     }
 
     /// Code with blanks for its comments and for the items that are compiled under a condition.
