@@ -4,10 +4,15 @@
 use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
+use super::analyse::FunctionFacts;
 use super::counts::Count;
+use super::cycles::Instance;
 use super::given::{Given, place_of};
 use super::summary::{Summaries, Summary, note};
-use crate::flow::{ControlFlowGraph, Effect, Place, Projection, Var};
+use crate::flow::{ControlFlowGraph, Effect, Place, Projection, Transfer, Var};
+
+/// How many moves in a row are followed.
+const MAX_MOVES: usize = 16;
 
 /// Finds what the cycles of a function update, and which parts of its result they are done with.
 pub(super) fn find(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &Summaries, summary: &mut Summary) {
@@ -91,4 +96,29 @@ pub(super) fn of_variable<'a>(
         _ => None,
     });
     targets.flatten().filter_map(|target| summaries.get(*target)).flat_map(|summary| &summary.finished)
+}
+
+/// Whether what lies at a place was moved there from where a cycle of this function has updated it: `let settled = lag;`.
+pub(super) fn is_moved_on(facts: &FunctionFacts<'_>, place: &Place) -> bool {
+    let mut seen = BTreeSet::new();
+    let mut open = vec![place.clone()];
+    while let Some(at) = open.pop().filter(|_| seen.len() < MAX_MOVES) {
+        for node in &facts.graph.nodes {
+            let Effect::Set(set) = &node.effect else { continue };
+            let rest = at.steps.strip_prefix(&*set.place.steps).filter(|_| set.place.base == at.base);
+            let (Some(from), Some(rest), Transfer::Move) = (&set.from, rest, set.transfer) else { continue };
+            let source = from.join(rest);
+            let is_source = |root: &Place| {
+                let is_it = |own: &Instance| own.place == *root && (!own.loops.is_empty() || own.function);
+                facts.updated.iter().any(is_it)
+            };
+            if facts.aliases.shared_roots(&source).iter().any(is_source) {
+                return true;
+            }
+            if seen.insert(source.clone()) {
+                open.push(source);
+            }
+        }
+    }
+    false
 }

@@ -191,6 +191,7 @@ impl Context<'_> {
             || is_absent()
             || self.comes_back(facts, place)
             || self.is_run_for_good(facts, place)
+            || finished::is_moved_on(facts, place)
         {
             return;
         }
@@ -308,8 +309,10 @@ impl Context<'_> {
     }
 
     pub(super) fn is_declared_before(&self, graph: &ControlFlowGraph, var: Var, id: LoopId) -> bool {
-        let info = graph.var(var);
-        info.param.is_some() || info.declared < graph.loop_info(id).head
+        let (info, own) = (graph.var(var), graph.loop_info(id));
+        // Where a loop ends may be a node from before its head.
+        let is_behind = info.span.file == own.keyword.file && info.span.start > own.keyword.start;
+        info.param.is_some() || info.declared < own.head && !is_behind
     }
 
     /// Whether a variable gets a value of its own in this function, not one that a closure or pattern was handed, nor a copy

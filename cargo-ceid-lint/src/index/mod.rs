@@ -198,6 +198,11 @@ impl Module {
     pub fn own_names(&self) -> impl Iterator<Item = &str> {
         self.names.keys().map(|(_, name)| name.as_str())
     }
+
+    /// Whether it imports all names of some other module.
+    pub fn has_globs(&self) -> bool {
+        !self.globs.is_empty()
+    }
 }
 
 #[derive(Clone, Debug)]

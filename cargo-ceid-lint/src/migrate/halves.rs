@@ -3,7 +3,7 @@
 use super::Reason;
 use super::adapt::{tuple, variable};
 use super::body::LoopBody;
-use super::inputs::Input;
+use super::inputs::{Input, closed};
 use super::mentions::Guarded;
 use super::sites::Site;
 use super::text::removal;
@@ -30,8 +30,13 @@ pub(super) fn halves<'s>(of: &LoopBody<'_>, own: &'s Guarded) -> Result<Vec<&'s 
         if own.sites.len() > halves.len() {
             return refuse(format!("a half of the law of `{}` is called in several places", own.spelled));
         }
-        if own.sites.iter().any(|site| site.is_used) {
-            return refuse(format!("what a half of the law of `{}` gives back is used", own.spelled));
+        if let Some(used) = own.sites.iter().find(|site| site.is_used) {
+            let text = format!(
+                "what `{}` of `{}` gives back is used here, and a guard runs all of the law when the iteration has ended: let the \
+                 filter keep it, and look at it in the next iteration",
+                used.method, own.spelled
+            );
+            return Err(Reason { span: of.span(used.call), text });
         }
     }
     Ok(halves)
@@ -61,7 +66,7 @@ pub(super) fn kept(
     }
     let outer = of.span(site.outer);
     let is_plain = |input: &Input| {
-        let given = site.inputs.iter().find(|id| of.span(**id).end == input.end);
+        let given = site.inputs.iter().find(|id| of.span(**id).end == input.after.end);
         given.map(|given| of.kind(input.value(of, *given))).is_some_and(|kind| match kind {
             ExprKind::Deref(value) => matches!(of.kind(*value), ExprKind::Path(_)),
             ExprKind::Path(_) | ExprKind::Literal(_) => true,
@@ -101,5 +106,6 @@ pub(super) fn kept(
     let others =
         inputs.iter().skip(1).filter(|input| input.before.start < input.before.end || !input.instead.is_empty());
     edits.extend(others.map(|input| (input.before, input.instead.to_owned())));
+    edits.extend(closed(inputs));
     Ok(Kept { values, edits })
 }

@@ -28,7 +28,7 @@ pub(super) fn lines(
     let text = of.text;
     let open = of.span(of.block).start as usize + 1;
     let start = if of.is_function { Some(open) } else { statement_start(of) };
-    let start = start.ok_or_else(|| refuse("the loop is not a statement of a block"))?;
+    let start = start.ok_or_else(|| refuse("the loop is not a statement of a block: put it into one, `{ … }`"))?;
     let core = ceid_core_name(of.program.index, of.function);
     let body = of.program.sources.snippet(of.span(of.body.root));
     let is_taken = |name: &str| has_word(body, name) || of.typed.locals.iter().any(|local| local.name == name);

@@ -79,8 +79,9 @@ pub(super) fn guarded(
     }
     guarded.sort_by_key(|own| own.sites.first().map_or((true, of.span(own.at)), |site| (false, of.span(site.call))));
     let mut taken = BTreeSet::new();
+    let alike = alike(of, &guarded);
     for own in &mut guarded {
-        match free_name(of, own, &taken) {
+        match free_name(of, own, &(&taken | &alike)).or_else(|| free_name(of, own, &taken)) {
             Some(name) => {
                 taken.insert(name.clone());
                 own.name = name;
@@ -312,6 +313,20 @@ fn is_ref_to(ty: &Ty, inner: &Ty) -> bool {
     match ty {
         Ty::Ref(_, own) => **own == *inner,
         _ => false,
+    }
+}
+
+/// The short names that several places would have: all of these get longer ones, `roll_pid` and `pitch_pid`.
+fn alike(of: &LoopBody<'_>, guarded: &[Guarded]) -> BTreeSet<String> {
+    let mut alike = BTreeSet::new();
+    loop {
+        let mut names: Vec<String> = guarded.iter().filter_map(|own| free_name(of, own, &alike)).collect();
+        names.sort();
+        let twice: Vec<String> = names.windows(2).filter(|two| two[0] == two[1]).map(|two| two[0].clone()).collect();
+        if twice.is_empty() {
+            return alike;
+        }
+        alike.extend(twice);
     }
 }
 

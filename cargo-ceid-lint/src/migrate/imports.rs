@@ -8,7 +8,7 @@ use super::text::{
 };
 use crate::count::{Cycle, Verdict};
 use crate::flow::Program;
-use crate::index::{FunctionId, ModuleId, Owner};
+use crate::index::{Def, FunctionId, ModuleId, Namespace, Owner};
 use crate::source::{FileId, Span};
 use crate::syntax::Outline;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
@@ -46,7 +46,7 @@ pub fn idle_imports(program: &Program<'_>, cycles: &[Cycle]) -> IdleImports {
                     None => found.doubtful.extend(scope.doubt(at)),
                 }
             }
-            found.doubtful.extend(scope.glob());
+            scope.globs(&mut found);
         }
     }
     found
@@ -61,6 +61,13 @@ fn has_ceid(program: &Program<'_>, file: FileId) -> bool {
 
 fn to_u32(at: usize) -> u32 {
     u32::try_from(at).unwrap_or(u32::MAX)
+}
+
+/// What an import may be there for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Sought {
+    Names,
+    Calls,
 }
 
 /// A file that may import a trait or type.
@@ -86,19 +93,17 @@ impl Scope<'_> {
         let around = self.outline.around(import.stmt.start).next();
         let scope = around.map_or(0..text.len(), |around| around.brackets.clone());
         let bound = import.alias.unwrap_or(name);
-        let is_needed = |code: &str| {
+        let is_needed = |without_tests: bool| {
             let is_outside = |at: usize| scope.contains(&at) && !import.stmt.contains(&at);
-            bound != "_" && words(code, bound).any(is_outside)
-                || self.methods.iter().any(|method| self.is_called(method, code, &scope))
+            let code = self.in_sight(&scope, without_tests, Sought::Names);
+            let calls = self.in_sight(&scope, without_tests, Sought::Calls);
+            bound != "_" && words(&code, bound).any(|at| is_outside(at) && self.may_be_imported(&code, at))
+                || self.methods.iter().any(|method| self.is_called(method, &calls, &scope))
         };
-        if is_needed(&self.in_sight(&scope, true)) || around.is_none() && is_handed_on(program, file, text) {
+        if is_needed(true) || around.is_none() && is_handed_on(program, file, text) {
             return None;
         }
-        let edits = if is_needed(&self.in_sight(&scope, false)) {
-            import.for_tests(text)?
-        } else {
-            vec![import.without(text)?]
-        };
+        let edits = if is_needed(false) { import.for_tests(text)? } else { vec![import.without(text)?] };
         let placed =
             |(range, new): (Range<usize>, String)| (Span::new(file, to_u32(range.start), to_u32(range.end)), new);
         Some(edits.into_iter().map(placed).collect())
@@ -115,33 +120,69 @@ impl Scope<'_> {
         let import = Import::of(self.text, at, self.name).filter(|import| !self.is_of_core(import))?;
         let around = self.outline.around(import.stmt.start).next();
         let scope = around.map_or(0..self.text.len(), |around| around.brackets.clone());
-        let code = self.unconditional(&self.in_sight(&(0..self.text.len()), true));
+        let code = self.unconditional(&self.in_sight(&(0..self.text.len()), true, Sought::Names));
         if !code[import.stmt.start..].starts_with("use") {
             return None;
         }
         let is_outside = |at: usize| scope.contains(&at) && !import.stmt.contains(&at);
-        let is_named = import.alias != Some("_") && words(&code, import.alias.unwrap_or(self.name)).any(is_outside);
+        let is_use = |at: usize| is_outside(at) && self.may_be_imported(&code, at);
+        let is_named = import.alias != Some("_") && words(&code, import.alias.unwrap_or(self.name)).any(is_use);
         let is_needed = is_named || self.methods.iter().any(|method| self.is_called(method, &code, &scope));
         let span = Span::new(self.file, to_u32(import.stmt.start), to_u32(import.stmt.end));
         (!is_needed).then(|| (span, self.name.to_owned()))
     }
 
-    /// The import of all that is in the module of a trait, if nothing there needs the trait.
-    fn glob(&self) -> Option<(Span, String)> {
+    /// The imports of all that is in the module of a trait, where nothing needs the trait: those that go, or those that perhaps nothing
+    /// needs.
+    fn globs(&self, found: &mut IdleImports) {
         let of = self.program.index.module(self.module);
         let text = self.text;
         // The root of a crate has no name of its own.
         let name = if of.name.is_empty() { "crate" } else { &of.name };
         let path = format!("{name}::*;");
-        let end = text.find(&path)? + path.len();
-        let start = words(&text[..end], "use").last()?;
-        let scope = self.outline.around(start).next().map_or(0..text.len(), |around| around.brackets.clone());
-        let code = self.unconditional(&self.in_sight(&scope, true));
-        let is_private = text[..start].trim_end().ends_with([';', '}', '{', ']']) || text[..start].trim().is_empty();
-        let is_needed = of.own_names().any(|name| has_word(&code[scope.clone()], name))
-            || self.methods.iter().any(|method| self.is_called(method, &code, &scope));
-        let is_only = is_private && !self.methods.is_empty() && !is_needed;
-        is_only.then(|| (Span::new(self.file, to_u32(start), to_u32(end)), format!("{name}::*")))
+        for (at, _) in text.match_indices(&path) {
+            let end = at + path.len();
+            let Some(start) = words(&text[..end], "use").last() else { continue };
+            let before = text[..start].trim_end();
+            if self.methods.is_empty() || !(before.is_empty() || before.ends_with([';', '}', '{', ']'])) {
+                continue;
+            }
+            let around = self.outline.around(start).next();
+            let scope = around.map_or(0..text.len(), |around| around.brackets.clone());
+            let is_needed = |names: &str, calls: &str| {
+                let part = &names[scope.clone()];
+                let is_looked_up =
+                    |at| segment_before(part, at).is_none_or(|before| matches!(before, "super" | "self"));
+                of.own_names().any(|name| words(part, name).any(is_looked_up))
+                    || self.methods.iter().any(|method| self.is_called(method, calls, &scope))
+            };
+            let sight = |without_tests, sought| self.in_sight(&scope, without_tests, sought);
+            let span = Span::new(self.file, to_u32(start), to_u32(end));
+            let is_handed_on = around.is_none() && is_handed_on(self.program, self.file, text);
+            let is_plain = !before.ends_with(']') && self.is_only_trait();
+            if is_plain && !is_handed_on && !is_needed(&sight(false, Sought::Names), &sight(false, Sought::Calls)) {
+                let gone = removal(text, start..end);
+                let gone = Span::new(self.file, to_u32(gone.start), to_u32(gone.end));
+                found.removals.push(vec![(gone, String::new())]);
+                continue;
+            }
+            let unconditional = self.unconditional(&sight(true, Sought::Names));
+            if !is_needed(&unconditional, &unconditional) {
+                found.doubtful.push((span, format!("{name}::*")));
+            }
+        }
+    }
+
+    /// Whether its module gives no other trait, whose methods could be called without naming it.
+    fn is_only_trait(&self) -> bool {
+        let index = self.program.index;
+        let of = index.module(self.module);
+        let is_other = |name: &str| match index.resolve(self.module, &[name.to_owned()], Namespace::Type) {
+            Some(Def::Trait(_)) => name != self.name,
+            Some(Def::External(_)) => true,
+            _ => false,
+        };
+        !of.has_globs() && !of.own_names().any(is_other)
     }
 
     /// Code with blanks for its comments and for the items that are compiled under a condition.
@@ -158,7 +199,7 @@ impl Scope<'_> {
     }
 
     /// The text with blanks for the modules in a part of it that do not see what is imported there, and for those of tests where that is asked.
-    fn in_sight(&self, scope: &Range<usize>, without_tests: bool) -> String {
+    fn in_sight(&self, scope: &Range<usize>, without_tests: bool, sought: Sought) -> String {
         let text = self.text;
         let mut code = text.as_bytes().to_vec();
         for keyword in words(text, "mod").filter(|at| scope.contains(at)) {
@@ -169,7 +210,9 @@ impl Scope<'_> {
             let inner = &text[own.brackets.clone()];
             let attributes = &text[with_attributes(text, own.head.start)..keyword];
             let is_test = attributes.replace(' ', "").contains("#[cfg(test)]");
-            let looks_up = has_word(inner, "super") || has_word(inner, "crate");
+            // A trait whose method is called has to be imported, by its name or with all others.
+            let looks_up = (has_word(inner, "super") || has_word(inner, "crate"))
+                && (sought == Sought::Names || ["::*", "{*", ", *"].iter().any(|glob| inner.contains(glob)));
             if !looks_up || is_test && without_tests {
                 code[own.brackets.clone()].fill(b' ');
             }
@@ -177,11 +220,23 @@ impl Scope<'_> {
         String::from_utf8(code).unwrap_or_else(|_| text.to_owned())
     }
 
+    /// Whether a name may be that of the import: by its own path, what is imported is named without it.
+    fn may_be_imported(&self, code: &str, at: usize) -> bool {
+        let own = &self.program.index.module(self.module).name;
+        // The root of a crate has no name of its own.
+        let own = if own.is_empty() { "crate" } else { own };
+        segment_before(code, at) != Some(own)
+    }
+
     /// Whether a method of the trait may be called in a part of the code: each call of that name is known, or is one.
     fn is_called(&self, method: &str, code: &str, scope: &Range<usize>) -> bool {
         let part = &code[scope.clone()];
         let count = |call: String| part.matches(&call).count();
-        let written = count(format!(".{method}(")) + count(format!(".{method}::")) + count(format!("::{method}"));
+        // A call by the path of the trait names it, and is looked for by that name.
+        let is_by_trait = |at: &usize| segment_before(part, *at) == Some(self.name);
+        let by_path =
+            words(part, method).filter(|at| segment_before(part, *at).is_some()).filter(|at| !is_by_trait(at));
+        let written = count(format!(".{method}(")) + count(format!(".{method}::")) + by_path.count();
         let index = self.program.index;
         // A method of the type itself needs no import, and one of a trait may stand for that of another one.
         let is_inherent = |target: &FunctionId| match index.function(*target).owner {
@@ -207,6 +262,13 @@ impl Scope<'_> {
         };
         written > 0 && written != index.function_ids().map(is_other).sum::<usize>()
     }
+}
+
+/// The part of a path that stands before the name at a byte, if it is not the first one.
+fn segment_before(code: &str, at: usize) -> Option<&str> {
+    let before = code[..at].trim_end().strip_suffix("::")?.trim_end();
+    let start = before.rfind(|sign: char| !(sign.is_alphanumeric() || sign == '_')).map_or(0, |end| end + 1);
+    Some(before.get(start..).unwrap_or_default())
 }
 
 /// Whether another file may get the import from this one.

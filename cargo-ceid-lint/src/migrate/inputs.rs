@@ -2,11 +2,12 @@
 
 use super::Reason;
 use super::body::LoopBody;
+use super::lasting::{is_lasting, is_lasting_item, is_slice};
 use super::locks::lock_behind;
 use super::mentions::Guarded;
 use super::owned::{is_fixed_algebra, is_owned};
 use super::purity::{acts_when_dropped, shared_part};
-use super::sites::{Site, place_of};
+use super::sites::Site;
 use crate::index::{Index, Owner, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatKind, TypeRef};
@@ -21,8 +22,10 @@ pub(super) struct Input {
     pub(super) before: Span,
     /// What stands there instead.
     pub(super) instead: &'static str,
-    /// Where the input ends.
+    /// Where the value ends.
     pub(super) end: u32,
+    /// The text that goes away behind it: the bracket of `&(a + b)`, or nothing.
+    pub(super) after: Span,
     /// Its type, where a reference to it becomes another one.
     pub(super) annotation: Option<String>,
     is_lent: bool,
@@ -43,6 +46,12 @@ impl Input {
     }
 }
 
+/// The edits behind inputs; those behind the last one are made with the end of the call.
+pub(super) fn closed(inputs: &[Input]) -> impl Iterator<Item = (Span, String)> + '_ {
+    let all_but_last = inputs.iter().rev().skip(1);
+    all_but_last.filter(|input| input.after.start < input.after.end).map(|input| (input.after, String::new()))
+}
+
 /// The input of a law, by its number.
 ///
 /// # Errors
@@ -50,6 +59,7 @@ impl Input {
 pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize) -> Result<Input, Reason> {
     let id = site.inputs[number];
     let span = of.span(id);
+    let nothing = Span { start: span.end, ..span };
     let refuse = |text: String| Err(Reason { span, text });
     let what = || format!("the input `{}` of `{}`", of.written(id), own.spelled);
     if of.program.sources.snippet(of.span(of.block)).contains("//") && has_comment(of, site) {
@@ -67,7 +77,15 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
         && matches!(param, Some(TypeRef::Reference { inner, .. }) if is_str(inner))
     {
         let before = Span { end: span.start, ..span };
-        return Ok(Input { name, before, instead: "", end: span.end, annotation: None, is_lent: false });
+        return Ok(Input {
+            name,
+            before,
+            instead: "",
+            end: span.end,
+            after: nothing,
+            annotation: None,
+            is_lent: false,
+        });
     }
     if let Some(lock) = lent_by_a_lock(of, id) {
         return refuse(format!(
@@ -95,8 +113,9 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
         _ => matches!(ty, Ty::Ref(..)) || matches!(of.kind(id), ExprKind::Reference { .. }),
     };
     // The law says what may be changed; the items of an iterator do not.
-    let declared = declared(of, site, number).filter(|ty| !ty.has_part(&mut |part| matches!(part, Ty::Unknown)));
-    if let Some(part) = shared_part(index, declared.as_ref().unwrap_or(ty).peel()) {
+    let asked = declared(of, site, number);
+    let declared = asked.as_ref().filter(|ty| !ty.has_part(&mut |part| matches!(part, Ty::Unknown)));
+    if let Some(part) = shared_part(index, declared.unwrap_or(ty).peel()) {
         return refuse(format!("{} holds {part}, which may change until the end of the cycle", what()));
     }
     let end = span.end;
@@ -112,16 +131,18 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
             return refuse(format!("{} may borrow from the iteration, and cannot be kept until its end", what()));
         }
         let before = Span { end: span.start, ..span };
-        return Ok(Input { name, before, instead: "", end, annotation: None, is_lent: false });
+        return Ok(Input { name, before, instead: "", end, after: nothing, annotation: None, is_lent: false });
     }
     let as_it_is = Input {
         name: name.clone(),
         before: Span { end: span.start, ..span },
         instead: "",
         end,
+        after: nothing,
         annotation: None,
         is_lent: false,
     };
+    let kept = kept_reference(of, id, asked.as_ref()).map(|annotation| Input { annotation, ..as_it_is.clone() });
     if let ExprKind::Reference { mutable: false, raw: false, value } = of.kind(id) {
         if is_lasting_part(of, *value) {
             return Ok(as_it_is);
@@ -134,13 +155,15 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
         let is_array = matches!(held, Ty::Array(_, length) if length.value.is_none());
         let is_owned = is_owned(index, &index.scope_of(of.function), held);
         if is_array || !is_owned || !is_made && !is_kept(index, held) {
-            return refuse(format!("{} is borrowed, and it is not known whether it can be copied", what()));
+            return kept.ok_or_else(|| unkept(span, &what()));
         }
-        let before = Span { end: of.span(*value).start, ..span };
-        return Ok(Input { name, before, instead: "", end, annotation: annotation(held), is_lent: true });
+        let value = of.span(*value);
+        let (before, after) = (Span { end: value.start, ..span }, Span { start: value.end, ..span });
+        let annotation = annotation(held);
+        return Ok(Input { name, before, instead: "", end: value.end, after, annotation, is_lent: true });
     }
-    let is_lasting = matches!(ty, Ty::Ref(..)) && is_lasting(of, id);
-    if is_lasting && matches!(ty, Ty::Ref(_, inner) if matches!(**inner, Ty::Slice(_))) {
+    let is_item = is_lasting_item(of, id);
+    if is_item && matches!(ty, Ty::Ref(_, inner) if matches!(**inner, Ty::Slice(_))) {
         return Ok(as_it_is);
     }
     let lent = match (ty, param) {
@@ -151,35 +174,16 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
     match lent {
         Some(inner) if is_kept(index, inner) && matches!(of.kind(id), ExprKind::Path(_) | ExprKind::Field { .. }) => {
             let before = Span { end: span.start, ..span };
-            Ok(Input { name, before, instead: "*", end, annotation: annotation(inner), is_lent: true })
+            Ok(Input { name, before, instead: "*", end, after: nothing, annotation: annotation(inner), is_lent: true })
         }
-        _ if is_lasting => Ok(as_it_is),
-        _ => refuse(format!("{} is borrowed, and it is not known whether it can be copied", what())),
+        _ if is_item => Ok(as_it_is),
+        _ => kept.ok_or_else(|| unkept(span, &what())),
     }
 }
 
-/// Whether an input is a reference into what is there before the loop and stays, as its head gives it: `for part in data.chunks(4)`,
-/// `for row in &rows`.
-fn is_lasting(of: &LoopBody<'_>, id: ExprId) -> bool {
-    let ExprKind::For { iterable, pat, .. } = of.kind(of.whole) else { return false };
-    let local = of.typed.expr_local.get(&id);
-    if local.is_none() || of.typed.pat_local.get(pat) != local {
-        return false;
-    }
-    match of.kind(*iterable) {
-        ExprKind::MethodCall { receiver, method, .. } => {
-            let is_of_slices =
-                matches!(method.as_str(), "iter" | "chunks" | "chunks_exact" | "rchunks" | "rchunks_exact" | "windows");
-            is_of_slices && is_slice(of.typed.ty(*receiver)) && is_before_the_loop(of, *receiver)
-        }
-        ExprKind::Reference { mutable: false, raw: false, value } => {
-            is_slice(of.typed.ty(*value)) && is_before_the_loop(of, *value)
-        }
-        _ => {
-            let ty = of.typed.ty(*iterable);
-            matches!(ty, Ty::Ref(false, _)) && is_slice(ty) && is_before_the_loop(of, *iterable)
-        }
-    }
+fn unkept(span: Span, what: &str) -> Reason {
+    let text = format!("{what} is borrowed, and it is not known whether it can be copied");
+    Reason { span, text }
 }
 
 /// Whether a part of such a reference is taken: `row[..2]`.
@@ -189,20 +193,29 @@ fn is_lasting_part(of: &LoopBody<'_>, id: ExprId) -> bool {
     matches!(of.kind(*index), ExprKind::Range { .. })
         && matches!(ty, Ty::Ref(..))
         && is_slice(ty)
-        && is_lasting(of, *base)
+        && is_lasting_item(of, *base)
 }
 
-fn is_slice(ty: &Ty) -> bool {
-    match ty.peel() {
-        Ty::Slice(_) | Ty::Array(..) => true,
-        Ty::External(path, _) => path == "std::vec::Vec",
-        _ => false,
+/// A reference to what stays, as it is given; none where its type may become another one on the way to the law.
+fn kept_reference(of: &LoopBody<'_>, id: ExprId, asked: Option<&Ty>) -> Option<Option<String>> {
+    if !is_lasting(of, id) {
+        return None;
     }
-}
-
-/// Whether an expression is a variable that is declared above the loop, or a field of one.
-fn is_before_the_loop(of: &LoopBody<'_>, id: ExprId) -> bool {
-    place_of(of, id).is_some_and(|place| of.typed.local(place.local).span.start < of.span(of.whole).start)
+    let given = match of.kind(id) {
+        ExprKind::Reference { value, .. } => of.typed.ty(*value),
+        _ => match of.typed.ty(id) {
+            Ty::Ref(_, inner) => &**inner,
+            _ => return None,
+        },
+    };
+    let Some(Ty::Ref(_, asked)) = asked else { return None };
+    match (given, &**asked) {
+        (Ty::Slice(_), Ty::Slice(_)) | (Ty::Array(..), Ty::Array(..)) => Some(None),
+        (Ty::Array(..) | Ty::External(..), Ty::Slice(_)) => Some(Some(format!("&{}", annotation(given)?))),
+        (Ty::Adt(one, _), Ty::Adt(other, _)) => (one == other).then_some(None),
+        (Ty::External(one, _), Ty::External(other, _)) => (one == other).then_some(None),
+        _ => None,
+    }
 }
 
 /// Whether a value belongs to the iteration, and nothing in it needs the value behind the call, so that it can be given away.

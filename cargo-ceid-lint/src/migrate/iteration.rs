@@ -63,7 +63,7 @@ pub(super) fn binding_loop(of: &LoopBody<'_>, id: ExprId, local: LocalId) -> Opt
 }
 
 /// Whether a pattern of names and tuples binds a variable.
-fn binds(of: &LoopBody<'_>, pat: PatId, local: LocalId) -> bool {
+pub(super) fn binds(of: &LoopBody<'_>, pat: PatId, local: LocalId) -> bool {
     match &of.body.pat(pat).kind {
         PatKind::Tuple(parts) => parts.iter().any(|part| binds(of, *part, local)),
         _ => of.typed.pat_local.get(&pat) == Some(&local),

@@ -171,15 +171,15 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
     }
     let is_pointer = own.is_reference() || own.is_box();
     let is_hidden = own.adaptation.is_some() && of.parent(at).is_some_and(|parent| is_hidden(of, parent, at));
+    let is_of_pointer = is_pointer && is_shadowed(of, at) && own.adaptation.is_some() || is_for_box(of, own, at);
+    if is_of_pointer {
+        let text = format!("what is called here on `{spelled}` is called on a pointer, which the guard does not have");
+        return refuse(text);
+    }
     let name = match is_shadowed(of, at) {
         _ if is_hidden => format!("(**{})", own.name),
         true if own.adaptation.is_none() && own.is_reference() => own.name.clone(),
         true if own.adaptation.is_none() => format!("(*{})", own.name),
-        true if is_pointer => {
-            return refuse(format!(
-                "what is called here on `{spelled}` is called on a pointer, which the guard does not have"
-            ));
-        }
         true => format!("(**{})", own.name),
         false => format!("{prefix}{}", own.name),
     };
@@ -342,6 +342,15 @@ pub(super) fn is_for_references(method: &str) -> bool {
 /// Those of them that take the value.
 fn is_by_value(method: &str) -> bool {
     matches!(method, "into" | "try_into" | "max" | "min" | "clamp")
+}
+
+/// Whether a method is called here that a box has for itself.
+fn is_for_box(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> bool {
+    let is_box = matches!(own.ty.peel(), Ty::External(path, _) if path == "std::boxed::Box");
+    let own_methods = ["as_ref", "as_mut", "clone", "clone_from", "to_owned"];
+    is_box
+        && matches!(of.parent(at).map(|parent| of.kind(parent)), Some(ExprKind::MethodCall { receiver, method, .. })
+            if *receiver == at && own_methods.contains(&method.as_str()))
 }
 
 /// Whether a method of the filter has the name of one that feeds it behind a guard.

@@ -22,6 +22,7 @@ mod implicit;
 mod imports;
 mod inputs;
 mod iteration;
+mod lasting;
 mod law;
 mod leftover;
 mod locks;

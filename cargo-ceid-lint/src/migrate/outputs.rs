@@ -2,7 +2,7 @@
 
 use super::Reason;
 use super::body::LoopBody;
-use super::inputs::Input;
+use super::inputs::{Input, closed};
 use super::iteration::is_closure_of_a_loop;
 use super::mentions::Guarded;
 use super::sites::{Part, Site};
@@ -60,6 +60,7 @@ pub(super) fn instead(
     let others =
         inputs.iter().skip(1).filter(|input| input.before.start < input.before.end || !input.instead.is_empty());
     edits.extend(others.map(|input| (input.before, input.instead.to_owned())));
+    edits.extend(closed(inputs));
     Ok((edits, change))
 }
 

@@ -55,11 +55,7 @@ fn plan(loops: &Loops<'_>, cycle: &Cycle, edition: &str) -> Option<Plan> {
         return None;
     }
     let outcome = match cycle.kind {
-        CycleKind::Closure => Err(vec![Reason {
-            span: cycle.head,
-            text: "the cycle is a closure that other code calls: give its owner a `Cyclic` with the filters, and begin with `cycle()`"
-                .to_owned(),
-        }]),
+        CycleKind::Closure => Err(vec![Reason { span: cycle.head, text: of_a_closure(loops, cycle) }]),
         CycleKind::Function | CycleKind::Loop | CycleKind::While | CycleKind::For => {
             rewrite(loops, cycle, &by_hand, edition)
         }
@@ -73,6 +69,16 @@ fn plan(loops: &Loops<'_>, cycle: &Cycle, edition: &str) -> Option<Plan> {
     });
     let whole = whole.unwrap_or(cycle.head);
     Some(Plan { head: cycle.head, whole, function: cycle.function.clone(), filters, outcome })
+}
+
+/// Why a closure gets no guard.
+fn of_a_closure(loops: &Loops<'_>, cycle: &Cycle) -> String {
+    let before = &loops.program.sources.file(cycle.head.file).text[..cycle.head.start as usize];
+    if before.trim_end().ends_with(".for_each(") {
+        return "a guard lives in a loop: write `for … in …` instead of `for_each`".to_owned();
+    }
+    "the cycle is a closure that other code calls: give its owner a `Cyclic` with the filters, and begin with `cycle()`"
+        .to_owned()
 }
 
 /// Whether a guard has the filter already, or could not have it.

@@ -250,6 +250,9 @@ fn unreachable_text(of: &LoopBody<'_>, receiver: ExprId, has_inputs: bool) -> St
             of.written(iterable)
         );
     }
+    if let Some(text) = in_an_element(of, receiver) {
+        return text;
+    }
     if let ExprKind::Index { index, .. } = of.kind(receiver) {
         let is_outside = |local: &LocalId| of.typed.local(*local).span.start < of.span(of.whole).start;
         if of.typed.expr_local.get(index).is_some_and(is_outside) {
@@ -260,6 +263,32 @@ fn unreachable_text(of: &LoopBody<'_>, receiver: ExprId, has_inputs: bool) -> St
         }
     }
     format!("`{written}` is neither a variable nor a field: it is not known what it leads to")
+}
+
+/// What to do with a filter that is a field of an element: `self.legs[0].hip`.
+fn in_an_element(of: &LoopBody<'_>, receiver: ExprId) -> Option<String> {
+    let mut element = receiver;
+    while let ExprKind::Field { base, .. } = of.kind(element) {
+        element = *base;
+    }
+    let (ExprKind::Index { base, index }, true) = (of.kind(element), element != receiver) else { return None };
+    let (written, array) = (of.written(receiver), of.written(*base));
+    let name = array.rsplit('.').next().unwrap_or(array);
+    let length = match of.typed.ty(*base).peel() {
+        Ty::Array(_, length) => length.value.filter(|length| *length <= 4),
+        _ => None,
+    };
+    let advice = match (number(of, *index), length) {
+        (Some(number), Some(length)) => {
+            let names: Vec<String> = (0..length).map(|number| format!("{name}_{number}")).collect();
+            let field = &written[of.written(element).len()..];
+            format!("`let [{}] = &mut {array};` above the loop, and update `{name}_{number}{field}`", names.join(", "))
+        }
+        _ => format!("`let element = &mut {};` above the loop, if it is always the same one", of.written(element)),
+    };
+    Some(format!(
+        "`{written}` is a part of an element, and a guard cannot borrow parts of several elements: put {advice}"
+    ))
 }
 
 /// A call with what only opens its result: `kf.update(z).unwrap()`.

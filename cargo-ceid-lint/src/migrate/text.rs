@@ -72,7 +72,7 @@ pub(super) fn removal(text: &str, stmt: Range<usize>) -> Range<usize> {
     let above = text[..range.start].strip_suffix('\n').map(|above| &text[line_start(text, above.len())..above.len()]);
     let below = &text[range.end..line_stop(text, range.end)];
     let is_blank = |line: &str| line.trim().is_empty();
-    let is_first = above.is_some_and(|line| line.trim_end().ends_with('{'));
+    let is_first = above.is_none_or(|line| line.trim_end().ends_with('{'));
     let is_last = below.trim_start().starts_with('}');
     if above.is_some_and(is_blank) && (is_blank(below) || is_last) {
         range.start = line_start(text, range.start - 1);
@@ -172,6 +172,7 @@ mod tests {
         check("{\n    a();\n\n    f.u();\n\n    b();\n}\n", "{\n    a();\n\n    b();\n}\n");
         check("{\n    a();\n\n    f.u();\n}\n", "{\n    a();\n}\n");
         check("{\n    f.u();\n\n    b();\n}\n", "{\n    b();\n}\n");
+        check("f.u();\n\nb();\n", "b();\n");
         check("{\n    a();\n\n    f.u();\n    b();\n}\n", "{\n    a();\n\n    b();\n}\n");
     }
 

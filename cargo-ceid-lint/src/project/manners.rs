@@ -58,12 +58,14 @@ fn of_lints(text: &str, workspace: &str, rustflags: &[String]) -> Manners {
     let is_shared = own.and_then(|lints| lints.get("workspace")).and_then(Value::as_bool) == Some(true);
     let lints = if is_shared { root.get("workspace").and_then(|root| root.get("lints")) } else { own };
     let level = |lint: &str| {
-        let level = lints?.get("rust")?.get(lint)?;
+        let rust = lints?.get("rust")?;
+        let level = rust.get(lint).or_else(|| rust.get(lint.replace('_', "-")))?;
         level.as_str().or_else(|| level.get("level")?.as_str())
     };
-    let flags = format!("{} ", rustflags.join(" ").replace("--", "-"));
+    // The compiler reads `unused-results` as `unused_results`.
+    let flags = format!("{} ", rustflags.join(" ").replace("--", "-").replace('-', "_"));
     let is_flag = |lint: &str, levels: &[&str]| {
-        let forms = levels.iter().flat_map(|level| ["", " ", "="].map(|between| format!("-{level}{between}{lint} ")));
+        let forms = levels.iter().flat_map(|level| ["", " ", "="].map(|between| format!("_{level}{between}{lint} ")));
         forms.into_iter().any(|form| flags.contains(&form))
     };
     let is_denied =
@@ -93,6 +95,7 @@ mod tests {
         let root = "[workspace.lints.rust]\nunused_variables = \"deny\"\nunused_results = \"deny\"\n";
         check("[lints]\nworkspace = true\n", root, "", (true, true));
         check("[package]\nname = \"a\"\n", root, "", (false, false));
+        check("[lints.rust]\nunused-variables = \"deny\"\nunused-results = \"warn\"\n", "", "", (true, true));
     }
 
     #[test]
@@ -101,5 +104,6 @@ mod tests {
         check("", "", "-C opt-level=3 -D warnings", (true, false));
         check("", "", "--deny=dead_code -Wunused_results", (true, true));
         check("", "", "-Dunused_imports -Wwarnings", (false, false));
+        check("", "", "--warn=unused-results -D dead-code", (true, true));
     }
 }

@@ -292,8 +292,11 @@ impl Run<'_> {
             for note in &rewrite.notes {
                 self.console.say(&format!("  {note}"));
             }
-            for change in &rewrite.changes {
-                self.console.say(&format!("  changed: {}", told(first, plan, change)));
+            let mut changes: Vec<String> = rewrite.changes.iter().map(|change| told(first, plan, change)).collect();
+            // Two calls in a line may have the same.
+            changes.dedup();
+            for change in changes {
+                self.console.say(&format!("  changed: {change}"));
             }
         }
         for plan in &left {
@@ -345,6 +348,7 @@ impl Run<'_> {
                 }
             }
         }
+        lines.dedup();
         self.console.warn(&lines.join("\n  "));
     }
 }
