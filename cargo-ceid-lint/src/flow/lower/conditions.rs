@@ -233,8 +233,9 @@ impl Builder<'_> {
         let (yes, failed) = match subject {
             Some((pure, total)) => {
                 let about = About { is_constant: pure.reads.is_empty(), is_turned: negated, ..about };
-                let id = self.subject(pure, total);
-                self.branch_on_subject(id, &heads, true, span, text, about)
+                let subject = self.subject(pure, total);
+                self.note_number(subject, op, lhs, rhs);
+                self.branch_on_subject(subject, &heads, true, span, text, about)
             }
             None => self.opaque_branch(span, text, about),
         };

@@ -66,6 +66,30 @@ impl Constants<'_> {
         }
     }
 
+    /// The number that an expression is written as: a literal, one with a minus, or a constant that is declared so.
+    pub(super) fn written_number(self, id: ExprId) -> Option<f64> {
+        self.written_number_at(id, 0)
+    }
+
+    fn written_number_at(self, id: ExprId, depth: u32) -> Option<f64> {
+        if depth > MAX_DEPTH {
+            return None;
+        }
+        match &self.body.expr(id).kind {
+            ExprKind::Literal(Literal::Int(Some(value), _)) => Some(f64::from(u32::try_from(*value).ok()?)),
+            ExprKind::Literal(literal) => literal.float(),
+            ExprKind::Negate(inner) => Some(-self.written_number_at(*inner, depth + 1)?),
+            ExprKind::Path(_) => match self.typed.expr_def.get(&id)? {
+                Def::Value(value) if !self.program.index.value(*value).item.is_static => {
+                    let written = |own: Constants<'_>| own.written_number_at(own.body.root, depth + 1);
+                    in_constant(self.program, *value, written)?
+                }
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
     /// The head of a constant expression: a literal, a variant, a constant.
     pub(super) fn head(self, id: ExprId) -> Option<Head> {
         self.head_at(id, 0)

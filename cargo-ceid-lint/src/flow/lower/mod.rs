@@ -28,6 +28,7 @@ mod given_away;
 mod guards;
 mod halves;
 mod heads;
+mod intervals;
 mod items;
 mod iterators;
 mod last;
@@ -192,6 +193,8 @@ struct Builder<'a> {
     /// The names of adapted filters that a guard holds and that are fed.
     admitted: FxHashSet<Var>,
     subjects: FxHashMap<String, super::SubjectId>,
+    /// The comparisons of a value with a number, by their subjects.
+    bounds: std::collections::BTreeMap<super::SubjectId, intervals::Bound>,
     inlining: Vec<FunctionId>,
     /// The variables that the value of the expression at hand goes into.
     targets: Vec<Var>,
@@ -265,6 +268,7 @@ impl<'a> Builder<'a> {
             adapted_by: FxHashMap::default(),
             admitted: FxHashSet::default(),
             subjects: FxHashMap::default(),
+            bounds: std::collections::BTreeMap::new(),
             inlining: vec![function],
             targets: Vec::new(),
             target_value: None,
@@ -317,6 +321,7 @@ impl<'a> Builder<'a> {
     fn finish(mut self) -> ControlFlowGraph {
         self.settle_stored();
         self.settle_copies();
+        self.settle_bounds();
         self.copy_subjects();
         self.mark_debug_only();
         self.find_rounds();

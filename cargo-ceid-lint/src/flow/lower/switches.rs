@@ -40,7 +40,7 @@ impl Builder<'_> {
         true
     }
 
-    /// A call of a small function that switches a state: it is read here, so that what it sets is seen.
+    /// A call of a small function that switches a state, or tells one: it is read here, so that what it sets and asks is seen.
     pub(super) fn switch_call(
         &mut self,
         resolved: &Resolved,
@@ -49,7 +49,7 @@ impl Builder<'_> {
         id: ExprId,
     ) -> Option<Value> {
         let [target] = resolved.targets.as_slice() else { return None };
-        if !self.switches_state(resolved) || self.depth >= MAX_INLINE {
+        if self.depth >= MAX_INLINE || !(self.switches_state(resolved) || self.tells_state(*target, exprs)) {
             return None;
         }
         let typed = self.program.typed(*target)?;
@@ -222,6 +222,22 @@ impl Builder<'_> {
             }
         }
         switches
+    }
+
+    /// Whether a function does nothing but tell a state from what its receiver holds: read where it is called, it tells the same
+    /// as long as that is the same.
+    fn tells_state(&mut self, id: FunctionId, exprs: &[ExprId]) -> bool {
+        let def = self.program.index.function(id);
+        let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(id)) else { return false };
+        let ty = typed.ty(body.root);
+        let [receiver, args @ ..] = exprs else { return false };
+        body.exprs.len() <= MAX_EXPRESSIONS
+            && !matches!(ty, Ty::Ref(..))
+            && self.is_state(ty)
+            && !self.inlining.contains(&id)
+            && self.is_pure_function(id, 0)
+            && self.static_place(*receiver).is_some()
+            && !args.iter().any(|arg| self.is_constant(*arg))
     }
 
     /// Whether a call may run a law, as far as it is followed.
