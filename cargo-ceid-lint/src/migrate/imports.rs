@@ -31,7 +31,15 @@ pub fn idle_imports(program: &Program<'_>, cycles: &[Cycle]) -> IdleImports {
     let files: BTreeSet<FileId> = files.into_iter().filter(|file| has_ceid(program, *file)).collect();
     let index = program.index;
     let traits = index.traits.iter().filter(|def| !def.methods.is_empty());
-    let traits = traits.map(|def| (&def.name, def.module, def.methods.keys().collect::<Vec<_>>()));
+    let traits = traits.map(|def| {
+        let is_of_trait = |owner: &Owner| match owner {
+            Owner::Module => false,
+            Owner::Impl(id) => index.impl_def(*id).trait_path.as_ref().is_some_and(|path| path.last() == def.name),
+            Owner::Trait(id) => index.trait_def(*id).name == def.name,
+        };
+        let constants = index.values.iter().filter(|value| is_of_trait(&value.owner)).map(|value| &value.name);
+        (&def.name, def.module, def.methods.keys().chain(constants).collect::<Vec<_>>())
+    });
     let filters = index.filter_types().map(|def| (&def.name, def.module, Vec::new()));
     let named: Vec<_> = traits.chain(filters).collect();
     let mut found = IdleImports::default();
@@ -78,7 +86,7 @@ struct Scope<'a> {
     outline: &'a Outline,
     name: &'a str,
     module: ModuleId,
-    /// The methods that can be called because of the import.
+    /// The methods that can be called because of the import, and the constants that can be named.
     methods: &'a [&'a String],
 }
 
