@@ -456,7 +456,7 @@ fn is_question(body: &Body, id: ExprId) -> bool {
 }
 
 /// Whether an expression is a variable or a field of one.
-fn is_named(body: &Body, id: ExprId) -> bool {
+pub(super) fn is_named(body: &Body, id: ExprId) -> bool {
     match &body.expr(id).kind {
         ExprKind::Field { base, .. } => is_named(body, *base),
         ExprKind::Deref(inner) => is_named(body, *inner),

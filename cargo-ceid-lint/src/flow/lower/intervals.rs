@@ -5,6 +5,7 @@ use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use super::Builder;
+use super::closures::is_named;
 use super::subjects::Pure;
 use crate::flow::test::MAX_HEADS;
 use crate::flow::{Effect, Head, SubjectId};
@@ -61,13 +62,10 @@ impl Builder<'_> {
     /// Whether an expression is a variable, a field or how far that is from zero: a cast may give another number.
     fn is_plain_number(&self, id: ExprId) -> bool {
         match &self.body().expr(id).kind {
-            ExprKind::Path(_) => true,
-            ExprKind::Field { base, .. } => self.is_plain_number(*base),
-            ExprKind::Deref(inner) => self.is_plain_number(*inner),
             ExprKind::MethodCall { receiver, method, args, .. } => {
                 method == "abs" && args.is_empty() && self.is_plain_number(*receiver)
             }
-            _ => false,
+            _ => is_named(self.body(), id),
         }
     }
 

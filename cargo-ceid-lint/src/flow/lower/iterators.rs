@@ -382,7 +382,7 @@ impl Builder<'_> {
                     _ => Stage::Filter,
                 };
                 // What a closure made may be left out when its work is done.
-                let is_own = source.stages.iter().all(|stage| matches!(stage, Stage::Inspect(_) | Stage::Filter(_)));
+                let is_own = source.keeps_items();
                 source.leaves_out |= matches!(method, "filter" | "filter_map") && is_own;
                 let stops = matches!(method, "take_while" | "map_while") || method == "skip_while" && is_own;
                 source.passes_over |= stops;
@@ -507,8 +507,7 @@ impl Builder<'_> {
         let takes_state =
             matches!(method, "fold" | "rfold" | "try_fold" | "reduce" | "for_each_init" | "for_each_with");
         let gathers = matches!(method, "collect" | "partition" | "unzip") || picks_one(method);
-        let gives_elements = || source.stages.iter().all(|stage| matches!(stage, Stage::Filter(_) | Stage::Inspect(_)));
-        if method == "partition" && gives_elements() {
+        if method == "partition" && source.keeps_items() {
             // Which of the two collections has an element is not known.
             let all = self.iterator_value(Source { stages: Vec::new(), ..source.clone() });
             self.keep_iterator(&all, &Cause::Index(self.text(id)), self.span(id));

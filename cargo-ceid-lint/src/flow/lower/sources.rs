@@ -186,6 +186,11 @@ impl Stage {
 }
 
 impl Source {
+    /// Whether its adaptors only look at the items, or leave some out.
+    pub(super) fn keeps_items(&self) -> bool {
+        self.stages.iter().all(|stage| matches!(stage, Stage::Filter(_) | Stage::Inspect(_)))
+    }
+
     /// Its item together with its closures, which are its own where several iterators go side by side.
     pub(super) fn staged(self) -> Item {
         if self.stages.is_empty() { self.item } else { Item::Staged(Box::new(self.item), self.stages) }
