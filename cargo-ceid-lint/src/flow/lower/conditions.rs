@@ -152,26 +152,6 @@ impl Builder<'_> {
         is_filter.then_some(*answer)
     }
 
-    /// What a closure asks of an element, where that is whether it is at rest: `.filter(|ramp| !ramp.has_settled())`.
-    pub(super) fn about_rest_in(&mut self, closure: ClosureRef) -> About {
-        let outer = std::mem::replace(&mut self.frame, closure.frame);
-        let asked = match &self.body().expr(closure.expr).kind {
-            ExprKind::Closure(code) => match &self.body().expr(code.body).kind {
-                ExprKind::Not(inner) => Some((*inner, true)),
-                _ => Some((code.body, false)),
-            },
-            _ => None,
-        };
-        let asked = asked.and_then(|(id, is_turned)| Some((id, self.answer_at_rest(id)? != is_turned)));
-        let about = asked.map_or_else(About::default, |(id, answer)| About {
-            rest: Some(answer),
-            reads: self.about(id).reads,
-            ..About::default()
-        });
-        self.frame = outer;
-        about
-    }
-
     /// The truth value that is made a number: `ready as u8`, `u8::from(ready)`.
     pub(super) fn truth_of(&self, id: ExprId) -> Option<ExprId> {
         let truth = match &self.body().expr(id).kind {

@@ -789,7 +789,7 @@ impl Builder<'_> {
                     // What the closure answers is a condition like any other.
                     let is_truth = |var: &Var| self.graph.var(*var).ty == Ty::Bool;
                     let truth = Value { same_as: made.same_as.filter(is_truth), ..Value::default() };
-                    let (text, about) = ("the item passes the filter".to_owned(), self.about_rest_in(closure));
+                    let (text, about) = ("the item passes the filter".to_owned(), crate::flow::About::default());
                     let (passes, skipped) = self.branch_on_head(&truth, "true", "false", span, text, about);
                     self.resume(skipped);
                     self.leave_out(head, is_lent || self.acts_since(first), span);
