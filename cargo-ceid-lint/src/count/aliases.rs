@@ -291,7 +291,8 @@ impl Aliases {
     fn keeps_itself(&self, graph: &ControlFlowGraph, from: &Place, at: Option<LoopId>) -> bool {
         let Some(var) = from.base_var() else { return true };
         let info = graph.var(var);
-        if (info.param.is_some() && !from.steps.is_empty()) || self.unnamed.contains(&var) {
+        let is_callers = info.param.is_some() && (!from.steps.is_empty() || matches!(info.ty, Ty::Ref(..)));
+        if is_callers || self.unnamed.contains(&var) {
             return true;
         }
         match at {

@@ -32,6 +32,8 @@ pub enum ChangeKind {
     Spends,
     /// It is put into an option by `replace` or `insert`, so that something is there from then on.
     Fills,
+    /// What is there is taken out of an option: a message is read, or a value is put back later.
+    Empties,
     /// It has nothing to do with the one before.
     Other,
 }

@@ -7,7 +7,9 @@ use crate::count::given::{Given, GivenBase, given, given_subject, place_of};
 use crate::count::search::{End, Mode, Region, Search};
 use crate::count::summary::{Outcome, Summary};
 use crate::count::verdict::Gate;
-use crate::flow::{CallSite, Effect, Head, NodeId, OTHER_HEADS, Place, Projection, Relation, Subject, SubjectId, Test};
+use crate::flow::{
+    CallSite, ChangeKind, Effect, Head, NodeId, OTHER_HEADS, Place, Projection, Relation, Subject, SubjectId, Test,
+};
 use crate::index::{FunctionId, Index, Owner, Ty, TypeId};
 use crate::syntax::tree::Receiver;
 
@@ -50,6 +52,12 @@ impl Gates<'_, '_> {
         // A state that nothing here switches is no mode of this cycle.
         let reads = &self.search.graph.subjects[subject.0 as usize].reads;
         if reads.iter().all(|place| self.is_left_alone(place)) {
+            return false;
+        }
+        // What is taken out for the iteration pauses nothing.
+        let empties =
+            |id: &NodeId| self.search.graph.changes.get(id).is_some_and(|change| change.kind == ChangeKind::Empties);
+        if self.search.writers_of(subject).iter().any(empties) {
             return false;
         }
         self.updating(subject).is_some_and(|updating| {

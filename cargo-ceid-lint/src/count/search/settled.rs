@@ -74,7 +74,13 @@ impl Search<'_> {
             return Rc::clone(known);
         }
         let subject = &self.graph.subjects[id.0 as usize];
-        let roots = subject.reads.iter().flat_map(|read| self.aliases.shared_roots(read).to_vec());
+        // What was taken out of a place is there or not whatever is put in its stead.
+        let is_taken_out = |read: &&Place| {
+            let unnamed = read.base_var().map(|var| self.graph.var(var)).filter(|var| var.name.is_empty());
+            read.steps.is_empty() && unnamed.is_some_and(|var| var.ty.external_name() == Some("Option"))
+        };
+        let shared = subject.reads.iter().filter(|read| !is_taken_out(read));
+        let roots = shared.flat_map(|read| self.aliases.shared_roots(read).to_vec());
         let places = subject.reads.iter().cloned().chain(roots).collect();
         let is_presence = subject.whole.is_some() && subject.heads.iter().all(|head| head == "+" || head == "-");
         let reads = Rc::new(Reads { places, is_presence });

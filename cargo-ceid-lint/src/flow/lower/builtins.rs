@@ -163,6 +163,9 @@ impl Builder<'_> {
                 self.write_whole(value, &given, span);
                 Value::default()
             }
+            "take" if args.is_empty() && self.is_optional(receiver) && value.place.is_some() => {
+                self.taken_out(id, value)
+            }
             "take" if args.is_empty() => {
                 let leaves_by = self.is_optional(receiver).then_some(Transfer::Move);
                 Value { is_owned: true, leaves_by, head: None, ..value.clone() }

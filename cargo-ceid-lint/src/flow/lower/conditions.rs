@@ -76,7 +76,7 @@ impl Builder<'_> {
                 self.resume_if_reached(holds);
             }
             ExprKind::Let { pat, value } => {
-                let given = self.expr(*value);
+                let given = self.asked_value(*value);
                 let span = self.body().pat(*pat).span.to(self.span(*value));
                 self.note_handed(*pat);
                 self.match_pattern(*pat, *value, &given, span, no);

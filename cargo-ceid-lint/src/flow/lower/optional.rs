@@ -1,7 +1,7 @@
 //! Options that are made of other values, there or not by what is asked for them: `filter`, `zip`, `then`.
 
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Effect, NodeId};
+use crate::flow::{Assignment, Change, ChangeKind, Computed, Effect, NodeId, Place, Transfer};
 use crate::source::Span;
 use crate::syntax::tree::{Body, ExprId, ExprKind};
 
@@ -55,6 +55,29 @@ impl Builder<'_> {
             self.end_absent(&join, none, span);
         }
         self.close_join(&join)
+    }
+
+    /// `spare.take()`: what is there leaves its place, and there is something if there was.
+    pub(super) fn taken_out(&mut self, id: ExprId, value: &Value) -> Value {
+        let span = self.span(id);
+        let Some(place) = value.place.clone() else { return Value::default() };
+        let taken = self.temporary(self.ty(id).clone(), span);
+        let leaving = Value { is_owned: true, leaves_by: Some(Transfer::Move), head: None, ..value.clone() };
+        self.set(taken, &leaving, span);
+        if let Some(at) = self.at.filter(|_| value.same_as.is_none()) {
+            self.graph.copies.insert(at, place.clone());
+        }
+        self.emptied(place, span);
+        Value { place: Some(Place::var(taken)), same_as: Some(taken), ..leaving }
+    }
+
+    /// From here on there is nothing in an option.
+    pub(super) fn emptied(&mut self, place: Place, span: Span) {
+        let head = Some("-".to_owned());
+        let nothing = Assignment { place, from: None, transfer: Transfer::Move, rebinds: false, head, same_as: None };
+        let at = self.emit(Effect::Write(Box::new(nothing)), span);
+        let change = Change { computed: Computed::default(), kind: ChangeKind::Empties, about: None };
+        self.graph.changes.insert(at, change);
     }
 
     /// `filter.as_mut().zip(read())`: there where both are.

@@ -130,13 +130,37 @@ impl Builder<'_> {
             return;
         }
         self.derive_pattern(pat, expr);
-        let pure = self.pure(expr).or_else(|| value.same_as.map(|var| self.pure_var(var)));
+        let taken = self.taken_from(expr);
+        let pure = taken.as_ref().map(|(_, pure)| pure.clone()).or_else(|| self.pure(expr));
+        let pure = pure.or_else(|| value.same_as.map(|var| self.pure_var(var)));
         let mut about = self.about(expr);
         about.is_presence = true;
         let total = self.total_heads(self.ty(expr)).map(Rc::from);
         let text = format!("let {} = {}", self.pattern_text(pat), self.text(expr));
         let matched = Matched { value: value.clone(), pure, total, about, text, span: Some(span), expr: Some(expr) };
         self.test_pattern(pat, &matched, no);
+        if let Some(emptied) = value.place.clone().filter(|_| taken.is_some() && self.at.is_some()) {
+            self.emptied(emptied, span);
+        }
+    }
+
+    /// The value that a pattern of a condition is held against: what is taken out of an option is still there while it is asked for.
+    pub(super) fn asked_value(&mut self, expr: ExprId) -> Value {
+        match self.taken_from(expr) {
+            Some((receiver, _)) => {
+                let value = self.expr(receiver);
+                Value { is_owned: true, leaves_by: Some(Transfer::Move), head: None, same_as: None, ..value }
+            }
+            None => self.expr(expr),
+        }
+    }
+
+    /// The option that something is taken out of, if it is one that conditions can ask for: `self.spare.take()`.
+    fn taken_from(&mut self, expr: ExprId) -> Option<(ExprId, Pure)> {
+        let ExprKind::MethodCall { receiver, method, args, .. } = &self.body().expr(expr).kind else { return None };
+        let is_taken = method == "take" && args.is_empty() && self.is_optional(*receiver);
+        let pure = self.pure(*receiver).filter(|pure| is_taken && pure.whole.is_some())?;
+        Some((*receiver, pure))
     }
 
     /// Notes that what a pattern binds comes from elsewhere.

@@ -201,7 +201,7 @@ impl Builder<'_> {
 
     fn let_else(&mut self, pat: crate::syntax::tree::PatId, init: ExprId, otherwise: ExprId) {
         self.derive_pattern(pat, init);
-        let value = self.expr(init);
+        let value = self.asked_value(init);
         let span = self.body().pat(pat).span.to(self.span(init));
         let failed = self.add_node(Effect::Nothing, self.span(otherwise));
         let before = self.scopes.last().map_or(0, |scope| scope.guards.len());
