@@ -218,6 +218,9 @@ impl Builder<'_> {
                 _ => value,
             };
         }
+        if let Some(copy) = self.copy_given(id, self_place.as_ref()) {
+            return copy;
+        }
         if let Some(value) = self.switch_call(resolved, exprs, values, id) {
             return value;
         }

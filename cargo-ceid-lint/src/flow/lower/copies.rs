@@ -94,6 +94,19 @@ impl Builder<'_> {
         self.copy_of(value, ty, span)
     }
 
+    /// What a getter gives of a filter by value, a copy or a clone of its field: `fn filter(&self) -> Pt1 { self.filter }`.
+    pub(super) fn copy_given(&mut self, id: ExprId, owner: Option<&Place>) -> Option<Value> {
+        let (owner, ty) = (owner?, self.ty(id).clone());
+        if matches!(ty, Ty::Ref(..)) || self.program.index.law_spec(&ty).is_none() {
+            return None;
+        }
+        let field = self.field_given(id).filter(|field| field.is_cloned || self.program.index.copies_filter(&ty))?;
+        let place = field.names.iter().fold(owner.clone(), |place, name| place.field(name));
+        let value = Value { place: Some(place), is_owned: true, ..Value::default() };
+        let span = self.span(id);
+        Some(if field.is_cloned { self.copy_of(&value, ty, span) } else { self.copy_used(&value, ty, span) })
+    }
+
     /// The copies that a `move` closure takes of what it names: it goes on with them from call to call.
     pub(super) fn copy_captured(&mut self, closure: ClosureRef, span: Span) {
         let body = self.body();

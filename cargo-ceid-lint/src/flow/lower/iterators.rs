@@ -96,7 +96,7 @@ impl Builder<'_> {
         let over = value.place.clone();
         let is_optional = matches!(ty.external_name(), Some("Option" | "Result"));
         let is_there = is_optional && value.head.as_deref() == Some("+");
-        let item = match value.place {
+        let item = match value.place.clone() {
             Some(place) if self.draws_by_itself(ty) => {
                 let cause = Cause::Call(self.text(id));
                 let node = self.emit(Effect::Unknown { places: vec![place.clone()], cause }, self.span(id));
@@ -105,7 +105,10 @@ impl Builder<'_> {
                 Item::Opaque
             }
             // The loop gets copies of them.
-            Some(_) if !is_lent && self.program.index.copies_filter(self.ty(id)) => Item::Made,
+            Some(_) if !is_lent && self.program.index.copies_filter(self.ty(id)) => {
+                let copies = self.copy_used(&value, self.ty(id).clone(), self.span(id));
+                copies.place.map_or(Item::Made, Item::Element)
+            }
             Some(place) if is_map && self.may_hold_filter(ty) => Item::entry(place),
             Some(place) if is_optional && self.may_hold_filter(ty) => Item::Present(Box::new(Item::Same(place))),
             Some(place) if self.may_hold_filter(ty) => Item::Element(place),

@@ -16,6 +16,14 @@ pub(super) struct Pure {
     pub(super) whole: Option<Place>,
 }
 
+/// The field that a getter gives a value of.
+pub(super) struct FieldGiven {
+    /// The steps to it, from `self` on.
+    pub(super) names: Vec<String>,
+    /// Whether it is cloned there.
+    pub(super) is_cloned: bool,
+}
+
 impl Builder<'_> {
     /// The subject with that key; made when it is new.
     pub(super) fn subject(&mut self, pure: Pure, total: Option<Vec<Head>>) -> SubjectId {
@@ -241,26 +249,38 @@ impl Builder<'_> {
         if !args.is_empty() || !self.is_state(self.ty(id)) || matches!(self.ty(id), Ty::Ref(..)) {
             return None;
         }
+        let names = self.field_given(id)?.names;
+        let place = self.static_place(*receiver)?;
+        Some(names.iter().fold(place, |place, name| place.field(name)))
+    }
+
+    /// The field that a getter gives, if it does nothing else: `fn mode(&self) -> Mode { self.state.mode }`.
+    pub(super) fn field_given(&self, id: ExprId) -> Option<FieldGiven> {
         let target = self.only_target(id)?;
         let getter = self.program.index.function(target).function.body.as_ref()?;
         let typed = self.program.typed(target)?;
         let [param] = getter.params.as_slice() else { return None };
         let owner = typed.pat_local.get(param)?;
         let mut at = getter.root;
-        let mut names: Vec<&str> = Vec::new();
+        let mut names: Vec<String> = Vec::new();
+        let mut is_cloned = false;
         loop {
             match &getter.expr(at).kind {
                 ExprKind::Block(block) if block.stmts.is_empty() => at = block.tail?,
+                ExprKind::MethodCall { receiver, method, args, .. } if method == "clone" && args.is_empty() => {
+                    is_cloned = true;
+                    at = *receiver;
+                }
                 ExprKind::Field { base, name } => {
-                    names.push(name);
+                    names.push(name.clone());
                     at = *base;
                 }
                 ExprKind::Path(_) if typed.expr_local.get(&at) == Some(owner) && !names.is_empty() => break,
                 _ => return None,
             }
         }
-        let place = self.static_place(*receiver)?;
-        Some(names.iter().rev().fold(place, |place, name| place.field(name)))
+        names.reverse();
+        Some(FieldGiven { names, is_cloned })
     }
 
     /// Whether a cast gives the value that it gets: `true as u8` is no `true`, and `300 as u8` no 300.
