@@ -3,12 +3,13 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
+use super::globs;
 use super::text::{
     Style, begins_line, has_word, indentation, line_stop, removal, with_attributes, without_comments, words,
 };
 use crate::count::{Cycle, Verdict};
 use crate::flow::Program;
-use crate::index::{Def, FunctionId, ModuleId, Namespace, Owner};
+use crate::index::{FunctionId, ModuleId, Owner};
 use crate::source::{FileId, Span};
 use crate::syntax::Outline;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
@@ -54,8 +55,8 @@ pub fn idle_imports(program: &Program<'_>, cycles: &[Cycle]) -> IdleImports {
                     None => found.doubtful.extend(scope.doubt(at)),
                 }
             }
-            scope.globs(&mut found);
         }
+        globs::idle(program, file, text, &outline, &mut found);
     }
     found
 }
@@ -67,27 +68,27 @@ fn has_ceid(program: &Program<'_>, file: FileId) -> bool {
     exprs.any(|expr| matches!(&expr.kind, ExprKind::Macro(call) if matches!(call.kind, MacroKind::Ceid { .. })))
 }
 
-fn to_u32(at: usize) -> u32 {
+pub(super) fn to_u32(at: usize) -> u32 {
     u32::try_from(at).unwrap_or(u32::MAX)
 }
 
 /// What an import may be there for.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Sought {
+pub(super) enum Sought {
     Names,
     Calls,
 }
 
 /// A file that may import a trait or type.
-struct Scope<'a> {
-    program: &'a Program<'a>,
-    file: FileId,
-    text: &'a str,
-    outline: &'a Outline,
-    name: &'a str,
-    module: ModuleId,
+pub(super) struct Scope<'a> {
+    pub(super) program: &'a Program<'a>,
+    pub(super) file: FileId,
+    pub(super) text: &'a str,
+    pub(super) outline: &'a Outline,
+    pub(super) name: &'a str,
+    pub(super) module: ModuleId,
     /// The methods that can be called because of the import, and the constants that can be named.
-    methods: &'a [&'a String],
+    pub(super) methods: &'a [&'a String],
 }
 
 impl Scope<'_> {
@@ -140,61 +141,8 @@ impl Scope<'_> {
         (!is_needed).then(|| (span, self.name.to_owned()))
     }
 
-    /// The imports of all that is in the module of a trait, where nothing needs the trait: those that go, or those that perhaps nothing
-    /// needs.
-    fn globs(&self, found: &mut IdleImports) {
-        let of = self.program.index.module(self.module);
-        let text = self.text;
-        // The root of a crate has no name of its own.
-        let name = if of.name.is_empty() { "crate" } else { &of.name };
-        let path = format!("{name}::*;");
-        for (at, _) in text.match_indices(&path) {
-            let end = at + path.len();
-            let Some(start) = words(&text[..end], "use").last() else { continue };
-            let before = text[..start].trim_end();
-            if self.methods.is_empty() || !(before.is_empty() || before.ends_with([';', '}', '{', ']'])) {
-                continue;
-            }
-            let around = self.outline.around(start).next();
-            let scope = around.map_or(0..text.len(), |around| around.brackets.clone());
-            let is_needed = |names: &str, calls: &str| {
-                let part = &names[scope.clone()];
-                let is_looked_up =
-                    |at| segment_before(part, at).is_none_or(|before| matches!(before, "super" | "self"));
-                of.own_names().any(|name| words(part, name).any(is_looked_up))
-                    || self.methods.iter().any(|method| self.is_called(method, calls, &scope))
-            };
-            let sight = |without_tests, sought| self.in_sight(&scope, without_tests, sought);
-            let span = Span::new(self.file, to_u32(start), to_u32(end));
-            let is_handed_on = around.is_none() && is_handed_on(self.program, self.file, text);
-            let is_plain = !before.ends_with(']') && self.is_only_trait();
-            if is_plain && !is_handed_on && !is_needed(&sight(false, Sought::Names), &sight(false, Sought::Calls)) {
-                let gone = removal(text, start..end);
-                let gone = Span::new(self.file, to_u32(gone.start), to_u32(gone.end));
-                found.removals.push(vec![(gone, String::new())]);
-                continue;
-            }
-            let unconditional = self.unconditional(&sight(true, Sought::Names));
-            if !is_needed(&unconditional, &unconditional) {
-                found.doubtful.push((span, format!("{name}::*")));
-            }
-        }
-    }
-
-    /// Whether its module gives no other trait, whose methods could be called without naming it.
-    fn is_only_trait(&self) -> bool {
-        let index = self.program.index;
-        let of = index.module(self.module);
-        let is_other = |name: &str| match index.resolve(self.module, &[name.to_owned()], Namespace::Type) {
-            Some(Def::Trait(_)) => name != self.name,
-            Some(Def::External(_)) => true,
-            _ => false,
-        };
-        !of.has_globs() && !of.own_names().any(is_other)
-    }
-
     /// Code with blanks for its comments and for the items that are compiled under a condition.
-    fn unconditional(&self, code: &str) -> String {
+    pub(super) fn unconditional(&self, code: &str) -> String {
         let code = without_comments(code);
         let mut left = code.clone().into_bytes();
         for (at, _) in code.match_indices("#[cfg(") {
@@ -207,7 +155,7 @@ impl Scope<'_> {
     }
 
     /// The text with blanks for the modules in a part of it that do not see what is imported there, and for those of tests where that is asked.
-    fn in_sight(&self, scope: &Range<usize>, without_tests: bool, sought: Sought) -> String {
+    pub(super) fn in_sight(&self, scope: &Range<usize>, without_tests: bool, sought: Sought) -> String {
         let text = self.text;
         let mut code = text.as_bytes().to_vec();
         for keyword in words(text, "mod").filter(|at| scope.contains(at)) {
@@ -237,7 +185,7 @@ impl Scope<'_> {
     }
 
     /// Whether a method of the trait may be called in a part of the code: each call of that name is known, or is one.
-    fn is_called(&self, method: &str, code: &str, scope: &Range<usize>) -> bool {
+    pub(super) fn is_called(&self, method: &str, code: &str, scope: &Range<usize>) -> bool {
         let part = &code[scope.clone()];
         let count = |call: String| part.matches(&call).count();
         // A call by the path of the trait names it, and is looked for by that name.
@@ -273,14 +221,14 @@ impl Scope<'_> {
 }
 
 /// The part of a path that stands before the name at a byte, if it is not the first one.
-fn segment_before(code: &str, at: usize) -> Option<&str> {
+pub(super) fn segment_before(code: &str, at: usize) -> Option<&str> {
     let before = code[..at].trim_end().strip_suffix("::")?.trim_end();
     let start = before.rfind(|sign: char| !(sign.is_alphanumeric() || sign == '_')).map_or(0, |end| end + 1);
     Some(before.get(start..).unwrap_or_default())
 }
 
 /// Whether another file may get the import from this one.
-fn is_handed_on(program: &Program<'_>, file: FileId, text: &str) -> bool {
+pub(super) fn is_handed_on(program: &Program<'_>, file: FileId, text: &str) -> bool {
     let others = program.sources.files().filter(|(id, _)| *id != file);
     let mut globs = others.filter(|(_, other)| other.text.contains("super::*"));
     // Modules in this file that look up from here call its names as well; their calls were looked for above.
@@ -292,13 +240,13 @@ fn is_handed_on(program: &Program<'_>, file: FileId, text: &str) -> bool {
 }
 
 /// A private `use` that names a trait.
-struct Import<'t> {
-    stmt: Range<usize>,
+pub(super) struct Import<'t> {
+    pub(super) stmt: Range<usize>,
     /// What it is called, and how it is written in the innermost list: `filter::Step as Other`.
-    alias: Option<&'t str>,
-    entry: Range<usize>,
+    pub(super) alias: Option<&'t str>,
+    pub(super) entry: Range<usize>,
     /// The innermost list around it, with its braces.
-    list: Option<Range<usize>>,
+    pub(super) list: Option<Range<usize>>,
 }
 
 impl<'t> Import<'t> {
@@ -367,7 +315,7 @@ impl<'t> Import<'t> {
     }
 
     /// What to replace, and by what, so that the `use` is without the name.
-    fn without(&self, text: &str) -> Option<(Range<usize>, String)> {
+    pub(super) fn without(&self, text: &str) -> Option<(Range<usize>, String)> {
         let Some(list) = self.list.clone() else {
             return Some((removal(text, self.stmt.clone()), String::new()));
         };

@@ -13,6 +13,7 @@ mod each;
 mod effects;
 mod elements;
 mod exits;
+mod globs;
 mod gone;
 mod halves;
 mod head;
