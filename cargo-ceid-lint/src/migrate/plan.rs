@@ -30,6 +30,9 @@ use crate::project::Manners;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
 
+/// Of a loop with more filters than this, it is not tried which of them could go.
+const MOST_TRIED: usize = 12;
+
 /// A plan for each cycle that updates filters by hand; none where nothing is to be done. `manners` says what is asked of the code in a
 /// file.
 #[must_use]
@@ -68,7 +71,26 @@ fn plan(loops: &Loops<'_>, cycle: &Cycle, edition: &str) -> Option<Plan> {
         Some(body.expr(whole).span.to(cycle.head))
     });
     let whole = whole.unwrap_or(cycle.head);
-    Some(Plan { head: cycle.head, whole, function: cycle.function.clone(), filters, outcome })
+    let could_go = match outcome.as_ref() {
+        Ok(rewrite) if rewrite.changes.is_empty() => Vec::new(),
+        _ => could_go(loops, cycle, &by_hand, edition),
+    };
+    Some(Plan { head: cycle.head, whole, function: cycle.function.clone(), filters, outcome, could_go })
+}
+
+/// Those of the filters that a guard could have, and the program does the same, if the others were not there; none if there are many.
+fn could_go(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -> Vec<String> {
+    let names: BTreeSet<&str> = by_hand.iter().map(|pair| pair.name.as_str()).collect();
+    let is_possible = |names: &BTreeSet<&str>| {
+        let pairs: Vec<&Pair> = by_hand.iter().copied().filter(|pair| names.contains(pair.name.as_str())).collect();
+        rewrite(loops, cycle, &pairs, edition).is_ok_and(|rewrite| rewrite.changes.is_empty())
+    };
+    if cycle.kind == CycleKind::Closure || !(2..=MOST_TRIED).contains(&names.len()) {
+        return Vec::new();
+    }
+    let alone: BTreeSet<&str> = names.iter().copied().filter(|name| is_possible(&BTreeSet::from([*name]))).collect();
+    let is_some = !alone.is_empty() && alone.len() < names.len() && (alone.len() == 1 || is_possible(&alone));
+    if is_some { alone.into_iter().map(str::to_owned).collect() } else { Vec::new() }
 }
 
 /// Why a closure gets no guard.
