@@ -49,6 +49,23 @@ impl Index {
         found
     }
 
+    /// Whether a module imports one of the names from one of these modules, or all that is there.
+    #[must_use]
+    pub fn imports_from(&self, module: ModuleId, from: &BTreeSet<ModuleId>, names: &BTreeSet<&str>) -> bool {
+        let is_from = |path: &[String]| {
+            let target = self.resolve_import(module, path, Namespace::Type, &mut Trail::default());
+            matches!(target, Some(Def::Module(at)) if from.contains(&at))
+        };
+        let is_one = |entry: &Entry| match entry {
+            Entry::Import(path) => {
+                path.split_last().is_some_and(|(last, module)| names.contains(last.as_str()) && is_from(module))
+            }
+            Entry::Def(_) => false,
+        };
+        let own = self.module(module);
+        own.globs.iter().any(|glob| is_from(glob)) || own.names.values().any(is_one)
+    }
+
     fn add_globbed(&self, from: ModuleId, path: &[String], found: &mut Globbed, seen: &mut BTreeSet<ModuleId>) {
         let target = self.resolve_import(from, path, Namespace::Type, &mut Trail::default());
         let Some(Def::Module(target)) = target else {

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::imports::{IdleImports, Import, Scope, Sought, is_handed_on, segment_before, to_u32};
+use super::imports::{IdleImports, Import, Scope, Sought, segment_before, to_u32};
+use super::takers::Takers;
 use super::text::{without_comments, words};
 use crate::flow::Program;
 use crate::index::{Globbed, Owner};
@@ -41,7 +42,16 @@ pub(super) fn idle(program: &Program<'_>, file: FileId, text: &str, outline: &Ou
         };
         let Some(any) = scopes.first() else { continue };
         let sight = |without_tests, sought| any.in_sight(&range, without_tests, sought);
-        let is_handed_on = around.is_none() && is_handed_on(program, file, text);
+        let names: BTreeSet<&str> = brought.names.iter().map(String::as_str).collect();
+        let methods = scopes.iter().flat_map(|scope| scope.methods.iter().map(|method| method.as_str()));
+        let wanted = names.iter().copied().chain(methods);
+        let unconditional = any.unconditional(&sight(true, Sought::Names));
+        // Code that is compiled under a condition only was perhaps not read, and what it imports is not known.
+        let is_in_macro = outline.around(stmt.start).any(|around| around.is_macro);
+        if is_in_macro || !unconditional[stmt.start..].starts_with("use") {
+            continue;
+        }
+        let is_handed_on = around.is_none() && Takers::of(program, file, &names).need(wanted, false);
         if !glob.is_conditional
             && !brought.has_unknown
             && !is_handed_on
@@ -51,8 +61,7 @@ pub(super) fn idle(program: &Program<'_>, file: FileId, text: &str, outline: &Ou
             found.removals.push(vec![(Span::new(file, to_u32(gone.start), to_u32(gone.end)), left)]);
             continue;
         }
-        let unconditional = any.unconditional(&sight(true, Sought::Names));
-        if unconditional[stmt.start..].starts_with("use") && !is_needed(&unconditional, &unconditional) {
+        if !is_needed(&unconditional, &unconditional) {
             let span = Span::new(file, to_u32(stmt.start), to_u32(stmt.end));
             found.doubtful.push((span, text[glob.import.entry].to_owned()));
         }

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::globs;
+use super::takers::Takers;
 use super::text::{
     Style, begins_line, has_word, indentation, line_stop, removal, with_attributes, without_comments, words,
 };
@@ -102,14 +103,20 @@ impl Scope<'_> {
         let around = self.outline.around(import.stmt.start).next();
         let scope = around.map_or(0..text.len(), |around| around.brackets.clone());
         let bound = import.alias.unwrap_or(name);
+        let names: BTreeSet<&str> = Some(bound).into_iter().filter(|bound| *bound != "_").collect();
+        let takers = around.is_none().then(|| Takers::of(program, file, &names));
         let is_needed = |without_tests: bool| {
+            let wanted = names.iter().copied().chain(self.methods.iter().map(|method| method.as_str()));
+            if takers.as_ref().is_some_and(|takers| takers.need(wanted, without_tests)) {
+                return true;
+            }
             let is_outside = |at: usize| scope.contains(&at) && !import.stmt.contains(&at);
             let code = self.in_sight(&scope, without_tests, Sought::Names);
             let calls = self.in_sight(&scope, without_tests, Sought::Calls);
             bound != "_" && words(&code, bound).any(|at| is_outside(at) && self.may_be_imported(&code, at))
                 || self.methods.iter().any(|method| self.is_called(method, &calls, &scope))
         };
-        if is_needed(true) || around.is_none() && is_handed_on(program, file, text) {
+        if is_needed(true) {
             return None;
         }
         let edits = if is_needed(false) { import.for_tests(text)? } else { vec![import.without(text)?] };
@@ -225,18 +232,6 @@ pub(super) fn segment_before(code: &str, at: usize) -> Option<&str> {
     let before = code[..at].trim_end().strip_suffix("::")?.trim_end();
     let start = before.rfind(|sign: char| !(sign.is_alphanumeric() || sign == '_')).map_or(0, |end| end + 1);
     Some(before.get(start..).unwrap_or_default())
-}
-
-/// Whether another file may get the import from this one.
-pub(super) fn is_handed_on(program: &Program<'_>, file: FileId, text: &str) -> bool {
-    let others = program.sources.files().filter(|(id, _)| *id != file);
-    let mut globs = others.filter(|(_, other)| other.text.contains("super::*"));
-    // Modules in this file that look up from here call its names as well; their calls were looked for above.
-    let is_elsewhere = |at: usize| {
-        let rest = text[at + "mod".len()..].trim_start();
-        rest.trim_start_matches(|sign: char| sign.is_alphanumeric() || sign == '_').trim_start().starts_with(';')
-    };
-    words(text, "mod").any(is_elsewhere) && globs.next().is_some()
 }
 
 /// A private `use` that names a trait.

@@ -38,6 +38,7 @@ mod plan;
 mod purity;
 mod sites;
 mod tails;
+mod takers;
 mod text;
 mod whole;
 
