@@ -79,18 +79,23 @@ fn plan(loops: &Loops<'_>, cycle: &Cycle, edition: &str) -> Option<Plan> {
 }
 
 /// Those of the filters that a guard could have, and the program does the same, if the others were not there; none if there are many.
+///
+/// The elements of an array go together or not at all.
 fn could_go(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -> Vec<String> {
-    let names: BTreeSet<&str> = by_hand.iter().map(|pair| pair.name.as_str()).collect();
-    let is_possible = |names: &BTreeSet<&str>| {
-        let pairs: Vec<&Pair> = by_hand.iter().copied().filter(|pair| names.contains(pair.name.as_str())).collect();
-        rewrite(loops, cycle, &pairs, edition).is_ok_and(|rewrite| rewrite.changes.is_empty())
+    let owner = |pair: &Pair| pair.name.split('[').next().unwrap_or_default().to_owned();
+    let owners: BTreeSet<String> = by_hand.iter().map(|pair| owner(pair)).collect();
+    let of = |owners: &BTreeSet<&String>| -> Vec<&Pair> {
+        by_hand.iter().copied().filter(|pair| owners.contains(&owner(pair))).collect()
     };
-    if cycle.kind == CycleKind::Closure || !(2..=MOST_TRIED).contains(&names.len()) {
+    let is_possible =
+        |pairs: &[&Pair]| rewrite(loops, cycle, pairs, edition).is_ok_and(|rewrite| rewrite.changes.is_empty());
+    if cycle.kind == CycleKind::Closure || !(2..=MOST_TRIED).contains(&owners.len()) {
         return Vec::new();
     }
-    let alone: BTreeSet<&str> = names.iter().copied().filter(|name| is_possible(&BTreeSet::from([*name]))).collect();
-    let is_some = !alone.is_empty() && alone.len() < names.len() && (alone.len() == 1 || is_possible(&alone));
-    if is_some { alone.into_iter().map(str::to_owned).collect() } else { Vec::new() }
+    let alone: BTreeSet<&String> = owners.iter().filter(|own| is_possible(&of(&BTreeSet::from([*own])))).collect();
+    let pairs = of(&alone);
+    let is_some = !alone.is_empty() && alone.len() < owners.len() && (alone.len() == 1 || is_possible(&pairs));
+    if is_some { pairs.iter().map(|pair| pair.name.clone()).collect() } else { Vec::new() }
 }
 
 /// Why a closure gets no guard.
