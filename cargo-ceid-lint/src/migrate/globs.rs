@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::imports::{IdleImports, Import, Scope, Sought, segment_before, to_u32};
+use super::macros::Macros;
 use super::takers::Takers;
 use super::text::{without_comments, words};
 use crate::flow::Program;
@@ -11,7 +12,14 @@ use crate::source::{FileId, Span};
 use crate::syntax::Outline;
 
 /// Finds those that brought a trait into scope that nothing needs: those that go, or those that perhaps nothing needs.
-pub(super) fn idle(program: &Program<'_>, file: FileId, text: &str, outline: &Outline, found: &mut IdleImports) {
+pub(super) fn idle(
+    program: &Program<'_>,
+    file: FileId,
+    text: &str,
+    outline: &Outline,
+    macros: &Macros<'_>,
+    found: &mut IdleImports,
+) {
     let index = program.index;
     let functions = index.functions.iter().filter(|def| def.function.keyword.file == file);
     let crates: BTreeSet<_> = functions.map(|def| index.module(def.module).krate).collect();
@@ -28,7 +36,7 @@ pub(super) fn idle(program: &Program<'_>, file: FileId, text: &str, outline: &Ou
         let range = around.map_or(0..text.len(), |around| around.brackets.clone());
         let scopes = traits.0.iter().map(|(name, module, members)| {
             let (name, module) = (name.as_str(), *module);
-            Scope { program, file, text, outline, name, module, methods: members }
+            Scope { program, file, text, outline, name, module, methods: members, macros }
         });
         let scopes: Vec<Scope<'_>> = scopes.collect();
         let is_needed = |names: &str, calls: &str| {

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::globs;
+use super::macros::Macros;
 use super::takers::Takers;
 use super::text::{
     Style, begins_line, has_word, indentation, line_stop, removal, with_attributes, without_comments, words,
@@ -45,11 +46,16 @@ pub fn idle_imports(program: &Program<'_>, cycles: &[Cycle]) -> IdleImports {
     let filters = index.filter_types().map(|def| (&def.name, def.module, Vec::new()));
     let named: Vec<_> = traits.chain(filters).collect();
     let mut found = IdleImports::default();
+    if files.is_empty() {
+        return found;
+    }
+    let macros = Macros::of(program);
     for file in files {
         let text = &*program.sources.file(file).text;
         let outline = Outline::of(text);
         for (name, module, methods) in &named {
-            let scope = Scope { program, file, text, outline: &outline, name, module: *module, methods };
+            let scope =
+                Scope { program, file, text, outline: &outline, name, module: *module, methods, macros: &macros };
             for at in words(text, name) {
                 match scope.import(at) {
                     Some(edits) => found.removals.push(edits),
@@ -57,7 +63,7 @@ pub fn idle_imports(program: &Program<'_>, cycles: &[Cycle]) -> IdleImports {
                 }
             }
         }
-        globs::idle(program, file, text, &outline, &mut found);
+        globs::idle(program, file, text, &outline, &macros, &mut found);
     }
     found
 }
@@ -90,6 +96,7 @@ pub(super) struct Scope<'a> {
     pub(super) module: ModuleId,
     /// The methods that can be called because of the import, and the constants that can be named.
     pub(super) methods: &'a [&'a String],
+    pub(super) macros: &'a Macros<'a>,
 }
 
 impl Scope<'_> {
@@ -223,7 +230,7 @@ impl Scope<'_> {
             });
             others.count()
         };
-        written > 0 && written != index.function_ids().map(is_other).sum::<usize>()
+        written > 0 && written != index.function_ids().map(is_other).sum::<usize>() || self.macros.call(method, part)
     }
 }
 

@@ -28,6 +28,7 @@ mod law;
 mod leftover;
 mod locks;
 mod loops;
+mod macros;
 mod manifest;
 mod mentions;
 mod observed;
