@@ -49,6 +49,21 @@ impl Index {
         found
     }
 
+    /// The traits with the other names that re-exports and imports give them.
+    #[must_use]
+    pub fn renamed_traits(&self) -> BTreeSet<(&str, TraitId)> {
+        let modules = (0..).map(ModuleId).zip(&self.modules);
+        let entries = modules.flat_map(|(at, module)| module.names.iter().map(move |named| (at, named)));
+        let renamed = entries.filter_map(|(at, ((namespace, name), entry))| match entry {
+            Entry::Import(path) if *namespace == Namespace::Type && path.last() != Some(name) => {
+                let Some(Def::Trait(id)) = self.resolve(at, path, Namespace::Type) else { return None };
+                Some((name.as_str(), id))
+            }
+            _ => None,
+        });
+        renamed.collect()
+    }
+
     /// Whether a module imports one of the names from one of these modules, or all that is there.
     #[must_use]
     pub fn imports_from(&self, module: ModuleId, from: &BTreeSet<ModuleId>, names: &BTreeSet<&str>) -> bool {
@@ -76,7 +91,8 @@ impl Index {
             return;
         }
         let module = self.module(target);
-        for (_, name) in module.names.keys() {
+        let names: BTreeSet<&String> = module.names.keys().map(|(_, name)| name).collect();
+        for name in names {
             let of = |namespace| self.resolve(target, std::slice::from_ref(name), namespace);
             match of(Namespace::Type) {
                 Some(Def::Trait(id)) => drop(found.traits.insert(id)),

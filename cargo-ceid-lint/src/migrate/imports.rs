@@ -11,7 +11,7 @@ use super::text::{
 };
 use crate::count::{Cycle, Verdict};
 use crate::flow::Program;
-use crate::index::{FunctionId, ModuleId, Owner};
+use crate::index::{FunctionId, ModuleId, Owner, TraitId};
 use crate::source::{FileId, Span};
 use crate::syntax::Outline;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
@@ -32,23 +32,25 @@ pub fn idle_imports(program: &Program<'_>, cycles: &[Cycle]) -> IdleImports {
     let has_guard = |cycle: &&Cycle| cycle.filters.iter().any(|pair| pair.verdict == Verdict::Guarded);
     let files: BTreeSet<FileId> = cycles.iter().filter(has_guard).map(|cycle| cycle.head.file).collect();
     let files: BTreeSet<FileId> = files.into_iter().filter(|file| has_ceid(program, *file)).collect();
+    let mut found = IdleImports::default();
+    if files.is_empty() {
+        return found;
+    }
     let index = program.index;
-    let traits = index.traits.iter().filter(|def| !def.methods.is_empty());
-    let traits = traits.map(|def| {
+    let own = (0..).map(TraitId).zip(&index.traits).map(|(id, def)| (def.name.as_str(), id));
+    let has_methods = |(_, id): &(&str, TraitId)| !index.trait_def(*id).methods.is_empty();
+    let traits = own.chain(index.renamed_traits()).filter(has_methods).map(|(name, id)| {
+        let def = index.trait_def(id);
         let is_of_trait = |owner: &Owner| match owner {
             Owner::Module => false,
             Owner::Impl(id) => index.impl_def(*id).trait_path.as_ref().is_some_and(|path| path.last() == def.name),
             Owner::Trait(id) => index.trait_def(*id).name == def.name,
         };
         let constants = index.values.iter().filter(|value| is_of_trait(&value.owner)).map(|value| &value.name);
-        (&def.name, def.module, def.methods.keys().chain(constants).collect::<Vec<_>>())
+        (name, def.module, def.methods.keys().chain(constants).collect::<Vec<_>>())
     });
-    let filters = index.filter_types().map(|def| (&def.name, def.module, Vec::new()));
+    let filters = index.filter_types().map(|def| (def.name.as_str(), def.module, Vec::new()));
     let named: Vec<_> = traits.chain(filters).collect();
-    let mut found = IdleImports::default();
-    if files.is_empty() {
-        return found;
-    }
     let macros = Macros::of(program);
     for file in files {
         let text = &*program.sources.file(file).text;
@@ -258,6 +260,9 @@ impl<'t> Import<'t> {
         let head = &text[start..at];
         let word = words(head, "use").last()?;
         let own = start + word;
+        if name == "_" || text[..at].trim_end().ends_with(" as") {
+            return None;
+        }
         let mut before = head[..word].lines().map(str::trim);
         // Attributes and a visibility belong to it; a block begins with a brace.
         let before = before.rfind(|line| !line.starts_with("//") && !line.starts_with("#![") && !line.is_empty());
