@@ -7,7 +7,7 @@ use super::args::{CheckArgs, FixArgs};
 use super::format::Format;
 use super::input::{self, Checked, Loaded};
 use super::{Console, ExitStatus, vcs};
-use crate::fix::{self, Bounds, RealDisk, Revision};
+use crate::fix::{self, Bounds, Pasted, RealDisk, Revision};
 use crate::pipeline::{BaselineChoice, Options, Report};
 use crate::project::{LoadError, Project};
 use crate::report::json;
@@ -82,9 +82,12 @@ pub(super) fn run(args: &CheckArgs, options: &Options, printed: Format, console:
     let check = |project: &Project, source: Box<dyn ReadSource>| input::checked(project, &everything, source, console);
     let is_whole = project.only.is_empty() && first.report.baselines.is_empty();
     let before = if is_whole { first } else { check(&whole, Box::new(DiskSource)) };
+    let pasted = Pasted::of(&before.report);
     let offer = |report: &Report| {
         let path = |finding: &crate::diagnostic::Diagnostic| &report.sources.file(finding.primary.span.file).path;
-        fix::offered(report, args.fixes.unsafe_fixes, |finding| project.is_wanted(path(finding)))
+        fix::offered(report, args.fixes.unsafe_fixes, |finding| {
+            project.is_wanted(path(finding)) && !pasted.has_lost_its_sibling(report, finding)
+        })
     };
     let mut revision =
         fix::revise(&before.report, offer, |path| bounds.file(path), |source| check(&whole, source).report);

@@ -25,7 +25,7 @@ pub use diff::diff;
 pub use edits::{Change, Texts};
 pub use form::keep_form;
 pub use news::{News, news};
-pub use offers::offered;
+pub use offers::{Pasted, offered};
 pub use revise::{Refused, Revision, UNUSED_SUPPRESSION, revise};
 pub use write::{Disk, RealDisk, WriteError, put_back, write};
 

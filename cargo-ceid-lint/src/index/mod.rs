@@ -29,7 +29,7 @@ pub use filters::{FilterSpec, LawGroup, Subject};
 pub use function_places::{FunctionPlace, FunctionPlaces};
 pub use known::{is_guard_type, is_sampled_filter_path};
 pub use lookup::MethodOwner;
-pub use names::Namespace;
+pub use names::{Globbed, Namespace};
 pub use rtic::SHARED_RESOURCE;
 pub use states::{handed, is_number};
 pub(crate) use ty::primitive;
@@ -191,18 +191,6 @@ pub struct Module {
     pub is_test: bool,
     names: FxHashMap<(Namespace, String), Entry>,
     globs: Vec<Vec<String>>,
-}
-
-impl Module {
-    /// The names that its own items and imports have, in no order.
-    pub fn own_names(&self) -> impl Iterator<Item = &str> {
-        self.names.keys().map(|(_, name)| name.as_str())
-    }
-
-    /// Whether it imports all names of some other module.
-    pub fn has_globs(&self) -> bool {
-        !self.globs.is_empty()
-    }
 }
 
 #[derive(Clone, Debug)]

@@ -1,9 +1,11 @@
 //! What a path means in a module: `use`, globs, re-exports, `crate`, `self`, `super`, extern crates, the prelude.
 
+use std::collections::BTreeSet;
+
 use rustc_hash::FxHashMap;
 
 use super::known;
-use super::{CrateId, Def, Entry, Index, ModuleId, Shape};
+use super::{CrateId, Def, Entry, Index, ModuleId, Shape, TraitId};
 
 /// Types and values have names of their own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -21,7 +23,95 @@ struct Trail {
     answers: FxHashMap<(ModuleId, Namespace, String), Option<Def>>,
 }
 
+/// What a glob brings into scope.
+#[derive(Debug, Default)]
+pub struct Globbed {
+    /// The names.
+    pub names: BTreeSet<String>,
+    /// The traits among them.
+    pub traits: BTreeSet<TraitId>,
+    /// Whether traits that are not known may be among them.
+    pub has_unknown: bool,
+}
+
 impl Index {
+    /// What a glob of the path brings into scope, wherever in the crates it stands; what is private is taken for public.
+    #[must_use]
+    pub fn globbed(&self, crates: &BTreeSet<CrateId>, path: &[String]) -> Globbed {
+        let mut found = Globbed::default();
+        let mut seen = BTreeSet::new();
+        for (at, module) in (0..).map(ModuleId).zip(&self.modules) {
+            if crates.contains(&module.krate) && module.globs.iter().any(|glob| glob == path) {
+                self.add_globbed(at, path, &mut found, &mut seen);
+            }
+        }
+        found.has_unknown |= seen.is_empty();
+        found
+    }
+
+    /// The traits with the other names that re-exports and imports give them.
+    #[must_use]
+    pub fn renamed_traits(&self) -> BTreeSet<(&str, TraitId)> {
+        let modules = (0..).map(ModuleId).zip(&self.modules);
+        let entries = modules.flat_map(|(at, module)| module.names.iter().map(move |named| (at, named)));
+        let renamed = entries.filter_map(|(at, ((namespace, name), entry))| match entry {
+            Entry::Import(path) if *namespace == Namespace::Type && path.last() != Some(name) => {
+                let Some(Def::Trait(id)) = self.resolve(at, path, Namespace::Type) else { return None };
+                Some((name.as_str(), id))
+            }
+            _ => None,
+        });
+        renamed.collect()
+    }
+
+    /// Whether a module imports one of the names from one of these modules, or all that is there.
+    #[must_use]
+    pub fn imports_from(&self, module: ModuleId, from: &BTreeSet<ModuleId>, names: &BTreeSet<&str>) -> bool {
+        let is_from = |path: &[String]| {
+            let target = self.resolve_import(module, path, Namespace::Type, &mut Trail::default());
+            matches!(target, Some(Def::Module(at)) if from.contains(&at))
+        };
+        let is_one = |entry: &Entry| match entry {
+            Entry::Import(path) => {
+                path.split_last().is_some_and(|(last, module)| names.contains(last.as_str()) && is_from(module))
+            }
+            Entry::Def(_) => false,
+        };
+        let own = self.module(module);
+        own.globs.iter().any(|glob| is_from(glob)) || own.names.values().any(is_one)
+    }
+
+    fn add_globbed(&self, from: ModuleId, path: &[String], found: &mut Globbed, seen: &mut BTreeSet<ModuleId>) {
+        let target = self.resolve_import(from, path, Namespace::Type, &mut Trail::default());
+        let Some(Def::Module(target)) = target else {
+            found.has_unknown = true;
+            return;
+        };
+        if !seen.insert(target) {
+            return;
+        }
+        let module = self.module(target);
+        let names: BTreeSet<&String> = module.names.keys().map(|(_, name)| name).collect();
+        for name in names {
+            let of = |namespace| self.resolve(target, std::slice::from_ref(name), namespace);
+            match of(Namespace::Type) {
+                Some(Def::Trait(id)) => drop(found.traits.insert(id)),
+                Some(Def::External(_)) => found.has_unknown = true,
+                None => found.has_unknown |= of(Namespace::Value).is_none(),
+                Some(_) => {}
+            }
+            // Of all that is imported as `_`, only the first is known.
+            found.has_unknown |= name == "_";
+            found.names.insert(name.clone());
+        }
+        // What is there under a `cfg` only, and what macros make, may be a trait.
+        found.names.extend(self.crate_of(target).removed.iter().cloned());
+        found.has_unknown |= self.opaque_items.iter().any(|(at, _)| *at == target);
+        for glob in &module.globs {
+            self.add_globbed(target, glob, found, seen);
+        }
+    }
+
     /// What the path means in the module; `None` if nothing is found.
     #[must_use]
     pub fn resolve(&self, module: ModuleId, path: &[String], namespace: Namespace) -> Option<Def> {

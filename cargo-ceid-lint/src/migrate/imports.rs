@@ -3,12 +3,15 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
+use super::globs;
+use super::macros::Macros;
+use super::takers::Takers;
 use super::text::{
     Style, begins_line, has_word, indentation, line_stop, removal, with_attributes, without_comments, words,
 };
 use crate::count::{Cycle, Verdict};
 use crate::flow::Program;
-use crate::index::{Def, FunctionId, ModuleId, Namespace, Owner};
+use crate::index::{FunctionId, ModuleId, Owner, TraitId};
 use crate::source::{FileId, Span};
 use crate::syntax::Outline;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
@@ -29,33 +32,40 @@ pub fn idle_imports(program: &Program<'_>, cycles: &[Cycle]) -> IdleImports {
     let has_guard = |cycle: &&Cycle| cycle.filters.iter().any(|pair| pair.verdict == Verdict::Guarded);
     let files: BTreeSet<FileId> = cycles.iter().filter(has_guard).map(|cycle| cycle.head.file).collect();
     let files: BTreeSet<FileId> = files.into_iter().filter(|file| has_ceid(program, *file)).collect();
+    let mut found = IdleImports::default();
+    if files.is_empty() {
+        return found;
+    }
     let index = program.index;
-    let traits = index.traits.iter().filter(|def| !def.methods.is_empty());
-    let traits = traits.map(|def| {
+    let own = (0..).map(TraitId).zip(&index.traits).map(|(id, def)| (def.name.as_str(), id));
+    let has_methods = |(_, id): &(&str, TraitId)| !index.trait_def(*id).methods.is_empty();
+    let traits = own.chain(index.renamed_traits()).filter(has_methods).map(|(name, id)| {
+        let def = index.trait_def(id);
         let is_of_trait = |owner: &Owner| match owner {
             Owner::Module => false,
             Owner::Impl(id) => index.impl_def(*id).trait_path.as_ref().is_some_and(|path| path.last() == def.name),
             Owner::Trait(id) => index.trait_def(*id).name == def.name,
         };
         let constants = index.values.iter().filter(|value| is_of_trait(&value.owner)).map(|value| &value.name);
-        (&def.name, def.module, def.methods.keys().chain(constants).collect::<Vec<_>>())
+        (name, def.module, def.methods.keys().chain(constants).collect::<Vec<_>>())
     });
-    let filters = index.filter_types().map(|def| (&def.name, def.module, Vec::new()));
+    let filters = index.filter_types().map(|def| (def.name.as_str(), def.module, Vec::new()));
     let named: Vec<_> = traits.chain(filters).collect();
-    let mut found = IdleImports::default();
+    let macros = Macros::of(program);
     for file in files {
         let text = &*program.sources.file(file).text;
         let outline = Outline::of(text);
         for (name, module, methods) in &named {
-            let scope = Scope { program, file, text, outline: &outline, name, module: *module, methods };
+            let scope =
+                Scope { program, file, text, outline: &outline, name, module: *module, methods, macros: &macros };
             for at in words(text, name) {
                 match scope.import(at) {
                     Some(edits) => found.removals.push(edits),
                     None => found.doubtful.extend(scope.doubt(at)),
                 }
             }
-            scope.globs(&mut found);
         }
+        globs::idle(program, file, text, &outline, &macros, &mut found);
     }
     found
 }
@@ -67,27 +77,28 @@ fn has_ceid(program: &Program<'_>, file: FileId) -> bool {
     exprs.any(|expr| matches!(&expr.kind, ExprKind::Macro(call) if matches!(call.kind, MacroKind::Ceid { .. })))
 }
 
-fn to_u32(at: usize) -> u32 {
+pub(super) fn to_u32(at: usize) -> u32 {
     u32::try_from(at).unwrap_or(u32::MAX)
 }
 
 /// What an import may be there for.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Sought {
+pub(super) enum Sought {
     Names,
     Calls,
 }
 
 /// A file that may import a trait or type.
-struct Scope<'a> {
-    program: &'a Program<'a>,
-    file: FileId,
-    text: &'a str,
-    outline: &'a Outline,
-    name: &'a str,
-    module: ModuleId,
+pub(super) struct Scope<'a> {
+    pub(super) program: &'a Program<'a>,
+    pub(super) file: FileId,
+    pub(super) text: &'a str,
+    pub(super) outline: &'a Outline,
+    pub(super) name: &'a str,
+    pub(super) module: ModuleId,
     /// The methods that can be called because of the import, and the constants that can be named.
-    methods: &'a [&'a String],
+    pub(super) methods: &'a [&'a String],
+    pub(super) macros: &'a Macros<'a>,
 }
 
 impl Scope<'_> {
@@ -101,14 +112,20 @@ impl Scope<'_> {
         let around = self.outline.around(import.stmt.start).next();
         let scope = around.map_or(0..text.len(), |around| around.brackets.clone());
         let bound = import.alias.unwrap_or(name);
+        let names: BTreeSet<&str> = Some(bound).into_iter().filter(|bound| *bound != "_").collect();
+        let takers = around.is_none().then(|| Takers::of(program, file, &names));
         let is_needed = |without_tests: bool| {
+            let wanted = names.iter().copied().chain(self.methods.iter().map(|method| method.as_str()));
+            if takers.as_ref().is_some_and(|takers| takers.need(wanted, without_tests)) {
+                return true;
+            }
             let is_outside = |at: usize| scope.contains(&at) && !import.stmt.contains(&at);
             let code = self.in_sight(&scope, without_tests, Sought::Names);
             let calls = self.in_sight(&scope, without_tests, Sought::Calls);
             bound != "_" && words(&code, bound).any(|at| is_outside(at) && self.may_be_imported(&code, at))
                 || self.methods.iter().any(|method| self.is_called(method, &calls, &scope))
         };
-        if is_needed(true) || around.is_none() && is_handed_on(program, file, text) {
+        if is_needed(true) {
             return None;
         }
         let edits = if is_needed(false) { import.for_tests(text)? } else { vec![import.without(text)?] };
@@ -140,61 +157,8 @@ impl Scope<'_> {
         (!is_needed).then(|| (span, self.name.to_owned()))
     }
 
-    /// The imports of all that is in the module of a trait, where nothing needs the trait: those that go, or those that perhaps nothing
-    /// needs.
-    fn globs(&self, found: &mut IdleImports) {
-        let of = self.program.index.module(self.module);
-        let text = self.text;
-        // The root of a crate has no name of its own.
-        let name = if of.name.is_empty() { "crate" } else { &of.name };
-        let path = format!("{name}::*;");
-        for (at, _) in text.match_indices(&path) {
-            let end = at + path.len();
-            let Some(start) = words(&text[..end], "use").last() else { continue };
-            let before = text[..start].trim_end();
-            if self.methods.is_empty() || !(before.is_empty() || before.ends_with([';', '}', '{', ']'])) {
-                continue;
-            }
-            let around = self.outline.around(start).next();
-            let scope = around.map_or(0..text.len(), |around| around.brackets.clone());
-            let is_needed = |names: &str, calls: &str| {
-                let part = &names[scope.clone()];
-                let is_looked_up =
-                    |at| segment_before(part, at).is_none_or(|before| matches!(before, "super" | "self"));
-                of.own_names().any(|name| words(part, name).any(is_looked_up))
-                    || self.methods.iter().any(|method| self.is_called(method, calls, &scope))
-            };
-            let sight = |without_tests, sought| self.in_sight(&scope, without_tests, sought);
-            let span = Span::new(self.file, to_u32(start), to_u32(end));
-            let is_handed_on = around.is_none() && is_handed_on(self.program, self.file, text);
-            let is_plain = !before.ends_with(']') && self.is_only_trait();
-            if is_plain && !is_handed_on && !is_needed(&sight(false, Sought::Names), &sight(false, Sought::Calls)) {
-                let gone = removal(text, start..end);
-                let gone = Span::new(self.file, to_u32(gone.start), to_u32(gone.end));
-                found.removals.push(vec![(gone, String::new())]);
-                continue;
-            }
-            let unconditional = self.unconditional(&sight(true, Sought::Names));
-            if !is_needed(&unconditional, &unconditional) {
-                found.doubtful.push((span, format!("{name}::*")));
-            }
-        }
-    }
-
-    /// Whether its module gives no other trait, whose methods could be called without naming it.
-    fn is_only_trait(&self) -> bool {
-        let index = self.program.index;
-        let of = index.module(self.module);
-        let is_other = |name: &str| match index.resolve(self.module, &[name.to_owned()], Namespace::Type) {
-            Some(Def::Trait(_)) => name != self.name,
-            Some(Def::External(_)) => true,
-            _ => false,
-        };
-        !of.has_globs() && !of.own_names().any(is_other)
-    }
-
     /// Code with blanks for its comments and for the items that are compiled under a condition.
-    fn unconditional(&self, code: &str) -> String {
+    pub(super) fn unconditional(&self, code: &str) -> String {
         let code = without_comments(code);
         let mut left = code.clone().into_bytes();
         for (at, _) in code.match_indices("#[cfg(") {
@@ -207,7 +171,7 @@ impl Scope<'_> {
     }
 
     /// The text with blanks for the modules in a part of it that do not see what is imported there, and for those of tests where that is asked.
-    fn in_sight(&self, scope: &Range<usize>, without_tests: bool, sought: Sought) -> String {
+    pub(super) fn in_sight(&self, scope: &Range<usize>, without_tests: bool, sought: Sought) -> String {
         let text = self.text;
         let mut code = text.as_bytes().to_vec();
         for keyword in words(text, "mod").filter(|at| scope.contains(at)) {
@@ -237,7 +201,7 @@ impl Scope<'_> {
     }
 
     /// Whether a method of the trait may be called in a part of the code: each call of that name is known, or is one.
-    fn is_called(&self, method: &str, code: &str, scope: &Range<usize>) -> bool {
+    pub(super) fn is_called(&self, method: &str, code: &str, scope: &Range<usize>) -> bool {
         let part = &code[scope.clone()];
         let count = |call: String| part.matches(&call).count();
         // A call by the path of the trait names it, and is looked for by that name.
@@ -268,37 +232,25 @@ impl Scope<'_> {
             });
             others.count()
         };
-        written > 0 && written != index.function_ids().map(is_other).sum::<usize>()
+        written > 0 && written != index.function_ids().map(is_other).sum::<usize>() || self.macros.call(method, part)
     }
 }
 
 /// The part of a path that stands before the name at a byte, if it is not the first one.
-fn segment_before(code: &str, at: usize) -> Option<&str> {
+pub(super) fn segment_before(code: &str, at: usize) -> Option<&str> {
     let before = code[..at].trim_end().strip_suffix("::")?.trim_end();
     let start = before.rfind(|sign: char| !(sign.is_alphanumeric() || sign == '_')).map_or(0, |end| end + 1);
     Some(before.get(start..).unwrap_or_default())
 }
 
-/// Whether another file may get the import from this one.
-fn is_handed_on(program: &Program<'_>, file: FileId, text: &str) -> bool {
-    let others = program.sources.files().filter(|(id, _)| *id != file);
-    let mut globs = others.filter(|(_, other)| other.text.contains("super::*"));
-    // Modules in this file that look up from here call its names as well; their calls were looked for above.
-    let is_elsewhere = |at: usize| {
-        let rest = text[at + "mod".len()..].trim_start();
-        rest.trim_start_matches(|sign: char| sign.is_alphanumeric() || sign == '_').trim_start().starts_with(';')
-    };
-    words(text, "mod").any(is_elsewhere) && globs.next().is_some()
-}
-
 /// A private `use` that names a trait.
-struct Import<'t> {
-    stmt: Range<usize>,
+pub(super) struct Import<'t> {
+    pub(super) stmt: Range<usize>,
     /// What it is called, and how it is written in the innermost list: `filter::Step as Other`.
-    alias: Option<&'t str>,
-    entry: Range<usize>,
+    pub(super) alias: Option<&'t str>,
+    pub(super) entry: Range<usize>,
     /// The innermost list around it, with its braces.
-    list: Option<Range<usize>>,
+    pub(super) list: Option<Range<usize>>,
 }
 
 impl<'t> Import<'t> {
@@ -308,6 +260,9 @@ impl<'t> Import<'t> {
         let head = &text[start..at];
         let word = words(head, "use").last()?;
         let own = start + word;
+        if name == "_" || text[..at].trim_end().ends_with(" as") {
+            return None;
+        }
         let mut before = head[..word].lines().map(str::trim);
         // Attributes and a visibility belong to it; a block begins with a brace.
         let before = before.rfind(|line| !line.starts_with("//") && !line.starts_with("#![") && !line.is_empty());
@@ -367,7 +322,7 @@ impl<'t> Import<'t> {
     }
 
     /// What to replace, and by what, so that the `use` is without the name.
-    fn without(&self, text: &str) -> Option<(Range<usize>, String)> {
+    pub(super) fn without(&self, text: &str) -> Option<(Range<usize>, String)> {
         let Some(list) = self.list.clone() else {
             return Some((removal(text, self.stmt.clone()), String::new()));
         };

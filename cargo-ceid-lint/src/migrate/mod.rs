@@ -13,6 +13,7 @@ mod each;
 mod effects;
 mod elements;
 mod exits;
+mod globs;
 mod gone;
 mod halves;
 mod head;
@@ -27,6 +28,7 @@ mod law;
 mod leftover;
 mod locks;
 mod loops;
+mod macros;
 mod manifest;
 mod mentions;
 mod observed;
@@ -37,6 +39,7 @@ mod plan;
 mod purity;
 mod sites;
 mod tails;
+mod takers;
 mod text;
 mod whole;
 
@@ -63,6 +66,8 @@ pub struct Plan {
     pub filters: Vec<String>,
     /// The rewriting, or why there is none.
     pub outcome: Result<Rewrite, Vec<Reason>>,
+    /// Where they cannot all go without a change, those that could if the others were not there.
+    pub could_go: Vec<String>,
 }
 
 impl Plan {
@@ -77,6 +82,19 @@ impl Plan {
             edits: rewrite.edits.clone(),
             applicability: Applicability::MaybeIncorrect,
         })
+    }
+
+    /// Which filters keep others from the guard, where that is so.
+    #[must_use]
+    pub fn in_the_way(&self) -> Option<String> {
+        let listed = |could_go: bool| {
+            let names = self.filters.iter().filter(|name| self.could_go.contains(name) == could_go);
+            names.map(|name| format!("`{name}`")).collect::<Vec<_>>()
+        };
+        let (others, free) = (listed(false), listed(true));
+        let verb = if others.len() == 1 { "is" } else { "are" };
+        let (others, free) = (others.join(", "), free.join(", "));
+        (!self.could_go.is_empty()).then(|| format!("{others} {verb} in the way: a guard could have {free}"))
     }
 }
 

@@ -30,6 +30,9 @@ use crate::project::Manners;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
 
+/// Of a loop with more filters than this, it is not tried which of them could go.
+const MOST_TRIED: usize = 12;
+
 /// A plan for each cycle that updates filters by hand; none where nothing is to be done. `manners` says what is asked of the code in a
 /// file.
 #[must_use]
@@ -68,7 +71,31 @@ fn plan(loops: &Loops<'_>, cycle: &Cycle, edition: &str) -> Option<Plan> {
         Some(body.expr(whole).span.to(cycle.head))
     });
     let whole = whole.unwrap_or(cycle.head);
-    Some(Plan { head: cycle.head, whole, function: cycle.function.clone(), filters, outcome })
+    let could_go = match outcome.as_ref() {
+        Ok(rewrite) if rewrite.changes.is_empty() => Vec::new(),
+        _ => could_go(loops, cycle, &by_hand, edition),
+    };
+    Some(Plan { head: cycle.head, whole, function: cycle.function.clone(), filters, outcome, could_go })
+}
+
+/// Those of the filters that a guard could have, and the program does the same, if the others were not there; none if there are many.
+///
+/// The elements of an array go together or not at all.
+fn could_go(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -> Vec<String> {
+    let owner = |pair: &Pair| pair.name.split('[').next().unwrap_or_default().to_owned();
+    let owners: BTreeSet<String> = by_hand.iter().map(|pair| owner(pair)).collect();
+    let of = |owners: &BTreeSet<&String>| -> Vec<&Pair> {
+        by_hand.iter().copied().filter(|pair| owners.contains(&owner(pair))).collect()
+    };
+    let is_possible =
+        |pairs: &[&Pair]| rewrite(loops, cycle, pairs, edition).is_ok_and(|rewrite| rewrite.changes.is_empty());
+    if cycle.kind == CycleKind::Closure || !(2..=MOST_TRIED).contains(&owners.len()) {
+        return Vec::new();
+    }
+    let alone: BTreeSet<&String> = owners.iter().filter(|own| is_possible(&of(&BTreeSet::from([*own])))).collect();
+    let pairs = of(&alone);
+    let is_some = !alone.is_empty() && alone.len() < owners.len() && (alone.len() == 1 || is_possible(&pairs));
+    if is_some { pairs.iter().map(|pair| pair.name.clone()).collect() } else { Vec::new() }
 }
 
 /// Why a closure gets no guard.

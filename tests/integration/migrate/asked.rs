@@ -53,6 +53,22 @@ fn a_place_is_one_loop() {
 }
 
 #[test]
+fn what_is_in_the_way_of_the_others_is_named() {
+    let run = |used: &str| {
+        let before = TWO_LOOPS.replace("first.update();", "first.update();\n        second.update();");
+        let before = before.replace("    }\n    for _ in 0..3 {\n        second.update();\n", "");
+        let before = before.replace("println!(\"{}\", second.0)", used);
+        migrate(&package("migrate_in_the_way", &[("robot".to_owned(), before)]), &["--all"])
+    };
+    let said = run("println!(\"{}\", second.0)");
+    said.assert_stderr("`second` is used here after its update");
+    said.assert_stderr("\n  `second` is in the way: a guard could have `first`");
+    // Neither keeps the other from the guard.
+    let said = run("println!(\"{} {}\", first.0, second.0)");
+    assert!(!said.stderr.contains("in the way"), "{}", said.stderr);
+}
+
+#[test]
 fn a_place_is_one_loop_of_two_with_the_same_filter() {
     let text = TWO_LOOPS.replace("second", "first").replace("    let mut first = Ramp(0.0);\n", "");
     let text = text.replace("fn main() {\n", "fn main() {\n    let mut first = Ramp(0.0);\n");

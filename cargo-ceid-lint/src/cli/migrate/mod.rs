@@ -349,6 +349,7 @@ impl Run<'_> {
             }
         }
         lines.dedup();
+        lines.extend(plan.in_the_way());
         self.console.warn(&lines.join("\n  "));
     }
 }
