@@ -395,6 +395,7 @@ impl Builder<'_> {
                 self.note_use(place, *expr);
             } else if let Some(place) = &value.place
                 && (!self.is_shared(*expr) || crate::types::is_lock(self.ty(*expr)))
+                && !self.is_taken_shared(id, *expr)
             {
                 if self.may_hold_filter(self.ty(*expr)) {
                     if self.is_shared_handle(*expr) {
