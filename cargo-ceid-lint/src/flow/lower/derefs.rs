@@ -152,6 +152,6 @@ impl Builder<'_> {
             }
             _ => None,
         };
-        wanted.is_some_and(|ty| matches!(ty, Ty::Ref(false, _)) && !self.updates_shared(&ty) && !is_lock(&ty))
+        wanted.is_some_and(|ty| matches!(&ty, Ty::Ref(false, own) if self.program.index.shares_no_filter(own, is_lock)))
     }
 }
