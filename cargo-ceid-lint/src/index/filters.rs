@@ -201,6 +201,8 @@ impl Index {
         match ty {
             Ty::Ref(..) => true,
             Ty::Pointer(_) => false,
+            // What a variant refers to has no name where the value goes.
+            Ty::Adt(id, _) if matches!(self.type_def(*id).shape, super::Shape::Enum(_)) => false,
             _ => self.is_all_of_filters(ty, depth, Self::only_refers),
         }
     }
@@ -220,7 +222,7 @@ impl Index {
         }
     }
 
-    /// Whether something holds of all parts of a value that lead to filters, as far as its type is a struct or a collection.
+    /// Whether something holds of all parts of a value that lead to filters, as far as its type tells them.
     fn is_all_of_filters(&self, ty: &Ty, depth: u32, holds: impl Fn(&Self, &Ty, u32) -> bool) -> bool {
         const MAX_DEPTH: u32 = 6;
         if depth > MAX_DEPTH {
@@ -236,7 +238,10 @@ impl Index {
                 super::Shape::Struct(fields) => {
                     fields.fields.iter().filter_map(|field| self.field_ty(ty, None, &field.name)).all(|ty| go(&ty))
                 }
-                super::Shape::Enum(_) => false,
+                super::Shape::Enum(variants) => variants.iter().enumerate().all(|(number, variant)| {
+                    let mut fields = variant.fields.fields.iter();
+                    fields.all(|field| self.field_ty(ty, Some(number), &field.name).is_some_and(|ty| go(&ty)))
+                }),
             },
             _ => false,
         }

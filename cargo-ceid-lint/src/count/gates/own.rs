@@ -118,8 +118,8 @@ impl Gates<'_, '_> {
             && reads.iter().all(|place| is_asked(place) || is_filter(place))
     }
 
-    /// The other half of such a question: `if a.is_smoothing() || b.is_smoothing() { a.next(); b.next() }`. What it asks is not
-    /// updated either where it says no.
+    /// The other half of such a question: `if a.is_smoothing() || b.is_smoothing() { a.next(); b.next() }`. What it asks says no, and
+    /// no update on the way changes that.
     pub(super) fn asks_sibling_too(&self, test: &Test, at: NodeId, way: &Way) -> Option<Gate> {
         let graph = self.search.graph;
         let reads = &test.about.reads;
@@ -139,9 +139,8 @@ impl Gates<'_, '_> {
             }
             _ => false,
         });
-        let is_updated = reads.iter().any(|place| way.nodes.iter().any(|id| self.updates_at(*id, place)));
         let gate = self.changed_by(reads, way).or_else(|| self.is_at_rest(test, at, way).then_some(Gate::Mode));
-        gate.filter(|_| was_asked && !is_updated)
+        gate.filter(|_| was_asked)
     }
 
     /// Whether a place is a filter, or lies in one: what a question is put to, or a field of it that its body reads.
@@ -151,16 +150,6 @@ impl Gates<'_, '_> {
             let owner = Place { base: place.base, steps: place.steps[..count].to_vec() };
             self.ty(&owner).is_some_and(|ty| index.filter_spec(ty.peel()).is_some())
         })
-    }
-
-    /// Whether a node updates the filter at a place.
-    fn updates_at(&self, id: NodeId, place: &Place) -> bool {
-        let is_there = |other: &Place| self.search.aliases.shared_roots(other).iter().any(|root| root.overlaps(place));
-        match &self.search.graph.node(id).effect {
-            Effect::Update(update) => is_there(&update.place),
-            Effect::Call(site) => self.search.summaries.updates(site).any(|other| is_there(&other)),
-            _ => false,
-        }
     }
 }
 

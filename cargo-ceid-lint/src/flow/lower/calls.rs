@@ -397,7 +397,9 @@ impl Builder<'_> {
             if let Some(place) = value.place.as_ref().filter(|_| self.is_value_of_filter(*expr)) {
                 self.note_use(place, *expr);
             } else if let Some(place) = &value.place
-                && (!self.is_shared(*expr) || crate::types::is_lock(self.ty(*expr)))
+                && (!self.is_shared(*expr)
+                    || !self.program.index.shares_no_filter(self.ty(*expr), crate::types::is_lock))
+                && !self.is_taken_shared(id, *expr)
             {
                 if self.may_hold_filter(self.ty(*expr)) {
                     if self.is_shared_handle(*expr) {

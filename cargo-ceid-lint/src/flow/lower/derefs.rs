@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use super::{Builder, Value};
 use crate::flow::{Place, Projection};
-use crate::index::{FunctionId, Ty};
+use crate::index::{FunctionId, MethodOwner, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
+use crate::types::{Callee, is_lock};
 
 /// How many `Deref` impls are gone through.
 const MAX_DEREFS: usize = 4;
@@ -126,5 +127,31 @@ impl Builder<'_> {
             }
         }
         all
+    }
+
+    /// Whether what is called takes an argument by a shared reference, whatever it is given: `show(lag)` of a `fn(&Lag)`.
+    pub(super) fn is_taken_shared(&self, id: ExprId, arg: ExprId) -> bool {
+        let (callee, receiver, args) = match &self.body().expr(id).kind {
+            ExprKind::Call { callee, args } => (Some(*callee), None, args),
+            ExprKind::MethodCall { receiver, args, .. } => (None, Some(*receiver), args),
+            _ => return false,
+        };
+        let Some(number) = receiver.iter().chain(args).position(|own| *own == arg) else { return false };
+        let wanted = match (self.typed().callees.get(&id), callee) {
+            (Some(Callee::Resolved(resolved)), _) => {
+                let declared = resolved.owner.as_ref().and_then(MethodOwner::function);
+                let function = resolved.targets.first().copied().or(declared);
+                function.map(|function| self.declared_param(function, number))
+            }
+            (_, Some(callee)) => {
+                let local = self.typed().expr_local.get(&callee);
+                match local.map_or(self.ty(callee), |local| &self.typed().local(*local).ty).peel() {
+                    Ty::Function(params, _) => params.get(number).cloned(),
+                    ty => ty.called_as().and_then(|(params, _)| params.get(number).cloned()),
+                }
+            }
+            _ => None,
+        };
+        wanted.is_some_and(|ty| matches!(&ty, Ty::Ref(false, own) if self.program.index.shares_no_filter(own, is_lock)))
     }
 }
