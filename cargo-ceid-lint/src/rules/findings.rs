@@ -1,8 +1,10 @@
 //! From verdicts to findings: what is said, where, and what is left out because another finding says it. Decides no verdict.
 
+use std::collections::BTreeSet;
+
 use super::known::{Hidden, Known, calls_of};
 use super::{Rule, find};
-use crate::count::{Analysis, Cycle, Gate, GuardDefect, Pair, Unregistered, Verdict, is_guard_rule};
+use crate::count::{Analysis, Cycle, CycleKind, Gate, GuardDefect, Pair, Unregistered, Verdict, is_guard_rule};
 use crate::count::{BY_CALL, OF_COPY, WAYS_AGAIN};
 use crate::diagnostic::{Diagnostic, Facts, Label, Level, Witness, WitnessStep};
 use crate::source::Span;
@@ -11,8 +13,9 @@ use crate::source::Span;
 #[must_use]
 pub fn findings(analysis: &Analysis, known: &Known<'_>) -> Vec<Diagnostic> {
     let mut found = Vec::new();
+    let told = told_by_functions(analysis, known);
     for cycle in &analysis.cycles {
-        of_cycle(cycle, known, &mut found);
+        of_cycle(cycle, known, &told, &mut found);
     }
     let mut others: Vec<Diagnostic> = analysis.unregistered.iter().filter_map(unregistered).collect();
     others.extend(analysis.guards.iter().filter_map(guard));
@@ -26,6 +29,22 @@ pub fn findings(analysis: &Analysis, known: &Known<'_>) -> Vec<Diagnostic> {
     found
 }
 
+/// The places at which findings about cycle functions are shown, by rule. What goes wrong in the law of a composite is told
+/// there, and not again by each cycle that calls it.
+type Told = BTreeSet<(&'static str, Span)>;
+
+fn told_by_functions(analysis: &Analysis, known: &Known<'_>) -> Told {
+    let functions = analysis.cycles.iter().filter(|cycle| cycle.kind == CycleKind::Function);
+    let told = functions.flat_map(|cycle| {
+        let own = cycle.filters.iter().filter(|pair| pair.through.is_empty());
+        own.filter_map(move |pair| {
+            let rule = pair.verdict.rule().filter(|rule| pair.rules.contains(rule))?;
+            hidden(cycle, pair, rule, known).is_none().then_some((rule, pair.primary?))
+        })
+    });
+    told.collect()
+}
+
 /// What hides the finding of a rule about a pair: what is said of the place, of the cycle, or of an update.
 fn hidden(cycle: &Cycle, pair: &Pair, rule: &'static str, known: &Known<'_>) -> Option<Hidden> {
     let places: Vec<Span> = pair.primary.into_iter().chain([cycle.head]).collect();
@@ -36,27 +55,31 @@ fn with_hidden<'p>(
     cycle: &Cycle,
     pairs: Vec<&'p Pair>,
     rule: &'static str,
-    known: &Known<'_>,
+    (known, told): (&Known<'_>, &Told),
 ) -> Vec<(&'p Pair, Option<Hidden>)> {
-    pairs.into_iter().map(|pair| (pair, hidden(cycle, pair, rule, known))).collect()
+    let is_told =
+        |pair: &Pair| !pair.through.is_empty() && pair.primary.is_some_and(|place| told.contains(&(rule, place)));
+    let pairs = pairs.into_iter().map(|pair| (pair, hidden(cycle, pair, rule, known)));
+    pairs.filter(|(pair, hidden)| hidden.is_some() || !is_told(pair)).collect()
 }
 
 /// One finding for each pair that a rule fires on; siblings that go wrong together share one.
-fn of_cycle(cycle: &Cycle, known: &Known<'_>, found: &mut Vec<Diagnostic>) {
+fn of_cycle(cycle: &Cycle, known: &Known<'_>, told: &Told, found: &mut Vec<Diagnostic>) {
+    let hiding = (known, told);
     let missed: Vec<&Pair> = of_verdict(cycle, Verdict::Missed);
     let mut add = |finding: Option<Diagnostic>, hidden: Option<Hidden>| {
         let suppressed = hidden.map(|hidden| hidden.reason);
         found.extend(finding.map(|finding| Diagnostic { suppressed, ..finding }));
     };
-    let repeats = with_hidden(cycle, of_verdict(cycle, Verdict::Repeated), "repeated_update", known);
+    let repeats = with_hidden(cycle, of_verdict(cycle, Verdict::Repeated), "repeated_update", hiding);
     // What is missed is told by itself where the repetition that it was pasted from is not told.
-    let told: Vec<&Pair> = repeats.iter().filter(|(_, hidden)| hidden.is_none()).map(|(pair, _)| *pair).collect();
-    let mut missed = with_hidden(cycle, missed, "missed_update", known);
+    let shown: Vec<&Pair> = repeats.iter().filter(|(_, hidden)| hidden.is_none()).map(|(pair, _)| *pair).collect();
+    let mut missed = with_hidden(cycle, missed, "missed_update", hiding);
     for (pair, hidden) in repeats {
         let is_sibling = |(other, other_hidden): &(&Pair, Option<Hidden>)| {
             other_hidden.is_none()
                 && can_be_sibling(pair, &other.name)
-                && pasted_from(other, &told).is_some_and(|from| from.name == pair.name)
+                && pasted_from(other, &shown).is_some_and(|from| from.name == pair.name)
         };
         let (siblings, others): (Vec<_>, Vec<_>) = missed.into_iter().partition(is_sibling);
         missed = others;
@@ -69,14 +92,14 @@ fn of_cycle(cycle: &Cycle, known: &Known<'_>, found: &mut Vec<Diagnostic>) {
     let by_statement =
         |one: &Pair, other: &Pair| one.primary == other.primary && one.primary.is_some() && takes_one_path(one, other);
     for (group, hidden) in
-        grouped(with_hidden(cycle, of_verdict(cycle, Verdict::Skipped), "skipped_update", known), by_statement)
+        grouped(with_hidden(cycle, of_verdict(cycle, Verdict::Skipped), "skipped_update", hiding), by_statement)
     {
         add(skipped(cycle, &group), hidden);
     }
-    for (pair, hidden) in with_hidden(cycle, of_verdict(cycle, Verdict::Unproved), "unproved_update", known) {
+    for (pair, hidden) in with_hidden(cycle, of_verdict(cycle, Verdict::Unproved), "unproved_update", hiding) {
         add(unproved(cycle, pair), hidden);
     }
-    for (pair, hidden) in with_hidden(cycle, of_verdict(cycle, Verdict::Gated), "gated_update", known) {
+    for (pair, hidden) in with_hidden(cycle, of_verdict(cycle, Verdict::Gated), "gated_update", hiding) {
         add(gated(cycle, pair), hidden);
     }
     for pair in cycle.filters.iter().filter(|pair| pair.rules.contains(&"unguarded_update")) {
