@@ -62,12 +62,20 @@ impl Builder<'_> {
     pub(super) fn note_copy(&mut self, value: ExprId) {
         if let Some(at) = self.at
             && matches!(self.graph.node(at).effect, Effect::Set(_) | Effect::Write(_))
-            && matches!(self.body().expr(value).kind, ExprKind::Field { .. })
             && self.is_state(self.ty(value))
             && !matches!(self.ty(value), Ty::Ref(..))
-            && let Some(place) = self.static_place(value)
+            && let Some(place) = self.state_named(value)
         {
             self.graph.copies.insert(at, place);
+        }
+    }
+
+    /// The place of a state that is read by its name or by a getter: `self.state`, `self.state()`.
+    fn state_named(&mut self, value: ExprId) -> Option<Place> {
+        match &self.body().expr(value).kind {
+            ExprKind::Field { .. } => self.static_place(value),
+            ExprKind::MethodCall { .. } => self.state_behind(value),
+            _ => None,
         }
     }
 

@@ -48,6 +48,7 @@ mod presence;
 mod reads;
 pub(super) mod received;
 mod resets;
+mod same_states;
 mod sources;
 mod stored;
 mod strides;
@@ -321,6 +322,7 @@ impl<'a> Builder<'a> {
     fn finish(mut self) -> ControlFlowGraph {
         self.settle_stored();
         self.settle_copies();
+        self.settle_held_states();
         self.settle_bounds();
         self.copy_subjects();
         self.mark_debug_only();
