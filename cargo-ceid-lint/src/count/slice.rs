@@ -318,7 +318,7 @@ pub(super) fn tracked(
             _ => None,
         };
         let copied = graph.copied(node).into_iter().chain(returned);
-        asked_for.extend(copied.filter_map(|from| Some((subject_of(graph, &from)?, 1))));
+        asked_for.extend(copied.filter_map(|from| Some((graph.subject_of(&from)?, 1))));
         for (subject, times) in asked_for {
             let count = tests.entry(subject).or_default();
             *count += times;
@@ -390,12 +390,4 @@ fn assignments(
         }
     }
     (known, unknown)
-}
-
-/// The subject that is the value of a place.
-pub(super) fn subject_of(graph: &ControlFlowGraph, place: &Place) -> Option<SubjectId> {
-    (0u32..)
-        .zip(&graph.subjects)
-        .find(|(_, subject)| subject.whole.as_ref() == Some(place))
-        .map(|(number, _)| SubjectId(number))
 }

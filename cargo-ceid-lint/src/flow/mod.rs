@@ -432,6 +432,13 @@ impl ControlFlowGraph {
         &self.nodes[id.0 as usize]
     }
 
+    /// The subject that is the value of a place.
+    #[must_use]
+    pub fn subject_of(&self, place: &Place) -> Option<SubjectId> {
+        let mut subjects = (0u32..).zip(&self.subjects);
+        subjects.find(|(_, subject)| subject.whole.as_ref() == Some(place)).map(|(number, _)| SubjectId(number))
+    }
+
     /// The variable with that id.
     #[must_use]
     pub fn var(&self, id: Var) -> &VarInfo {

@@ -5,7 +5,6 @@ use crate::count::counts::Count;
 use crate::count::given::{Given, GivenBase, asked_at, given, place_of};
 use crate::count::returned;
 use crate::count::search::{End, Exploration, Mode};
-use crate::count::slice::subject_of;
 use crate::count::summary::Outcome;
 use crate::count::verdict::Gate;
 use crate::flow::{
@@ -34,7 +33,7 @@ pub(in crate::count) struct Asks {
 impl Asks {
     /// The subject of the caller's that the function asks for.
     pub(in crate::count) fn subject(&self, graph: &ControlFlowGraph, site: &CallSite) -> Option<SubjectId> {
-        subject_of(graph, &asked_at(self.whole.as_ref()?, site)?)
+        graph.subject_of(&asked_at(self.whole.as_ref()?, site)?)
     }
 }
 

@@ -5,7 +5,6 @@ use super::{Region, Search, State};
 use crate::count::counts::Count;
 use crate::count::gates::Asks;
 use crate::count::instances::is_lent;
-use crate::count::slice::subject_of;
 use crate::count::summary::Outcome;
 use crate::flow::{Assignment, CallSite, Effect, NodeId, OTHER_HEADS, Place, SubjectId, Test, Var};
 use crate::index::Ty;
@@ -46,7 +45,7 @@ impl Search<'_> {
         let mut run = self.run(region);
         let compared = self.graph.subjects.iter().filter_map(crate::flow::Subject::equals);
         let compared =
-            compared.flat_map(|(left, right)| [left, right]).filter_map(|place| subject_of(self.graph, place));
+            compared.flat_map(|(left, right)| [left, right]).filter_map(|place| self.graph.subject_of(place));
         let mut wanted: Vec<SubjectId> = [mode.subject].into_iter().chain(compared).collect();
         let mut number = 0;
         while let Some(subject) = wanted.get(number).copied().filter(|_| number < 2 * MAX_SUBJECTS) {
@@ -72,7 +71,7 @@ impl Search<'_> {
             _ => false,
         };
         let from = graph.node_ids().filter(gives).filter_map(|node| graph.copied(node));
-        from.filter_map(|place| subject_of(graph, &place))
+        from.filter_map(|place| graph.subject_of(&place))
     }
 }
 

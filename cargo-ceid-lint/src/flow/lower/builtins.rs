@@ -2,7 +2,7 @@
 
 use super::sources::{Item, Source};
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Cause, Effect, IndexKey, NodeId, Transfer};
+use crate::flow::{Cause, Effect, IndexKey, NodeId};
 use crate::index::Ty;
 use crate::syntax::tree::{ExprId, ExprKind};
 
@@ -166,10 +166,7 @@ impl Builder<'_> {
             "take" if args.is_empty() && self.is_optional(receiver) && value.place.is_some() => {
                 self.taken_out(id, value)
             }
-            "take" if args.is_empty() => {
-                let leaves_by = self.is_optional(receiver).then_some(Transfer::Move);
-                Value { is_owned: true, leaves_by, head: None, ..value.clone() }
-            }
+            "take" if args.is_empty() => Value { is_owned: true, head: None, ..value.clone() },
             "replace" | "insert" if args.len() == 1 && value.place.is_some() => {
                 let given = self.expr(args[0]);
                 self.write_whole(value, &given, span);

@@ -60,7 +60,7 @@ impl Builder<'_> {
     /// `spare.take()`: what is there leaves its place, and there is something if there was.
     pub(super) fn taken_out(&mut self, id: ExprId, value: &Value) -> Value {
         let span = self.span(id);
-        let Some(place) = value.place.clone() else { return Value::default() };
+        let Some(place) = value.place.clone().filter(|_| self.at.is_some()) else { return Value::default() };
         let taken = self.temporary(self.ty(id).clone(), span);
         let leaving = Value { is_owned: true, leaves_by: Some(Transfer::Move), head: None, ..value.clone() };
         self.set(taken, &leaving, span);

@@ -84,21 +84,13 @@ fn held_states(graph: &ControlFlowGraph) -> Vec<Held> {
         let is_simple = graph.node_ids().filter(gives).count() == 1
             && !graph.node_ids().any(|id| hands_on(&id) || lends(&id))
             && state.base_var().is_some();
-        let asked = subject_of(graph, var);
+        let asked = graph.subject_of(&Place::var(var));
         if let Some(asked) = asked.filter(|_| is_simple) {
             held.push(Held { at: *at, var, state: state.clone(), asked });
         }
     }
     held.sort_by_key(|held| held.at);
     held
-}
-
-fn subject_of(graph: &ControlFlowGraph, var: Var) -> Option<SubjectId> {
-    let place = Place::var(var);
-    (0u32..)
-        .zip(&graph.subjects)
-        .find(|(_, subject)| subject.whole.as_ref() == Some(&place))
-        .map(|(id, _)| SubjectId(id))
 }
 
 /// The nodes at which a variable certainly holds what the state is.
