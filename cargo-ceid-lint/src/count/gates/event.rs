@@ -135,9 +135,9 @@ impl Gates<'_, '_> {
         let Ty::Adt(id, _) = info.ty.peel() else { return false };
         let def = self.search.program.index.type_def(*id);
         let says_so = |name: &str| contains_any(name, EVENT_WORDS);
-        // A helper may be given a state as well, which its caller knows better.
+        // A helper may be given a state as well, or the button itself: its caller knows better what came in this iteration.
         let is_told = !self.is_helper || self.search.program.index.is_message(&info.ty);
-        (matches!(def.shape, Shape::Enum(_)) && is_told) || says_so(&def.name) || says_so(&info.name)
+        is_told && (matches!(def.shape, Shape::Enum(_)) || says_so(&def.name) || says_so(&info.name))
     }
 
     /// Whether it is asked if a handler was called with an event, or with none because it is time: `event: Option<Event>`.
