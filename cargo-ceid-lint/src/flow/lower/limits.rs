@@ -17,12 +17,7 @@ const MOVING: &[&str] = &["remove", "swap_remove", "insert", "swap", "drain"];
 
 impl Builder<'_> {
     /// `while i < n { …; i += 1 }` counts; any other `while` is unbounded.
-    pub(super) fn rounds_of_while(
-        &mut self,
-        label: Option<&String>,
-        condition: ExprId,
-        body: ExprId,
-    ) -> WhileRounds {
+    pub(super) fn rounds_of_while(&mut self, label: Option<&String>, condition: ExprId, body: ExprId) -> WhileRounds {
         let unbounded = (Rounds::Unbounded, None, Vec::new());
         let tree = self.body();
         let ExprKind::Binary { op, lhs, rhs } = &tree.expr(condition).kind else { return unbounded };
@@ -69,10 +64,7 @@ impl Builder<'_> {
             StmtKind::Expr { expr, .. } => match &tree.expr(*expr).kind {
                 ExprKind::AssignOp { op: "+", place, value } => {
                     typed.expr_local.get(place) == Some(&local)
-                        && matches!(
-                            &tree.expr(*value).kind,
-                            ExprKind::Literal(Literal::Int(Some(1), _))
-                        )
+                        && matches!(&tree.expr(*value).kind, ExprKind::Literal(Literal::Int(Some(1), _)))
                 }
                 _ => false,
             },
