@@ -5,14 +5,16 @@ use super::{Rule, find};
 use crate::count::{Analysis, Cycle, Gate, GuardDefect, Pair, Unregistered, Verdict, is_guard_rule};
 use crate::count::{BY_CALL, OF_COPY, WAYS_AGAIN};
 use crate::diagnostic::{Diagnostic, Facts, Label, Level, Witness, WitnessStep};
+use crate::flow::CycleKind;
 use crate::source::Span;
 
 /// The findings of an analysis, at the level `allow`; the caller sets the levels.
 #[must_use]
 pub fn findings(analysis: &Analysis, known: &Known<'_>) -> Vec<Diagnostic> {
     let mut found = Vec::new();
+    let of_functions = skipped_in_functions(analysis);
     for cycle in &analysis.cycles {
-        of_cycle(cycle, known, &mut found);
+        of_cycle(cycle, &of_functions, known, &mut found);
     }
     let mut others: Vec<Diagnostic> = analysis.unregistered.iter().filter_map(unregistered).collect();
     others.extend(analysis.guards.iter().filter_map(guard));
@@ -24,6 +26,25 @@ pub fn findings(analysis: &Analysis, known: &Known<'_>) -> Vec<Diagnostic> {
     }
     found.extend(others);
     found
+}
+
+/// The statements that skip in functions which are cycles, with the heads of these: a composite's law tells what it skips, and the
+/// cycles that run the law need not.
+fn skipped_in_functions(analysis: &Analysis) -> Vec<(Span, Span)> {
+    let functions = analysis.cycles.iter().filter(|cycle| cycle.kind == CycleKind::Function);
+    functions
+        .flat_map(|cycle| of_verdict(cycle, Verdict::Skipped).into_iter().map(|pair| (pair.primary, cycle.head)))
+        .filter_map(|(primary, head)| primary.map(|primary| (primary, head)))
+        .collect()
+}
+
+/// Whether the function tells of a skipping statement in which it stands, and this cycle is another one.
+fn is_told_by_function(cycle: &Cycle, pair: &Pair, of_functions: &[(Span, Span)]) -> bool {
+    let is_around = |(primary, head): &&(Span, Span)| {
+        Some(*primary) == pair.primary && head.file == primary.file && head.start < primary.start
+    };
+    let around = of_functions.iter().filter(is_around).map(|(_, head)| head);
+    around.max_by_key(|head| head.start).is_some_and(|head| *head != cycle.head)
 }
 
 /// What hides the finding of a rule about a pair: what is said of the place, of the cycle, or of an update.
@@ -42,7 +63,7 @@ fn with_hidden<'p>(
 }
 
 /// One finding for each pair that a rule fires on; siblings that go wrong together share one.
-fn of_cycle(cycle: &Cycle, known: &Known<'_>, found: &mut Vec<Diagnostic>) {
+fn of_cycle(cycle: &Cycle, of_functions: &[(Span, Span)], known: &Known<'_>, found: &mut Vec<Diagnostic>) {
     let missed: Vec<&Pair> = of_verdict(cycle, Verdict::Missed);
     let mut add = |finding: Option<Diagnostic>, hidden: Option<Hidden>| {
         let suppressed = hidden.map(|hidden| hidden.reason);
@@ -68,9 +89,9 @@ fn of_cycle(cycle: &Cycle, known: &Known<'_>, found: &mut Vec<Diagnostic>) {
     }
     let by_statement =
         |one: &Pair, other: &Pair| one.primary == other.primary && one.primary.is_some() && takes_one_path(one, other);
-    for (group, hidden) in
-        grouped(with_hidden(cycle, of_verdict(cycle, Verdict::Skipped), "skipped_update", known), by_statement)
-    {
+    let mut skips = of_verdict(cycle, Verdict::Skipped);
+    skips.retain(|pair| !is_told_by_function(cycle, pair, of_functions));
+    for (group, hidden) in grouped(with_hidden(cycle, skips, "skipped_update", known), by_statement) {
         add(skipped(cycle, &group), hidden);
     }
     for (pair, hidden) in with_hidden(cycle, of_verdict(cycle, Verdict::Unproved), "unproved_update", known) {
