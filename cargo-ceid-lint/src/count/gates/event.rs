@@ -8,25 +8,15 @@ use crate::flow::{Base, Effect, NodeId, Place, Rounds, Test, Var, VarInfo, is_re
 use crate::index::{Shape, Ty};
 
 /// Parts of the names of parameters and types that are events.
-const EVENT_WORDS: &[&str] = &[
-    "event",
-    "evt",
-    "message",
-    "msg",
-    "packet",
-    "command",
-    "cmd",
-    "request",
-    "notification",
-    "signal",
-    "action",
-    "key",
-    "button",
-    "note",
-    "telegram",
-    "edge",
-    "trigger",
-];
+const EVENT_WORDS: &[&str] = &["event", "evt", "message", "msg", "packet", "request", "notification", "telegram"];
+
+/// Parts of the names of what is an event, or the device that brings one, or a wish that lasts.
+const DOUBTFUL_WORDS: &[&str] = &["command", "cmd", "signal", "action", "key", "button", "note", "edge", "trigger"];
+
+/// Whether a name says that something is an event.
+fn says_event(name: &str) -> bool {
+    contains_any(name, EVENT_WORDS) || contains_any(name, DOUBTFUL_WORDS)
+}
 
 impl Gates<'_, '_> {
     /// A choice on a value that was received in this iteration, or on the event that a handler is called with.
@@ -134,9 +124,11 @@ impl Gates<'_, '_> {
     fn is_event_parameter(&self, info: &VarInfo) -> bool {
         let Ty::Adt(id, _) = info.ty.peel() else { return false };
         let def = self.search.program.index.type_def(*id);
-        let says_so = |name: &str| contains_any(name, EVENT_WORDS);
         // A helper may be given a state as well, which its caller knows better.
         let is_told = !self.is_helper || self.search.program.index.is_message(&info.ty);
+        // What a helper is lent may be the button itself.
+        let is_lent = self.is_helper && matches!(info.ty, Ty::Ref(..));
+        let says_so = |name: &str| if is_lent { contains_any(name, EVENT_WORDS) } else { says_event(name) };
         (matches!(def.shape, Shape::Enum(_)) && is_told) || says_so(&def.name) || says_so(&info.name)
     }
 
@@ -151,13 +143,12 @@ impl Gates<'_, '_> {
             Ty::External(path, args) if path == "std::option::Option" => args.first(),
             _ => None,
         };
-        let says_so = |name: &str| contains_any(name, EVENT_WORDS);
         is_handler
             && test.about.asks_presence()
             && steps.is_empty()
             && info.param.is_some()
             && held.is_some_and(|held| {
-                says_so(&info.name) || self.is_event_parameter(&VarInfo { ty: held.clone(), ..info.clone() })
+                says_event(&info.name) || self.is_event_parameter(&VarInfo { ty: held.clone(), ..info.clone() })
             })
     }
 

@@ -2,14 +2,120 @@
 
 use super::Builder;
 use super::constants::Constants;
-use crate::flow::Limit;
+use super::loops::WhileRounds;
+use crate::flow::{Limit, Rounds, Var};
 use crate::index::Ty;
-use crate::syntax::tree::{ConstText, ExprId, ExprKind};
+use crate::source::Span;
+use crate::syntax::tree::{ConstText, ExprId, ExprKind, Literal, Stmt, StmtKind};
+use crate::types::LocalId;
 
 /// How deep names are followed.
 const MAX_DEPTH: u32 = 8;
 
+/// What changes the numbers of the elements of a collection.
+const MOVING: &[&str] = &["remove", "swap_remove", "insert", "swap", "drain"];
+
 impl Builder<'_> {
+    /// `while i < n { …; i += 1 }` counts; any other `while` is unbounded.
+    pub(super) fn rounds_of_while(&mut self, label: Option<&String>, condition: ExprId, body: ExprId) -> WhileRounds {
+        let unbounded = (Rounds::Unbounded, None, Vec::new());
+        let tree = self.body();
+        let ExprKind::Binary { op, lhs, rhs } = &tree.expr(condition).kind else { return unbounded };
+        let (counter, limit) = match *op {
+            "<" | "<=" | "!=" => (*lhs, *rhs),
+            ">" | ">=" => (*rhs, *lhs),
+            _ => return unbounded,
+        };
+        let Some(local) = self.typed().expr_local.get(&counter).copied() else { return unbounded };
+        let Some(count) = self.counts_by_one(local, body) else { return unbounded };
+        if self.may_repeat_round(label, body, count) {
+            return unbounded;
+        }
+        let var = self.var_of(local);
+        if self.moves_elements(var, body) {
+            return unbounded;
+        }
+        let first = self.initials.get(&var).copied();
+        let is_last = matches!(*op, "<=" | ">=");
+        let rounds = match (first, self.number(limit)) {
+            (Some(first), Some(limit)) => Rounds::Constant((limit + u64::from(is_last)).saturating_sub(first)),
+            _ => Rounds::Bounded,
+        };
+        let limits = self.limits(limit, is_last);
+        (rounds, Some((var, first)), limits)
+    }
+
+    /// The statement that counts, if the only thing that changes a local is one `+= 1` as a statement of the loop's own block.
+    fn counts_by_one(&self, local: LocalId, body: ExprId) -> Option<Span> {
+        let tree = self.body();
+        let typed = self.typed();
+        let writes = tree.exprs.iter().filter(|expr| match &expr.kind {
+            ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } => {
+                typed.expr_local.get(place) == Some(&local)
+            }
+            ExprKind::Reference { mutable: true, value, .. } => typed.expr_local.get(value) == Some(&local),
+            _ => false,
+        });
+        if writes.count() != 1 {
+            return None;
+        }
+        let ExprKind::Block(block) = &tree.expr(body).kind else { return None };
+        let counts = |stmt: &Stmt| match &stmt.kind {
+            StmtKind::Expr { expr, .. } => match &tree.expr(*expr).kind {
+                ExprKind::AssignOp { op: "+", place, value } => {
+                    typed.expr_local.get(place) == Some(&local)
+                        && matches!(&tree.expr(*value).kind, ExprKind::Literal(Literal::Int(Some(1), _)))
+                }
+                _ => false,
+            },
+            StmtKind::Let { .. } => false,
+        };
+        block.stmts.iter().find(|stmt| counts(stmt)).and_then(|stmt| match &stmt.kind {
+            StmtKind::Expr { expr, .. } => Some(tree.expr(*expr).span),
+            StmtKind::Let { .. } => None,
+        })
+    }
+
+    /// Whether a `continue` before the count starts the same round again, after something was done with a filter.
+    fn may_repeat_round(&self, label: Option<&String>, body: ExprId, count: Span) -> bool {
+        let tree = self.body();
+        let is_filter = |id: &ExprId| self.program.index.holds_filter(self.ty(*id));
+        let all = tree.within(body);
+        let ends = all.iter().filter(|id| is_filter(id)).map(|id| tree.expr(*id).span.end);
+        let Some(first_use) = ends.min() else { return false };
+        let mut open = vec![(body, false)];
+        while let Some((id, is_inner)) = open.pop() {
+            let expr = tree.expr(id);
+            let is_inner = match &expr.kind {
+                ExprKind::Continue { label: to } => {
+                    let is_own = to.as_ref().map_or(!is_inner, |to| Some(to) == label);
+                    if is_own && (first_use..count.start).contains(&expr.span.start) {
+                        return true;
+                    }
+                    continue;
+                }
+                ExprKind::Closure(_) => continue,
+                ExprKind::Loop { .. } | ExprKind::While { .. } | ExprKind::For { .. } => true,
+                _ => is_inner,
+            };
+            open.extend(tree.children(id).into_iter().map(|child| (child, is_inner)));
+        }
+        false
+    }
+
+    /// Whether elements change their numbers while a loop counts: the one behind a removed element is passed over.
+    fn moves_elements(&self, counter: Var, body: ExprId) -> bool {
+        let tree = self.body();
+        tree.within(body).into_iter().any(|id| match &tree.expr(id).kind {
+            ExprKind::MethodCall { receiver, method, args, .. } => {
+                MOVING.contains(&method.as_str())
+                    && self.program.index.holds_filter(self.ty(*receiver))
+                    && args.iter().any(|arg| self.counts_with(*arg, counter))
+            }
+            _ => false,
+        })
+    }
+
     /// What ends the count of a loop that has this behind it, or as its last number.
     pub(super) fn limits(&mut self, end: ExprId, inclusive: bool) -> Vec<Limit> {
         let mut found = Vec::new();

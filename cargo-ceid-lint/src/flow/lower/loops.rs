@@ -12,7 +12,7 @@ use crate::source::Span;
 use crate::syntax::tree::{Arm, ExprId, ExprKind, PatId, PatKind, StmtKind};
 
 /// How often a `while` runs, what counts its rounds from which number on, and up to what.
-type WhileRounds = (Rounds, Option<(Var, Option<u64>)>, Vec<Limit>);
+pub(super) type WhileRounds = (Rounds, Option<(Var, Option<u64>)>, Vec<Limit>);
 
 impl Builder<'_> {
     /// Whether the code stands in another function than the one whose graph is built.
@@ -137,7 +137,7 @@ impl Builder<'_> {
         {
             return value;
         }
-        let (rounds, counter, limits) = self.rounds_of_while(condition, body);
+        let (rounds, counter, limits) = self.rounds_of_while(label, condition, body);
         let text = self.text(condition);
         let drains = self.is_drain(condition);
         let rounds = if drains { Rounds::Bounded } else { rounds };
@@ -365,7 +365,7 @@ impl Builder<'_> {
     }
 
     /// Whether an expression is a counter, or a number away from it.
-    fn counts_with(&self, id: ExprId, counter: Var) -> bool {
+    pub(super) fn counts_with(&self, id: ExprId, counter: Var) -> bool {
         match &self.body().expr(id).kind {
             ExprKind::Path(_) => {
                 let local = self.typed().expr_local.get(&id);
@@ -377,61 +377,6 @@ impl Builder<'_> {
             }
             _ => false,
         }
-    }
-
-    /// `while i < n { …; i += 1 }` counts; any other `while` is unbounded.
-    fn rounds_of_while(&mut self, condition: ExprId, body: ExprId) -> WhileRounds {
-        let unbounded = (Rounds::Unbounded, None, Vec::new());
-        let tree = self.body();
-        let ExprKind::Binary { op, lhs, rhs } = &tree.expr(condition).kind else { return unbounded };
-        let (counter, limit) = match *op {
-            "<" | "<=" | "!=" => (*lhs, *rhs),
-            ">" | ">=" => (*rhs, *lhs),
-            _ => return unbounded,
-        };
-        let Some(local) = self.typed().expr_local.get(&counter).copied() else { return unbounded };
-        if !self.counts_by_one(local, body) {
-            return unbounded;
-        }
-        let var = self.var_of(local);
-        let first = self.initials.get(&var).copied();
-        let is_last = matches!(*op, "<=" | ">=");
-        let rounds = match (first, self.number(limit)) {
-            (Some(first), Some(limit)) => Rounds::Constant((limit + u64::from(is_last)).saturating_sub(first)),
-            _ => Rounds::Bounded,
-        };
-        let limits = self.limits(limit, is_last);
-        (rounds, Some((var, first)), limits)
-    }
-
-    /// Whether the only thing that changes a local is one `+= 1` as a statement of the loop's own block.
-    fn counts_by_one(&self, local: crate::types::LocalId, body: ExprId) -> bool {
-        let tree = self.body();
-        let typed = self.typed();
-        let writes = tree.exprs.iter().filter(|expr| match &expr.kind {
-            ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } => {
-                typed.expr_local.get(place) == Some(&local)
-            }
-            ExprKind::Reference { mutable: true, value, .. } => typed.expr_local.get(value) == Some(&local),
-            _ => false,
-        });
-        if writes.count() != 1 {
-            return false;
-        }
-        let ExprKind::Block(block) = &tree.expr(body).kind else { return false };
-        block.stmts.iter().any(|stmt| match &stmt.kind {
-            StmtKind::Expr { expr, .. } => match &tree.expr(*expr).kind {
-                ExprKind::AssignOp { op: "+", place, value } => {
-                    typed.expr_local.get(place) == Some(&local)
-                        && matches!(
-                            &tree.expr(*value).kind,
-                            ExprKind::Literal(crate::syntax::tree::Literal::Int(Some(1), _))
-                        )
-                }
-                _ => false,
-            },
-            StmtKind::Let { .. } => false,
-        })
     }
 
     /// `while let Some(x) = queue.pop()` takes what is there.
