@@ -163,6 +163,11 @@ impl Builder<'_> {
                 self.write_whole(value, &given, span);
                 Value::default()
             }
+            // A collection without elements is a new one.
+            "clear" if args.is_empty() && self.is_collection_of_filters(receiver) => {
+                self.write_whole(value, &Value::default(), span);
+                Value::default()
+            }
             "take" if args.is_empty() && self.is_optional(receiver) && value.place.is_some() => {
                 self.taken_out(id, value)
             }
@@ -376,6 +381,11 @@ impl Builder<'_> {
 
     pub(super) fn is_optional(&self, id: ExprId) -> bool {
         matches!(self.ty(id).peel().external_name(), Some("Option" | "Result" | "LockResult" | "Poll"))
+    }
+
+    fn is_collection_of_filters(&self, id: ExprId) -> bool {
+        let ty = self.ty(id).peel();
+        matches!(ty, Ty::External(..)) && self.may_hold_filter(ty) && self.program.index.law_spec(ty).is_none()
     }
 
     fn is_cell(&self, id: ExprId) -> bool {
