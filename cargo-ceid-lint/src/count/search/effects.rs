@@ -143,7 +143,6 @@ impl Run<'_, '_> {
                     next.count = Count::Many;
                 }
                 next.reset |= outcome.reset;
-                next.partly_reset |= outcome.partly_reset;
                 next.direct |= outcome.direct && outcome.count != Count::Zero;
                 if let Some(cause) = &outcome.unknown {
                     next.unknown = Some(self.cause(cause));
@@ -285,8 +284,8 @@ impl Run<'_, '_> {
             next.reset = true;
             self.rejuvenate(&mut next);
         } else if !is_next && is_concerned(self.names.get(state.names), set) {
-            let names = self.names.get(state.names).clone();
-            let (renamed, replaced) = self.search.renamed(&names, set, &|var| self.number(state, var));
+            let names = self.names.get(state.names);
+            let (renamed, replaced) = self.search.renamed(names, set, &|var| self.number(state, var));
             if renamed.iter().any(|name| name.steps.len() > MAX_STEPS) {
                 self.exploration.limit = true;
                 return;
@@ -299,8 +298,6 @@ impl Run<'_, '_> {
             if replaced {
                 self.rejuvenate(&mut next);
             }
-            let is_part = |name: &Place| set.place.relate(name, &|_| None) == Relation::Part;
-            next.partly_reset |= !set.rebinds && !replaced && names.iter().any(is_part);
         }
         // A copy of a variable has its heads.
         let copied = graph.copied(state.node).and_then(|place| {
