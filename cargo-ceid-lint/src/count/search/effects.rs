@@ -351,10 +351,9 @@ impl Run<'_, '_> {
         let open = self.rounds.get(state.rounds).iter().find(|(id, _)| is_counter(*id)).copied();
         let is_beyond = |id: LoopId, done| done == BEYOND || graph.loop_info(id).is_beyond(done, MAX_ROUNDS);
         match (open, self.number(state, var)) {
-            (Some((id, done)), _) if is_beyond(id, done) => match self.search.covers(id) {
-                true => masks,
-                false => self.without_told(masks, var, graph.loop_info(id)),
-            },
+            (Some((id, done)), _) if is_beyond(id, done) && !self.search.covers(id) => {
+                self.without_told(masks, var, graph.loop_info(id))
+            }
             (Some(_), Some(number)) => self.with_number(masks, var, number),
             _ => masks,
         }
