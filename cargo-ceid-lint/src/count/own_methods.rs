@@ -52,7 +52,7 @@ pub(super) fn add(index: &Index, graph: &ControlFlowGraph, summary: &mut Summary
             }
         }
         Own::Reset(full) => {
-            let reset = Outcome { reset: *full, partly_reset: !*full, ..plain };
+            let reset = Outcome { reset: *full, ..plain };
             let way = if is_told { reset } else { unknown() };
             summary.insert(&whole, &[way]);
         }

@@ -33,7 +33,6 @@ pub(super) struct Outcome {
     /// How far the state that it gives back is ahead of the one that it was given, if it hands one through.
     pub(super) ahead: Count,
     pub(super) reset: bool,
-    pub(super) partly_reset: bool,
     pub(super) unknown: Option<Cause>,
     /// Whether some update on the way was not a guard's.
     pub(super) direct: bool,
@@ -63,7 +62,6 @@ impl Outcome {
             count: Count::Zero,
             ahead: Count::Zero,
             reset: false,
-            partly_reset: false,
             unknown: Some(cause),
             direct: true,
             returned: returned::ANY,

@@ -140,6 +140,22 @@ impl LoopInfo {
         }
     }
 
+    /// Whether a round stands for all those behind it as well, where only so many are told apart.
+    #[must_use]
+    pub fn is_beyond(&self, round: u64, told: u64) -> bool {
+        matches!(self.rounds, Rounds::Constant(count) if count > told) && round >= told
+    }
+
+    /// Whether its counter may have a number in some round.
+    #[must_use]
+    pub fn has_number(&self, number: u64) -> bool {
+        let Some((_, Some(first))) = self.counter else { return true };
+        match self.rounds {
+            Rounds::Constant(all) => (first..first.saturating_add(all)).contains(&number),
+            _ => number >= first,
+        }
+    }
+
     /// Whether it counts to a constant that each type or build has its own of: `for _ in 0..C::ROUNDS`.
     #[must_use]
     pub fn has_untold_rounds(&self) -> bool {

@@ -7,7 +7,9 @@ use crate::count::counts::Count;
 use crate::count::instances::place_ty;
 use crate::count::returned;
 use crate::count::summary::Outcome;
-use crate::flow::{Assignment, CallSite, Cause, LoopId, OTHER_HEADS, Place, Relation, Transfer, Update, Var};
+use crate::flow::{
+    Assignment, CallSite, Cause, LoopId, LoopInfo, OTHER_HEADS, Place, Relation, Rounds, Transfer, Update, Var,
+};
 use crate::index::Ty;
 
 /// How many steps a name may have: what is wrapped in itself in a loop has more with each round, without an end.
@@ -143,7 +145,6 @@ impl Run<'_, '_> {
                     next.count = Count::Many;
                 }
                 next.reset |= outcome.reset;
-                next.partly_reset |= outcome.partly_reset;
                 next.direct |= outcome.direct && outcome.count != Count::Zero;
                 if let Some(cause) = &outcome.unknown {
                     next.unknown = Some(self.cause(cause));
@@ -285,8 +286,8 @@ impl Run<'_, '_> {
             next.reset = true;
             self.rejuvenate(&mut next);
         } else if !is_next && is_concerned(self.names.get(state.names), set) {
-            let names = self.names.get(state.names).clone();
-            let (renamed, replaced) = self.search.renamed(&names, set, &|var| self.number(state, var));
+            let names = self.names.get(state.names);
+            let (renamed, replaced) = self.search.renamed(names, set, &|var| self.number(state, var));
             if renamed.iter().any(|name| name.steps.len() > MAX_STEPS) {
                 self.exploration.limit = true;
                 return;
@@ -299,8 +300,6 @@ impl Run<'_, '_> {
             if replaced {
                 self.rejuvenate(&mut next);
             }
-            let is_part = |name: &Place| set.place.relate(name, &|_| None) == Relation::Part;
-            next.partly_reset |= !set.rebinds && !replaced && names.iter().any(is_part);
         }
         // A copy of a variable has its heads.
         let copied = graph.copied(state.node).and_then(|place| {
@@ -350,8 +349,11 @@ impl Run<'_, '_> {
         let graph = self.search.graph;
         let is_counter = |id: LoopId| graph.loop_info(id).counter.is_some_and(|(counter, _)| counter == var);
         let open = self.rounds.get(state.rounds).iter().find(|(id, _)| is_counter(*id)).copied();
+        let is_beyond = |id: LoopId, done| done == BEYOND || graph.loop_info(id).is_beyond(done, MAX_ROUNDS);
         match (open, self.number(state, var)) {
-            (Some((id, BEYOND)), _) if !self.search.covers(id) => self.without_numbers(masks, var, MAX_ROUNDS),
+            (Some((id, done)), _) if is_beyond(id, done) && !self.search.covers(id) => {
+                self.without_told(masks, var, graph.loop_info(id))
+            }
             (Some(_), Some(number)) => self.with_number(masks, var, number),
             _ => masks,
         }
@@ -363,10 +365,17 @@ impl Run<'_, '_> {
         subject.heads.iter().filter_map(|head| head.parse().ok()).max()
     }
 
-    /// A counter has none of the numbers that conditions compare it with, as far as they are below a limit.
-    pub(super) fn without_numbers(&mut self, masks: u32, counter: Var, below: u64) -> u32 {
+    /// Whether conditions compare a counter with a number that it only has behind the rounds that are told apart.
+    pub(super) fn asks_beyond(&self, counter: Var, info: &LoopInfo) -> bool {
+        let asked = self.subject_of_counter(counter).into_iter().flat_map(|subject| &subject.heads);
+        asked.filter_map(|head| head.parse().ok()).any(|number| !is_told(info, number) && info.has_number(number))
+    }
+
+    /// A counter has none of the numbers that conditions compare it with, but for those of the rounds that are not told apart.
+    pub(super) fn without_told(&mut self, masks: u32, counter: Var, info: &LoopInfo) -> u32 {
         let Some(subject) = self.subject_of_counter(counter) else { return masks };
-        let is_known = |head: &str| head.parse().is_ok_and(|number: u64| number < below);
+        let is_over = |number| is_told(info, number) || !info.has_number(number);
+        let is_known = |head: &str| head.parse().is_ok_and(is_over);
         let known = subject.heads.iter().filter(|head| is_known(head)).fold(0, |mask, head| mask | subject.bit(head));
         let rest = subject.anything() & !known;
         let place = Place::var(counter);
@@ -400,5 +409,16 @@ impl Run<'_, '_> {
         let mut all = self.masks.get(masks).clone();
         all[at] = subject.bit(&number.to_string());
         self.masks.intern(all)
+    }
+}
+
+/// Whether a counter has a number in none but the rounds that are told apart, if it has it at all.
+fn is_told(info: &LoopInfo, number: u64) -> bool {
+    // Of rounds whose number is known, the last one that is told apart stands for all behind it.
+    let last = if matches!(info.rounds, Rounds::Constant(_)) { MAX_ROUNDS - 1 } else { MAX_ROUNDS };
+    match info.number_in(last) {
+        Some(last) if info.counts_down => number >= last,
+        Some(last) => number <= last,
+        None => false,
     }
 }

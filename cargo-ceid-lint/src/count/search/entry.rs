@@ -226,7 +226,6 @@ impl Run<'_, '_> {
             count: Count::Zero,
             in_sample: false,
             reset: false,
-            partly_reset: false,
             direct: false,
             attempted: false,
             unknown: self.doubt,

@@ -65,7 +65,6 @@ pub(super) struct State {
     pub(super) count: Count,
     pub(super) in_sample: bool,
     pub(super) reset: bool,
-    pub(super) partly_reset: bool,
     pub(super) direct: bool,
     /// Whether an update failed and left the filter as it was, and nothing has updated it since.
     pub(super) attempted: bool,

@@ -63,6 +63,10 @@ impl Run<'_, '_> {
                     {
                         after.masks = self.with_number(after.masks, counter, number);
                     }
+                    if info.is_beyond(now, MAX_ROUNDS) && self.asks_beyond(counter, info) && self.updates_in(id) {
+                        self.exploration.limit = true;
+                        return;
+                    }
                 }
                 self.follow(at, after, *round);
             }
@@ -97,7 +101,7 @@ impl Run<'_, '_> {
                 rounds.push((id, now));
                 after.rounds = self.rounds.intern(rounds);
                 after.masks = match now {
-                    BEYOND => self.without_numbers(after.masks, counter, MAX_ROUNDS),
+                    BEYOND => self.without_told(after.masks, counter, info),
                     now => self.with_number(after.masks, counter, first + now - 1),
                 };
             }

@@ -221,12 +221,9 @@ impl<'s, 'a> Run<'s, 'a> {
             }
             Effect::Reset { place, full } => {
                 let mut next = state.clone();
-                if self.holds(state, place) {
-                    next.reset |= *full;
-                    next.partly_reset |= !*full;
-                    if *full {
-                        self.rejuvenate(&mut next);
-                    }
+                if *full && self.holds(state, place) {
+                    next.reset = true;
+                    self.rejuvenate(&mut next);
                 }
                 self.everywhere(at, &next);
             }

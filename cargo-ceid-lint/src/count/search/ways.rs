@@ -50,7 +50,6 @@ impl Search<'_> {
                 count: end.state.count,
                 ahead: end.ahead,
                 reset: end.state.reset,
-                partly_reset: end.state.partly_reset,
                 unknown: if end.has_left { Some(moved()) } else { unknown },
                 direct: end.state.direct,
                 returned,

@@ -673,10 +673,9 @@ impl Builder<'_> {
         let is_numbered = any(|stage| matches!(stage, Stage::Number));
         let is_flattened = any(|stage| matches!(stage, Stage::Flatten(_)));
         let rounds = match &source.rounds {
-            // How many of the items pass, or come of each, is not known.
-            Rounds::Constant(_) if is_filtered && (!source.item.is_lent() || is_numbered) || is_flattened => {
-                Rounds::Bounded
-            }
+            // How many of the items pass, or come of each, is not known; of one it is one at most.
+            Rounds::Constant(_) if is_flattened => Rounds::Bounded,
+            Rounds::Constant(2..) if is_filtered && (!source.item.is_lent() || is_numbered) => Rounds::Bounded,
             rounds => rounds.clone(),
         };
         let info = LoopInfo {

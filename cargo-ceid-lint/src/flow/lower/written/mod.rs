@@ -325,10 +325,7 @@ impl<'p, 'a> Method<'p, 'a> {
         let field = |place: ExprId| Cleared::Fields(self.field(place).map(str::to_owned).into_iter().collect());
         match &self.body.expr(id).kind {
             ExprKind::Assign { place, value } if self.is_self(*place) => match &self.body.expr(*value).kind {
-                ExprKind::Struct { fields, rest: Some(rest), .. } if self.is_self(*rest) => {
-                    let is_new = |(name, value): &&(String, ExprId)| !self.keeps(*value, name);
-                    Cleared::Fields(fields.iter().filter(is_new).map(|(name, _)| name.clone()).collect())
-                }
+                ExprKind::Struct { fields, rest, .. } => self.made_anew(*value, fields, *rest),
                 ExprKind::MethodCall { receiver, method, .. } if method == "clone" && self.is_self(*receiver) => {
                     Cleared::Fields(BTreeSet::new())
                 }
@@ -349,6 +346,24 @@ impl<'p, 'a> Method<'p, 'a> {
             ExprKind::MethodCall { receiver, .. } if self.writes(id, *receiver) => field(*receiver),
             _ => Cleared::Fields(BTreeSet::new()),
         }
+    }
+
+    /// What `*self = Self { … }` clears: not the fields that it takes over.
+    fn made_anew(&self, value: ExprId, fields: &[(String, ExprId)], rest: Option<ExprId>) -> Cleared {
+        let (kept, new): (Vec<_>, Vec<_>) = fields.iter().partition(|(name, value)| self.keeps(*value, name));
+        let keeps_rest = rest.is_some_and(|rest| self.is_self(rest));
+        if kept.is_empty() && !keeps_rest {
+            return Cleared::Everything;
+        }
+        let mut cleared: BTreeSet<String> = new.into_iter().map(|(name, _)| name.clone()).collect();
+        if let Ty::Adt(id, _) = self.typed.ty(value).peel()
+            && let Shape::Struct(all) = &self.program.index.type_def(*id).shape
+            && !keeps_rest
+        {
+            let is_other = |name: &&String| !kept.iter().any(|(own, _)| own == *name);
+            cleared.extend(all.fields.iter().map(|field| &field.name).filter(is_other).cloned());
+        }
+        Cleared::Fields(cleared)
     }
 
     /// Whether a value is made of what a field was: `self.low * 0.9`.
