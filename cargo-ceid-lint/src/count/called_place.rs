@@ -33,6 +33,14 @@ impl CalledPlace {
         !self.taken.is_empty() && self.taken.iter().all(is_apart)
     }
 
+    /// Whether the target joins there what it does to each of several types.
+    pub(super) fn is_mixed(&self, summaries: &Summaries) -> bool {
+        summaries.get(self.target).is_some_and(|summary| {
+            let place = summary.outcomes(self.law).nth(self.number);
+            place.is_some_and(|(given, _)| summary.mixed.contains(given))
+        })
+    }
+
     /// The ways through the target.
     pub(super) fn outcomes<'a>(&self, summaries: &'a Summaries) -> &'a [Outcome] {
         let summary = summaries.get(self.target);

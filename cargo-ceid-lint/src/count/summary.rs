@@ -102,6 +102,8 @@ pub(super) struct Summary {
     pub(super) answers: Answers,
     /// The first elements of a collection that are all it has ways for, where the place is each of them: `bank.iter_mut().take(2)`.
     pub(super) taken: BTreeMap<Given, Given>,
+    /// The places behind a trait, where what it does is joined over several types.
+    pub(super) mixed: BTreeSet<Given>,
     /// The parameters from which the filters at its places are fed.
     pub(super) feeds: BTreeMap<Given, BTreeSet<usize>>,
     /// The times that it keeps and computes the steps of the filters at its places from.
@@ -423,8 +425,7 @@ impl Summaries {
         let states = self.states_of(graph, aliases);
         for given in touched {
             let instance = instance_of(graph, &given);
-            let may_matter = ty_of(&given).is_none_or(|ty| super::instances::may_hold_filter(program.index, &ty));
-            if !may_matter && !states.contains(&instance) {
+            if !may_matter(&given) && !states.contains(&instance) {
                 continue;
             }
             // What is only passed on, and of a type that is not known, is not worth a search: it is said to be unknown.
@@ -470,9 +471,8 @@ impl Summaries {
                     }
                     ways.outcomes
                 };
-                if is_updated && outcomes.is_empty() {
-                    summary.endless.insert(given.clone());
-                }
+                summary.endless.extend((is_updated && outcomes.is_empty()).then(|| given.clone()));
+                summary.mixed.extend((search.behind.len() > 1).then(|| given.clone()));
                 summary.halves[law].insert(given.clone(), outcomes);
                 summary.feeds.entry(given.clone()).or_default().extend(super::gates::fed_params(&search));
                 summary.measures.entry(given.clone()).or_default().extend(super::gates::measured_by(&search));
