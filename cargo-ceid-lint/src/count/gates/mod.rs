@@ -2,6 +2,7 @@
 
 mod carried;
 mod chosen;
+mod elements;
 mod event;
 mod helper;
 mod mode;
