@@ -51,10 +51,10 @@ impl Run<'_, '_> {
                 .collect();
             // What the function does to an element that it names is told with it, also what it does to each.
             let is_named =
-                related.iter().any(|(place, _, relations)| !place.stands_for_each() && is_exact(relations));
+                related.iter().any(|(place, _, relations)| !place.stands_for_several() && is_exact(relations));
             for (place, outcomes, relations) in related {
                 let exact = is_exact(&relations);
-                if exact && is_named && place.stands_for_each() {
+                if exact && is_named && place.stands_for_several() {
                     continue;
                 }
                 let owner =
