@@ -401,7 +401,7 @@ impl Summaries {
             return;
         }
         let dependence = ControlDependence::of(graph, aliases);
-        for given in touched.iter().filter(|given| given.is_first_few()) {
+        for given in touched.iter().filter(|given| given.is_known_part()) {
             for each in given.clone().numbered() {
                 let is_only = |other: &Given| other == given || !other.clone().numbered().contains(&each);
                 if touched.iter().all(is_only) {

@@ -171,6 +171,12 @@ impl Section {
         matches!(self.kind, SectionKind::Written(_)) && self.has(number) == Some(true)
     }
 
+    /// Whether it is all elements behind the first ones, of which it is known how many there are: `1..`.
+    #[must_use]
+    pub fn is_rest(&self) -> bool {
+        self.is_exact && self.to.is_none() && !self.is_taken() && !self.is_chunk()
+    }
+
     /// Whether it is all elements of a collection but the first ones.
     #[must_use]
     pub fn is_skipped(&self) -> bool {

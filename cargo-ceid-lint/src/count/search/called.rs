@@ -10,7 +10,7 @@ use crate::count::given::{Given, place_of};
 use crate::count::instances::place_ty;
 use crate::count::returned;
 use crate::count::summary::Outcome;
-use crate::flow::{CallSite, Cause, Place, Projection, SubjectId};
+use crate::flow::{CallSite, Cause, IndexKey, Place, Projection, SubjectId};
 use crate::index::{FunctionId, Owner, Ty};
 
 /// What a call does, whatever the way that leads to it.
@@ -142,7 +142,14 @@ impl Search<'_> {
                 let ways = called.outcomes(self.summaries);
                 let is_same = ways.iter().all(|way| (way.count, way.reset) == (ways[0].count, ways[0].reset));
                 let is_shared = is_shared || self.behind.is_empty() && called.is_mixed(self.summaries);
-                let ways = if is_shared && !is_same { vec![Outcome::unknown(not_told())] } else { ways.to_vec() };
+                let ways = match is_same {
+                    false if is_shared => vec![Outcome::unknown(not_told())],
+                    // Which of the elements a way is that of, is not told.
+                    false if called.passes_over() || is_each_of_slice(&called.place) => {
+                        vec![Outcome::unknown(Cause::Index(site.text.clone()))]
+                    }
+                    _ => ways.to_vec(),
+                };
                 (called.place.clone(), ways)
             });
             let (outcomes, answers) = (outcomes.collect(), summary.answers.clone());
@@ -157,6 +164,11 @@ impl Search<'_> {
         called.borrows.extend(self.summaries.borrows(site).map(|(part, place)| (part.to_vec(), place)));
         called
     }
+}
+
+/// Whether a place is each element of a slice of a collection.
+fn is_each_of_slice(place: &Place) -> bool {
+    place.steps.iter().any(|step| matches!(step.key(), Some(IndexKey::EachIn(section)) if section.is_exact))
 }
 
 /// Why it is not known what a function does that is one for many types.
