@@ -7,6 +7,7 @@ use rustc_hash::FxHashMap;
 use super::aliases::Aliases;
 use super::answers::{Answers, answers};
 use super::assumed::Assumed;
+use super::chosen_returns::{self, ChosenReturns};
 use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
 use super::finished;
@@ -92,6 +93,8 @@ pub(super) struct Summary {
     pub(super) halves: Vec<BTreeMap<Given, Vec<Outcome>>>,
     /// The parts of its parameters that its result may borrow.
     pub(super) returns: BTreeSet<Borrow>,
+    /// The same by the value of a parameter, if one decides.
+    pub(super) chosen: Option<ChosenReturns>,
     /// What it writes, for conditions that read it.
     pub(super) writes: BTreeSet<Given>,
     /// With which heads, where they are known, and how these values go on from those before.
@@ -202,7 +205,8 @@ impl Summaries {
         &'a self,
         site: &'a CallSite,
     ) -> impl Iterator<Item = (&'a [Projection], Place, Transfer)> + 'a {
-        let returns = site.targets.iter().filter_map(|target| self.of.get(target)).flat_map(|summary| &summary.returns);
+        let summaries = site.targets.iter().filter_map(|target| self.of.get(target));
+        let returns = summaries.flat_map(|summary| summary.returns_at(site));
         // What lies inside a receiver whose type is not known has no name here.
         returns.filter(|borrow| !site.is_dispatched || borrow.param > 0 || borrow.steps.is_empty()).filter_map(
             |borrow| {
@@ -215,16 +219,13 @@ impl Summaries {
 
     pub(super) fn summarise(&self, program: &Program<'_>, graph: &ControlFlowGraph, searched: &mut usize) -> Summary {
         let aliases = Aliases::of(program.index, graph, self);
-        let halves = vec![BTreeMap::new(); program.index.halves()];
-        let mut summary = Summary { halves, ..Summary::default() };
+        let mut summary = Summary { halves: vec![BTreeMap::new(); program.index.halves()], ..Summary::default() };
         let mut touched: BTreeSet<Given> = BTreeSet::new();
         let mut unknown: BTreeMap<Given, Cause> = BTreeMap::new();
         // What is given back is another instance then.
-        let gives_copy = {
-            let index = program.index;
-            let output = &index.function(graph.function).function.output;
-            index.copies_filter(&index.lower(output, &index.scope_of(graph.function)))
-        };
+        let output = &program.index.function(graph.function).function.output;
+        let output = program.index.lower(output, &program.index.scope_of(graph.function));
+        let gives_copy = program.index.copies_filter(&output);
         for id in graph.node_ids() {
             match &graph.node(id).effect {
                 Effect::Update(update) if !handed::is_idle(&aliases, update) => {
@@ -274,6 +275,7 @@ impl Summaries {
             let whole = |borrow: &Borrow| Borrow { part: Vec::new(), param: borrow.param, steps: Vec::new() };
             summary.returns = summary.returns.iter().map(whole).collect();
         }
+        summary.chosen = chosen_returns::find(program, graph, self, &summary.returns);
         bound(&mut summary.uses);
         bound(&mut summary.writes);
         if summary.sets.len() > MAX_PLACES {
@@ -446,8 +448,7 @@ impl Summaries {
                 continue;
             }
             for law in 0..program.index.halves() {
-                let dependence = &dependence;
-                let search = Search::with_dependence(program, graph, aliases, self, &instance, law, dependence);
+                let search = Search::with_dependence(program, graph, aliases, self, &instance, law, &dependence);
                 let is_updated = !search.updating().is_empty();
                 if !is_updated {
                     if let Some(cause) = search.unknown_cause() {
