@@ -374,7 +374,6 @@ impl Gates<'_, '_> {
     pub(super) fn of_absence(&self, way: &Way) -> Option<Gate> {
         let graph = self.search.graph;
         let instance = self.search.instance;
-        let is_it = |place: &Place| self.search.aliases.shared_roots(place).iter().any(|root| root == instance);
         let is_left_alone = |id: &NodeId| match &graph.node(*id).effect {
             Effect::Set(set) | Effect::Write(set) => {
                 let is_moved =
@@ -391,10 +390,12 @@ impl Gates<'_, '_> {
             let holds = graph.node(*id).next.first() == Some(next);
             let about = &test.about;
             let asked = test.subject.and_then(|id| graph.subjects[id.0 as usize].whole.as_ref());
+            // Another option that holds it may be left empty by choice.
+            let is_plain = |name: &String| matches!(name.as_str(), "as_mut" | "as_ref" | "as_deref_mut" | "as_deref");
             about.asks_presence()
                 && about.heads.iter().all(|head| (head == "+") != holds)
-                && !about.names.iter().any(|name| name.starts_with("try_"))
-                && (asked.is_some_and(is_it) || about.binds.iter().any(|var| is_it(&Place::var(*var))))
+                && about.names.iter().all(is_plain)
+                && asked == Some(instance)
                 && self.is_presence_of_filter(test)
         });
         is_absent.then_some(Gate::Config)
