@@ -9,7 +9,6 @@ use crate::count::summary::{Outcome, Summary};
 use crate::count::verdict::Gate;
 use crate::flow::{
     CallSite, ChangeKind, Effect, Head, NodeId, OTHER_HEADS, Place, Projection, Relation, Subject, SubjectId, Test,
-    Transfer,
 };
 use crate::index::{FunctionId, Index, Owner, Ty, TypeId};
 use crate::syntax::tree::Receiver;
@@ -367,38 +366,6 @@ impl Gates<'_, '_> {
             self.asked_owner(test).is_some_and(|(subject, variant)| heads & subject.bit(variant) == 0)
         });
         is_absent.then(|| if self.changes_owner() { Gate::Mode } else { Gate::Config })
-    }
-
-    /// A filter that lies in an option is there only while that holds something: a way on which it was asked and holds nothing. What
-    /// was taken out before is somewhere else.
-    pub(super) fn of_absence(&self, way: &Way) -> Option<Gate> {
-        let graph = self.search.graph;
-        let instance = self.search.instance;
-        let is_left_alone = |id: &NodeId| match &graph.node(*id).effect {
-            Effect::Set(set) | Effect::Write(set) => {
-                let is_moved =
-                    set.transfer != Transfer::Borrow && set.from.as_ref().is_some_and(|from| self.is_instance(from));
-                !is_moved && !set.place.overlaps(instance)
-            }
-            Effect::Call(site) => !self.call_writes(site, instance),
-            Effect::Unknown { places, .. } => !places.iter().any(|place| self.is_instance(place)),
-            _ => true,
-        };
-        let before = way.nodes.iter().take_while(|id| is_left_alone(id));
-        let is_absent = before.zip(way.nodes.iter().skip(1)).any(|(id, next)| {
-            let Effect::Branch(test) = &graph.node(*id).effect else { return false };
-            let holds = graph.node(*id).next.first() == Some(next);
-            let about = &test.about;
-            let asked = test.subject.and_then(|id| graph.subjects[id.0 as usize].whole.as_ref());
-            // Another option that holds it may be left empty by choice.
-            let is_plain = |name: &String| matches!(name.as_str(), "as_mut" | "as_ref" | "as_deref_mut" | "as_deref");
-            about.asks_presence()
-                && about.heads.iter().all(|head| (head == "+") != holds)
-                && about.names.iter().all(is_plain)
-                && asked == Some(instance)
-                && self.is_presence_of_filter(test)
-        });
-        is_absent.then_some(Gate::Config)
     }
 
     /// The enum that a test asks for its variant, if the instance lies in one of them: that one.
