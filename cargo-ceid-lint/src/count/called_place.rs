@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::summary::{Outcome, Summaries};
-use crate::flow::{Place, Relation};
+use crate::flow::{IndexKey, Place, Projection, Relation};
 use crate::index::FunctionId;
 
 /// A place that a target of a call has ways for.
@@ -17,7 +17,7 @@ pub(super) struct CalledPlace {
     pub(super) place: Place,
     /// The places that it may be a name of, unless that is only itself.
     pub(super) others: Option<Arc<[Place]>>,
-    /// The first elements that are all the target has ways for, where the place is each of them.
+    /// The first elements, or those behind them, that are all the target has ways for, where the place is each of them.
     pub(super) taken: Vec<Place>,
 }
 
@@ -27,10 +27,25 @@ impl CalledPlace {
         self.others.as_deref().unwrap_or(std::slice::from_ref(&self.place))
     }
 
-    /// Whether an instance is an element behind those that the target has ways for.
+    /// Whether an instance is none of the elements that the target has ways for.
     pub(super) fn stops_before(&self, instance: &Place) -> bool {
         let is_apart = |place: &Place| matches!(place.relate(instance, &|_| None), Relation::Apart);
         !self.taken.is_empty() && self.taken.iter().all(is_apart)
+    }
+
+    /// Whether the target joins there what it does to each of several types.
+    pub(super) fn is_mixed(&self, summaries: &Summaries) -> bool {
+        summaries.get(self.target).is_some_and(|summary| {
+            let place = summary.outcomes(self.law).nth(self.number);
+            place.is_some_and(|(given, _)| summary.mixed.contains(given))
+        })
+    }
+
+    /// Whether the target goes past the first elements and may do another thing with each of the others.
+    pub(super) fn passes_over(&self) -> bool {
+        let is_skipped =
+            |step: &Projection| matches!(step.key(), Some(IndexKey::EachIn(section)) if section.is_skipped());
+        self.taken.iter().flat_map(|place| &place.steps).any(is_skipped)
     }
 
     /// The ways through the target.

@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::flow::{
-    Argument, Assignment, Base, CallSite, ControlFlowGraph, Effect, IndexKey, Place, Projection, Subject, Transfer,
+    Argument, Assignment, Base, CallSite, ControlFlowGraph, Effect, IndexKey, Place, Projection, Section, Subject,
+    Transfer,
 };
 use crate::index::ValueId;
 
@@ -18,11 +19,9 @@ impl Given {
     /// The elements that it stands for one by one, where it is each of a slice with known ends.
     pub(super) fn numbered(self) -> Vec<Self> {
         const MOST: u64 = 16;
-        if let Some(at) = self
-            .steps
-            .iter()
-            .position(|step| matches!(step.key(), Some(IndexKey::EachIn(section)) if section.is_taken()))
-        {
+        if let Some(at) = self.steps.iter().position(
+            |step| matches!(step.key(), Some(IndexKey::EachIn(section)) if section.is_taken() || section.is_rest()),
+        ) {
             let mut given = self;
             given.steps[at] = given.steps[at].with_key(IndexKey::Each);
             return vec![given];
@@ -42,10 +41,11 @@ impl Given {
         numbers.map(with_number).collect()
     }
 
-    /// Whether it is each of the first elements of a collection, of which it is known how many.
-    pub(super) fn is_first_few(&self) -> bool {
+    /// Whether it is each of the first elements of a collection, of which it is known how many, or each but these.
+    pub(super) fn is_known_part(&self) -> bool {
         let mut keys = self.steps.iter().filter_map(Projection::key);
-        keys.any(|key| matches!(key, IndexKey::EachIn(own) if own.is_taken() && own.is_exact && own.to.is_some()))
+        let is_first_few = |own: &Section| own.is_taken() && own.is_exact && own.to.is_some();
+        keys.any(|key| matches!(key, IndexKey::EachIn(own) if is_first_few(own) || own.is_rest()))
     }
 
     /// The parameter or static that it is a part of.

@@ -7,6 +7,7 @@ use rustc_hash::FxHashMap;
 use super::aliases::Aliases;
 use super::answers::{Answers, answers};
 use super::assumed::Assumed;
+use super::chosen_returns::{self, ChosenReturns};
 use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
 use super::finished;
@@ -92,6 +93,8 @@ pub(super) struct Summary {
     pub(super) halves: Vec<BTreeMap<Given, Vec<Outcome>>>,
     /// The parts of its parameters that its result may borrow.
     pub(super) returns: BTreeSet<Borrow>,
+    /// The same by the value of a parameter, if one decides.
+    pub(super) chosen: Option<ChosenReturns>,
     /// What it writes, for conditions that read it.
     pub(super) writes: BTreeSet<Given>,
     /// With which heads, where they are known, and how these values go on from those before.
@@ -102,6 +105,8 @@ pub(super) struct Summary {
     pub(super) answers: Answers,
     /// The first elements of a collection that are all it has ways for, where the place is each of them: `bank.iter_mut().take(2)`.
     pub(super) taken: BTreeMap<Given, Given>,
+    /// The places behind a trait, where what it does is joined over several types.
+    pub(super) mixed: BTreeSet<Given>,
     /// The parameters from which the filters at its places are fed.
     pub(super) feeds: BTreeMap<Given, BTreeSet<usize>>,
     /// The times that it keeps and computes the steps of the filters at its places from.
@@ -200,7 +205,8 @@ impl Summaries {
         &'a self,
         site: &'a CallSite,
     ) -> impl Iterator<Item = (&'a [Projection], Place, Transfer)> + 'a {
-        let returns = site.targets.iter().filter_map(|target| self.of.get(target)).flat_map(|summary| &summary.returns);
+        let summaries = site.targets.iter().filter_map(|target| self.of.get(target));
+        let returns = summaries.flat_map(|summary| summary.returns_at(site));
         // What lies inside a receiver whose type is not known has no name here.
         returns.filter(|borrow| !site.is_dispatched || borrow.param > 0 || borrow.steps.is_empty()).filter_map(
             |borrow| {
@@ -213,16 +219,13 @@ impl Summaries {
 
     pub(super) fn summarise(&self, program: &Program<'_>, graph: &ControlFlowGraph, searched: &mut usize) -> Summary {
         let aliases = Aliases::of(program.index, graph, self);
-        let halves = vec![BTreeMap::new(); program.index.halves()];
-        let mut summary = Summary { halves, ..Summary::default() };
+        let mut summary = Summary { halves: vec![BTreeMap::new(); program.index.halves()], ..Summary::default() };
         let mut touched: BTreeSet<Given> = BTreeSet::new();
         let mut unknown: BTreeMap<Given, Cause> = BTreeMap::new();
         // What is given back is another instance then.
-        let gives_copy = {
-            let index = program.index;
-            let output = &index.function(graph.function).function.output;
-            index.copies_filter(&index.lower(output, &index.scope_of(graph.function)))
-        };
+        let output = &program.index.function(graph.function).function.output;
+        let output = program.index.lower(output, &program.index.scope_of(graph.function));
+        let gives_copy = program.index.copies_filter(&output);
         for id in graph.node_ids() {
             match &graph.node(id).effect {
                 Effect::Update(update) if !handed::is_idle(&aliases, update) => {
@@ -272,6 +275,7 @@ impl Summaries {
             let whole = |borrow: &Borrow| Borrow { part: Vec::new(), param: borrow.param, steps: Vec::new() };
             summary.returns = summary.returns.iter().map(whole).collect();
         }
+        summary.chosen = chosen_returns::find(program, graph, self, &summary.returns);
         bound(&mut summary.uses);
         bound(&mut summary.writes);
         if summary.sets.len() > MAX_PLACES {
@@ -399,7 +403,7 @@ impl Summaries {
             return;
         }
         let dependence = ControlDependence::of(graph, aliases);
-        for given in touched.iter().filter(|given| given.is_first_few()) {
+        for given in touched.iter().filter(|given| given.is_known_part()) {
             for each in given.clone().numbered() {
                 let is_only = |other: &Given| other == given || !other.clone().numbered().contains(&each);
                 if touched.iter().all(is_only) {
@@ -423,8 +427,7 @@ impl Summaries {
         let states = self.states_of(graph, aliases);
         for given in touched {
             let instance = instance_of(graph, &given);
-            let may_matter = ty_of(&given).is_none_or(|ty| super::instances::may_hold_filter(program.index, &ty));
-            if !may_matter && !states.contains(&instance) {
+            if !may_matter(&given) && !states.contains(&instance) {
                 continue;
             }
             // What is only passed on, and of a type that is not known, is not worth a search: it is said to be unknown.
@@ -445,8 +448,7 @@ impl Summaries {
                 continue;
             }
             for law in 0..program.index.halves() {
-                let dependence = &dependence;
-                let search = Search::with_dependence(program, graph, aliases, self, &instance, law, dependence);
+                let search = Search::with_dependence(program, graph, aliases, self, &instance, law, &dependence);
                 let is_updated = !search.updating().is_empty();
                 if !is_updated {
                     if let Some(cause) = search.unknown_cause() {
@@ -470,9 +472,8 @@ impl Summaries {
                     }
                     ways.outcomes
                 };
-                if is_updated && outcomes.is_empty() {
-                    summary.endless.insert(given.clone());
-                }
+                summary.endless.extend((is_updated && outcomes.is_empty()).then(|| given.clone()));
+                summary.mixed.extend((search.behind.len() > 1).then(|| given.clone()));
                 summary.halves[law].insert(given.clone(), outcomes);
                 summary.feeds.entry(given.clone()).or_default().extend(super::gates::fed_params(&search));
                 summary.measures.entry(given.clone()).or_default().extend(super::gates::measured_by(&search));

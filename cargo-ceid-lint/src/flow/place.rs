@@ -165,6 +165,18 @@ impl Section {
         self.kind == SectionKind::Taken
     }
 
+    /// Whether the element with that number is one of the slice as the code writes it: `&mut bank[..2]`.
+    #[must_use]
+    pub fn is_written_with(&self, number: u64) -> bool {
+        matches!(self.kind, SectionKind::Written(_)) && self.has(number) == Some(true)
+    }
+
+    /// Whether it is all elements behind the first ones, of which it is known how many there are: `1..`.
+    #[must_use]
+    pub fn is_rest(&self) -> bool {
+        self.is_exact && self.to.is_none() && !self.is_taken() && !self.is_chunk()
+    }
+
     /// Whether it is all elements of a collection but the first ones.
     #[must_use]
     pub fn is_skipped(&self) -> bool {
@@ -379,6 +391,12 @@ impl Place {
     #[must_use]
     pub fn stands_for_each(&self) -> bool {
         self.steps.iter().any(|step| step.key() == Some(&IndexKey::Each))
+    }
+
+    /// The same, where it may be each element of a slice.
+    #[must_use]
+    pub fn stands_for_several(&self) -> bool {
+        self.steps.iter().any(|step| matches!(step.key(), Some(IndexKey::Each | IndexKey::EachIn(_))))
     }
 }
 

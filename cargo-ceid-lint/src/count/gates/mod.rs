@@ -2,6 +2,7 @@
 
 mod carried;
 mod chosen;
+mod elements;
 mod event;
 mod helper;
 mod mode;
@@ -130,7 +131,8 @@ impl<'s, 'a> Gates<'s, 'a> {
             Effect::LoopHead(id) => self.of_loop(*id).or_else(|| self.of_rounds(*id, &way)),
             _ => None,
         };
-        let gate = gate.or_else(|| self.of_payload(&way)).or_else(|| self.of_pause(&way));
+        let gate = gate.or_else(|| self.of_payload(&way));
+        let gate = gate.or_else(|| self.of_pause(&way));
         if let Some(gate) = gate
             && !self.loses_time(gate, &way)
         {

@@ -28,7 +28,7 @@ impl KeptMode {
 }
 
 /// The type of which a function is a method that may change the value.
-fn self_type(index: &Index, function: FunctionId) -> Option<TypeId> {
+pub(super) fn self_type(index: &Index, function: FunctionId) -> Option<TypeId> {
     let def = index.function(function);
     let Owner::Impl(of) = def.owner else { return None };
     match (&def.function.receiver, &index.impl_def(of).self_ty) {
@@ -43,7 +43,7 @@ impl Gates<'_, '_> {
         if let Some(known) = self.modes.borrow().get(&subject) {
             return *known;
         }
-        let is_mode = self.judge_mode(subject);
+        let is_mode = self.judge_mode(subject) || self.is_mode_of_element(subject);
         self.modes.borrow_mut().insert(subject, is_mode);
         is_mode
     }
@@ -150,9 +150,16 @@ impl Gates<'_, '_> {
         let modes = self.modes.borrow();
         let kept = modes.iter().filter(|(_, is_mode)| **is_mode && gate == Some(Gate::Mode)).filter_map(|(id, _)| {
             let subject = &graph.subjects[id.0 as usize];
-            let place = given_subject(graph, subject)?;
+            let element = self.element_state(*id).filter(|_| self.is_mode_of_element(*id));
+            let place = match &element {
+                Some(state) => given(graph, &state.place)?,
+                None => given_subject(graph, subject)?,
+            };
             let updating = self.updating(*id)?;
             let bears = |head: &&Head| {
+                if element.is_some() {
+                    return subject.bit(head) & updating == 0;
+                }
                 let mode = Mode { subject: *id, updating, asked_by: None, foreign: subject.bit(head) };
                 self.search.resets_in_pauses(self.region, mode)
             };
@@ -169,7 +176,9 @@ impl Gates<'_, '_> {
     pub(super) fn leaves_modes(&self, site: &CallSite, at: NodeId) -> bool {
         self.modes_of(site).into_iter().all(|mode| {
             let Some(place) = place_of(&mode.place, site) else { return false };
-            self.nodes().filter(|id| *id != at).all(|id| match &self.search.graph.node(id).effect {
+            let is_left = || self.leaves_elements(&place, at, &|head| mode.bears_with(head));
+            let mut others = self.nodes().filter(|id| *id != at);
+            others.all(|id| match &self.search.graph.node(id).effect {
                 Effect::Write(write) | Effect::Set(write) if write.place.overlaps(&place) => {
                     (write.place == place && mode.bears_with(write.head.as_ref())) || self.resets_around(id)
                 }
@@ -178,7 +187,7 @@ impl Gates<'_, '_> {
                     is_same || self.sets_only(other, &place, mode) || self.resets_around(id)
                 }
                 _ => true,
-            })
+            }) || is_left()
         })
     }
 

@@ -7,9 +7,10 @@ use super::Search;
 use crate::count::answers::Answers;
 use crate::count::called_place::CalledPlace;
 use crate::count::given::{Given, place_of};
+use crate::count::instances::place_ty;
 use crate::count::returned;
 use crate::count::summary::Outcome;
-use crate::flow::{CallSite, Cause, Place, Projection, SubjectId};
+use crate::flow::{CallSite, Cause, IndexKey, Place, Projection, SubjectId};
 use crate::index::{FunctionId, Owner, Ty};
 
 /// What a call does, whatever the way that leads to it.
@@ -34,6 +35,8 @@ pub(super) struct Effect {
     pub(super) heads: returned::Heads,
     /// The same, where it depends on what is known here.
     pub(super) answers: Answers,
+    /// Whether it is the body of another type than that of the instance's owner, which runs only where the receiver is something else.
+    pub(super) is_of_others: bool,
 }
 
 impl Search<'_> {
@@ -60,7 +63,7 @@ impl Search<'_> {
     }
 
     /// The bodies that may run where the instance lies behind a trait: those of its types, or those that all types share.
-    fn targets_behind(&self, site: &CallSite) -> Vec<FunctionId> {
+    fn targets_behind(&self, site: &CallSite, types: &[Ty]) -> Vec<FunctionId> {
         let index = self.program.index;
         let owner = |target: &FunctionId| match index.function(*target).owner {
             Owner::Impl(id) => match index.impl_def(id).self_ty {
@@ -69,11 +72,11 @@ impl Search<'_> {
             },
             _ => None,
         };
-        if self.behind.is_empty() || site.targets.len() < 2 {
+        if types.is_empty() || site.targets.len() < 2 {
             return site.targets.clone();
         }
         let mut found = BTreeSet::new();
-        for ty in &self.behind {
+        for ty in types {
             let is_own = |target: &&FunctionId| matches!(ty, Ty::Adt(id, _) if owner(target) == Some(*id));
             let own: Vec<FunctionId> = site.targets.iter().filter(is_own).copied().collect();
             match own.is_empty() {
@@ -85,17 +88,48 @@ impl Search<'_> {
         if found.is_empty() { site.targets.clone() } else { found.into_iter().collect() }
     }
 
+    /// The type of what a call has for its receiver where that is the instance or holds it, if only a trait decides which of several
+    /// bodies runs: `let stage: &mut dyn Stage = &mut self.pump; stage.run(x)`.
+    fn receiver_type(&self, site: &CallSite) -> Option<Ty> {
+        let index = self.program.index;
+        let has_receiver = |target: &FunctionId| index.function(*target).function.receiver.is_some();
+        if site.targets.len() < 2 || !site.targets.iter().all(has_receiver) {
+            return None;
+        }
+        // What a pointer or lock does by an impl of its own is not told from what it holds.
+        let is_of_wrapper = |target: &FunctionId| match index.function(*target).owner {
+            Owner::Impl(id) => !matches!(index.impl_def(id).self_ty, Ty::Adt(..) | Ty::Param(_)),
+            _ => false,
+        };
+        if site.targets.iter().any(is_of_wrapper) {
+            return None;
+        }
+        let receiver = site.args.get(site.law_of.unwrap_or(0))?.place.as_ref()?;
+        let owners = self.aliases.shared_roots(receiver);
+        let owners = owners.iter().filter(|root| root.overlaps(self.instance));
+        let mut types = owners.map(|root| {
+            let steps = self.instance.steps.get(..root.steps.len())?.to_vec();
+            place_ty(index, self.graph, &Place { base: self.instance.base, steps })
+        });
+        let first = types.next()??;
+        let is_certain = matches!(first, Ty::Adt(..)) && types.all(|ty| ty.as_ref() == Some(&first));
+        is_certain.then_some(first)
+    }
+
     /// The same, where these of the places that it has to do with may be the instance or hold it.
     fn called_with(&self, site: &CallSite, own: &[&CalledPlace]) -> Called {
         let mut called = Called::default();
-        let targets = if own.is_empty() { site.targets.clone() } else { self.targets_behind(site) };
+        let targets = if own.is_empty() { site.targets.clone() } else { self.targets_behind(site, &self.behind) };
+        let receiver = if own.is_empty() || !self.behind.is_empty() { None } else { self.receiver_type(site) };
+        let of_receiver = receiver.map(|ty| self.targets_behind(site, &[ty]));
         // A function that many types share may do another thing with each.
         let is_shared = self.is_one_of_many && site.targets.len() == 1;
         for target in &targets {
+            let is_of_others = of_receiver.as_ref().is_some_and(|own| !own.contains(target));
             let Some(summary) = self.summaries.get(*target) else {
                 // A recursion that was not gone through yet adds nothing.
                 if !self.summaries.is_open(*target) {
-                    called.add(Effect { outcomes: Vec::new(), heads: 0, answers: Answers::new() });
+                    called.add(Effect { outcomes: Vec::new(), heads: 0, answers: Answers::new(), is_of_others });
                 }
                 continue;
             };
@@ -107,10 +141,19 @@ impl Search<'_> {
             let outcomes = outcomes.map(|called| {
                 let ways = called.outcomes(self.summaries);
                 let is_same = ways.iter().all(|way| (way.count, way.reset) == (ways[0].count, ways[0].reset));
-                let ways = if is_shared && !is_same { vec![Outcome::unknown(not_told())] } else { ways.to_vec() };
+                let is_shared = is_shared || self.behind.is_empty() && called.is_mixed(self.summaries);
+                let ways = match is_same {
+                    false if is_shared => vec![Outcome::unknown(not_told())],
+                    // Which of the elements a way is that of, is not told.
+                    false if called.passes_over() || is_each_of_slice(&called.place) => {
+                        vec![Outcome::unknown(Cause::Index(site.text.clone()))]
+                    }
+                    _ => ways.to_vec(),
+                };
                 (called.place.clone(), ways)
             });
-            called.add(Effect { outcomes: outcomes.collect(), heads: summary.heads, answers: summary.answers.clone() });
+            let (outcomes, answers) = (outcomes.collect(), summary.answers.clone());
+            called.add(Effect { outcomes, heads: summary.heads, answers, is_of_others });
         }
         let outcomes = called.effects.iter().flat_map(|effect| &effect.outcomes).flat_map(|(_, outcomes)| outcomes);
         let answers = called.effects.iter().flat_map(|effect| &effect.answers).map(|(assumed, _)| assumed);
@@ -121,6 +164,11 @@ impl Search<'_> {
         called.borrows.extend(self.summaries.borrows(site).map(|(part, place)| (part.to_vec(), place)));
         called
     }
+}
+
+/// Whether a place is each element of a slice of a collection.
+fn is_each_of_slice(place: &Place) -> bool {
+    place.steps.iter().any(|step| matches!(step.key(), Some(IndexKey::EachIn(section)) if section.is_exact))
 }
 
 /// Why it is not known what a function does that is one for many types.

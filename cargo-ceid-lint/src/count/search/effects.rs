@@ -37,7 +37,8 @@ impl Run<'_, '_> {
         masks = self.killed(masks, &Place::var(site.result));
         let state = State { masks, ..state.clone() };
         let mut after: Vec<State> = Vec::new();
-        for effect in &called.effects {
+        let is_receiver = called.effects.iter().any(|effect| effect.is_of_others) && self.is_receiver(&state, site);
+        for effect in called.effects.iter().filter(|effect| !(effect.is_of_others && is_receiver)) {
             let mut states = vec![(state.clone(), returned::ANY)];
             let mut applied = false;
             let is_exact = |relations: &[Relation]| {
@@ -49,10 +50,11 @@ impl Run<'_, '_> {
                 .map(|(place, outcomes)| (place, outcomes, self.relations_to_each(&state, place)))
                 .collect();
             // What the function does to an element that it names is told with it, also what it does to each.
-            let is_named = related.iter().any(|(place, _, relations)| !place.stands_for_each() && is_exact(relations));
+            let is_named =
+                related.iter().any(|(place, _, relations)| !place.stands_for_several() && is_exact(relations));
             for (place, outcomes, relations) in related {
                 let exact = is_exact(&relations);
-                if exact && is_named && place.stands_for_each() {
+                if exact && is_named && place.stands_for_several() {
                     continue;
                 }
                 let owner =
@@ -95,6 +97,13 @@ impl Run<'_, '_> {
             let unknown = if is_doubtful { Some(self.cause(&Cause::Index(site.text.clone()))) } else { next.unknown };
             self.everywhere(at, &State { names, unknown, ..next });
         }
+    }
+
+    /// Whether a call has the instance, or what holds it, for its receiver.
+    fn is_receiver(&self, state: &State, site: &CallSite) -> bool {
+        let receiver = site.args.get(site.law_of.unwrap_or(0)).and_then(|arg| arg.place.as_ref());
+        let relations = receiver.map(|place| self.relations_to_each(state, place)).unwrap_or_default();
+        relations.iter().any(|relation| matches!(relation, Relation::Holds(_)))
     }
 
     /// What is known of the result of a call that leaves the instance alone.

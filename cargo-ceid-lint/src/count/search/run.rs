@@ -328,14 +328,21 @@ impl<'s, 'a> Run<'s, 'a> {
 
     /// As [`Self::relations`], where an element that stands for each is the one that the instance is.
     pub(super) fn relations_to_each(&self, state: &State, place: &Place) -> Vec<Relation> {
-        if !place.stands_for_each() {
+        if !place.stands_for_several() {
             return self.relations(state, place);
         }
         let names = self.names.get(state.names);
         let own = |name: &Place| {
             let mut place = place.clone();
             for (step, of_name) in place.steps.iter_mut().zip(&name.steps) {
-                if step.key() == Some(&IndexKey::Each) && of_name.key().is_some() {
+                let is_own = match (step.key(), of_name.key()) {
+                    (Some(IndexKey::Each), Some(_)) => true,
+                    (Some(IndexKey::EachIn(section)), Some(IndexKey::Number(number))) => {
+                        section.is_written_with(*number)
+                    }
+                    _ => false,
+                };
+                if is_own {
                     step.clone_from(of_name);
                 }
             }

@@ -127,8 +127,9 @@ impl Builder<'_> {
         self.captures.insert((closure.frame, closure.expr), copies);
     }
 
-    /// Tells copies that are put back from those that are instances of their own.
+    /// Tells copies that are put back, or stand in for what is not asked for again, from those that are instances of their own.
     pub(super) fn settle_copies(&mut self) {
+        self.settle_parts_of_params();
         let copies: Vec<(NodeId, Var, Place)> = self
             .graph
             .node_ids()
@@ -197,6 +198,75 @@ impl Builder<'_> {
                 set.transfer = Transfer::RoundTrip;
             }
         }
+    }
+
+    /// What is copied out of a parameter that was passed by value is moved if nothing asks for the parameter's own again:
+    /// `let Estimator { mut lag, pi } = self; …; Estimator { lag, pi }`.
+    fn settle_parts_of_params(&mut self) {
+        let is_owned = |var: &Var| matches!(self.graph.var(*var).ty, Ty::Adt(..) | Ty::Tuple(_));
+        let mut holding: BTreeSet<Var> = self.graph.params.iter().copied().filter(is_owned).collect();
+        loop {
+            let moved = self.graph.node_ids().find_map(|id| match &self.graph.node(id).effect {
+                Effect::Set(set) | Effect::Write(set) if set.transfer == Transfer::Copy => {
+                    let from =
+                        set.from.as_ref().filter(|from| from.base_var().is_some_and(|var| holding.contains(&var)))?;
+                    let into = set.place.base_var()?;
+                    (self.lies_inside(from) && self.is_left_behind(id, from)).then_some((id, into))
+                }
+                _ => None,
+            });
+            let Some((id, into)) = moved else { return };
+            if let Effect::Set(set) | Effect::Write(set) = &mut self.graph.nodes[id.0 as usize].effect {
+                set.transfer = Transfer::Move;
+            }
+            holding.insert(into);
+        }
+    }
+
+    /// Whether a place is a variable or lies in one, and not behind a reference or handle in it.
+    fn lies_inside(&self, place: &Place) -> bool {
+        let Some(var) = place.base_var() else { return false };
+        let steps = place.steps.iter().map(|step| match step {
+            Projection::Field(name) => Some(&**name),
+            _ => None,
+        });
+        let ty = steps.fold(Some(self.graph.var(var).ty.clone()), |ty, name| match ty? {
+            Ty::Tuple(parts) => parts.get(name?.parse::<usize>().ok()?).cloned(),
+            owner => self.program.index.field_ty(&owner, None, name?),
+        });
+        matches!(ty, Some(Ty::Adt(..) | Ty::Tuple(_)))
+    }
+
+    /// Whether nothing behind a node that reads a place has to do with that place again, and nothing refers to it.
+    fn is_left_behind(&self, read_at: NodeId, place: &Place) -> bool {
+        let is_it = |other: &Place| other.overlaps(place);
+        let refers = |set: &Assignment| set.transfer == Transfer::Borrow && set.from.as_ref().is_some_and(is_it);
+        let is_lent = |node: &Node| matches!(&node.effect, Effect::Set(set) | Effect::Write(set) if refers(set));
+        let concerns = |node: &Node| match &node.effect {
+            Effect::Use { place } | Effect::Reset { place, .. } => is_it(place),
+            Effect::Update(update) => is_it(&update.place),
+            Effect::Advance(advance) => is_it(&advance.before) || is_it(&advance.after),
+            Effect::Set(set) | Effect::Write(set) => is_it(&set.place) || set.from.as_ref().is_some_and(is_it),
+            Effect::Call(site) => site.args.iter().filter_map(|arg| arg.place.as_ref()).any(is_it),
+            Effect::Unknown { places, .. } => places.iter().any(is_it),
+            Effect::Return(value) => value.place.as_ref().is_some_and(is_it),
+            _ => false,
+        };
+        if self.graph.nodes.iter().any(is_lent) {
+            return false;
+        }
+        let mut seen = BTreeSet::new();
+        let mut open = self.graph.node(read_at).next.clone();
+        while let Some(id) = open.pop().filter(|_| seen.len() < MAX_HOLDING) {
+            if !seen.insert(id) {
+                continue;
+            }
+            if concerns(self.graph.node(id)) {
+                return false;
+            }
+            open.extend(&self.graph.node(id).next);
+        }
+        seen.len() < MAX_HOLDING
     }
 
     /// Whether something may update what one of the variables holds.

@@ -6,7 +6,7 @@ use super::loops::WhileRounds;
 use crate::flow::{Limit, Rounds, Var};
 use crate::index::Ty;
 use crate::source::Span;
-use crate::syntax::tree::{ConstText, ExprId, ExprKind, Literal, Stmt, StmtKind};
+use crate::syntax::tree::{ConstText, ExprId, ExprKind, Literal, StmtKind};
 use crate::types::LocalId;
 
 /// How deep names are followed.
@@ -15,63 +15,109 @@ const MAX_DEPTH: u32 = 8;
 /// What changes the numbers of the elements of a collection.
 const MOVING: &[&str] = &["remove", "swap_remove", "insert", "swap", "drain"];
 
+/// The statement of a loop that counts its rounds.
+struct Count {
+    span: Span,
+    goes_up: bool,
+    /// Whether a round begins with it.
+    comes_first: bool,
+    /// Whether nothing else in the function changes the counter.
+    is_only_change: bool,
+}
+
 impl Builder<'_> {
-    /// `while i < n { …; i += 1 }` counts; any other `while` is unbounded.
+    /// `while i < n { …; i += 1 }` counts, and so does `while n > 0 { n -= 1; … }`; any other `while` is unbounded.
     pub(super) fn rounds_of_while(&mut self, label: Option<&String>, condition: ExprId, body: ExprId) -> WhileRounds {
-        let unbounded = (Rounds::Unbounded, None, Vec::new());
         let tree = self.body();
-        let ExprKind::Binary { op, lhs, rhs } = &tree.expr(condition).kind else { return unbounded };
-        let (counter, limit) = match *op {
-            "<" | "<=" | "!=" => (*lhs, *rhs),
-            ">" | ">=" => (*rhs, *lhs),
-            _ => return unbounded,
+        let ExprKind::Binary { op, lhs, rhs } = &tree.expr(condition).kind else { return WhileRounds::unbounded() };
+        // What is compared, with what, and whether it is to be the less of the two.
+        let sides = match *op {
+            "<" | "<=" => [(*lhs, *rhs, Some(true)), (*rhs, *lhs, Some(false))],
+            ">" | ">=" => [(*rhs, *lhs, Some(true)), (*lhs, *rhs, Some(false))],
+            "!=" => [(*lhs, *rhs, None), (*rhs, *lhs, None)],
+            _ => return WhileRounds::unbounded(),
         };
-        let Some(local) = self.typed().expr_local.get(&counter).copied() else { return unbounded };
-        let Some(count) = self.counts_by_one(local, body) else { return unbounded };
-        if self.may_repeat_round(label, body, count) {
-            return unbounded;
+        let counted = sides.into_iter().find_map(|(counter, limit, is_less)| {
+            let local = self.typed().expr_local.get(&counter).copied()?;
+            let count = self.counts_by_one(local, body)?;
+            is_less.is_none_or(|is_less| is_less == count.goes_up).then_some((local, limit, count))
+        });
+        let Some((local, limit, count)) = counted else { return WhileRounds::unbounded() };
+        if self.may_repeat_round(label, body, count.span) {
+            return WhileRounds::unbounded();
         }
         let var = self.var_of(local);
         if self.moves_elements(var, body) {
-            return unbounded;
+            return WhileRounds::unbounded();
         }
-        let first = self.initials.get(&var).copied();
+        // What is declared outside the loop around is where it was left when that comes round again.
+        let is_fresh = count.is_only_change && self.graph.var(var).in_loop == self.loops.last().copied();
+        let first = self.initials.get(&var).copied().filter(|_| is_fresh);
         let is_last = matches!(*op, "<=" | ">=");
-        let rounds = match (first, self.number(limit)) {
-            (Some(first), Some(limit)) => Rounds::Constant((limit + u64::from(is_last)).saturating_sub(first)),
+        let end = self.number(limit);
+        let rounds = match (first, end) {
+            (Some(first), Some(end)) => {
+                let (from, to) = if count.goes_up { (first, end) } else { (end, first) };
+                Rounds::Constant((to + u64::from(is_last)).saturating_sub(from))
+            }
             _ => Rounds::Bounded,
         };
-        let limits = self.limits(limit, is_last);
-        (rounds, Some((var, first)), limits)
+        let (first, limits) = match count.goes_up {
+            true => (first, self.limits(limit, is_last)),
+            // The rounds have the numbers below the one that it begins with.
+            false if count.comes_first && end == Some(0) && !is_last => {
+                let begins_with = self.declared_as(local).filter(|_| is_fresh);
+                let limits = begins_with.map_or_else(|| vec![Limit::Unknown], |begin| self.limits(begin, false));
+                (Some(0), limits)
+            }
+            false => (None, vec![Limit::Unknown]),
+        };
+        WhileRounds { rounds, counter: Some((var, first)), limits, counts_down: !count.goes_up }
     }
 
-    /// The statement that counts, if the only thing that changes a local is one `+= 1` as a statement of the loop's own block.
-    fn counts_by_one(&self, local: LocalId, body: ExprId) -> Option<Span> {
+    /// The value that a variable is declared with.
+    fn declared_as(&self, local: LocalId) -> Option<ExprId> {
+        self.body().stmts().find_map(|stmt| match &stmt.kind {
+            StmtKind::Let { pat, init, .. } if self.typed().pat_local.get(pat) == Some(&local) => *init,
+            _ => None,
+        })
+    }
+
+    /// How a loop counts, if the only thing in it that changes a local is one `+= 1` or `-= 1` as a statement of its own block.
+    fn counts_by_one(&self, local: LocalId, body: ExprId) -> Option<Count> {
         let tree = self.body();
         let typed = self.typed();
+        let is_counter = |id: &ExprId| typed.expr_local.get(id) == Some(&local);
         let writes = tree.exprs.iter().filter(|expr| match &expr.kind {
-            ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } => {
-                typed.expr_local.get(place) == Some(&local)
-            }
-            ExprKind::Reference { mutable: true, value, .. } => typed.expr_local.get(value) == Some(&local),
+            ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } => is_counter(place),
+            ExprKind::Reference { mutable: true, value, .. } => is_counter(value),
             _ => false,
         });
-        if writes.count() != 1 {
+        let writes: Vec<Span> = writes.map(|expr| expr.span).collect();
+        if writes.iter().filter(|write| tree.expr(body).span.contains(**write)).count() != 1 {
             return None;
         }
         let ExprKind::Block(block) = &tree.expr(body).kind else { return None };
-        let counts = |stmt: &Stmt| match &stmt.kind {
-            StmtKind::Expr { expr, .. } => match &tree.expr(*expr).kind {
-                ExprKind::AssignOp { op: "+", place, value } => {
-                    typed.expr_local.get(place) == Some(&local)
-                        && matches!(&tree.expr(*value).kind, ExprKind::Literal(Literal::Int(Some(1), _)))
+        let is_one = |id: &ExprId| matches!(tree.expr(*id).kind, ExprKind::Literal(Literal::Int(Some(1), _)));
+        let goes_up = |expr: ExprId| match &tree.expr(expr).kind {
+            ExprKind::AssignOp { op: op @ ("+" | "-"), place, value } if is_counter(place) && is_one(value) => {
+                Some(*op == "+")
+            }
+            ExprKind::Assign { place, value } if is_counter(place) => match &tree.expr(*value).kind {
+                ExprKind::Binary { op: op @ ("+" | "-"), lhs, rhs } if is_counter(lhs) && is_one(rhs) => {
+                    Some(*op == "+")
                 }
-                _ => false,
+                _ => None,
             },
-            StmtKind::Let { .. } => false,
+            _ => None,
         };
-        block.stmts.iter().find(|stmt| counts(stmt)).and_then(|stmt| match &stmt.kind {
-            StmtKind::Expr { expr, .. } => Some(tree.expr(*expr).span),
+        block.stmts.iter().enumerate().find_map(|(number, stmt)| match &stmt.kind {
+            StmtKind::Expr { expr, .. } => Some(Count {
+                span: tree.expr(*expr).span,
+                goes_up: goes_up(*expr)?,
+                comes_first: number == 0,
+                is_only_change: writes.len() == 1,
+            }),
             StmtKind::Let { .. } => None,
         })
     }

@@ -12,7 +12,18 @@ use crate::source::Span;
 use crate::syntax::tree::{Arm, ExprId, ExprKind, PatId, PatKind, StmtKind};
 
 /// How often a `while` runs, what counts its rounds from which number on, and up to what.
-pub(super) type WhileRounds = (Rounds, Option<(Var, Option<u64>)>, Vec<Limit>);
+pub(super) struct WhileRounds {
+    pub(super) rounds: Rounds,
+    pub(super) counter: Option<(Var, Option<u64>)>,
+    pub(super) limits: Vec<Limit>,
+    pub(super) counts_down: bool,
+}
+
+impl WhileRounds {
+    pub(super) fn unbounded() -> Self {
+        Self { rounds: Rounds::Unbounded, counter: None, limits: Vec::new(), counts_down: false }
+    }
+}
 
 impl Builder<'_> {
     /// Whether the code stands in another function than the one whose graph is built.
@@ -137,13 +148,14 @@ impl Builder<'_> {
         {
             return value;
         }
-        let (rounds, counter, limits) = self.rounds_of_while(label, condition, body);
+        let WhileRounds { rounds, counter, limits, counts_down } = self.rounds_of_while(label, condition, body);
         let text = self.text(condition);
         let drains = self.is_drain(condition);
         let rounds = if drains { Rounds::Bounded } else { rounds };
         let this_loop = self.begin_loop(CycleKind::While, keyword, rounds, text);
         self.graph.loops[this_loop.0 as usize].counter = counter;
         self.graph.loops[this_loop.0 as usize].limits = limits;
+        self.graph.loops[this_loop.0 as usize].counts_down = counts_down;
         self.graph.loops[this_loop.0 as usize].bound.extend(counter.map(|(var, _)| var));
         self.graph.loops[this_loop.0 as usize].drains = drains;
         let after = self.add_node(Effect::Nothing, self.span(id));

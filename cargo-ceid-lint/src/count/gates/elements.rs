@@ -1,0 +1,211 @@
+//! Modes of elements: `for voice in &mut voices { if voice.is_on { voice.osc.update(x); } }`, where each has a state of its own.
+//! What a name stands for that is given anew in each round is not followed from one iteration to the next. Whatever ends a pause has
+//! to reset the filter of the same element right there.
+
+use super::Gates;
+use crate::count::given::{Given, GivenBase, given, place_of};
+use crate::count::summary::Summary;
+use crate::flow::{CallSite, Effect, Head, NodeId, Place, Projection, SubjectId, Transfer};
+
+/// How many nodes are looked at on each side of one that ends a pause.
+const MAX_BESIDE: usize = 32;
+
+/// A state of the element that the instance is or lies in.
+pub(super) struct ElementState {
+    /// The state by its own name.
+    pub(super) place: Place,
+    /// The steps from the element to the state.
+    to_state: Vec<Projection>,
+    /// The steps from the element to the filter.
+    to_filter: Vec<Projection>,
+}
+
+impl Gates<'_, '_> {
+    /// Whether such a state decides over the updates, and every pause that it makes goes with a reset.
+    pub(super) fn is_mode_of_element(&self, id: SubjectId) -> bool {
+        let subject = &self.search.graph.subjects[id.0 as usize];
+        let Some(state) = self.element_state(id) else { return false };
+        self.updating(id).is_some_and(|updating| {
+            let resumes = |head: Option<&Head>| head.is_none_or(|head| subject.bit(head) & updating != 0);
+            self.resets_each(&state, None, &resumes)
+                && !self.is_written_elsewhere(&state.place, &resumes)
+                && self.nodes().any(|node| self.changes(node, &state))
+        })
+    }
+
+    /// The state that a subject is, if its name is given anew in each iteration or has an index.
+    pub(super) fn element_state(&self, id: SubjectId) -> Option<ElementState> {
+        let whole = self.search.graph.subjects[id.0 as usize].whole.as_ref()?;
+        let roots = self.search.aliases.roots(whole);
+        let [root] = roots.as_slice() else { return None };
+        let owner = match self.outlives(whole) {
+            true => whole.steps.iter().rposition(|step| step.key().is_some())? + 1,
+            false => root.steps.len().checked_sub(whole.steps.len())?,
+        };
+        if !self.outlives(root) {
+            return None;
+        }
+        self.state_of(root.clone(), owner)
+    }
+
+    /// The state at a place, of what its first steps lead to.
+    fn state_of(&self, place: Place, owner: usize) -> Option<ElementState> {
+        let instance = self.search.instance;
+        let own = Place { base: place.base, steps: place.steps[..owner].to_vec() };
+        let to_filter = instance.steps.get(owner..).filter(|_| own.overlaps(instance))?.to_vec();
+        let to_state = place.steps[owner..].to_vec();
+        (!to_state.is_empty()).then_some(ElementState { place, to_state, to_filter })
+    }
+
+    /// Whether the cycle leaves such a state alone of which a helper has found out that it pauses, but for what resets the filter.
+    pub(super) fn leaves_elements(&self, place: &Place, at: NodeId, bears: &dyn Fn(Option<&Head>) -> bool) -> bool {
+        let index = place.steps.iter().rposition(|step| step.key().is_some());
+        let state = index.and_then(|index| self.state_of(place.clone(), index + 1));
+        state.is_some_and(|state| self.resets_each(&state, Some(at), &|head| !bears(head)))
+    }
+
+    /// Whether each node that may end a pause resets the filter of the same element.
+    fn resets_each(
+        &self,
+        state: &ElementState,
+        except: Option<NodeId>,
+        resumes: &dyn Fn(Option<&Head>) -> bool,
+    ) -> bool {
+        let mut changing = self.nodes().filter(|node| Some(*node) != except && self.changes(*node, state));
+        changing.all(|node| match &self.search.graph.node(node).effect {
+            Effect::Write(write) | Effect::Set(write) => match owner_of(&write.place, &state.to_state) {
+                Some(owner) => !resumes(write.head.as_ref()) || self.is_reset_beside(node, &owner, state),
+                // The element is another one as a whole.
+                None => write.transfer != Transfer::Borrow && !self.reaches_into(&write.place, state),
+            },
+            Effect::Call(site) => self.call_resets(site, node, state, resumes),
+            _ => false,
+        })
+    }
+
+    /// Whether a node may change the state of some element.
+    fn changes(&self, node: NodeId, state: &ElementState) -> bool {
+        let is_it = |place: &Place| self.is_of(&state.place, place);
+        match &self.search.graph.node(node).effect {
+            Effect::Write(write) | Effect::Set(write) => {
+                if write.rebinds {
+                    write.place.overlaps(&state.place)
+                } else {
+                    is_it(&write.place)
+                }
+            }
+            Effect::Call(site) => self.written_by(site).any(|place| is_it(&place)),
+            Effect::Unknown { places, .. } => places.iter().any(is_it),
+            _ => false,
+        }
+    }
+
+    /// Whether a place lies between the element and its state.
+    fn reaches_into(&self, place: &Place, state: &ElementState) -> bool {
+        let owner = state.place.steps.len() - state.to_state.len();
+        self.search.aliases.shared_roots(place).iter().any(|root| root.steps.len() > owner)
+    }
+
+    /// Whether a call that changes the state resets the filter of the same element wherever it may end a pause.
+    fn call_resets(
+        &self,
+        site: &CallSite,
+        node: NodeId,
+        state: &ElementState,
+        resumes: &dyn Fn(Option<&Head>) -> bool,
+    ) -> bool {
+        let is_it = |given: &Given| place_of(given, site).is_some_and(|place| self.is_of(&state.place, &place));
+        site.targets.iter().all(|target| {
+            let Some(summary) = self.search.summaries.get(*target) else { return false };
+            let mut written = summary.writes.iter().filter(|given| is_it(given));
+            written.all(|given| {
+                let mut heads =
+                    summary.sets.iter().filter(|(set, ..)| set == given).map(|(_, head, _)| head).peekable();
+                let is_pause = heads.peek().is_some() && heads.all(|head| !resumes(head.as_ref()));
+                is_pause
+                    || self.resets_with(summary, given, state)
+                    || place_of(given, site)
+                        .and_then(|place| owner_of(&place, &state.to_state))
+                        .is_some_and(|owner| self.is_reset_beside(node, &owner, state))
+            })
+        })
+    }
+
+    /// Whether a function that gives the state resets the filter beside it on some way: it does both on the same one.
+    fn resets_with(&self, summary: &Summary, set: &Given, state: &ElementState) -> bool {
+        let Some(owner) = set.steps.strip_suffix(state.to_state.as_slice()) else { return false };
+        let filter = [owner, &state.to_filter].concat();
+        summary.outcomes(self.search.law).any(|(given, ways)| {
+            given.base == set.base && filter.starts_with(&given.steps) && ways.iter().any(|way| way.reset)
+        })
+    }
+
+    /// Whether the filter of an element is reset on each way that comes by a node, with no choice in between.
+    fn is_reset_beside(&self, node: NodeId, owner: &Place, state: &ElementState) -> bool {
+        let graph = self.search.graph;
+        let filter = owner.join(&state.to_filter);
+        let only = |mut nodes: Vec<NodeId>| if nodes.len() == 1 { nodes.pop() } else { None };
+        let before = |at: &NodeId| only(graph.node_ids().filter(|id| graph.node(*id).next.contains(at)).collect());
+        let behind = |at: &NodeId| only(graph.node(*at).next.clone());
+        let is_straight = |id: &NodeId| !matches!(graph.node(*id).effect, Effect::LoopHead(_) | Effect::LoopEnter(_));
+        let resets = |id: NodeId| self.resets_at(id, &filter, owner);
+        let walk = |step: &dyn Fn(&NodeId) -> Option<NodeId>| {
+            std::iter::successors(step(&node), |at| step(at)).take(MAX_BESIDE).take_while(is_straight).any(resets)
+        };
+        walk(&before) || walk(&behind)
+    }
+
+    /// Whether a node resets the filter at a place, by that name.
+    fn resets_at(&self, node: NodeId, filter: &Place, owner: &Place) -> bool {
+        let holds = |place: &Place| {
+            place.base == filter.base
+                && filter.steps.starts_with(&place.steps)
+                && place.steps.len() >= owner.steps.len()
+        };
+        match &self.search.graph.node(node).effect {
+            Effect::Reset { place, full } => *full && holds(place),
+            Effect::Write(write) | Effect::Set(write) => write.transfer != Transfer::Borrow && holds(&write.place),
+            Effect::Call(site) => site.targets.iter().all(|target| {
+                let ways = self.search.summaries.get(*target).map(|summary| summary.outcomes(self.search.law));
+                ways.into_iter().flatten().any(|(given, ways)| {
+                    !ways.is_empty()
+                        && ways.iter().all(|way| way.reset)
+                        && place_of(given, site).is_some_and(|place| holds(&place))
+                })
+            }),
+            _ => false,
+        }
+    }
+
+    /// Whether another method of the type whose cycle this is may end a pause and leaves the filters alone.
+    fn is_written_elsewhere(&self, place: &Place, resumes: &dyn Fn(Option<&Head>) -> bool) -> bool {
+        let graph = self.search.graph;
+        let Some(asked) = given(graph, place).filter(|asked| asked.base == GivenBase::Param(0)) else { return false };
+        let own = super::mode::self_type(self.search.program.index, graph.function);
+        if self.is_helper || own.is_none() {
+            return false;
+        }
+        let is_like = |given: &Given| {
+            let mut steps = given.steps.iter().zip(&asked.steps);
+            given.base == asked.base
+                && steps.all(|(left, right)| left == right || left.key().is_some() && right.key().is_some())
+        };
+        let concerns = |summary: &Summary| {
+            let mut ways = summary.outcomes(self.search.law).flat_map(|(_, ways)| ways);
+            ways.any(|way| way.reset || way.unknown.is_some())
+        };
+        self.search.summaries.of.iter().any(|(function, summary)| {
+            super::mode::self_type(self.search.program.index, *function) == own
+                && !self.search.program.index.function(*function).is_test
+                && *function != graph.function
+                && summary.sets.iter().any(|(set, head, _)| is_like(set) && resumes(head.as_ref()))
+                && !concerns(summary)
+        })
+    }
+}
+
+/// The element of which a place is the state.
+fn owner_of(place: &Place, to_state: &[Projection]) -> Option<Place> {
+    let steps = place.steps.strip_suffix(to_state)?.to_vec();
+    Some(Place { base: place.base, steps })
+}
