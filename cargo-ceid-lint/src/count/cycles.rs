@@ -191,6 +191,13 @@ fn choose(
     Some(first)
 }
 
+/// Whether a place is one of these, or a variable that is computed from one.
+fn comes_from(graph: &ControlFlowGraph, place: &Place, places: &[&Place]) -> bool {
+    let is_one = |place: &Place| places.iter().any(|other| other.overlaps(place));
+    let computed = place.base_var().and_then(|var| graph.computed.get(&var));
+    is_one(place) || computed.is_some_and(|computed| computed.places.iter().any(is_one))
+}
+
 /// Whether what a loop binds is fed to the instance at an update in it, or its result is combined with that.
 pub(super) fn feeds(
     graph: &ControlFlowGraph,
@@ -221,6 +228,11 @@ pub(super) fn feeds(
             Effect::Call(site) => site.from.places.as_slice(),
             _ => &[],
         };
+        // A buffer that an interrupt fills is no variable.
+        let statics: Vec<&Place> = whole.iter().copied().filter(|place| place.base_var().is_none()).collect();
+        if from.iter().any(|place| comes_from(graph, place, &statics)) {
+            return true;
+        }
         bound.extend(whole.into_iter().filter_map(Place::base_var));
         bound.extend(parts.into_iter().filter(|part| reads_of(graph, from, part)).filter_map(Place::base_var));
     }
