@@ -130,7 +130,11 @@ impl<'s, 'a> Gates<'s, 'a> {
             Effect::LoopHead(id) => self.of_loop(*id).or_else(|| self.of_rounds(*id, &way)),
             _ => None,
         };
-        let gate = gate.or_else(|| self.of_payload(&way)).or_else(|| self.of_pause(&way));
+        let gate = if self.ends_round(end, at) {
+            gate.filter(|gate| *gate == Gate::Config)
+        } else {
+            gate.or_else(|| self.of_payload(&way)).or_else(|| self.of_pause(&way))
+        };
         if let Some(gate) = gate
             && !self.loses_time(gate, &way)
         {
