@@ -232,7 +232,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.is_start(test, at, way) {
             return Some(Gate::Startup);
         }
-        if self.is_event(test) {
+        if self.is_event(test) || self.asks_tag(test) {
             return Some(Gate::Event);
         }
         if about.is_presence && self.lacks_sample(test, at, way) || self.asks_for_reason(test, at, way) {
@@ -248,6 +248,9 @@ impl<'s, 'a> Gates<'s, 'a> {
         }
         if self.is_taken(test) {
             return Some(Gate::Event);
+        }
+        if self.asks_item(test) && !about.binds.is_empty() && self.lacks_sample(test, at, way) {
+            return Some(Gate::Sample);
         }
         if self.asks_moment(test) {
             return Some(Gate::Time);
