@@ -191,11 +191,18 @@ fn choose(
     Some(first)
 }
 
-/// Whether a place is one of these, or a variable that is computed from one.
+/// Whether a place is one of these, or a variable that is computed from one: `let raw = BUFFER[i]; let level = gain * raw;`
 fn comes_from(graph: &ControlFlowGraph, place: &Place, places: &[&Place]) -> bool {
-    let is_one = |place: &Place| places.iter().any(|other| other.overlaps(place));
-    let computed = place.base_var().and_then(|var| graph.computed.get(&var));
-    is_one(place) || computed.is_some_and(|computed| computed.places.iter().any(is_one))
+    let mut seen = BTreeSet::new();
+    let mut open = vec![place];
+    while let Some(place) = open.pop() {
+        if places.iter().any(|other| other.overlaps(place)) {
+            return true;
+        }
+        let var = place.base_var().filter(|var| seen.insert(*var));
+        open.extend(var.and_then(|var| graph.computed.get(&var)).into_iter().flat_map(|computed| &computed.places));
+    }
+    false
 }
 
 /// Whether what a loop binds is fed to the instance at an update in it, or its result is combined with that.
