@@ -15,6 +15,7 @@ use super::functions::{FunctionKind, called_functions, function_kind, is_law, re
 use super::generic_cycles;
 use super::given::place_of;
 use super::instances::{leaves, place_ty, settle_elements};
+use super::lent::Lent;
 use super::remarks::{Steps, Waiting};
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
@@ -62,6 +63,7 @@ pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -
     });
     let fields = updated_fields(program.index, &facts, &in_cycle, &super::callgraph::recursive(graphs));
     let anywhere = touched_fields(program.index, &facts);
+    let lent = Lent::of(program.index, &facts);
     let waiting = super::remarks::waiting(program, graphs);
     let steps = Steps::of(program, graphs);
     let facts: Vec<Mutex<FunctionFacts<'_>>> = facts.into_iter().map(Mutex::new).collect();
@@ -75,6 +77,7 @@ pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -
                 summaries: &summaries,
                 fields: &fields,
                 anywhere: &anywhere,
+                lent: &lent,
                 waiting: &waiting,
                 steps: &steps,
                 effort: Effort::default(),
@@ -256,6 +259,8 @@ pub(super) struct Context<'a> {
     pub(super) fields: &'a Fields,
     /// Fields that are handed to something unseen.
     pub(super) anywhere: &'a Fields,
+    /// What functions are lent that others update.
+    pub(super) lent: &'a Lent,
     /// Functions that make their callers wait.
     pub(super) waiting: &'a Waiting,
     /// The constant steps with which filters are made.

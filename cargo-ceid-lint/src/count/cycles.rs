@@ -191,6 +191,20 @@ fn choose(
     Some(first)
 }
 
+/// Whether a place is one of these, or a variable that is computed from one: `let raw = BUFFER[i]; let level = gain * raw;`
+fn comes_from(graph: &ControlFlowGraph, place: &Place, places: &[&Place]) -> bool {
+    let mut seen = BTreeSet::new();
+    let mut open = vec![place];
+    while let Some(place) = open.pop() {
+        if places.iter().any(|other| other.overlaps(place)) {
+            return true;
+        }
+        let var = place.base_var().filter(|var| seen.insert(*var));
+        open.extend(var.and_then(|var| graph.computed.get(&var)).into_iter().flat_map(|computed| &computed.places));
+    }
+    false
+}
+
 /// Whether what a loop binds is fed to the instance at an update in it, or its result is combined with that.
 pub(super) fn feeds(
     graph: &ControlFlowGraph,
@@ -221,6 +235,11 @@ pub(super) fn feeds(
             Effect::Call(site) => site.from.places.as_slice(),
             _ => &[],
         };
+        // A buffer that an interrupt fills is no variable.
+        let statics: Vec<&Place> = whole.iter().copied().filter(|place| place.base_var().is_none()).collect();
+        if from.iter().any(|place| comes_from(graph, place, &statics)) {
+            return true;
+        }
         bound.extend(whole.into_iter().filter_map(Place::base_var));
         bound.extend(parts.into_iter().filter(|part| reads_of(graph, from, part)).filter_map(Place::base_var));
     }

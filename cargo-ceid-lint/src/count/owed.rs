@@ -172,7 +172,7 @@ impl Context<'_> {
         // given is updated here or handed on.
         let is_local = !is_param || is_in_given(index, graph, place);
         let is_touched = |fields: &Fields| !fields.laws(index, graph, place).is_empty();
-        if !is_local && (is_touched(self.fields) || is_touched(self.anywhere)) {
+        if !is_local && (is_touched(self.fields) || is_touched(self.anywhere) || self.lent.has(index, graph, place)) {
             return;
         }
         if var.is_some_and(|var| finished::of_variable(graph, self.summaries, var).any(|part| *part == leaf.steps)) {
@@ -206,24 +206,18 @@ impl Context<'_> {
         };
         let is_param_itself = is_param && leaf.steps.is_empty();
         // Of what is copied the copies may be what is in use.
-        let sibling = pairs
-            .iter()
-            .filter(|(id, filters)| {
-                !uses.copied
-                    && scope(**id)
-                    && filters.iter().any(|pair| pair.verdict != Verdict::Missed)
-                    && (!is_param_itself
-                        || matches!(id, CycleId::Loop(id) if graph.loop_info(*id).rounds == Rounds::Unbounded))
-                    && self.is_sibling(facts, place, **id)
-            })
-            .map(|(id, _)| *id)
-            .next();
-        if let Some(id) = sibling {
+        let owes = |(id, filters): &(&CycleId, &Vec<Pair>)| {
+            !uses.copied
+                && scope(**id)
+                && filters.iter().any(|pair| pair.verdict != Verdict::Missed)
+                && (!is_param_itself
+                    || matches!(id, CycleId::Loop(id) if graph.loop_info(*id).rounds == Rounds::Unbounded))
+                && self.is_sibling(facts, place, **id)
+        };
+        let siblings: Vec<CycleId> = pairs.iter().filter(owes).map(|(id, _)| *id).collect();
+        let using = self.using_loop(facts, place).filter(|id| scope(CycleId::Loop(*id)));
+        if let Some(id) = self.owing(facts, place, &siblings, using) {
             self.push_missed(facts, place, 0, id, pairs);
-            return;
-        }
-        if let Some(id) = self.using_loop(facts, place).filter(|id| scope(CycleId::Loop(*id))) {
-            self.push_missed(facts, place, 0, CycleId::Loop(id), pairs);
             return;
         }
         let is_read_by_round =
@@ -285,26 +279,6 @@ impl Context<'_> {
                     let other = &instance.place;
                     other.base == place.base && is_in_same(other) && other.steps[at..] != *rest
                 })
-        })
-    }
-
-    /// Whether a cycle updates something in the same scope: a local of the function, or a field of the same value.
-    pub(super) fn is_sibling(&self, facts: &FunctionFacts<'_>, place: &Place, id: CycleId) -> bool {
-        let graph = facts.graph;
-        let is_local = |place: &Place| {
-            place.base_var().is_some_and(|var| {
-                let is_given = || matches!(id, CycleId::Loop(_)) && is_in_given(self.program.index, graph, place);
-                graph.var(var).param.is_none() || place.steps.is_empty() || is_given()
-            })
-        };
-        facts.updated.iter().any(|instance| {
-            let belongs = match id {
-                CycleId::Loop(id) => instance.loops.contains(&id),
-                CycleId::Function => instance.function,
-            };
-            belongs
-                && ((instance.place.base == place.base && instance.place != *place)
-                    || (is_local(&instance.place) && is_local(place)))
         })
     }
 
@@ -471,7 +445,7 @@ impl Context<'_> {
 }
 
 /// Whether a place lies in an owner that the function was given by value: nothing else has it.
-fn is_in_given(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
+pub(super) fn is_in_given(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
     let info = place.base_var().map(|var| graph.var(var)).filter(|info| info.param.is_some() && info.name != "self");
     let is_owner = info.is_some_and(|info| matches!(info.ty, Ty::Adt(..)));
     is_owner && !place.steps.is_empty() && !instances::is_lent(index, graph, place)

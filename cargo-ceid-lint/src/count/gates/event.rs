@@ -13,6 +13,29 @@ const EVENT_WORDS: &[&str] = &["event", "evt", "message", "msg", "packet", "requ
 /// Parts of the names of what is an event, or the device that brings one, or a wish that lasts.
 const DOUBTFUL_WORDS: &[&str] = &["command", "cmd", "signal", "action", "key", "button", "note", "edge", "trigger"];
 
+/// Whether what one thing answers is compared with something constant: `frame.id() == WHEEL_SPEED`.
+fn compares_answer(test: &Test) -> bool {
+    let about = &test.about;
+    let asked = about.reads.iter().filter(|place| place.base_var().is_some());
+    let answers = about.names.iter().filter(|name| !is_constant(name));
+    about.is_combined && !about.is_remainder && answers.count() == 1 && asked.count() == 1
+}
+
+/// Whether what is named in a condition is a constant or a variant, not something that is called.
+fn is_constant(name: &str) -> bool {
+    name.starts_with(char::is_uppercase)
+}
+
+/// Whether a parameter of a type that is not read is an event, by its name or that of the type.
+fn is_event_of_others(ty: &Ty, name: &str) -> bool {
+    let of_type = match ty {
+        Ty::External(path, _) => path.rsplit("::").next().unwrap_or(path),
+        Ty::Unknown => "",
+        _ => return false,
+    };
+    contains_any(of_type, EVENT_WORDS) || contains_any(name, EVENT_WORDS)
+}
+
 /// Whether a name says that something is an event.
 fn says_event(name: &str) -> bool {
     contains_any(name, EVENT_WORDS) || contains_any(name, DOUBTFUL_WORDS)
@@ -47,7 +70,8 @@ impl Gates<'_, '_> {
     /// Whether a condition tells several things apart: what a message is about is not asked by whether it is there.
     pub(super) fn tells_apart(&self, test: &Test) -> bool {
         let about = &test.about;
-        about.is_choice() || (!about.is_presence && (about.is_comparison || self.asks_kind(test)))
+        about.is_choice()
+            || (!about.is_presence && (about.is_comparison || compares_answer(test) || self.asks_kind(test)))
     }
 
     /// Whether a receiver had nothing to give on a way to a choice on what it gives: `Err(_)` of `link.try_recv()`. That is no
@@ -100,8 +124,36 @@ impl Gates<'_, '_> {
         let asked = test.subject.and_then(|subject| graph.subjects[subject.0 as usize].whole.as_ref());
         test.about.is_choice()
             && asked.and_then(Place::base_var).is_some_and(|var| {
-                graph.received.contains(&var) && self.search.program.index.is_message(&graph.var(var).ty)
+                let is_taken = graph.received.contains(&var) || self.is_item(var);
+                is_taken && self.search.program.index.is_message(&graph.var(var).ty)
             })
+    }
+
+    /// Whether the loop that is the cycle binds a variable to the element of its round: `for event in batch`.
+    fn is_item(&self, var: Var) -> bool {
+        matches!(self.region, Region::Loop(own) if self.search.graph.loop_info(own).bound.contains(&var))
+    }
+
+    /// Whether it is asked which variant the element of this round is: `for event in batch { match event { … } }`.
+    pub(super) fn asks_item(&self, test: &Test) -> bool {
+        let asked = test.subject.and_then(|id| self.search.graph.subjects[id.0 as usize].whole.as_ref());
+        let asked = asked.filter(|place| place.steps.is_empty()).and_then(Place::base_var);
+        asked.is_some_and(|var| self.is_item(var))
+    }
+
+    /// Whether it is asked whose the sample is that came with the element of this round: `if record.sensor == Sensor::Gyro`. What is
+    /// fed is another part of the same element.
+    pub(super) fn asks_tag(&self, test: &Test) -> bool {
+        let [tag] = test.about.reads.as_slice() else { return false };
+        let is_number = matches!(self.ty(tag), Some(Ty::Bool | Ty::Float));
+        let is_beside = |other: &Place| other.base == tag.base && !other.steps.is_empty() && !other.overlaps(tag);
+        test.about.is_choice()
+            && !test.about.is_comparison
+            && test.about.names.iter().all(|name| is_constant(name))
+            && !is_number
+            && !tag.steps.is_empty()
+            && tag.base_var().is_some_and(|var| self.is_item(var))
+            && self.fed().places.iter().any(is_beside)
     }
 
     /// A question of a message about itself: `if key.is_pressed()`.
@@ -122,8 +174,10 @@ impl Gates<'_, '_> {
     /// Whether a parameter is the event that a handler is called with: an enum, or what its name or that of its type says so of.
     /// Readings that come in a struct are none.
     fn is_event_parameter(&self, info: &VarInfo) -> bool {
-        let Ty::Adt(id, _) = info.ty.peel() else { return false };
-        let def = self.search.program.index.type_def(*id);
+        let def = match info.ty.peel() {
+            Ty::Adt(id, _) => self.search.program.index.type_def(*id),
+            ty => return !self.is_helper && is_event_of_others(ty, &info.name),
+        };
         // A helper may be given a state as well, which its caller knows better.
         let is_told = !self.is_helper || self.search.program.index.is_message(&info.ty);
         // What a helper is lent may be the button itself.

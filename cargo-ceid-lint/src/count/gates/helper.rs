@@ -4,11 +4,11 @@ use super::{Gates, Way};
 use crate::count::counts::Count;
 use crate::count::given::{Given, GivenBase, asked_at, given, place_of};
 use crate::count::returned;
-use crate::count::search::{End, Exploration, Mode};
+use crate::count::search::{End, Exploration, Mode, Region};
 use crate::count::summary::Outcome;
 use crate::count::verdict::Gate;
 use crate::flow::{
-    CallSite, Computed, ControlFlowGraph, Effect, Head, IndexKey, NodeId, Place, Projection, Subject, SubjectId,
+    CallSite, Computed, ControlFlowGraph, Effect, Head, IndexKey, LoopId, NodeId, Place, Projection, Subject, SubjectId,
 };
 
 /// Something of the caller's that a function asks for before it updates.
@@ -108,6 +108,17 @@ impl Gates<'_, '_> {
         let mut keys = root.steps.iter().filter_map(Projection::key).peekable();
         let is_each = keys.peek().is_some() && keys.all(|key| *key == IndexKey::Each);
         given(graph, root).filter(|_| is_each && !is_written && place.steps.len() < root.steps.len())
+    }
+
+    /// Whether a call ends the round of an element for a reason that only its caller knows, while others have theirs before them. What
+    /// else becomes of the states of elements has other names, so that nothing but a setting explains it.
+    pub(super) fn ends_round(&self, end: &End, at: NodeId) -> bool {
+        let graph = self.search.graph;
+        let is_call = matches!(graph.node(at).effect, Effect::Call(_)) && end.state.helper_gate.is_none();
+        let is_covering = |id: LoopId| self.search.covers(id) && self.region != Region::Loop(id);
+        is_call
+            && graph.loops_around(at).any(is_covering)
+            && graph.node(at).next.iter().any(|next| self.reach()[next.0 as usize])
     }
 
     /// What a call that does not update waits for, where the helper asks for something that is known here.

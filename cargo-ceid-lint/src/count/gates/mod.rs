@@ -131,8 +131,11 @@ impl<'s, 'a> Gates<'s, 'a> {
             Effect::LoopHead(id) => self.of_loop(*id).or_else(|| self.of_rounds(*id, &way)),
             _ => None,
         };
-        let gate = gate.or_else(|| self.of_payload(&way));
-        let gate = gate.or_else(|| self.of_pause(&way));
+        let gate = if self.ends_round(end, at) {
+            gate.filter(|gate| *gate == Gate::Config)
+        } else {
+            gate.or_else(|| self.of_payload(&way)).or_else(|| self.of_pause(&way))
+        };
         if let Some(gate) = gate
             && !self.loses_time(gate, &way)
         {
@@ -230,7 +233,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.is_start(test, at, way) {
             return Some(Gate::Startup);
         }
-        if self.is_event(test) {
+        if self.is_event(test) || self.asks_tag(test) {
             return Some(Gate::Event);
         }
         if about.is_presence && self.lacks_sample(test, at, way) || self.asks_for_reason(test, at, way) {
@@ -247,6 +250,9 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.is_taken(test) {
             return Some(Gate::Event);
         }
+        if self.asks_item(test) && !about.binds.is_empty() && self.lacks_sample(test, at, way) {
+            return Some(Gate::Sample);
+        }
         if self.asks_moment(test) {
             return Some(Gate::Time);
         }
@@ -261,7 +267,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.tells_time(test) {
             return Some(Gate::Time);
         }
-        if self.is_readiness(test) {
+        if self.is_readiness(test) && !self.skips_ready(test, at, way) {
             return Some(Gate::Sample);
         }
         if test.subject.is_some() && (is_kept || self.is_unchanging(test)) {

@@ -1,7 +1,7 @@
 //! Questions to what gives the sample: whether it is complete, filled, or there at all.
 
-use super::Gates;
 use super::sample::has_word;
+use super::{Gates, Way};
 use crate::flow::{ChangeKind, Effect, NodeId, Place, Test};
 use crate::index::Ty;
 
@@ -38,6 +38,18 @@ impl Gates<'_, '_> {
         asked.iter().all(|place| self.is_number(place))
             && is_indexed
             && fed.iter().filter(is_in).any(|place| !asked.contains(&place) && !self.is_self(place))
+    }
+
+    /// Whether a way goes past the update because the sample is there: `if !imu.data_ready() { f.update(imu.read()) }`.
+    pub(super) fn skips_ready(&self, test: &Test, at: NodeId, way: &Way) -> bool {
+        let says_ready = |name: &String| {
+            let mut words = name.split('_');
+            let is_certain = words.clone().any(|word| matches!(word, "ready" | "available" | "drdy"));
+            is_certain
+                && words.all(|word| matches!(word, "is" | "data" | "sample" | "new" | "ready" | "available" | "drdy"))
+        };
+        let holds = way.after(at) == self.search.graph.node(at).next.first().copied();
+        holds && !test.about.is_combined && matches!(test.about.names.as_slice(), [name] if says_ready(name))
     }
 
     fn is_self(&self, place: &Place) -> bool {

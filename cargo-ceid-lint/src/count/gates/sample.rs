@@ -206,6 +206,8 @@ impl Gates<'_, '_> {
         let asked = test.subject.and_then(|id| self.search.graph.subjects[id.0 as usize].whole.as_ref());
         let asked = asked.filter(|place| place.steps.is_empty()).and_then(Place::base_var);
         let is_poll = asked.is_some_and(|var| self.search.graph.var(var).ty.external_name() == Some("Poll"));
+        // Nothing but `Ready` has that head and brings what is fed.
+        let is_poll = is_poll || (test.about.heads.iter().all(|head| head == "-") && self.feeds_any(&test.about.binds));
         let is_present = |head: &str| ((head == "+") != is_poll) == holds;
         let is_there = test.about.asks_presence() && test.about.heads.iter().all(|head| is_present(head));
         !is_there && self.feeds_sample(test)

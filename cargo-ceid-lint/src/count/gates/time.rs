@@ -44,6 +44,13 @@ const CLOCKS: &[&str] = &[
     "current_time",
 ];
 
+/// Names of methods that ask a timer, or wait for it.
+const POLLS: &[&str] = &["wait", "poll", "poll_unpin", "poll_tick", "tick"];
+
+/// Last words of the names of methods that ask a timer whether its time is up: `is_pending`, `just_finished`.
+const TIMER_STATES: &[&str] =
+    &["pending", "ready", "expired", "elapsed", "fired", "finished", "done", "due", "overflowed"];
+
 /// Types of points and spans of time.
 const TIMES: &[&str] = &["Instant", "Duration", "CuDuration", "CuTime", "SystemTime"];
 
@@ -87,21 +94,31 @@ impl Gates<'_, '_> {
             && self.clocks(&sources).next().is_some()
     }
 
-    /// `timer.wait().is_ok()`, `sleep.poll(cx).is_pending()`: a question to something that is named as a timer.
+    /// `timer.wait().is_ok()`, `sleep.poll(cx).is_pending()`: a question to something that is a timer by its name or its type.
     fn is_timer_poll(&self, test: &Test) -> bool {
-        let polls = test.about.names.iter().any(|name| {
-            matches!(
-                name.as_str(),
-                "wait" | "poll" | "is_pending" | "is_ready" | "is_expired" | "expired" | "tick" | "fired" | "done"
-            )
-        });
-        polls
-            && test.about.reads.iter().any(|place| {
-                let name = self.last_name(place).to_lowercase();
-                ["timer", "sleep", "delay", "ticker", "interval", "alarm", "countdown", "period"]
-                    .iter()
-                    .any(|part| name.contains(part))
-            })
+        let polls = |name: &String| {
+            let end = name.rsplit('_').next().unwrap_or(name);
+            POLLS.contains(&name.as_str()) || TIMER_STATES.contains(&end)
+        };
+        test.about.names.iter().any(polls)
+            && test
+                .about
+                .reads
+                .iter()
+                .any(|place| names_timer(&self.last_name(place)) || self.ty(place).is_some_and(|ty| self.is_timer(&ty)))
+    }
+
+    /// Whether a type is called as timers are: `hal::timer::Timer`, `Pin<Box<Sleep>>`.
+    fn is_timer(&self, ty: &Ty) -> bool {
+        match ty.peel() {
+            Ty::Adt(id, _) => is_timer_type(&self.search.program.index.type_def(*id).name),
+            Ty::External(path, args) => {
+                let name = path.rsplit("::").next().unwrap_or(path);
+                is_timer_type(name)
+                    || matches!(name, "Pin" | "Box" | "Option") && args.iter().any(|arg| self.is_timer(arg))
+            }
+            _ => false,
+        }
     }
 
     /// Whether a value comes from a clock.
@@ -264,6 +281,19 @@ impl Gates<'_, '_> {
             self.nodes().filter_map(gate).collect()
         })
     }
+}
+
+/// Whether a place is named as a timer.
+fn names_timer(name: &str) -> bool {
+    let name = name.to_lowercase();
+    let parts = ["timer", "sleep", "delay", "ticker", "interval", "alarm", "countdown", "period"];
+    parts.iter().any(|part| name.contains(part))
+}
+
+/// Whether a type is named as a timer: a `DelayLine` is none.
+fn is_timer_type(name: &str) -> bool {
+    name.contains("Timer")
+        || matches!(name, "Sleep" | "Delay" | "Ticker" | "Interval" | "Alarm" | "CountDown" | "Countdown" | "Stopwatch")
 }
 
 /// Whether a place is named as a point of time.

@@ -19,18 +19,25 @@ impl Run<'_, '_> {
         }
     }
 
-    /// The helper that knew why it did not update, where nothing else decided a way: that of one element among many, whose round is
-    /// over when the way goes on.
+    /// The helper that did not update, where nothing else decided a way: that of one element among many, whose round is over when the
+    /// way goes on. Where the helper leaves it to its caller why, no later question in the loop may be the reason.
     fn skipping_call(&self, end: &End) -> Option<NodeId> {
         if end.state.skipped_at.is_some() || end.state.count != Count::Zero {
             return None;
         }
-        end.state.helper_gate?;
+        let graph = self.search.graph;
         let updating = self.search.updating();
-        let is_call = |id: &NodeId| matches!(self.search.graph.node(*id).effect, Effect::Call(_));
+        let is_call = |id: &NodeId| matches!(graph.node(*id).effect, Effect::Call(_));
         let way = self.exploration.path(end.at);
-        let nodes = way.iter().rev().map(|number| self.exploration.states[*number].node);
-        nodes.into_iter().find(|id| is_call(id) && updating.contains(id))
+        let nodes: Vec<NodeId> = way.iter().rev().map(|number| self.exploration.states[*number].node).collect();
+        let called = nodes.iter().position(|id| is_call(id) && updating.contains(id))?;
+        let over_all = graph.loops_around(nodes[called]).find(|id| self.search.covers(*id));
+        let asks = |id: &NodeId| {
+            matches!(graph.node(*id).effect, Effect::Branch(_))
+                && over_all.is_none_or(|over_all| graph.is_within(graph.node(*id).in_loop, over_all))
+        };
+        (end.state.helper_gate.is_some() || (over_all.is_some() && !nodes[..called].iter().any(asks)))
+            .then_some(nodes[called])
     }
 
     /// The condition behind the last value that a reference got on the way, if the way ends with an update of what it points to.

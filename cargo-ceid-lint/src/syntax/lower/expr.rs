@@ -34,7 +34,7 @@ impl<'b, 'l, 'a> BodyLowerer<'b, 'l, 'a> {
         id
     }
 
-    pub(super) fn add_pat(&mut self, kind: PatKind, span: Span) -> PatId {
+    pub(in crate::syntax) fn add_pat(&mut self, kind: PatKind, span: Span) -> PatId {
         let id = PatId(u32::try_from(self.body.pats.len()).unwrap_or(u32::MAX));
         self.body.pats.push(Pat { kind, span });
         id

@@ -15,7 +15,7 @@ use self::operands::{LogOperands, MatchesOperands, Operands, RowOperands, VecOpe
 use super::cfg_eval::{Presence, evaluate};
 use super::lower::{BodyLowerer, Lowerer, name, path_text};
 use super::text::{captures, mentions};
-use super::tree::{ExprId, ExprKind, Item, Literal, MacroExpr, MacroKind, OpaqueMacro, Path};
+use super::tree::{Arm, ExprId, ExprKind, Item, Literal, MacroExpr, MacroKind, OpaqueMacro, PatKind, Path};
 use crate::source::Span;
 pub(super) use cfg_if::CfgBranch;
 pub use expand::spelled;
@@ -79,6 +79,7 @@ enum Shape {
     Vec,
     Rows { by_column: bool },
     Try,
+    Ready,
     AddressOf { mutable: bool },
     Unwrap,
     CfgFlag,
@@ -120,7 +121,8 @@ fn shape(name: &str) -> Option<Shape> {
         "vec" | "smallvec" | "smallvec_inline" => Shape::Vec,
         "matrix" | "dmatrix" => Shape::Rows { by_column: true },
         "vector" | "dvector" | "point" | "stack" | "array" => Shape::Rows { by_column: false },
-        "try" | "ready" => Shape::Try,
+        "try" => Shape::Try,
+        "ready" => Shape::Ready,
         "addr_of" => Shape::AddressOf { mutable: false },
         "addr_of_mut" => Shape::AddressOf { mutable: true },
         "unwrap" | "expect" => Shape::Unwrap,
@@ -267,6 +269,10 @@ impl BodyLowerer<'_, '_, '_> {
                 let value = self.first(mac)?;
                 return Some(self.add(ExprKind::Try(value), span));
             }
+            Shape::Ready => {
+                let value = self.first(mac)?;
+                return Some(self.ready(value, span));
+            }
             Shape::AddressOf { mutable } => {
                 let value = self.first(mac)?;
                 return Some(self.add(ExprKind::Reference { mutable, raw: true, value }, span));
@@ -346,6 +352,21 @@ impl BodyLowerer<'_, '_, '_> {
         let Some(guard) = &operands.guard else { return lhs };
         let rhs = self.expr(guard);
         self.add(ExprKind::Binary { op: "&&", lhs, rhs }, span)
+    }
+
+    /// `match value { Poll::Ready(value) => value, Poll::Pending => return Poll::Pending }`: unlike `?`, it does not end what polls.
+    fn ready(&mut self, value: ExprId, span: Span) -> ExprId {
+        let variant = |name| Path::plain(&["core", "task", "Poll", name]);
+        let name = "ready".to_owned();
+        let bound = self.add_pat(PatKind::Bind { name, by_ref: false, mutable: false, sub: None }, span);
+        let is_ready = self.add_pat(PatKind::TupleStruct(variant("Ready"), vec![bound]), span);
+        let is_pending = self.add_pat(PatKind::Path(variant("Pending")), span);
+        let given = self.add(ExprKind::Path(Path::plain(&["ready"])), span);
+        let pending = self.add(ExprKind::Path(variant("Pending")), span);
+        let leaves = self.add(ExprKind::Return(Some(pending)), span);
+        let arms = [(is_ready, given), (is_pending, leaves)];
+        let arms = arms.map(|(pat, body)| Arm { cfg: None, pat, guard: None, body }).into();
+        self.add(ExprKind::Match { scrutinee: value, arms }, span)
     }
 
     fn vec(&mut self, mac: &syn::Macro, span: Span) -> Option<ExprId> {

@@ -1,0 +1,70 @@
+//! Which of the cycles that update something in the same scope owes a filter its update.
+
+use super::analyse::{Context, CycleId, FunctionFacts};
+use super::owed::is_in_given;
+use crate::flow::{ControlFlowGraph, LoopId, Place, Rounds};
+
+impl Context<'_> {
+    /// The cycle that owes an update to what none updates: one that uses it and updates a sibling, one that updates a sibling for ever,
+    /// the one that uses it, and at last one that updates a sibling for some time. A thread that does not have it owes it nothing.
+    pub(super) fn owing(
+        &self,
+        facts: &FunctionFacts<'_>,
+        place: &Place,
+        siblings: &[CycleId],
+        using: Option<LoopId>,
+    ) -> Option<CycleId> {
+        let graph = facts.graph;
+        let uses_it = |id: &&CycleId| match **id {
+            CycleId::Loop(id) => {
+                let mut inside = graph.node_ids().filter(|node| graph.is_within(graph.node(*node).in_loop, id));
+                inside.any(|node| self.node_uses(facts, node, place))
+            }
+            CycleId::Function => false,
+        };
+        let is_here = |id: &&CycleId| match **id {
+            CycleId::Loop(id) => !runs_elsewhere(graph, id) || is_declared_elsewhere(graph, place),
+            CycleId::Function => true,
+        };
+        let goes_on = |id: &&CycleId| match **id {
+            CycleId::Loop(id) => graph.loop_info(id).rounds == Rounds::Unbounded,
+            CycleId::Function => true,
+        };
+        let mut here = siblings.iter().filter(is_here);
+        let first = siblings.iter().find(uses_it).or_else(|| here.clone().find(goes_on)).copied();
+        first.or(using.map(CycleId::Loop)).or_else(|| here.next().copied())
+    }
+
+    /// Whether a cycle updates something in the same scope: a local of the function, or a field of the same value.
+    pub(super) fn is_sibling(&self, facts: &FunctionFacts<'_>, place: &Place, id: CycleId) -> bool {
+        let graph = facts.graph;
+        let is_local = |place: &Place| {
+            place.base_var().is_some_and(|var| {
+                let is_given = || matches!(id, CycleId::Loop(_)) && is_in_given(self.program.index, graph, place);
+                graph.var(var).param.is_none() || place.steps.is_empty() || is_given()
+            })
+        };
+        facts.updated.iter().any(|instance| {
+            let belongs = match id {
+                CycleId::Loop(id) => instance.loops.contains(&id),
+                CycleId::Function => instance.function,
+            };
+            belongs
+                && ((instance.place.base == place.base && instance.place != *place)
+                    || (is_local(&instance.place) && is_local(place)))
+        })
+    }
+}
+
+/// Whether a loop is one of a thread or task that begins in the function.
+fn runs_elsewhere(graph: &ControlFlowGraph, id: LoopId) -> bool {
+    let outermost = graph.loops_around(graph.loop_info(id).head).last().unwrap_or(id);
+    let head = graph.loop_info(outermost).head;
+    graph.elsewhere.keys().any(|before| graph.node(*before).next.contains(&head))
+}
+
+/// Whether a place is one of a variable of such a thread or task.
+fn is_declared_elsewhere(graph: &ControlFlowGraph, place: &Place) -> bool {
+    let var = place.base_var().map(|var| graph.var(var));
+    var.is_some_and(|info| info.param.is_none() && graph.elsewhere.contains_key(&info.declared))
+}
