@@ -371,7 +371,11 @@ impl Builder<'_> {
             self.derive(&binds, own);
             part.pure = self.pure(own).or(part.pure);
             part.total = self.total_heads(self.ty(own)).map(Rc::from);
-            part.about = self.about_presence(own, binds);
+            // An answer that was kept is there whatever it is.
+            part.about = match self.ty(own) {
+                Ty::Bool if self.typed().expr_local.contains_key(&own) => About { binds, ..self.about(own) },
+                _ => self.about_presence(own, binds),
+            };
             part.expr = Some(own);
         }
         part
