@@ -128,7 +128,8 @@ impl<'a> Finder<'a> {
             }
             laws = now;
         }
-        let mut covered = self.find_traits(&judged);
+        let of_proposed_traits = self.find_traits(&judged);
+        let mut covered = of_proposed_traits.clone();
         covered.extend(self.parts_of(&covered));
         covered.extend(self.parts_of(&self.items_of_iterators()));
         let mut seen: BTreeMap<Span, usize> = BTreeMap::new();
@@ -136,7 +137,14 @@ impl<'a> Finder<'a> {
         for (ty, methods) in types {
             let mut own = likely(&methods, &judged);
             own.retain(|judged| !covered.contains(&judged.id));
-            let Some(found) = self.by_type(ty, &methods, &own) else { continue };
+            let Some(mut found) = self.by_type(ty, &methods, &own) else { continue };
+            // An entry for the type stands over that of its trait, and says what that one does as well.
+            let is_other = |id: &&FunctionId| {
+                let is_apart = |law: &FunctionId| !self.reaches(**id, *law) && !self.reaches(*law, **id);
+                of_proposed_traits.contains(id) && found.laws.iter().all(is_apart)
+            };
+            let more: Vec<FunctionId> = methods.iter().filter(is_other).copied().collect();
+            self.add_laws(&mut found, &more);
             // A file that belongs to several crates declares its types once in each.
             if let Some(at) = seen.get(&found.place) {
                 let first = &mut self.found[*at];
@@ -226,6 +234,20 @@ impl<'a> Finder<'a> {
             },
             laws: ids,
         })
+    }
+
+    /// Adds other methods that run the law of a candidate.
+    fn add_laws(&self, found: &mut Found, more: &[FunctionId]) {
+        if more.is_empty() {
+            return;
+        }
+        found.laws.extend(more);
+        let mut names: Vec<String> =
+            found.laws.iter().map(|id| self.program.index.function(*id).name.clone()).collect();
+        names.sort();
+        names.dedup();
+        found.draft.law = groups(&names);
+        found.draft.is_plain = false;
     }
 
     /// Whether a law finds the time step in a parameter, and tells it the laws that it runs.

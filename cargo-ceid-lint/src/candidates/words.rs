@@ -125,11 +125,16 @@ pub(super) enum Half {
     Correct,
 }
 
-/// The half of a law that a method is by its name: `predict_state`, `correction`.
+/// The half of a law that a method is by its name: `predict_state`, `advance_time`, `correction`, `fuse_gps`.
 pub(super) fn half(name: &str) -> Option<Half> {
+    if matches!(name, "time_update" | "advance_time") {
+        return Some(Half::Predict);
+    }
     match name.split('_').find(|word| !word.is_empty())? {
-        "predict" | "prediction" => Some(Half::Predict),
-        "correct" | "correction" | "observe" | "update" => Some(Half::Correct),
+        "predict" | "prediction" | "propagate" => Some(Half::Predict),
+        "correct" | "correction" | "observe" | "update" | "measurement" | "measure" | "fuse" | "assimilate" => {
+            Some(Half::Correct)
+        }
         _ => None,
     }
 }

@@ -10,7 +10,7 @@ use super::oversampled::fills_in_samples;
 use super::returned;
 use super::samples;
 use super::search::{End, EndKind, Exploration, Region, Search};
-use super::skips::{is_by_key, is_of_nothing, is_passed_by_search, loop_left, skip_place};
+use super::skips::{is_behind_number, is_by_key, is_of_nothing, is_passed_by_search, loop_left, skip_place};
 use super::stand_ins;
 use super::verdict::{Evidence, Gate, Verdict};
 use super::witness::{is_closure_call, steps, steps_inside};
@@ -232,8 +232,11 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
         return Decision { verdict, ..base };
     }
     // Which element a search finds depends on data.
-    let (found, skipping): (Vec<&End>, Vec<&End>) =
-        skipping.into_iter().partition(|end| is_passed_by_search(search, region, end));
+    let gates = Gates::new(search, region);
+    let (found, skipping): (Vec<&End>, Vec<&End>) = skipping.into_iter().partition(|end| {
+        is_passed_by_search(search, region, end)
+            || is_behind_number(search, &exploration, end) && gates.of_end(&exploration, end).is_none()
+    });
     if !found.is_empty() {
         let name = search.graph.place_name(search.program.index, search.instance);
         let chosen = Decision { verdict: Verdict::Unproved, cause: Some(Cause::Index(name)), ..base.clone() };
@@ -306,6 +309,7 @@ fn skipped(
     let unexplained = ends.find(|end| match gates.of_end(exploration, end) {
         Some(gate) => {
             let span = end.state.skipped_at.map(|at| search.graph.node(at).span);
+            let span = span.or_else(|| loop_left(search, exploration, end));
             kinds.extend(span.map(|span| (span, gate)));
             false
         }

@@ -3,6 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::counts::Count;
+use super::gates::Asks;
+use super::given::place_of;
 use super::search::{End, Exploration, Region, Search};
 use super::verdict::Evidence;
 use crate::flow::{Effect, LoopId, Mark, NodeId, Place, Subject};
@@ -172,18 +174,48 @@ pub(super) fn is_passed_by_search(search: &Search<'_>, region: Region, end: &End
         && is_chosen()
 }
 
+/// The loop that a way goes past because the number of the element may be behind the last one that it counts to.
+pub(super) fn counted_past(search: &Search<'_>, exploration: &Exploration, end: &End) -> Option<LoopId> {
+    let is_decided = end.state.skipped_at.is_some() || end.state.count != Count::Zero || end.state.reset;
+    let passed = if is_decided { None } else { loop_passed(search, exploration, end) };
+    passed.filter(|id| search.counts_to_number(*id))
+}
+
+/// Whether a way goes past the element that the instance is for nothing but its number, in a loop here or in a helper.
+pub(super) fn is_behind_number(search: &Search<'_>, exploration: &Exploration, end: &End) -> bool {
+    if end.state.count != Count::Zero || end.state.reset {
+        return false;
+    }
+    let Some(at) = end.state.skipped_at else { return counted_past(search, exploration, end).is_some() };
+    match &search.graph.node(at).effect {
+        Effect::Call(site) => {
+            let summaries = site.targets.iter().filter_map(|target| search.summaries.get(*target));
+            let mut outcomes = summaries.flat_map(|summary| summary.outcomes(search.law));
+            outcomes.any(|(given, outcomes)| {
+                let is_number = outcomes.iter().filter_map(|outcome| outcome.asks.as_ref()).any(Asks::is_number);
+                is_number
+                    && place_of(given, site).is_some_and(|place| {
+                        search.aliases.shared_roots(&place).iter().any(|root| root.overlaps(search.instance))
+                    })
+            })
+        }
+        _ => false,
+    }
+}
+
 /// The loop over the elements that a way goes past without a round for this one, where no statement skips.
 pub(super) fn loop_left(search: &Search<'_>, exploration: &Exploration, end: &End) -> Option<Span> {
+    loop_passed(search, exploration, end).map(|id| search.graph.loop_info(id).keyword)
+}
+
+fn loop_passed(search: &Search<'_>, exploration: &Exploration, end: &End) -> Option<LoopId> {
     let graph = search.graph;
     let updating = search.updating();
     let updates = |id: LoopId| updating.iter().any(|node| graph.is_within(graph.node(*node).in_loop, id));
-    let passed = exploration.path(end.at).into_iter().rev().find_map(|at| {
-        match &graph.node(exploration.states[at].node).effect {
-            Effect::LoopHead(id) if search.covers(*id) && updates(*id) => Some(*id),
-            _ => None,
-        }
-    });
-    passed.map(|id| graph.loop_info(id).keyword)
+    exploration.path(end.at).into_iter().rev().find_map(|at| match &graph.node(exploration.states[at].node).effect {
+        Effect::LoopHead(id) if search.covers(*id) && updates(*id) => Some(*id),
+        _ => None,
+    })
 }
 
 /// The call at which a way skips without an edge that leaves the update behind: that of the last round of a loop over the elements,

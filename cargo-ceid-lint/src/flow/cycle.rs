@@ -54,6 +54,8 @@ pub enum Limit {
     Number(u64),
     /// A length that arrays may have.
     Length(Length),
+    /// A number that a place has.
+    Held(Place),
     /// Something else.
     Unknown,
 }

@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 
 use super::{Gates, Way, contains_any};
 use crate::count::search::Region;
-use crate::flow::{Base, Effect, NodeId, Place, Rounds, Test, Var, VarInfo, is_receiving, is_receiving_something};
+use crate::flow::{
+    Base, Effect, NodeId, Place, Rounds, Test, Var, VarInfo, asks_state, is_receiving, is_receiving_something,
+};
 use crate::index::{Shape, Ty};
 
 /// Parts of the names of parameters and types that are events.
@@ -220,7 +222,9 @@ impl Gates<'_, '_> {
                 continue;
             }
             let is_received = graph.computed.get(&var).is_some_and(|computed| {
-                let awaits = computed.calls.iter().any(|name| name == "await") && self.is_choice(&Place::var(var));
+                let is_awaited = computed.calls.iter().any(|name| name == "await");
+                let is_answer = computed.calls.iter().any(|name| asks_state(name));
+                let awaits = is_awaited && !is_answer && self.is_choice(&Place::var(var));
                 let brings =
                     |name: &String| is_receiving(name) || (is_receiving_something(name) && self.may_choose(var));
                 awaits || computed.calls.iter().any(brings)

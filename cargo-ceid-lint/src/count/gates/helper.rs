@@ -5,10 +5,12 @@ use crate::count::counts::Count;
 use crate::count::given::{Given, GivenBase, asked_at, given, place_of};
 use crate::count::returned;
 use crate::count::search::{End, Exploration, Mode, Region};
+use crate::count::skips::counted_past;
 use crate::count::summary::Outcome;
 use crate::count::verdict::Gate;
 use crate::flow::{
-    CallSite, Computed, ControlFlowGraph, Effect, Head, IndexKey, LoopId, NodeId, Place, Projection, Subject, SubjectId,
+    CallSite, Computed, ControlFlowGraph, Effect, Head, IndexKey, Limit, LoopId, NodeId, Place, Projection, Subject,
+    SubjectId,
 };
 
 /// Something of the caller's that a function asks for before it updates.
@@ -24,6 +26,8 @@ pub(in crate::count) struct Asks {
     is_choice: bool,
     /// Whether it asks for a remainder.
     is_remainder: bool,
+    /// Whether it is the number that a loop over elements counts to.
+    is_number: bool,
     /// The place whose value it is, if it is one.
     whole: Option<Given>,
     /// The heads with which the function may update.
@@ -31,6 +35,25 @@ pub(in crate::count) struct Asks {
 }
 
 impl Asks {
+    /// A number that a loop over elements counts to.
+    const fn number(reads: Vec<Given>) -> Self {
+        Self {
+            reads,
+            is_pure: true,
+            is_presence: false,
+            is_choice: false,
+            is_remainder: false,
+            is_number: true,
+            whole: None,
+            updating: Vec::new(),
+        }
+    }
+
+    /// Whether nothing decides but such a number.
+    pub(in crate::count) fn is_number(&self) -> bool {
+        self.is_number
+    }
+
     /// The subject of the caller's that the function asks for.
     pub(in crate::count) fn subject(&self, graph: &ControlFlowGraph, site: &CallSite) -> Option<SubjectId> {
         graph.subject_of(&asked_at(self.whole.as_ref()?, site)?)
@@ -44,10 +67,18 @@ impl Gates<'_, '_> {
             return None;
         }
         let graph = self.search.graph;
-        let at = end.state.skipped_at?;
         let known = |place: Place| given(graph, &place).filter(|_| self.is_left_alone(&place));
         let readable = |place: Place| known(place.clone()).or_else(|| self.known_element(&place));
         let is_copy = |place: &Place| self.copied_from(place) == self.taken_from(place);
+        let Some(at) = end.state.skipped_at else {
+            let info = graph.loop_info(counted_past(self.search, exploration, end)?);
+            let held = info.limits.iter().filter_map(|limit| match limit {
+                Limit::Held(place) => Some(readable(self.taken_from(place))),
+                _ => None,
+            });
+            let reads: Option<Vec<Given>> = held.collect();
+            return Some(Asks::number(reads.filter(|reads| !reads.is_empty())?));
+        };
         match &graph.node(at).effect {
             Effect::Branch(test) => {
                 let subject = test.subject.map(|id| &graph.subjects[id.0 as usize]);
@@ -72,6 +103,7 @@ impl Gates<'_, '_> {
                     is_presence: test.about.is_presence && !test.about.is_choice(),
                     is_choice: self.tells_apart(test),
                     is_remainder,
+                    is_number: false,
                     whole: subject.and_then(|subject| known(self.copied_from(subject.whole.as_ref()?))),
                     updating: subject.map(heads).unwrap_or_default(),
                 })

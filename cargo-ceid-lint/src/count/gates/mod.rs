@@ -28,9 +28,10 @@ pub(super) use step::measured_by;
 
 use super::given::place_of;
 use super::search::{End, Exploration, Region, Search};
+use super::skips::counted_past;
 use super::verdict::Gate;
 use crate::config::TimeBase;
-use crate::flow::{CallSite, Computed, Effect, Head, LoopId, NodeId, Place, Projection, SubjectId, Test};
+use crate::flow::{CallSite, Computed, Effect, Head, Limit, LoopId, NodeId, Place, Projection, SubjectId, Test};
 use crate::syntax::CycleDirective;
 
 /// Whether a test asks about something that was received in this iteration.
@@ -118,7 +119,9 @@ impl<'s, 'a> Gates<'s, 'a> {
         if end.state.count != crate::count::counts::Count::Zero || end.state.reset {
             return None;
         }
-        let at = end.state.skipped_at?;
+        let Some(at) = end.state.skipped_at else {
+            return self.of_number(counted_past(self.search, exploration, end)?);
+        };
         let way = Way::to(exploration, end, at);
         let gate = match &self.search.graph.node(at).effect {
             Effect::Branch(test) => self.of_branch(test, at, &way),
@@ -311,6 +314,16 @@ impl<'s, 'a> Gates<'s, 'a> {
         // A helper's own loop over samples has no round where there is no sample.
         let is_own = self.search.sample_loops.contains(&id);
         (info.drains || is_own || self.feeds_any(&info.bound)).then_some(Gate::Sample)
+    }
+
+    /// A loop over the elements that counts to a number: whether that is larger than the number of an element never changes, or it
+    /// is no gate.
+    fn of_number(&self, id: LoopId) -> Option<Gate> {
+        let is_settled = |limit: &Limit| match limit {
+            Limit::Held(place) => self.is_invariant(place, 0),
+            _ => true,
+        };
+        self.search.graph.loop_info(id).limits.iter().all(is_settled).then_some(Gate::Config)
     }
 
     /// An inner loop whose rounds all end without an update: `for _ in 0..3 { if let Ok(z) = imu.read() { …; break } }`. It skips

@@ -377,12 +377,14 @@ impl Gates<'_, '_> {
 }
 
 impl Gates<'_, '_> {
-    /// What a truth value was computed from that keeps the answer of the only call behind it.
+    /// What a truth value was computed from that keeps the answer of the only call behind it, or is one of its answers:
+    /// `let (has_gyro, has_accel) = imu.data_ready()?; match (has_gyro, has_accel) { … }`.
     pub(super) fn kept_answer(&self, test: &Test) -> Option<&Computed> {
         let [place] = test.about.reads.as_slice() else { return None };
         let is_kept = place.steps.is_empty() && test.about.names.is_empty() && self.ty(place) == Some(Ty::Bool);
         let computed = self.search.graph.computed.get(&place.base_var().filter(|_| is_kept)?)?;
-        (computed.calls.len() == 1).then_some(computed)
+        let calls = computed.calls.iter().filter(|name| !matches!(name.as_str(), "unwrap" | "expect"));
+        (calls.count() == 1).then_some(computed)
     }
 
     /// A truth value that came with the sample and says whether it is one: `if !packet.valid { continue; }`.

@@ -218,7 +218,7 @@ impl Gates<'_, '_> {
 
     /// Whether a place has one value for all iterations, or is a variable of the iteration that is computed from such places and
     /// from nothing else: `let is_on = settings.is_on;`
-    fn is_invariant(&self, place: &Place, copies: u32) -> bool {
+    pub(super) fn is_invariant(&self, place: &Place, copies: u32) -> bool {
         if self.is_setting(place) {
             return true;
         }
@@ -286,7 +286,18 @@ impl Gates<'_, '_> {
         let is_of = |written: &Place, root: &Place| {
             self.search.aliases.shared_roots(written).iter().any(|written| written.overlaps(root))
         };
-        if is_of_element && !place.steps.is_empty() && !roots.contains(place) {
+        // What a pattern names beside the filter of the same element: `for (is_on, filter) in &mut bank`.
+        let is_beside = |root: &Place| {
+            let instance = self.search.instance;
+            let each = root.steps.iter().rposition(|step| step.key().is_some());
+            each.is_some_and(|at| {
+                root.base == instance.base
+                    && root.steps.len() > at + 1
+                    && instance.steps.starts_with(&root.steps[..=at])
+            })
+        };
+        let is_field = !place.steps.is_empty() || (!roots.is_empty() && roots.iter().all(is_beside));
+        if is_of_element && is_field && !roots.contains(place) {
             return roots.iter().all(|root| {
                 self.is_setting(root)
                     && !self.nodes().any(|id| match &graph.node(id).effect {

@@ -29,7 +29,7 @@ pub(super) use called::{Called, not_told};
 pub(super) use exploration::{End, EndKind, Exploration};
 use modes::Age;
 pub(super) use modes::Mode;
-use names::{covering_loops, indexes_instance, lends_some};
+use names::{Covering, covering_loops, indexes_instance, lends_some};
 use run::Run;
 
 use super::aliases::Aliases;
@@ -96,8 +96,8 @@ pub(super) struct Search<'a> {
     pub(super) behind: Vec<Ty>,
     /// Whether these are one of several.
     is_one_of_many: bool,
-    /// Loops that visit each element of the collection that the instance is an element of, and whether they may go past it.
-    covering: BTreeMap<LoopId, bool>,
+    /// Loops that visit each element of the collection that the instance is an element of.
+    covering: BTreeMap<LoopId, Covering>,
     dependence: &'a ControlDependence,
     /// What the calls do that were asked for, by their results.
     called: RefCell<FxHashMap<Var, std::sync::Arc<Called>>>,
@@ -171,7 +171,12 @@ impl<'a> Search<'a> {
 
     /// Whether such a loop may have no round for the instance.
     pub(super) fn passes_over(&self, id: LoopId) -> bool {
-        self.covering.get(&id) == Some(&true)
+        self.covering.get(&id).is_some_and(|covering| covering.passes_over)
+    }
+
+    /// Whether the number that such a loop counts to decides whether it has one.
+    pub(super) fn counts_to_number(&self, id: LoopId) -> bool {
+        self.covering.get(&id).is_some_and(|covering| covering.by_number)
     }
 
     /// Whether a loop binds the instance or its index, so that it is no cycle of it.

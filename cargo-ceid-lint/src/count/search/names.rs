@@ -272,39 +272,58 @@ fn may_begin_behind(aliases: &Aliases, info: &LoopInfo, instance: &Place) -> boo
     })
 }
 
-/// Whether a loop may end its count before the element that the instance is, or before one that it stands for.
-fn may_end_before(
+/// Whether a loop counts on behind the element that the instance is, and behind each one that it stands for.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Reach {
+    Behind,
+    /// If the number that it counts to is large enough, and that is a constant or what a place has.
+    ByNumber,
+    Untold,
+}
+
+fn reach_of_count(
     index: &Index,
     graph: &ControlFlowGraph,
     aliases: &Aliases,
     info: &LoopInfo,
     instance: &Place,
-) -> bool {
+) -> Reach {
     let own = |root: &Place| root.base == instance.base && root.steps.len() < instance.steps.len();
-    let goes_on_behind = |root: &Place, limit: &Limit| {
-        let key = instance.steps[root.steps.len()].key();
+    let behind = |is_behind: bool| if is_behind { Reach::Behind } else { Reach::Untold };
+    let reach = |root: &Place, limit: &Limit| {
+        let step = &instance.steps[root.steps.len()];
+        let is_channel = matches!(step, Projection::Channel(IndexKey::Each));
+        let key = step.key();
         let length = match place_ty(index, graph, root) {
             Some(Ty::Array(_, length)) => Some(length),
             _ => None,
         };
+        // That an element with a number of its own comes before the end is not known of a number that is not.
+        let by_number = if key == Some(&IndexKey::Each) { Reach::ByNumber } else { Reach::Untold };
         match limit {
             Limit::Elements(place) => {
                 let counted = aliases.roots(place);
                 // Collections that are indexed side by side are taken for equally long, as in a `zip`.
                 let beside = || info.indexes.iter().chain(&info.sampled).any(|other| aliases.roots(other) == counted);
-                counted.contains(root) || beside()
+                behind(counted.contains(root) || beside())
             }
-            Limit::Number(end) => match (key, length) {
-                (Some(IndexKey::Number(number)), _) => number < end,
-                (_, Some(length)) => length.value.is_some_and(|length| length <= *end),
-                _ => false,
+            // There are no more channels than those that the code names.
+            Limit::Number(_) | Limit::Length(_) if is_channel => Reach::Behind,
+            Limit::Number(end) => match (key, &length) {
+                (Some(IndexKey::Number(number)), _) => behind(number < end),
+                (_, Some(length)) => behind(length.value.is_some_and(|length| length <= *end)),
+                _ => by_number,
             },
-            Limit::Length(end) => length.is_some_and(|length| length == *end),
-            Limit::Unknown => false,
+            // Which of two lengths is the greater one is not known.
+            Limit::Length(end) => length.map_or(by_number, |length| behind(length == *end)),
+            Limit::Held(_) => by_number,
+            Limit::Unknown => Reach::Untold,
         }
     };
     let roots = aliases.indexed_by(info).flat_map(|collection| aliases.roots(collection));
-    roots.filter(own).any(|root| !info.limits.iter().all(|limit| goes_on_behind(&root, limit)))
+    let all =
+        roots.filter(own).flat_map(|root| info.limits.iter().map(move |limit| reach(&root, limit)).collect::<Vec<_>>());
+    all.max().unwrap_or(Reach::Behind)
 }
 
 /// The part of the collection that a loop runs over, where the instance stands for each element of the whole.
@@ -337,13 +356,22 @@ fn loops_over_one_part(graph: &ControlFlowGraph, aliases: &Aliases, instance: &P
     parts.iter().filter(|(_, section)| tells(section)).map(|(id, section)| (*id, section.clone())).collect()
 }
 
-/// Loops that visit each element of the collection that the instance is an element of, and whether they may go past it.
+/// How a loop visits each element of the collection that the instance is an element of.
+#[derive(Clone, Copy)]
+pub(super) struct Covering {
+    /// Whether it may go past the instance.
+    pub(super) passes_over: bool,
+    /// Whether it does if the number that it counts to is too small.
+    pub(super) by_number: bool,
+}
+
+/// Loops that visit each element of the collection that the instance is an element of.
 pub(super) fn covering_loops(
     index: &Index,
     graph: &ControlFlowGraph,
     aliases: &Aliases,
     instance: &Place,
-) -> BTreeMap<LoopId, bool> {
+) -> BTreeMap<LoopId, Covering> {
     let mut found = BTreeMap::new();
     let parts = loops_over_one_part(graph, aliases, instance);
     for (id, info) in (0u32..).map(LoopId).zip(&graph.loops) {
@@ -355,16 +383,17 @@ pub(super) fn covering_loops(
         let exact = matches!(info.rounds, Rounds::Constant(count) if count <= MAX_ROUNDS)
             && info.counter.is_some_and(|(_, first)| first.is_some())
             && !instance.stands_for_each();
-        let of_index = !exact
-            && indexes_instance(aliases, info, instance)
-            && !may_begin_behind(aliases, info, instance)
-            && !may_end_before(index, graph, aliases, info, instance);
-        if (of_items || of_index) && info.rounds != Rounds::Unbounded {
-            found.insert(
-                id,
-                info.passes_over
-                    || section.is_some_and(|section| section.is_skipped() && *section != Section::skipped(Some(0))),
-            );
+        let is_counted =
+            !exact && indexes_instance(aliases, info, instance) && !may_begin_behind(aliases, info, instance);
+        let of_index = match is_counted {
+            true => reach_of_count(index, graph, aliases, info, instance),
+            false => Reach::Untold,
+        };
+        if (of_items || of_index != Reach::Untold) && info.rounds != Rounds::Unbounded {
+            let is_skipped =
+                section.is_some_and(|section| section.is_skipped() && *section != Section::skipped(Some(0)));
+            let by_number = !of_items && of_index == Reach::ByNumber;
+            found.insert(id, Covering { passes_over: info.passes_over || is_skipped || by_number, by_number });
         }
     }
     found

@@ -42,7 +42,10 @@ impl Search<'_> {
             }
             let gate = gates.of_end(&exploration, end);
             let unknown = end.state.unknown.map(|cause| exploration.causes[cause as usize].clone());
-            let is_passed = super::super::skips::is_passed_by_search(self, region, end);
+            let asks = gates.asks(&exploration, end);
+            let is_explained = gate.is_some() || asks.is_some();
+            let is_passed = super::super::skips::is_passed_by_search(self, region, end)
+                || !is_explained && super::super::skips::is_behind_number(self, &exploration, end);
             let unknown = unknown
                 .or_else(|| is_passed.then(|| Cause::Index(self.graph.place_name(self.program.index, self.instance))));
             let moved = || Cause::Moved(self.program.index.function(self.graph.function).name.clone());
@@ -56,7 +59,7 @@ impl Search<'_> {
                 gate,
                 modes: gates.kept_modes(end, gate),
                 attempted: end.state.attempted,
-                asks: gates.asks(&exploration, end),
+                asks,
                 assumed: end.assumed.clone(),
             });
         }

@@ -88,6 +88,11 @@ impl Builder<'_> {
                 about.names.push(path.last().to_owned());
             }
             ExprKind::Field { base, .. } => self.collect_about(*base, about, depth + 1),
+            // An entry of a constant table: `WEIGHTS[channel]`.
+            ExprKind::Index { base, index } => {
+                self.collect_about(*base, about, depth + 1);
+                self.collect_about(*index, about, depth + 1);
+            }
             ExprKind::Not(inner)
             | ExprKind::Negate(inner)
             | ExprKind::Deref(inner)

@@ -1,6 +1,7 @@
 //! Comparisons of the counter of a loop whose rounds are known: which of its numbers they hold for.
 
 use super::Builder;
+use super::subjects::Pure;
 use crate::flow::{Head, Rounds, Var};
 use crate::syntax::tree::{ExprId, ExprKind};
 
@@ -34,6 +35,14 @@ impl Builder<'_> {
             heads.extend(holds.then(|| number.to_string()));
         }
         Some((counter, heads))
+    }
+
+    /// An entry of a constant table, `WEIGHTS[i]`: the same as long as its number is.
+    pub(super) fn entry_of_constant(&mut self, id: ExprId) -> Option<Pure> {
+        let ExprKind::Index { base, index } = self.body().expr(id).kind else { return None };
+        let (table, at) = (self.pure(base)?, self.pure(index)?);
+        let key = format!("{}[{}]", table.key, at.key);
+        table.reads.is_empty().then_some(Pure { key, reads: at.reads, whole: None })
     }
 
     /// The counter of a loop around that an expression names.

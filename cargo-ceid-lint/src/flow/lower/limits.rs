@@ -198,21 +198,33 @@ impl Builder<'_> {
             ExprKind::Path(path) => {
                 let own = Constants { program: self.program, body, typed: self.typed() };
                 if let Some(initial) = own.initial(id) {
-                    return self.limits_at(initial, depth + 1, found);
+                    let mut limits = Vec::new();
+                    self.limits_at(initial, depth + 1, &mut limits);
+                    // Whatever it was made from, it has that number.
+                    if limits.contains(&Limit::Unknown) {
+                        limits = vec![self.held(id)];
+                    }
+                    return found.append(&mut limits);
                 }
                 if self.typed().expr_local.contains_key(&id) {
-                    return found.push(Limit::Unknown);
+                    let limit = self.held(id);
+                    return found.push(limit);
                 }
                 let scope = self.program.index.scope_of(self.frames[self.frame].function);
                 let text = ConstText { text: path.text(), value: None };
                 let length = self.program.index.length(&text, &scope);
                 found.push(Limit::Length(length));
             }
-            _ => match self.number(id) {
-                Some(number) => found.push(Limit::Number(number)),
-                None => found.push(Limit::Unknown),
-            },
+            _ => {
+                let limit = self.number(id).map_or_else(|| self.held(id), Limit::Number);
+                found.push(limit);
+            }
         }
+    }
+
+    /// The number that a variable or a field has.
+    fn held(&mut self, id: ExprId) -> Limit {
+        self.static_place(id).map_or(Limit::Unknown, Limit::Held)
     }
 
     /// Whether `len` of it says how many elements it has.

@@ -33,8 +33,9 @@ impl Builder<'_> {
             return Value::default();
         }
         let join = super::values::Join { chooses: Some(id), ..self.new_join(self.ty(id).clone(), span) };
-        let is_select =
-            is_event_source(&matched.about) || (matched.about.is_awaited && self.is_choice(self.ty(scrutinee)));
+        let is_answer = matched.about.names.iter().any(|name| super::received::asks_state(name));
+        let is_awaited = matched.about.is_awaited && !is_answer && self.is_choice(self.ty(scrutinee));
+        let is_select = is_event_source(&matched.about) || is_awaited;
         for (number, arm) in arms.iter().enumerate() {
             let next = self.add_node(Effect::Nothing, span);
             if let Some(cfg) = &arm.cfg {
@@ -371,7 +372,11 @@ impl Builder<'_> {
             self.derive(&binds, own);
             part.pure = self.pure(own).or(part.pure);
             part.total = self.total_heads(self.ty(own)).map(Rc::from);
-            part.about = self.about_presence(own, binds);
+            // An answer that was kept is there whatever it is.
+            part.about = match self.ty(own) {
+                Ty::Bool if self.typed().expr_local.contains_key(&own) => About { binds, ..self.about(own) },
+                _ => self.about_presence(own, binds),
+            };
             part.expr = Some(own);
         }
         part

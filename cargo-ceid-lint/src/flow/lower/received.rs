@@ -42,6 +42,17 @@ pub fn is_receiving_something(name: &str) -> bool {
     ["recv_", "receive_"].iter().any(|verb| name.starts_with(verb))
 }
 
+/// Whether a method says that it asks how something is, which is no event that it waits for: `mode.lock().await`,
+/// `status.flight_mode().await`, but not `next_state().await`.
+#[must_use]
+pub fn asks_state(name: &str) -> bool {
+    let mut words = name.split('_').filter(|word| !word.is_empty());
+    let is_waiting =
+        words.next().is_some_and(|first| matches!(first, "next" | "wait" | "on" | "take" | "pop" | "poll"));
+    let is_state = name.rsplit('_').next().is_some_and(|last| matches!(last, "mode" | "state" | "status" | "phase"));
+    name == "lock" || is_state && !is_waiting
+}
+
 /// How many functions that call each other are looked into, and how large they may be.
 const MAX_DEPTH: u32 = 3;
 const MAX_EXPRESSIONS: usize = 60;

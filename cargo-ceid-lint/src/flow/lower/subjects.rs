@@ -170,7 +170,8 @@ impl Builder<'_> {
             ExprKind::Path(path) => self.pure_path(id, path),
             ExprKind::Literal(literal) => Some(Pure { key: literal.spelling(), ..Pure::default() }),
             ExprKind::Field { .. } | ExprKind::Index { .. } => {
-                let mut found = pure_place(self.static_place(id)?);
+                let Some(place) = self.static_place(id) else { return self.entry_of_constant(id) };
+                let mut found = pure_place(place);
                 // Another number is another element.
                 let mut at = id;
                 while let ExprKind::Field { base, .. } | ExprKind::Index { base, .. } = &body.expr(at).kind {

@@ -17,6 +17,10 @@ pub(in crate::syntax) struct Imported {
     names: BTreeSet<String>,
     /// Whether all of such a crate, or of a module of it, is imported.
     is_all: bool,
+    /// What a `use` of one name gives on, as macros of the crate are: `pub(crate) use info;`.
+    given_on: BTreeSet<String>,
+    /// What is imported by its name from crates whose macros are known: `use log::info;`.
+    of_known: BTreeSet<String>,
 }
 
 impl Imported {
@@ -29,11 +33,22 @@ impl Imported {
                 }
                 syn::Item::Use(item) => match &item.tree {
                     syn::UseTree::Rename(tree) => self.rename(&tree.ident, &tree.rename),
-                    syn::UseTree::Path(path) if self.has_common_names(&name(&path.ident)) => {
-                        self.names_of(&path.tree);
+                    syn::UseTree::Path(path) => {
+                        let of = name(&path.ident);
+                        if self.has_common_names(&of) {
+                            self.names_of(&path.tree);
+                        }
+                        if has_known_macros(&of) || self.crates.contains(&of) {
+                            each_name(&path.tree, &mut |ident| {
+                                self.of_known.insert(name(ident));
+                            });
+                        }
                     }
-                    _ => {}
+                    tree => each_name(tree, &mut |ident| {
+                        self.given_on.insert(name(ident));
+                    }),
                 },
+                syn::Item::Mod(syn::ItemMod { content: Some((_, items)), .. }) => self.note(items),
                 _ => {}
             }
         }
@@ -66,8 +81,23 @@ impl Imported {
         self.crates.contains(name)
     }
 
+    /// Whether a macro of the crate is given on under its name, and no other one of that name is imported.
+    pub(super) fn is_given_on(&self, name: &str) -> bool {
+        self.given_on.contains(name) && !self.of_known.contains(name)
+    }
+
     /// Whether a macro of a common name may be imported.
     pub(super) fn has(&self, name: &str) -> bool {
         self.is_all || self.names.contains(name)
+    }
+}
+
+/// The names at the ends of a `use`, but for other names that it gives.
+fn each_name(tree: &syn::UseTree, found: &mut dyn FnMut(&syn::Ident)) {
+    match tree {
+        syn::UseTree::Path(path) => each_name(&path.tree, found),
+        syn::UseTree::Name(tree) => found(&tree.ident),
+        syn::UseTree::Group(group) => group.items.iter().for_each(|tree| each_name(tree, found)),
+        syn::UseTree::Rename(_) | syn::UseTree::Glob(_) => {}
     }
 }

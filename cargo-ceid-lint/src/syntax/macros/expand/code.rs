@@ -43,7 +43,7 @@ impl<'l, 'a> Lowerer<'l, 'a> {
     /// Tells that the items are not read which one of the crate's own macros stands for, though nothing may be wrong with it: its
     /// code is longer or deeper than macros are expanded.
     fn not_expanded(&mut self, mac: &syn::Macro) {
-        if self.loader.own.rules(&mac.path).is_none() {
+        if self.own_rules(&mac.path).is_none() {
             return;
         }
         let OpaqueMacro { path, span, .. } = self.opaque(mac);
@@ -137,7 +137,7 @@ impl BodyLowerer<'_, '_, '_> {
                     has_own |= !is_given;
                 }
                 // Another macro may declare something with what it is given.
-                syn::Stmt::Macro(inner) => may_declare |= self.low.loader.own.rules(&inner.mac.path).is_some(),
+                syn::Stmt::Macro(inner) => may_declare |= self.low.own_rules(&inner.mac.path).is_some(),
                 syn::Stmt::Expr(..) => {}
             }
         }

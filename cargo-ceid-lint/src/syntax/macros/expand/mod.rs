@@ -19,7 +19,7 @@ use std::rc::Rc;
 use proc_macro2::{TokenStream, TokenTree};
 
 use self::rules::{Rule, list, parse_rules};
-use super::{Shape, shape};
+use super::{Imported, Shape, shape};
 use crate::source::Span;
 use crate::syntax::cfg_eval::Presence;
 use crate::syntax::lower::silent::names_in;
@@ -105,13 +105,15 @@ impl OwnMacros {
         tells
     }
 
-    fn rules(&self, path: &syn::Path) -> Option<Rc<Rules>> {
+    fn rules(&self, path: &syn::Path, imported: &Imported) -> Option<Rc<Rules>> {
         let names: Vec<String> = path.segments.iter().map(|segment| name(&segment.ident)).collect();
         match names.as_slice() {
             [only] => match self.in_scope.iter().rfind(|(name, _)| name == only) {
                 Some((_, rules)) => rules.clone(),
-                // It may be imported, but a known one is more likely to be, unless others have its name as well.
-                None if shape(only).is_none_or(Shape::is_common) && path.leading_colon.is_none() => {
+                // It may be imported, but a known one is more likely to be, unless others have its name as well or it is given on.
+                None if path.leading_colon.is_none()
+                    && (shape(only).is_none_or(Shape::is_common) || imported.is_given_on(only)) =>
+                {
                     self.anywhere.get(only)?.clone()
                 }
                 None => None,
@@ -182,9 +184,13 @@ impl Lowerer<'_, '_> {
         self.loader.own_macros.insert(ident);
     }
 
+    fn own_rules(&self, path: &syn::Path) -> Option<Rc<Rules>> {
+        self.loader.own.rules(path, &self.loader.imported)
+    }
+
     /// The code that a call of one of the crate's own macros stands for.
     pub(super) fn expansion(&mut self, mac: &syn::Macro) -> Option<TokenStream> {
-        let rules = self.loader.own.rules(&mac.path)?;
+        let rules = self.own_rules(&mac.path)?;
         if self.progress.depth >= MAX_DEPTH {
             return None;
         }
