@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
+use super::derived::Derived;
 use super::functions::FunctionKind;
 use super::search::Search;
 use super::summary::Summaries;
@@ -300,6 +301,8 @@ pub(super) fn feeds(
         .copied()
         .collect();
     let from_given = aliases.derived_from(&given);
+    let is_its_name =
+        |place: &Place| is_certain(place) || updated.is_some_and(|updated| updated.base_var() == place.base_var());
     graph.node_ids().filter(inside).any(|other| match &graph.node(other).effect {
         Effect::Call(site) => {
             is_fed(&site.fed, &[])
@@ -316,9 +319,17 @@ pub(super) fn feeds(
             // What is written is a part of the instance and comes from the sample, or the other way round.
             let written = write.place.base_var().filter(|var| from_bound.contains(*var));
             written.is_some_and(|var| is_part() || from_given.contains(var))
+                || is_part() && is_its_name(&write.place) && is_given(graph, other, node, &from_bound)
         }
         _ => false,
     })
+}
+
+/// Whether what a write above an update gives comes from one of some variables: `kf.z = *z; kf.update()`.
+fn is_given(graph: &ControlFlowGraph, write: NodeId, update: NodeId, from: &Derived<'_>) -> bool {
+    let is_before = graph.node(write).span.start < graph.node(update).span.start;
+    let computed = graph.changes.get(&write).filter(|_| is_before).map(|change| &change.computed);
+    computed.is_some_and(|computed| computed.places.iter().filter_map(Place::base_var).any(|var| from.contains(var)))
 }
 
 /// Whether what is computed from these places may have been computed from a part of something.

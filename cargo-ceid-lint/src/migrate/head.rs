@@ -5,9 +5,9 @@ use super::body::LoopBody;
 use super::elements::statements;
 use super::exits::Exits;
 use super::law::ceid_core_name;
-use super::mentions::{Guarded, is_about};
-use super::observed::{is_observed, outlives_future};
-use super::text::{Style, above, begins_line, has_word, indentation, line_stop};
+use super::mentions::{Guarded, is_about, is_about_owner, is_glance};
+use super::observed::{is_dropped_at, is_observed, outlives_future};
+use super::text::{Style, above, begins_line, has_word, indentation, line_stop, without_comments};
 use crate::index::Def;
 use crate::source::Span;
 use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, Stmt};
@@ -30,25 +30,22 @@ pub(super) fn lines(
     let start = if of.is_function { Some(open) } else { statement_start(of) };
     let start = start.ok_or_else(|| refuse("the loop is not a statement of a block: put it into one, `{ … }`"))?;
     let core = ceid_core_name(of.program.index, of.function);
-    let body = of.program.sources.snippet(of.span(of.body.root));
-    let is_taken = |name: &str| has_word(body, name) || of.typed.locals.iter().any(|local| local.name == name);
+    let body = without_comments(of.program.sources.snippet(of.span(of.body.root)));
+    let is_taken = |name: &str| has_word(&body, name) || of.typed.locals.iter().any(|local| local.name == name);
     let clock = CLOCKS.into_iter().find(|name| !is_taken(name));
     let clock = clock.ok_or_else(|| refuse("every name for a clock means something else here"))?;
     let rate = rate(of).unwrap_or(UNKNOWN_RATE);
-    let Style { end, step, width } = of.style;
+    let Style { end, .. } = of.style;
     let begins = begins_line(text, start);
-    let stop = line_stop(text, open);
-    let inner = body_indentation(of, stop);
-    let rest = text[open..stop].trim();
-    let is_open = rest.is_empty() || rest.starts_with("//");
-    let indent = match of.is_function {
-        true if is_open => inner.as_str(),
-        false if begins => indentation(text, start),
+    let own_line = own_line(of, behind);
+    let indent = match &own_line {
+        Some((indent, _)) if of.is_function => indent.as_str(),
+        _ if begins && !of.is_function => indentation(text, start),
         _ => "",
     };
     let mut declared = vec![format!("{indent}let mut {clock} = {core}::Free::<{core}::Hz<{rate}>>::new();")];
     declared.extend(statements(of, guarded).into_iter().map(|statement| format!("{indent}{statement}")));
-    let is_inline = if of.is_function { !is_open } else { !begins };
+    let is_inline = if of.is_function { own_line.is_none() } else { !begins };
     let lent = guarded.iter().filter_map(|own| own.adaptation.as_ref());
     for own in lent {
         declared.extend(own.cells.iter().map(|cell| format!("{indent}{cell}")));
@@ -57,69 +54,91 @@ pub(super) fn lines(
             false => own.law.statement(&own.name, indent, of.style),
         });
     }
+    let lines: String = declared.iter().map(|line| format!("{line}{end}")).collect();
+    let inner = own_line.as_ref().map(|(indent, _)| indent.as_str());
+    let guard = list(of, guarded, (&core, clock), inner);
+    let (at, guard) = match own_line {
+        Some((indent, at)) => (at, format!("{indent}{guard}{end}")),
+        None => (behind.map_or(open, |before| before.end as usize), format!(" {guard}")),
+    };
+    if of.is_function {
+        let head = if is_inline { format!(" {}{guard}", declared.join(" ")) } else { format!("{lines}{guard}") };
+        return Ok(vec![(insertion(of, at), head)]);
+    }
     let clock_edit = if begins {
-        let lines: String = declared.iter().map(|line| format!("{line}{end}")).collect();
         (insertion(of, above(text, start)), lines)
     } else {
         (insertion(of, start), format!("{} ", declared.join(" ")))
     };
+    Ok(vec![clock_edit, (insertion(of, at), guard)])
+}
+
+/// The indentation and the place of the line that the guard gets, if it gets one of its own.
+fn own_line(of: &LoopBody<'_>, behind: Option<Span>) -> Option<(String, usize)> {
+    let text = of.text;
+    let after = behind.map_or(of.span(of.block).start as usize + 1, |before| before.end as usize);
+    let stop = line_stop(text, after);
+    let rest = text[after..stop].trim();
+    if !(rest.is_empty() || rest.starts_with("//")) {
+        return None;
+    }
+    match behind {
+        Some(before) => {
+            text[..stop].ends_with('\n').then(|| (indentation(text, before.start as usize).to_owned(), stop))
+        }
+        None => Some((body_indentation(of, stop), stop)),
+    }
+}
+
+/// The guard with its list, which gets lines of its own where one with that indentation would be too long.
+fn list(of: &LoopBody<'_>, guarded: &[Guarded], (core, clock): (&str, &str), indent: Option<&str>) -> String {
+    let Style { end, step, width } = of.style;
     let list: Vec<String> = guarded.iter().map(entry).collect();
     let guard = format!("{core}::ceid!({clock}.begin_cycle() => {});", list.join(", "));
-    let is_in_a_line_of_its_own = behind.is_none() && is_open;
-    let guard = match is_in_a_line_of_its_own && inner.len() + guard.len() > width {
-        true => {
-            let list = list.join(&format!(",{end}{inner}{step}{step}"));
-            let token = format!("{inner}{step}{clock}.begin_cycle() =>{end}{inner}{step}{step}{list}");
-            format!("{core}::ceid!({end}{token}{end}{inner});")
+    match indent.filter(|indent| indent.len() + guard.len() > width) {
+        Some(indent) => {
+            let list = list.join(&format!(",{end}{indent}{step}{step}"));
+            let token = format!("{indent}{step}{clock}.begin_cycle() =>{end}{indent}{step}{step}{list}");
+            format!("{core}::ceid!({end}{token}{end}{indent});")
         }
-        false => guard,
-    };
-    let guard_edit = if let Some(before) = behind {
-        let after = before.end as usize;
-        let stop = line_stop(text, after);
-        let rest = text[after..stop].trim();
-        if text[..stop].ends_with('\n') && (rest.is_empty() || rest.starts_with("//")) {
-            (insertion(of, stop), format!("{}{guard}{end}", indentation(text, before.start as usize)))
-        } else {
-            (insertion(of, after), format!(" {guard}"))
-        }
-    } else if is_open {
-        (insertion(of, stop), format!("{inner}{guard}{end}"))
-    } else {
-        (insertion(of, open), format!(" {guard}"))
-    };
-    if of.is_function {
-        let lines: String = declared.iter().map(|line| format!("{line}{end}")).collect();
-        let head = if is_open {
-            format!("{lines}{}", guard_edit.1)
-        } else {
-            format!(" {}{}", declared.join(" "), guard_edit.1)
-        };
-        return Ok(vec![(guard_edit.0, head)]);
+        None => guard,
     }
-    Ok(vec![clock_edit, guard_edit])
 }
 
 /// The statement behind which the guard stands: the one that locks its filter, or the last of the first ones by which the loop is
-/// left before anything is done with a filter.
-pub(super) fn behind(of: &LoopBody<'_>, guarded: &[Guarded], exits: &Exits) -> Option<Span> {
+/// left before anything is done with a filter, or that use what the filter is a part of. `is_exact` says that each filter is updated
+/// exactly once today: only then no path goes on from what stands above the guard to the next iteration.
+pub(super) fn behind(of: &LoopBody<'_>, guarded: &[Guarded], exits: &Exits, is_exact: bool) -> Option<Span> {
     if let Some(lock) = guarded.iter().find_map(|own| own.locked) {
         return Some(lock);
     }
-    if of.is_function || guarded.iter().any(Guarded::is_lent_above) || !guarded.iter().any(|own| is_observed(of, own)) {
+    if of.is_function && !is_exact || guarded.iter().any(Guarded::is_lent_above) {
         return None;
     }
     let ExprKind::Block(block) = of.kind(of.block) else { return None };
+    let sites = || guarded.iter().flat_map(|own| &own.sites);
     let is_theirs = |id: &ExprId| {
         matches!(of.kind(*id), ExprKind::Opaque(_) | ExprKind::Unknown { .. })
-            || guarded.iter().any(|own| is_about(of, &own.place, *id))
+            || guarded.iter().any(|own| is_about(of, &own.place, *id) && !(is_exact && is_glance(of, &own.place, *id)))
+            || sites().any(|site| site.call == *id)
     };
-    let holds = |stmt: &Stmt, id: &ExprId| stmt.span.contains(of.span(*id));
-    let is_apart = |stmt: &&Stmt| stmt.cfg.is_none() && !of.inside.iter().filter(|id| holds(stmt, id)).any(is_theirs);
+    let within = |stmt: &Stmt| of.inside.iter().filter(|id| stmt.span.contains(of.span(**id))).collect::<Vec<_>>();
+    let is_apart = |stmt: &&Stmt| stmt.cfg.is_none() && !within(stmt).into_iter().any(is_theirs);
+    let is_seen_at = |exit: &ExprId| {
+        let is_seen = |own: &Guarded| is_observed(of, own) && !is_dropped_at(of, own, *exit);
+        guarded.iter().any(is_seen)
+    };
     let waits = exits.waits.iter().filter(|_| guarded.iter().any(|own| outlives_future(of, own)));
-    let ends: Vec<ExprId> = exits.left_at.iter().chain(waits).copied().collect();
-    let leaves = |stmt: &&Stmt| ends.iter().any(|end| holds(stmt, end));
-    block.stmts.iter().take_while(is_apart).filter(leaves).last().map(|stmt| stmt.span)
+    let ends: Vec<ExprId> = exits.left_at.iter().chain(waits).copied().filter(is_seen_at).collect();
+    let uses_owner = |id: &ExprId| guarded.iter().any(|own| is_about_owner(of, &own.place, *id));
+    let comes_first = |stmt: &&Stmt| within(stmt).into_iter().any(|id| ends.contains(id) || uses_owner(id));
+    let last = block.stmts.iter().take_while(is_apart).filter(comes_first).last()?.span;
+    // Behind everything, it would be no better than a call.
+    let is_gone = |stmt: &Stmt| {
+        sites().filter_map(|site| site.stmt.as_ref()).any(|gone| gone.contains(&(stmt.span.start as usize)))
+    };
+    let stays = |stmt: &Stmt| stmt.span.start >= last.end && !is_gone(stmt);
+    (block.tail.is_some() || block.stmts.iter().any(stays)).then_some(last)
 }
 
 /// Where the statement begins that the loop is or lies in.

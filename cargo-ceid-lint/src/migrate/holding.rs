@@ -11,7 +11,7 @@ use super::locks::{lock_of, locked};
 use super::loops::Loops;
 use super::mentions::{Guarded, held};
 use super::sites::{Part, Place, Site};
-use super::text::words;
+use super::text::{without_comments, words};
 use crate::count::{Pair, Verdict};
 use crate::index::{FunctionId, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, StmtKind};
@@ -164,7 +164,11 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
         site.filter != *filter || first.is_some_and(|first| first.law != site.law || first.method != site.method)
     };
     if sites.iter().any(is_another) {
-        return Err(format!("`{spelled}` has several laws"));
+        let methods: BTreeSet<String> = sites.iter().map(|site| format!("`{}`", site.method)).collect();
+        let methods = methods.into_iter().collect::<Vec<_>>().join(", ");
+        return Err(format!(
+            "`{spelled}` is updated in several ways ({methods}), and a guard runs one law: make one method of those that exclude each other"
+        ));
     }
     let is_single = sites.iter().all(|site| site.part == Part::Whole) && (lent(own).is_some() || own.locked.is_some());
     if !own.is_held() && !is_single && each(of, own).is_none() {
@@ -343,14 +347,14 @@ fn free_name(of: &LoopBody<'_>, own: &Guarded, taken: &BTreeSet<String>) -> Opti
         .chain(place.fields.iter().map(String::as_str))
         .chain(element.as_deref())
         .collect();
-    let code = of.program.sources.snippet(of.span(of.block));
+    let code = without_comments(of.program.sources.snippet(of.span(of.block)));
     let is_name = |name: &str| name.starts_with(|first: char| first.is_alphabetic() || first == '_');
     let is_free = |name: &str| {
         is_name(name)
             && !is_raw(of, own.at, name)
             && !taken.contains(name)
             && !of.typed.locals.iter().any(|local| local.name == name)
-            && words(code, name).all(|at| code[..at].trim_end().ends_with('.'))
+            && words(&code, name).all(|at| code[..at].trim_end().ends_with('.'))
     };
     (1..=all.len())
         .rev()

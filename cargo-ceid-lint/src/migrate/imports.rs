@@ -50,7 +50,13 @@ pub fn idle_imports(program: &Program<'_>, cycles: &[Cycle]) -> IdleImports {
         (name, def.module, def.methods.keys().chain(constants).collect::<Vec<_>>())
     });
     let filters = index.filter_types().map(|def| (def.name.as_str(), def.module, Vec::new()));
-    let named: Vec<_> = traits.chain(filters).collect();
+    let traits: Vec<_> = traits.collect();
+    // A law may have been called by the path of a module: `filter::Step::step(&mut kf)`.
+    let homes: BTreeSet<ModuleId> = traits.iter().map(|(_, module, _)| *module).collect();
+    let homes = homes.into_iter().filter_map(|home| Some((index.module(home), index.module(home).parent?)));
+    let homes = homes.filter(|(home, _)| !home.is_block && !home.name.is_empty());
+    let homes = homes.map(|(home, parent)| (home.name.as_str(), parent, Vec::new()));
+    let named: Vec<_> = traits.iter().cloned().chain(filters).chain(homes).collect();
     let macros = Macros::of(program);
     for file in files {
         let text = &*program.sources.file(file).text;
@@ -277,6 +283,9 @@ impl<'t> Import<'t> {
         }
         let end = at + name.len();
         let rest = code[end - own..].trim_start();
+        if rest.starts_with("::") {
+            return None;
+        }
         let alias = rest.strip_prefix("as ").map(str::trim_start);
         let alias = alias.map(|alias| &alias[..alias.find(|c| !is_path(c)).unwrap_or(alias.len())]);
         let entry_end = own + code[end - own..].find([',', '}', ';'])? + end - own;
@@ -377,6 +386,7 @@ mod tests {
         check("use crate::b::{Kf, Pid, Step};\n", Some("use crate::b::{Kf, Pid};\n"));
         check("use crate::b::{\n    Kf,\n    Step,\n    Pid,\n};\n", Some("use crate::b::{\n    Kf,\n    Pid,\n};\n"));
         check("use crate::b::{Step};\nfn f() {}\n", Some("fn f() {}\n"));
+        check("use crate::Step::Kf;\n", None);
         check("use crate::b::Step as Other;\n", Some(""));
         check("#![deny(warnings)]\nuse crate::b::Step;\n", Some("#![deny(warnings)]\n"));
         check(

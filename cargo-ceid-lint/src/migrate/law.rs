@@ -1,7 +1,7 @@
 //! The `impl` by which a guard runs a law that is there already.
 
 use super::loops::Loops;
-use super::text::{Style, has_word, indentation};
+use super::text::{Style, begins_line, has_word, indentation};
 use crate::flow::Program;
 use crate::index::{Def, FunctionId, Index, Namespace, Owner, TraitName, Ty};
 use crate::source::Span;
@@ -81,6 +81,11 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
         }
         Some(of_trait) => format!("{of_trait}::{}(self)", def.name),
     };
+    let begin = def.function.body.as_ref().map_or(0, |body| body.expr(body.root).span.start as usize);
+    let brace = match begins_line(text, begin) {
+        true => format!("{end}{indent}{step}{{"),
+        false => " {".to_owned(),
+    };
     let discarded = if def.function.output == TypeRef::unit() { "" } else { "let _ = " };
     let lines = [
         String::new(),
@@ -91,7 +96,7 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
             head.of_type,
             (indent, style),
         ),
-        format!("{indent}{step}fn update(&mut self, _: {ceid_core}::Tick<'_, {rate}>) {{"),
+        format!("{indent}{step}fn update(&mut self, _: {ceid_core}::Tick<'_, {rate}>){brace}"),
         format!("{indent}{step}{step}{discarded}{call};"),
         format!("{indent}{step}}}"),
         format!("{indent}}}"),

@@ -7,6 +7,7 @@ use super::Reason;
 use super::adapt::Adaptation;
 use super::body::LoopBody;
 use super::each;
+use super::owned::is_owned;
 use super::sites::{Place, Site, number};
 use crate::count::Verdict;
 use crate::index::{FunctionId, Index, Ty};
@@ -76,8 +77,13 @@ pub(super) struct Mention {
     pub(super) edit: Option<(Span, String)>,
 }
 
-/// Every place where the loop names what the guard is to hold, but for the updates that go away.
-pub(super) fn mentions(of: &LoopBody<'_>, guarded: &[Guarded], at: usize) -> Result<Vec<Mention>, Reason> {
+/// Every place where the loop names what the guard is to hold, but for the updates that go away and for what stands above the guard.
+pub(super) fn mentions(
+    of: &LoopBody<'_>,
+    guarded: &[Guarded],
+    at: usize,
+    behind: Option<Span>,
+) -> Result<Vec<Mention>, Reason> {
     let own = &guarded[at];
     let place = &own.place;
     let is_gone = |id: ExprId| {
@@ -85,7 +91,8 @@ pub(super) fn mentions(of: &LoopBody<'_>, guarded: &[Guarded], at: usize) -> Res
         around.any(|at| guarded.iter().flat_map(|other| &other.sites).any(|site| site.gone == at))
     };
     let mut found = Vec::new();
-    for id in of.names(own.place.local).filter(|id| !is_gone(*id)) {
+    let is_above = |id: ExprId| behind.is_some_and(|before| of.span(id).end <= before.end);
+    for id in of.names(own.place.local).filter(|id| !is_gone(*id) && !is_above(*id)) {
         let chain = chain(of, id);
         if !is_about(of, place, id) {
             continue;
@@ -142,6 +149,40 @@ pub(super) fn is_about(of: &LoopBody<'_>, place: &Place, id: ExprId) -> bool {
     of.typed.expr_local.get(&id) == Some(&place.local) && place.fields.iter().zip(chain.iter().skip(1)).all(is_it)
 }
 
+/// Whether an expression names a variable or field that holds the place among other things: `self` in `self.limit()`.
+pub(super) fn is_about_owner(of: &LoopBody<'_>, place: &Place, id: ExprId) -> bool {
+    is_about(of, place, id) && chain(of, id).len() <= place.fields.len()
+}
+
+/// Whether nothing keeps a part of what an expression names, and the place in it is only looked at: `self.kf.estimate()`,
+/// `self.limit()`.
+pub(super) fn is_glance(of: &LoopBody<'_>, place: &Place, id: ExprId) -> bool {
+    let index = of.program.index;
+    let scope = index.scope_of(of.function);
+    let is_plain = |id: &ExprId| is_owned(index, &scope, of.typed.ty(*id));
+    let looks = |call: &ExprId| match of.typed.callees.get(call) {
+        Some(Callee::Resolved(callee)) => {
+            let is_shared = |id: &FunctionId| index.function(*id).function.receiver == Some(Receiver::Shared);
+            !callee.targets.is_empty() && callee.targets.iter().all(is_shared)
+        }
+        _ => false,
+    };
+    let mut at = id;
+    while let Some(parent) = of.parent(at) {
+        match of.kind(parent) {
+            ExprKind::Field { base, .. } if *base == at => at = parent,
+            ExprKind::MethodCall { receiver, args, .. } if *receiver == at => {
+                let is_fine = is_about_owner(of, place, id) || looks(&parent);
+                return is_fine && is_plain(&parent) && args.iter().all(is_plain);
+            }
+            ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } if *place == at => return false,
+            ExprKind::Reference { .. } => return false,
+            _ => return matches!(of.typed.ty(at), Ty::Int | Ty::Float | Ty::Bool | Ty::Char),
+        }
+    }
+    false
+}
+
 /// The expressions from a variable through its fields, as far as they are written: `self`, `self.axes`, `self.axes.roll`.
 fn chain<'a>(of: &LoopBody<'a>, id: ExprId) -> Vec<(ExprId, &'a str)> {
     let mut chain = vec![(id, "")];
@@ -164,7 +205,14 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
         return refuse(format!("`{spelled}` is used here by code that is written elsewhere"));
     }
     let Some(prefix) = prefix(of, own, at) else {
-        return refuse(format!("`{spelled}` is used here as a whole, and a guard holds it"));
+        let is_each = own.adaptation.as_ref().is_some_and(|adaptation| adaptation.law.each.is_some());
+        return refuse(match is_each {
+            true => format!(
+                "`{spelled}` is used here as a whole, or by a method that `ceid_core::Adapted` has as well, and its elements are lent one \
+                 by one"
+            ),
+            false => format!("`{spelled}` is used here as a whole, and a guard holds it"),
+        });
     };
     if is_captured(of, at) && !(prefix.is_empty() && of.typed.local(own.place.local).name == own.name) {
         return refuse(format!("`{spelled}` is named in a format string: write it behind the string as an argument"));

@@ -9,6 +9,7 @@ mod ambiguous;
 mod body;
 mod captures;
 mod closure;
+mod conditional;
 mod each;
 mod effects;
 mod elements;
@@ -35,6 +36,7 @@ mod observed;
 mod outputs;
 mod owned;
 mod panics;
+mod partly;
 mod plan;
 mod purity;
 mod sites;
@@ -66,8 +68,17 @@ pub struct Plan {
     pub filters: Vec<String>,
     /// The rewriting, or why there is none.
     pub outcome: Result<Rewrite, Vec<Reason>>,
-    /// Where they cannot all go without a change, those that could if the others were not there.
-    pub could_go: Vec<String>,
+    /// Where they cannot all go without a change, those that can while the others stay.
+    pub partly: Option<Partly>,
+}
+
+/// What can be done about some of the filters of a loop.
+#[derive(Clone, Debug)]
+pub struct Partly {
+    /// These, as the source spells them.
+    pub filters: Vec<String>,
+    /// The rewriting, by which the program does the same.
+    pub rewrite: Rewrite,
 }
 
 impl Plan {
@@ -82,19 +93,6 @@ impl Plan {
             edits: rewrite.edits.clone(),
             applicability: Applicability::MaybeIncorrect,
         })
-    }
-
-    /// Which filters keep others from the guard, where that is so.
-    #[must_use]
-    pub fn in_the_way(&self) -> Option<String> {
-        let listed = |could_go: bool| {
-            let names = self.filters.iter().filter(|name| self.could_go.contains(name) == could_go);
-            names.map(|name| format!("`{name}`")).collect::<Vec<_>>()
-        };
-        let (others, free) = (listed(false), listed(true));
-        let verb = if others.len() == 1 { "is" } else { "are" };
-        let (others, free) = (others.join(", "), free.join(", "));
-        (!self.could_go.is_empty()).then(|| format!("{others} {verb} in the way: a guard could have {free}"))
     }
 }
 

@@ -4,7 +4,7 @@ use super::body::LoopBody;
 use super::mentions::{Guarded, held};
 use super::text::has_word;
 use crate::index::{Index, TraitName, Ty};
-use crate::syntax::tree::{BlockKind, ExprKind};
+use crate::syntax::tree::{BlockKind, ExprId, ExprKind};
 
 /// Whether the state of a filter may be seen once the loop is left; if not, a law that runs on the way out changes nothing.
 pub(super) fn is_observed(of: &LoopBody<'_>, own: &Guarded) -> bool {
@@ -27,6 +27,26 @@ pub(super) fn is_observed(of: &LoopBody<'_>, own: &Guarded) -> bool {
     let body = of.span(of.body.root);
     let rest = of.text.get(of.span(of.whole).end as usize..body.end as usize);
     runs_again || rest.is_none_or(|rest| has_word(rest, &local.name))
+}
+
+/// Whether a filter is gone where the loop is left by `return` or `?`: it is a variable of what is left.
+pub(super) fn is_dropped_at(of: &LoopBody<'_>, own: &Guarded, exit: ExprId) -> bool {
+    let local = of.typed.local(own.place.local);
+    let index = of.program.index;
+    let is_value = own_value(&local.ty).is_some() && own_value(&own.ty).is_some();
+    let is_quiet =
+        !has_destructor(index, &own.ty) && (own.place.fields.is_empty() || !has_destructor(index, &local.ty));
+    // A closure or another kind of block around the loop is what is left instead.
+    let is_outside = of.ancestors(of.whole).any(|around| {
+        let is_left = match of.kind(around) {
+            ExprKind::Closure(_) => true,
+            ExprKind::Block(block) => matches!(block.kind, BlockKind::Async | BlockKind::Try),
+            ExprKind::Opaque(_) | ExprKind::Macro(_) => true,
+            _ => false,
+        };
+        is_left && !of.span(around).contains(local.span)
+    });
+    matches!(of.kind(exit), ExprKind::Return(_) | ExprKind::Try(_)) && is_value && is_quiet && !is_outside
 }
 
 /// Whether a filter is there after the future in which its loop waits was dropped.

@@ -6,6 +6,7 @@ use std::path::Path;
 use super::ambiguous::ambiguous;
 use super::body::LoopBody;
 use super::captures::captures;
+use super::conditional::is_read;
 use super::effects::Effects;
 use super::exits::{Exits, exits};
 use super::gone::take_away;
@@ -16,8 +17,9 @@ use super::law::delegation;
 use super::leftover::leftovers;
 use super::loops::Loops;
 use super::mentions::{Guarded, Mention, mentions};
-use super::observed::{is_observed, outlives_future};
+use super::observed::{is_dropped_at, is_observed, outlives_future};
 use super::owned::is_owned;
+use super::partly::partly;
 use super::sites::{Site, owed, place_of, sites};
 use super::tails::{outlives_guard, without_name};
 use super::text::has_word;
@@ -29,9 +31,6 @@ use crate::index::{FunctionId, Ty, TypeId};
 use crate::project::Manners;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
-
-/// Of a loop with more filters than this, it is not tried which of them could go.
-const MOST_TRIED: usize = 12;
 
 /// A plan for each cycle that updates filters by hand; none where nothing is to be done. `manners` says what is asked of the code in a
 /// file.
@@ -71,31 +70,11 @@ fn plan(loops: &Loops<'_>, cycle: &Cycle, edition: &str) -> Option<Plan> {
         Some(body.expr(whole).span.to(cycle.head))
     });
     let whole = whole.unwrap_or(cycle.head);
-    let could_go = match outcome.as_ref() {
-        Ok(rewrite) if rewrite.changes.is_empty() => Vec::new(),
-        _ => could_go(loops, cycle, &by_hand, edition),
+    let partly = match outcome.as_ref() {
+        Ok(rewrite) if rewrite.changes.is_empty() => None,
+        _ => partly(cycle, &by_hand, |pairs| rewrite(loops, cycle, pairs, edition).ok()),
     };
-    Some(Plan { head: cycle.head, whole, function: cycle.function.clone(), filters, outcome, could_go })
-}
-
-/// Those of the filters that a guard could have, and the program does the same, if the others were not there; none if there are many.
-///
-/// The elements of an array go together or not at all.
-fn could_go(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -> Vec<String> {
-    let owner = |pair: &Pair| pair.name.split('[').next().unwrap_or_default().to_owned();
-    let owners: BTreeSet<String> = by_hand.iter().map(|pair| owner(pair)).collect();
-    let of = |owners: &BTreeSet<&String>| -> Vec<&Pair> {
-        by_hand.iter().copied().filter(|pair| owners.contains(&owner(pair))).collect()
-    };
-    let is_possible =
-        |pairs: &[&Pair]| rewrite(loops, cycle, pairs, edition).is_ok_and(|rewrite| rewrite.changes.is_empty());
-    if cycle.kind == CycleKind::Closure || !(2..=MOST_TRIED).contains(&owners.len()) {
-        return Vec::new();
-    }
-    let alone: BTreeSet<&String> = owners.iter().filter(|own| is_possible(&of(&BTreeSet::from([*own])))).collect();
-    let pairs = of(&alone);
-    let is_some = !alone.is_empty() && alone.len() < owners.len() && (alone.len() == 1 || is_possible(&pairs));
-    if is_some { pairs.iter().map(|pair| pair.name.clone()).collect() } else { Vec::new() }
+    Some(Plan { head: cycle.head, whole, function: cycle.function.clone(), filters, outcome, partly })
 }
 
 /// Why a closure gets no guard.
@@ -174,6 +153,9 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
         return Err(reasons);
     }
     let guarded = guarded(loops, &of, found)?;
+    if !is_read(&of, by_hand, &guarded) {
+        return Err(at_head("a part of the loop is conditionally compiled, and is not read in full".to_owned()));
+    }
     if edition == "2018"
         && let reasons = captures(&of, &guarded)
         && !reasons.is_empty()
@@ -184,7 +166,8 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
         return Err(vec![reason]);
     }
     let exits = exits(&of);
-    let behind = head::behind(&of, &guarded, &exits);
+    let is_exact = by_hand.iter().all(|pair| matches!(pair.verdict, Verdict::Once | Verdict::PerSample));
+    let behind = head::behind(&of, &guarded, &exits, is_exact);
     let rewriter = Rewriter { loops, of: &of, exits, guarded: &guarded, behind };
     rewriter.rewrite(cycle, changes)
 }
@@ -226,7 +209,7 @@ impl Rewriter<'_> {
         let mut laws: Vec<(TypeId, FunctionId)> = Vec::new();
         let effects = Effects { loops: self.loops, of, exits: &self.exits, guarded: self.guarded, behind: self.behind };
         for (at, own) in self.guarded.iter().enumerate() {
-            match mentions(of, self.guarded, at) {
+            match mentions(of, self.guarded, at, self.behind) {
                 Ok(found) => {
                     edits.extend(found.iter().filter_map(|mention| mention.edit.clone()));
                     changes.extend(self.used_after(own, &found));
@@ -458,11 +441,15 @@ impl Rewriter<'_> {
             return (Vec::new(), Vec::new());
         }
         let line = |id: &ExprId| of.program.sources.line(of.span(*id));
-        if is_observed(of, own) {
+        let what = if of.is_function { "function" } else { "loop" };
+        let is_seen = is_observed(of, own);
+        let (early, unseen): (Vec<ExprId>, Vec<ExprId>) =
+            early.into_iter().partition(|exit| is_seen && !is_dropped_at(of, own, *exit));
+        if !early.is_empty() {
             let left = |exit: &ExprId| {
                 let how = match self.exits.waits.contains(exit) {
-                    true => "the future may be dropped here",
-                    false => "the loop may be left here",
+                    true => "the future may be dropped here".to_owned(),
+                    false => format!("the {what} may be left here"),
                 };
                 let spelled = &own.spelled;
                 let text = match is_fed {
@@ -475,11 +462,11 @@ impl Rewriter<'_> {
             };
             return (early.iter().map(left).collect(), Vec::new());
         }
-        let lines: BTreeSet<String> = early.iter().map(|id| line(id).to_string()).collect();
+        let lines: BTreeSet<String> = unseen.iter().map(|id| line(id).to_string()).collect();
         let lines = lines.into_iter().collect::<Vec<_>>().join(", ");
         let once = if is_fed { "all or not at all" } else { "once more" };
         let note = format!(
-            "the law of `{}` runs {once} where the loop is left (line {lines}); nothing reads it after that",
+            "the law of `{}` runs {once} where the {what} is left (line {lines}); nothing reads it after that",
             own.name
         );
         (Vec::new(), vec![note])

@@ -8,7 +8,6 @@ use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
 /// Why the loop as a whole cannot be rewritten.
 pub(super) fn whole_loop(of: &LoopBody<'_>, outline: &Outline, edition: &str) -> Result<(), String> {
     let span = of.span(of.block);
-    let code = of.program.sources.snippet(span);
     if edition == "2015" {
         return Err("the crate has edition 2015, and the macros of `ceid_core` need a later one: run `cargo fix --edition`, and set \
                     `edition = \"2018\"` in the manifest"
@@ -18,9 +17,6 @@ pub(super) fn whole_loop(of: &LoopBody<'_>, outline: &Outline, edition: &str) ->
         || outline.around(span.start as usize).any(|around| around.is_macro)
     {
         return Err("the loop is written in a macro".to_owned());
-    }
-    if code.contains("cfg(") || code.contains("cfg!(") || code.contains("cfg_attr(") {
-        return Err("a part of the loop is conditionally compiled, and is not read in full".to_owned());
     }
     let has_guard = |id: &ExprId| match of.kind(*id) {
         ExprKind::Macro(call) => matches!(call.kind, MacroKind::Ceid { .. } | MacroKind::EachCycle { .. }),

@@ -1,12 +1,14 @@
 //! `cargo ceid-lint migrate`: loops that update their filters by hand get a guard of `ceid-core`.
 
 mod args;
+mod core;
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use self::core::{core_directory, relative};
 use super::args::FixArgs;
 use super::{Console, ExitStatus, input, vcs};
 use crate::count::{Cycle, CycleKind, Gate, Pair, Verdict};
@@ -186,11 +188,10 @@ impl Run<'_> {
 
     /// Tells what could be done.
     fn list(&self, report: &Report, plans: &[&Plan]) {
-        let can = |plan: &&&Plan| {
-            plan.outcome.as_ref().is_ok_and(|rewrite| self.is_taken(rewrite) && self.edits(report, rewrite).is_ok())
-        };
+        let can = |plan: &&&Plan| self.taken(plan).is_some_and(|rewrite| self.edits(report, rewrite).is_ok());
         for plan in plans.iter().filter(can) {
-            self.console.say(&format!("{} can be migrated", self.title(report, plan)));
+            self.console.say(&format!("{} can be migrated", self.title(report, plan, self.going(plan))));
+            self.tell_staying(report, plan);
         }
         for plan in plans.iter().filter(|plan| !can(plan)) {
             self.refuse(report, plan, None);
@@ -202,6 +203,39 @@ impl Run<'_> {
         self.args.unsafe_fixes || rewrite.changes.is_empty()
     }
 
+    /// How a loop is rewritten: with all its filters, or with those that can go.
+    fn taken<'p>(&self, plan: &'p Plan) -> Option<&'p Rewrite> {
+        let all = plan.outcome.as_ref().ok().filter(|rewrite| self.is_taken(rewrite));
+        all.or_else(|| plan.partly.as_ref().map(|partly| &partly.rewrite))
+    }
+
+    /// The filters that go by that.
+    fn going<'p>(&self, plan: &'p Plan) -> &'p [String] {
+        match (&plan.outcome, &plan.partly) {
+            (Ok(rewrite), _) if self.is_taken(rewrite) => &plan.filters,
+            (_, Some(partly)) => &partly.filters,
+            _ => &plan.filters,
+        }
+    }
+
+    /// Tells why some filters of a loop stay as they are where the others go.
+    fn tell_staying(&self, report: &Report, plan: &Plan) {
+        let going = self.going(plan);
+        let staying: Vec<String> = plan.filters.iter().filter(|name| !going.contains(name)).cloned().collect();
+        let (Some(_), [_, ..]) = (&plan.partly, staying.as_slice()) else { return };
+        let verb = if staying.len() == 1 { "stays" } else { "stay" };
+        let (how, reasons) = match &plan.outcome {
+            Ok(rewrite) => {
+                (" (`--unsafe-fixes` migrates all, and the program does something else then)", &rewrite.changes)
+            }
+            Err(reasons) => ("", reasons),
+        };
+        self.console.say(&format!("  {} {verb} by hand{how}:", names(&staying)));
+        let mut reasons: Vec<String> = reasons.iter().map(|reason| told(report, plan, reason)).collect();
+        reasons.dedup();
+        reasons.iter().for_each(|reason| self.console.say(&format!("    {reason}")));
+    }
+
     /// The fixes of a round.
     fn offer(&self, report: &Report, first: &Report) -> Vec<Fix> {
         let Ok(of_first) = self.chosen(first) else { return Vec::new() };
@@ -210,8 +244,7 @@ impl Run<'_> {
         let mut fixes = Vec::new();
         let mut laws: Vec<_> = Vec::new();
         for plan in report.plans.iter().filter(is_chosen) {
-            if let Ok(rewrite) = &plan.outcome
-                && self.is_taken(rewrite)
+            if let Some(rewrite) = self.taken(plan)
                 && !rewrite.laws.iter().any(|(ty, law)| laws.iter().any(|(own, other)| own == ty && other != law))
                 && let Ok(edits) = self.edits(report, rewrite)
             {
@@ -280,15 +313,12 @@ impl Run<'_> {
     /// Tells what was done and what was not, beside the loops without a plan, and how much was not.
     fn tell(&self, first: &Report, chosen: &[&Plan], revision: &Revision, unplanned: usize) -> usize {
         let is_of = |fix: &Fix, plan: &Plan| (&fix.file, &fix.title) == (&key(first, plan).0, &title_of(first, plan));
-        let is_made = |plan: &Plan| {
-            let is_possible = plan.outcome.as_ref().is_ok_and(|rewrite| self.is_taken(rewrite));
-            is_possible && revision.made.iter().any(|fix| is_of(fix, plan))
-        };
+        let is_made = |plan: &Plan| self.taken(plan).is_some() && revision.made.iter().any(|fix| is_of(fix, plan));
         let (made, left): (Vec<&Plan>, Vec<&Plan>) = chosen.iter().partition(|plan| is_made(plan));
         let verb = if self.args.diff { "would migrate" } else { "migrated" };
         for plan in &made {
-            self.console.say(&format!("{verb} {}", self.title(first, plan)));
-            let Ok(rewrite) = &plan.outcome else { continue };
+            self.console.say(&format!("{verb} {}", self.title(first, plan, self.going(plan))));
+            let Some(rewrite) = self.taken(plan) else { continue };
             for note in &rewrite.notes {
                 self.console.say(&format!("  {note}"));
             }
@@ -298,6 +328,7 @@ impl Run<'_> {
             for change in changes {
                 self.console.say(&format!("  changed: {change}"));
             }
+            self.tell_staying(first, plan);
         }
         for plan in &left {
             let why = revision.refused.iter().find(|refused| is_of(&refused.fix, plan));
@@ -322,14 +353,14 @@ impl Run<'_> {
         left.len()
     }
 
-    fn title(&self, report: &Report, plan: &Plan) -> String {
+    fn title(&self, report: &Report, plan: &Plan, filters: &[String]) -> String {
         let file = &report.sources.file(plan.head.file).name;
-        format!("{file}:{}: {} in `{}`", report.sources.line(plan.head), names(plan), plan.function)
+        format!("{file}:{}: {} in `{}`", report.sources.line(plan.head), names(filters), plan.function)
     }
 
     /// Tells why a loop stays as it is.
     fn refuse(&self, report: &Report, plan: &Plan, why: Option<&str>) {
-        let title = self.title(report, plan);
+        let title = self.title(report, plan, &plan.filters);
         let mut lines = vec![format!("{title}: not migrated")];
         match &plan.outcome {
             Err(reasons) => lines.extend(reasons.iter().map(|reason| told(report, plan, reason))),
@@ -349,7 +380,6 @@ impl Run<'_> {
             }
         }
         lines.dedup();
-        lines.extend(plan.in_the_way());
         self.console.warn(&lines.join("\n  "));
     }
 }
@@ -419,11 +449,11 @@ fn title_of(report: &Report, plan: &Plan) -> String {
     };
     let before: BTreeSet<Span> = report.cycles.iter().filter(is_before).map(|cycle| cycle.head).collect();
     let number = before.len() + 1;
-    format!("{} updated by a guard in loop {number} of `{}`", names(plan), plan.function)
+    format!("{} updated by a guard in loop {number} of `{}`", names(&plan.filters), plan.function)
 }
 
-fn names(plan: &Plan) -> String {
-    plan.filters.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+fn names(filters: &[String]) -> String {
+    filters.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
 /// What the arguments ask for.
@@ -461,32 +491,4 @@ fn is_no_std(report: &Report, package: &Package) -> bool {
     let is_root = |path: &Path| package.targets.iter().any(|target| target.src_path == path);
     let says_so = |text: &str| text.lines().any(|line| line.trim_start().starts_with("#![") && line.contains("no_std"));
     report.sources.files().any(|(_, file)| is_root(&file.path) && says_so(&file.text))
-}
-
-fn not_a_package(path: &Path) -> String {
-    format!("`{}` is not a directory with a `Cargo.toml`", path.display())
-}
-
-/// The directory of ceid-core's sources that was given.
-fn core_directory(given: &Path) -> Result<PathBuf, String> {
-    let core = given.canonicalize().map_err(|_| not_a_package(given))?;
-    let manifest = std::fs::read_to_string(core.join("Cargo.toml")).map_err(|_| not_a_package(given))?;
-    if migrate::is_ceid_core(&manifest) {
-        return Ok(core);
-    }
-    Err(format!(
-        "the package in `{}` is not `ceid-core`: `--ceid-core-path` names the directory of that one",
-        given.display()
-    ))
-}
-
-/// The directory `core` as the manifest at `manifest` names it.
-fn relative(core: &Path, manifest: &Path) -> Result<String, String> {
-    let core = core_directory(core)?;
-    let from =
-        manifest.parent().and_then(|parent| parent.canonicalize().ok()).ok_or_else(|| not_a_package(manifest))?;
-    let common = core.components().zip(from.components()).take_while(|(one, other)| one == other).count();
-    let up = from.components().skip(common).map(|_| "..".to_owned());
-    let down = core.components().skip(common).map(|part| part.as_os_str().to_string_lossy().into_owned());
-    Ok(up.chain(down).collect::<Vec<_>>().join("/"))
 }

@@ -217,7 +217,7 @@ impl Builder<'_> {
     }
 
     /// A struct literal: what its fields are given moves into the new value.
-    fn struct_value(&mut self, id: ExprId, fields: &[(String, ExprId)], rest: Option<ExprId>) -> Value {
+    pub(super) fn struct_value(&mut self, id: ExprId, fields: &[(String, ExprId)], rest: Option<ExprId>) -> Value {
         let span = self.span(id);
         let variant = match self.typed().expr_def.get(&id) {
             Some(Def::Variant(ty, at)) => Some(super::constants::variant_head(self.program, *ty, *at)),

@@ -218,7 +218,11 @@ impl Builder<'_> {
         let bases = if is_by_parts { Vec::new() } else { self.assigned_vars(target) };
         self.derive(&bases, value);
         self.derive_owner(target, value);
-        let given = self.expr_into(bases, value);
+        let given = match self.own_rest(target, value) {
+            // What it keeps of itself goes nowhere.
+            Some(fields) => self.struct_value(value, fields, None),
+            None => self.expr_into(bases, value),
+        };
         if self.at.is_none() {
             return Value::default();
         }

@@ -9,7 +9,7 @@ use crate::index::{FunctionId, Ty};
 use crate::syntax::tree::{ExprId, ExprKind};
 use crate::types::Callee;
 
-impl Builder<'_> {
+impl<'a> Builder<'a> {
     /// Whether a reset known by its name writes the whole state: every field that the law writes, or `*self`. The heads are those of
     /// its arguments.
     pub(super) fn is_full_reset(&self, reset: FunctionId, self_ty: &Ty, heads: &[Option<Head>]) -> bool {
@@ -70,6 +70,15 @@ impl Builder<'_> {
             }
             _ => false,
         }
+    }
+
+    /// The new fields of a filter that is assigned with the rest of itself: `filter = Filter { gain: 0.5, ..filter }`.
+    pub(super) fn own_rest(&mut self, target: ExprId, value: ExprId) -> Option<&'a [(String, ExprId)]> {
+        let body = self.body();
+        let ExprKind::Struct { fields, rest: Some(rest), .. } = &body.expr(value).kind else { return None };
+        let is_filter = self.program.index.filter_spec(self.ty(target).peel()).is_some();
+        let own = self.static_place(target).filter(|_| is_filter)?;
+        (self.static_place(*rest) == Some(own)).then_some(fields.as_slice())
     }
 
     /// Whether a method that takes `self` gives it back with some of its state: `fn with_gain(self, gain: f32) -> Self`.

@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::Standing;
-use crate::count::{Pair, Verdict};
+use crate::count::{Pair, Verdict, is_guard_rule};
 use crate::pipeline::Report;
 use crate::source::Span;
 
@@ -61,8 +61,10 @@ fn reasons(pair: &Pair) -> Vec<(String, bool, Vec<String>)> {
         let (what, names) = without_names(pair.cause.as_deref().unwrap_or("the cause is not known"));
         return vec![(what, false, names)];
     }
-    let rule = pair.verdict.rule().into_iter().map(|rule| (format!("ceid::{rule}"), true, Vec::new()));
-    rule.collect()
+    // By its counts nothing is wrong where it is the guard that is.
+    let of_guard = pair.rules.iter().copied().filter(|rule| is_guard_rule(rule));
+    let rules = pair.verdict.rule().into_iter().chain(of_guard);
+    rules.map(|rule| (format!("ceid::{rule}"), true, Vec::new())).collect()
 }
 
 /// A cause without what it names between backticks, and that.

@@ -1,0 +1,138 @@
+//! Statements of a loop that are compiled under a condition, and so perhaps not read: whether they have anything to do with a guard.
+
+use super::body::LoopBody;
+use super::mentions::Guarded;
+use super::text::{has_word, without_comments, words};
+use crate::count::Pair;
+use crate::index::Ty;
+use crate::syntax::{Lexer, TokenKind};
+
+/// Words after which a statement may do more than go on, or nobody can tell.
+const WAYS_OUT: [&str; 6] = ["return", "break", "continue", "await", "unsafe", "macro_rules"];
+
+/// Macros that go on behind what they print.
+const PRINTING: [&str; 10] =
+    ["print", "println", "eprint", "eprintln", "dbg", "trace", "debug", "info", "warn", "error"];
+
+/// Whether all that matters to the guard is read: what is compiled under a condition has nothing to do with it.
+pub(super) fn is_read(of: &LoopBody<'_>, pairs: &[&Pair], guarded: &[Guarded]) -> bool {
+    let is_filter = |ty: &Ty| guarded.iter().any(|own| *ty.peel() == own.filter);
+    let locals = of.typed.locals.iter().filter(|local| is_filter(&local.ty)).map(|local| local.name.as_str());
+    let sites = guarded.iter().flat_map(|own| &own.sites).map(|site| of.written(site.receiver));
+    let names = pairs.iter().map(|pair| pair.name.as_str()).chain(guarded.iter().map(|own| own.spelled.as_str()));
+    are_apart(of.written(of.block), &names.chain(locals).chain(sites).collect::<Vec<_>>())
+}
+
+/// Whether all that is compiled under a condition are statements of blocks which always go on and do not name these filters.
+fn are_apart(code: &str, filters: &[&str]) -> bool {
+    let code = without_comments(code);
+    if code.contains("cfg_attr(") || code.contains("cfg!(") {
+        return false;
+    }
+    words(&code, "cfg").all(|at| {
+        let Some(open) = code[..at].trim_end().strip_suffix('[').map(str::trim_end) else { return false };
+        let Some(before) = open.strip_suffix('#').map(str::trim_end) else { return false };
+        before.ends_with(['{', '}', ';'])
+            && statement(&code[at..]).is_some_and(|stmt| goes_on(stmt) && filters.iter().all(|own| !names(stmt, own)))
+    })
+}
+
+/// The statement behind the attribute in which the text begins, if it is one.
+fn statement(text: &str) -> Option<&str> {
+    let mut depth = 1;
+    let mut start = None;
+    for token in Lexer::new(text) {
+        let part = &text[token.start..token.end];
+        match (token.kind, part) {
+            (TokenKind::Open, _) => depth += 1,
+            (TokenKind::Close, _) => depth -= 1,
+            _ => {}
+        }
+        match start {
+            None if depth == 0 => {
+                start = Some(token.end);
+                continue;
+            }
+            None => continue,
+            // The block ends: a value stands at its end, or nothing.
+            Some(_) if depth < 0 => return None,
+            Some(_) if depth > 0 => continue,
+            Some(_) => {}
+        }
+        let start = start?;
+        let rest = text[token.end..].trim_start();
+        let is_value = rest.starts_with(['.', '?', ';', '=']) || rest.starts_with("else") || rest.starts_with("as ");
+        match (token.kind, part) {
+            (TokenKind::Sign, ",") => return None,
+            (TokenKind::Sign, "=") if rest.starts_with('>') => return None,
+            (TokenKind::Sign, ";") => return Some(&text[start..token.end]),
+            (TokenKind::Close, "}") if !is_value => return Some(&text[start..token.end]),
+            _ => {}
+        }
+    }
+    None
+}
+
+/// Whether what follows a statement always runs, as far as its words say.
+fn goes_on(stmt: &str) -> bool {
+    let is_printed = |at: usize| {
+        let before = &stmt[..at];
+        let start = before.rfind(|sign: char| !(sign.is_alphanumeric() || sign == '_')).map_or(0, |before| before + 1);
+        PRINTING.contains(&&before[start..]) || stmt[at + 1..].starts_with('=') || before[start..].is_empty()
+    };
+    !stmt.contains('?')
+        && !WAYS_OUT.iter().any(|word| has_word(stmt, word))
+        && stmt.match_indices('!').all(|(at, _)| is_printed(at))
+}
+
+/// Whether a statement may name a filter: `self.kf` by all of `self`, or by its first field.
+fn names(stmt: &str, filter: &str) -> bool {
+    let mut parts = filter.split(['.', '[', '(']);
+    let (Some(root), field) = (parts.next(), parts.next()) else { return true };
+    words(stmt, root).any(|at| {
+        let behind = stmt[at + root.len()..].trim_start().strip_prefix('.').map(str::trim_start);
+        let end = |text: &str| text.find(|sign: char| !(sign.is_alphanumeric() || sign == '_')).unwrap_or(text.len());
+        match (behind, field) {
+            (Some(behind), Some(field)) => {
+                let end = end(behind);
+                &behind[..end] == field || behind[end..].trim_start().starts_with(['(', ':'])
+            }
+            _ => true,
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(code: &str, expected: bool) {
+        assert_eq!(are_apart(code, &["self.kf", "pf"]), expected, "{code}");
+    }
+
+    #[test]
+    fn what_only_prints_is_apart() {
+        check("{ kf(); }", true);
+        check("{ a(); #[cfg(feature = \"trace\")] println!(\"{z}\"); b(); }", true);
+        check("{ #[cfg(x)] { self.log.push(z); } b(); }", true);
+        check("{ #[cfg(not(x))] if a != b { c(); } else { d(); } b() }", true);
+        check("{ #[cfg(x)] let a = S { b: 1, c }; b() } // cfg!(x)", true);
+    }
+
+    #[test]
+    fn what_may_do_more_is_not() {
+        check("{ #[cfg(x)] println!(\"{}\", self.kf.y); b(); }", false);
+        check("{ #[cfg(x)] println!(\"{pf:?}\"); b(); }", false);
+        check("{ #[cfg(x)] self.log(); b(); }", false);
+        check("{ #[cfg(x)] log(self); b(); }", false);
+        check("{ #[cfg(x)] if a { return; } b(); }", false);
+        check("{ #[cfg(x)] send(z)?; b(); }", false);
+        check("{ #[cfg(x)] leave!(); b(); }", false);
+        check("{ match a { #[cfg(x)] A => b(), _ => c() } }", false);
+        check("{ a(S { #[cfg(x)] b: 1, c: 2 }); }", false);
+        check("{ if cfg!(x) { a(); } }", false);
+        check("{ a(); #[cfg(x)] { b() } }", true);
+        check("{ a(); #[cfg(x)] b() }", false);
+    }
+}
