@@ -1,0 +1,56 @@
+//! Gates of inner loops: those that may have no round, and those whose rounds all end without an update.
+
+use super::{Gates, Way};
+use crate::count::search::Region;
+use crate::count::verdict::Gate;
+use crate::flow::{Effect, Limit, LoopId, NodeId};
+
+impl Gates<'_, '_> {
+    /// An inner loop that may have no round: over samples that are there or not.
+    pub(super) fn of_loop(&self, id: LoopId) -> Option<Gate> {
+        let info = self.search.graph.loop_info(id);
+        // A helper's own loop over samples has no round where there is no sample.
+        let is_own = self.search.sample_loops.contains(&id);
+        (info.drains || is_own || self.feeds_any(&info.bound)).then_some(Gate::Sample)
+    }
+
+    /// A loop over the elements that counts to a number: whether that is larger than the number of an element never changes, or it
+    /// is no gate.
+    pub(super) fn of_number(&self, id: LoopId) -> Option<Gate> {
+        let is_settled = |limit: &Limit| match limit {
+            Limit::Held(place) => self.is_invariant(place, 0),
+            _ => true,
+        };
+        self.search.graph.loop_info(id).limits.iter().all(is_settled).then_some(Gate::Config)
+    }
+
+    /// An inner loop whose rounds all end without an update: `for _ in 0..3 { if let Ok(z) = imu.read() { …; break } }`. It skips
+    /// for what every one of them waits for.
+    pub(super) fn of_rounds(&self, id: LoopId, way: &Way) -> Option<Gate> {
+        let graph = self.search.graph;
+        let info = graph.loop_info(id);
+        let is_within = |node: NodeId| graph.is_within(graph.node(node).in_loop, id);
+        let reach = self.search.reach(Region::Loop(id));
+        let mut found: Option<Gate> = None;
+        let mut is_decided = true;
+        for (at, next) in way.nodes.iter().zip(way.nodes.iter().skip(1)) {
+            if *at == info.head {
+                // The round before it updated nothing, for no reason that is known.
+                if !std::mem::replace(&mut is_decided, !is_within(*next)) {
+                    return None;
+                }
+                continue;
+            }
+            if !is_within(*at) || is_decided || !reach[at.0 as usize] || (is_within(*next) && reach[next.0 as usize]) {
+                continue;
+            }
+            let Effect::Branch(test) = &graph.node(*at).effect else { return None };
+            let gate = self.of_branch(test, *at, way)?;
+            if *found.get_or_insert(gate) != gate {
+                return None;
+            }
+            is_decided = true;
+        }
+        found
+    }
+}
