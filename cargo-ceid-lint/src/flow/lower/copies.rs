@@ -226,11 +226,11 @@ impl Builder<'_> {
     /// Whether a place is a variable or lies in one, and not behind a reference or handle in it.
     fn lies_inside(&self, place: &Place) -> bool {
         let Some(var) = place.base_var() else { return false };
-        let steps = place.steps.iter().map(|step| match step {
+        let mut steps = place.steps.iter().map(|step| match step {
             Projection::Field(name) => Some(&**name),
             _ => None,
         });
-        let ty = steps.fold(Some(self.graph.var(var).ty.clone()), |ty, name| match ty? {
+        let ty = steps.try_fold(self.graph.var(var).ty.clone(), |ty, name| match ty {
             Ty::Tuple(parts) => parts.get(name?.parse::<usize>().ok()?).cloned(),
             owner => self.program.index.field_ty(&owner, None, name?),
         });
