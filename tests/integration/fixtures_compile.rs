@@ -1,5 +1,6 @@
-//! Every case file is real Rust: one throw-away package holds them all as examples and is checked by cargo.
+//! Every case file is real Rust: a throw-away package for each rule holds its cases as examples, and cargo checks them all.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -38,22 +39,31 @@ fn cases_compile() {
     let root = root();
     let directory = workspace::temporary("fixtures_compile");
     let core = root.join("ceid-core");
-    let mut manifest = format!(
-        "[workspace]\n\n[package]\nname = \"fixtures\"\nversion = \"0.0.0\"\nedition = \"2024\"\n\n[dependencies]\n\
-         ceid-core = {{ path = {core:?} }}\n"
-    );
     let mut paths = Vec::new();
     cases(&root.join("fixtures/rules"), &mut paths);
     paths.sort();
+    // A package for each rule: what cargo does for a target grows with the targets of its package.
+    let mut manifests: BTreeMap<String, String> = BTreeMap::new();
     for path in &paths {
         let rule = path.parent().and_then(Path::file_name).expect("a case lies in its rule's folder");
-        let name =
-            format!("{}__{}", rule.to_string_lossy(), path.file_stem().expect("it has a name").to_string_lossy());
+        let rule = rule.to_string_lossy();
+        let name = format!("{rule}__{}", path.file_stem().expect("it has a name").to_string_lossy());
+        let manifest = manifests.entry(rule.into_owned()).or_insert_with_key(|rule| {
+            format!(
+                "[package]\nname = \"{rule}\"\nversion = \"0.0.0\"\nedition = \"2024\"\n\n[dependencies]\n\
+                 ceid-core = {{ path = {core:?} }}\n"
+            )
+        });
         write!(manifest, "\n[[example]]\nname = \"{name}\"\npath = {path:?}\ncrate-type = [\"lib\"]\n")
             .expect("a String");
     }
-    workspace::write(&directory, "Cargo.toml", manifest.as_bytes());
-    workspace::write(&directory, "src/lib.rs", b"");
+    let members: Vec<&String> = manifests.keys().collect();
+    let whole = format!("[workspace]\nresolver = \"3\"\nmembers = {members:?}\n");
+    workspace::write(&directory, "Cargo.toml", whole.as_bytes());
+    for (rule, manifest) in &manifests {
+        workspace::write(&directory, &format!("{rule}/Cargo.toml"), manifest.as_bytes());
+        workspace::write(&directory, &format!("{rule}/src/lib.rs"), b"");
+    }
     // The versions are those of this workspace, so that nothing has to be looked up.
     std::fs::copy(root.join("Cargo.lock"), directory.join("Cargo.lock")).expect("the workspace has a lock file");
     cargo_check(&directory.join("Cargo.toml"), "fixtures_compile_target", &["--examples", "--keep-going"]);
