@@ -35,9 +35,12 @@ fn check(folder: &str, flags: &[&str]) {
     let by_hand = report.pairs().expect("the report is read");
     let by_hand: Vec<String> =
         by_hand.iter().filter(|pair| pair.verdict != "guarded").map(ToString::to_string).collect();
-    let slower = by_hand.iter().all(|pair| pair.contains("slow gated"));
-    assert!(slower, "{by_hand:#?}");
-    migrate(&directory, &[&["--all"], flags].concat()).assert_code(0).assert_stderr("nothing to migrate");
+    // Those that a gate updates less often, and the one that its loop reads after the update.
+    let stays = |pair: &String| pair.contains("slow gated") || pair.contains("read_later once");
+    assert!(by_hand.iter().all(stays), "{by_hand:#?}");
+    let is_partly = by_hand.iter().any(|pair| pair.contains("read_later"));
+    let said = if is_partly { "add the filter to its list" } else { "nothing to migrate" };
+    migrate(&directory, &[&["--all"], flags].concat()).assert_code(0).assert_stderr(said);
     for (name, path) in &cases {
         assert_eq!(binary(&directory, name), read(&path.join("after.rs")), "{name}");
     }
