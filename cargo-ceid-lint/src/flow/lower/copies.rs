@@ -205,22 +205,24 @@ impl Builder<'_> {
     fn settle_parts_of_params(&mut self) {
         let is_owned = |var: &Var| matches!(self.graph.var(*var).ty, Ty::Adt(..) | Ty::Tuple(_));
         let mut holding: BTreeSet<Var> = self.graph.params.iter().copied().filter(is_owned).collect();
-        loop {
-            let moved = self.graph.node_ids().find_map(|id| match &self.graph.node(id).effect {
-                Effect::Set(set) | Effect::Write(set) if set.transfer == Transfer::Copy => {
-                    let from =
-                        set.from.as_ref().filter(|from| from.base_var().is_some_and(|var| holding.contains(&var)))?;
-                    let into = set.place.base_var()?;
-                    (self.lies_inside(from) && self.is_left_behind(id, from)).then_some((id, into))
+        let mut has_moved = true;
+        while std::mem::take(&mut has_moved) {
+            for id in self.graph.node_ids() {
+                let Some(into) = self.part_left_behind(id, &holding) else { continue };
+                if let Effect::Set(set) | Effect::Write(set) = &mut self.graph.nodes[id.0 as usize].effect {
+                    set.transfer = Transfer::Move;
                 }
-                _ => None,
-            });
-            let Some((id, into)) = moved else { return };
-            if let Effect::Set(set) | Effect::Write(set) = &mut self.graph.nodes[id.0 as usize].effect {
-                set.transfer = Transfer::Move;
+                has_moved |= holding.insert(into);
             }
-            holding.insert(into);
         }
+    }
+
+    /// The variable that a node gives a copy of a part of one of these, if nothing asks for the part again.
+    fn part_left_behind(&self, id: NodeId, holding: &BTreeSet<Var>) -> Option<Var> {
+        let (Effect::Set(set) | Effect::Write(set)) = &self.graph.node(id).effect else { return None };
+        let from = set.from.as_ref().filter(|from| from.base_var().is_some_and(|var| holding.contains(&var)))?;
+        let into = set.place.base_var().filter(|_| set.transfer == Transfer::Copy)?;
+        (self.lies_inside(from) && self.is_left_behind(id, from)).then_some(into)
     }
 
     /// Whether a place is a variable or lies in one, and not behind a reference or handle in it.
