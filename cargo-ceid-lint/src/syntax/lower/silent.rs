@@ -11,6 +11,22 @@ use crate::syntax::modules::Loader;
 /// The names without which tokens bring in no file, declare no macro and depend on no `cfg`.
 const TELLING: [&str; 6] = ["cfg", "cfg_attr", "cfg_if", "include", "macro_rules", "mod"];
 
+/// Whether nothing would be left of an item of a file that is there.
+pub(in crate::syntax) fn is_silent(loader: &Loader<'_>, item: &syn::Item) -> bool {
+    looks_silent(loader, |search| search.visit_item(item))
+}
+
+/// Whether the attributes of a file neither depend on a `cfg` nor give it a part.
+pub(in crate::syntax) fn are_silent(loader: &Loader<'_>, attributes: &[syn::Attribute]) -> bool {
+    looks_silent(loader, |search| attributes.iter().for_each(|attribute| search.visit_attribute(attribute)))
+}
+
+fn looks_silent(loader: &Loader<'_>, look: impl FnOnce(&mut Search<'_, '_>)) -> bool {
+    let mut search = Search { loader, found: false };
+    look(&mut search);
+    !search.found
+}
+
 impl Lowerer<'_, '_> {
     /// Whether nothing would be left of an item.
     pub(super) fn is_silent_item(&self, item: &syn::Item) -> bool {
@@ -27,9 +43,7 @@ impl Lowerer<'_, '_> {
         if self.loader.keeps_items || self.given != Presence::Present {
             return false;
         }
-        let mut search = Search { loader: self.loader, found: false };
-        look(&mut search);
-        !search.found
+        looks_silent(self.loader, look)
     }
 }
 

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use memchr::memmem;
 use proc_macro2::{TokenStream, TokenTree};
+use syn::parse::{ParseStream, Parser as _};
 
 use super::RootModule;
 use super::bare_closures::with_dyn;
@@ -15,6 +16,7 @@ use super::edition::of_2015;
 use super::lex::{Lexer, Token, TokenKind};
 use super::lower::Lowerer;
 use super::lower::attrs::Attrs;
+use super::lower::silent;
 use super::macros::{Imported, OwnMacros};
 use super::tree::Item;
 use crate::diagnostic::Problem;
@@ -266,8 +268,9 @@ impl<'a> Loader<'a> {
             collect_macro_names(code, &mut self.own_macros);
             // Only what cannot be read as it stands is read again, so that nothing else pays for it.
             let again = matches!(self.edition, "2015" | "2018").then(|| tokens.clone());
-            let first = syn::parse2::<syn::File>(tokens);
-            first.or_else(|error| again.and_then(|tokens| syn::parse2(with_dyn(tokens)).ok()).ok_or(error))
+            let parse = |input: ParseStream<'_>| self.tree(input, declares_macro(code));
+            let first = parse.parse2(tokens);
+            first.or_else(|error| again.and_then(|tokens| parse.parse2(with_dyn(tokens)).ok()).ok_or(error))
         });
         match parsed {
             Ok(tree) => {
@@ -293,6 +296,22 @@ impl<'a> Loader<'a> {
                 None
             }
         }
+    }
+
+    /// The tree of a file. Where no items are kept, those of which nothing would be left are dropped one by one: the tree of a large
+    /// file takes more memory than all else. Which macros a file declares is not known before it is lowered.
+    fn tree(&self, input: ParseStream<'_>, declares_macro: bool) -> syn::Result<syn::File> {
+        let attrs = input.call(syn::Attribute::parse_inner)?;
+        let keeps_all = self.keeps_items || declares_macro || !silent::are_silent(self, &attrs);
+        let mut items = Vec::new();
+        while !input.is_empty() {
+            let item: syn::Item = input.parse()?;
+            let imports = matches!(item, syn::Item::Use(_) | syn::Item::ExternCrate(_));
+            if keeps_all || imports || !silent::is_silent(self, &item) {
+                items.push(item);
+            }
+        }
+        Ok(syn::File { shebang: None, frontmatter: None, attrs, items })
     }
 
     fn unreadable(&mut self, path: &Path, declared: Option<(Span, &str)>, error: &ReadError) {
@@ -367,10 +386,14 @@ fn skip_trivia(mut text: &str) -> &str {
     }
 }
 
+/// Whether a text may declare macros by `macro_rules!`. Most do not.
+fn declares_macro(text: &str) -> bool {
+    memmem::find(text.as_bytes(), b"macro_rules").is_some()
+}
+
 /// Adds the names of all macros that the text declares by `macro_rules!`.
 fn collect_macro_names(text: &str, names: &mut BTreeSet<String>) {
-    // Most texts declare none.
-    if memmem::find(text.as_bytes(), b"macro_rules").is_none() {
+    if !declares_macro(text) {
         return;
     }
     let mut before = ["", ""];
