@@ -6,8 +6,8 @@ mod support;
 use std::fmt::{self, Write as _};
 use std::path::Path;
 
+use support::batch::judged;
 use support::case::{Case, difference};
-use support::program::{check_file, report_file};
 
 datatest_stable::harness! {
     { test = case_holds, root = "../fixtures/rules", pattern = r"\.rs$" },
@@ -25,11 +25,9 @@ fn case_holds(path: &Path) -> datatest_stable::Result<()> {
 fn compare(path: &Path) -> Result<String, String> {
     let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
     let case = Case::parse(&text)?;
-    let mut failures = difference(&case, &check_file(path, &case.warned).findings()?);
-    if case.reports.is_empty() {
-        return Ok(failures);
-    }
-    let pairs = report_file(path).pairs()?;
+    let judged = judged(path)?;
+    let mut failures = difference(&case, &judged.findings);
+    let pairs = judged.pairs;
     for expected in case.reports.iter().filter(|expected| !pairs.iter().any(|pair| expected.matches(pair))) {
         let nearest = pairs.iter().filter(|pair| expected.is_about(pair)).map(|pair| format!("    there is: {pair}\n"));
         let nearest: String = nearest.collect();

@@ -251,6 +251,7 @@ mod tests {
     fn report_line_names_a_pair() {
         let line = ReportLine::parse("14 loop self.axes.roll skipped 0,1").expect("well formed");
         let pair = Pair {
+            file: "case.rs".to_owned(),
             function: "Quad::run".to_owned(),
             line: 14,
             kind: "loop".to_owned(),

@@ -3,6 +3,7 @@
 // Each test program uses its own part of this module.
 #![allow(dead_code, clippy::allow_attributes)]
 
+pub(crate) mod batch;
 pub(crate) mod case;
 pub(crate) mod program;
 pub(crate) mod workspace;

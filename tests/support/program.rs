@@ -23,6 +23,8 @@ pub(crate) struct Finding {
 /// A cycle and one of its filters, as the proof report gives them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Pair {
+    /// The file that it lies in, as printed.
+    pub(crate) file: String,
     /// The function that the cycle lies in.
     pub(crate) function: String,
     /// The line of the cycle's head.
@@ -41,7 +43,7 @@ pub(crate) struct Pair {
 
 impl fmt::Display for Pair {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { function, line, kind, name, verdict, counts, gate } = self;
+        let Self { function, line, kind, name, verdict, counts, gate, .. } = self;
         write!(f, "line {line} in {function}, {kind} {name} {verdict} {counts:?}")?;
         gate.as_ref().map_or(Ok(()), |gate| write!(f, " by {gate}"))
     }
@@ -86,8 +88,13 @@ pub(crate) fn run_command(command: &mut Command) -> Run {
 
 /// Checks one file on its own, with these rules switched on.
 pub(crate) fn check_file(path: &Path, warned: &[String]) -> Run {
-    let directory = path.parent().expect("a file lies in a directory");
-    let mut args = vec![OsStr::new("--message-format"), OsStr::new("json"), path.as_os_str()];
+    check_files(path.parent().expect("a file lies in a directory"), &[path], warned)
+}
+
+/// Checks files, each on its own, in one run.
+pub(crate) fn check_files(directory: &Path, paths: &[&Path], warned: &[String]) -> Run {
+    let mut args = vec![OsStr::new("--message-format"), OsStr::new("json")];
+    args.extend(paths.iter().map(|path| path.as_os_str()));
     for rule in warned {
         args.extend([OsStr::new("-W"), OsStr::new(rule)]);
     }
@@ -96,8 +103,14 @@ pub(crate) fn check_file(path: &Path, warned: &[String]) -> Run {
 
 /// The proof report of one file on its own.
 pub(crate) fn report_file(path: &Path) -> Run {
-    let directory = path.parent().expect("a file lies in a directory");
-    run(directory, [OsStr::new("report"), OsStr::new("--message-format"), OsStr::new("json"), path.as_os_str()])
+    report_files(path.parent().expect("a file lies in a directory"), &[path])
+}
+
+/// The proof report of files, each on its own, in one run.
+pub(crate) fn report_files(directory: &Path, paths: &[&Path]) -> Run {
+    let mut args = vec![OsStr::new("report"), OsStr::new("--message-format"), OsStr::new("json")];
+    args.extend(paths.iter().map(|path| path.as_os_str()));
+    run(directory, args)
 }
 
 impl Run {
@@ -171,6 +184,7 @@ impl Run {
         for cycle in list(&report["cycles"]) {
             for filter in list(&cycle["filters"]) {
                 pairs.push(Pair {
+                    file: text(&cycle["file"]),
                     function: text(&cycle["function"]),
                     line: cycle["line"].as_u64().unwrap_or_default() as usize,
                     kind: text(&cycle["kind"]),
