@@ -27,6 +27,7 @@ mod given;
 mod guards;
 mod handed;
 mod instances;
+mod kept;
 mod lent;
 mod monomorphise;
 mod outside;

@@ -17,15 +17,15 @@ use super::given::{
 };
 use super::handed;
 use super::instances::{holds_filter_at, is_generic, replaces_generic};
+use super::kept;
 use super::returned;
 use super::search::{Region, Search};
 use super::shown::Shown;
 use super::slice::ControlDependence;
 use super::stand_ins;
-use super::uses::is_plain;
 use super::verdict::Gate;
 use crate::flow::{CallSite, Cause, ChangeKind, ControlFlowGraph, Effect, Head, Place, Program, Projection, Transfer};
-use crate::index::{FunctionId, Index};
+use crate::index::FunctionId;
 
 /// One way through a function, as far as one place goes.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -99,6 +99,8 @@ pub(super) struct Summary {
     pub(super) writes: BTreeSet<Given>,
     /// With which heads, where they are known, and how these values go on from those before.
     pub(super) sets: BTreeSet<(Given, Option<Head>, Option<ChangeKind>)>,
+    /// What of it goes without a reset of a filter that it resets on other ways.
+    pub(super) unreset: BTreeSet<(Given, Option<Head>, Given)>,
     /// The heads that its result may have.
     pub(super) heads: returned::Heads,
     /// The same, where it depends on what its callers know.
@@ -269,7 +271,7 @@ impl Summaries {
                 _ => {}
             }
         }
-        summary.keeps = self.kept_params(program.index, graph, &aliases);
+        summary.keeps = kept::params(program.index, graph, &aliases, self);
         summary.uses.retain(|given| holds_filter_at(program.index, graph, &instance_of(graph, given)));
         if summary.returns.len() > MAX_PLACES {
             let whole = |borrow: &Borrow| Borrow { part: Vec::new(), param: borrow.param, steps: Vec::new() };
@@ -303,37 +305,6 @@ impl Summaries {
             summary.answers = answers(program, graph, &aliases, self);
         }
         summary
-    }
-
-    /// The parameters that a function puts into what another one of them leads to: `self.all.push(filter)`.
-    fn kept_params(&self, index: &Index, graph: &ControlFlowGraph, aliases: &Aliases) -> BTreeSet<usize> {
-        let params = |places: &mut dyn Iterator<Item = Place>| -> BTreeSet<usize> {
-            let bases = places.filter_map(|place| given(graph, &place)).map(|given| given.base);
-            bases.filter_map(|base| if let GivenBase::Param(param) = base { Some(param) } else { None }).collect()
-        };
-        let mut kept = BTreeSet::new();
-        for node in &graph.nodes {
-            match &node.effect {
-                Effect::Set(set) | Effect::Write(set) if !set.place.steps.is_empty() => {
-                    let Some(from) = set.from.as_ref().filter(|from| !is_plain(index, graph, from)) else { continue };
-                    let owner = Place { base: set.place.base, steps: Vec::new() };
-                    let owners = params(&mut aliases.roots(&owner).into_iter());
-                    let given = params(&mut aliases.parts(from).into_iter().map(|(_, root)| root));
-                    if !owners.is_empty() {
-                        kept.extend(given.difference(&owners));
-                    }
-                }
-                Effect::Call(site) => {
-                    let callees = site.targets.iter().filter_map(|target| self.get(*target));
-                    for place in callees.flat_map(|callee| &callee.keeps).filter_map(|number| site.args.get(*number)) {
-                        let moved = place.place.iter().filter(|place| !is_plain(index, graph, place));
-                        kept.extend(moved.flat_map(|place| params(&mut aliases.roots(place).into_iter())));
-                    }
-                }
-                _ => {}
-            }
-        }
-        kept
     }
 
     /// What a call passes on from its callees.
@@ -472,6 +443,8 @@ impl Summaries {
                     }
                     ways.outcomes
                 };
+                let unreset = super::gates::set_without_reset(&search, &outcomes).into_iter();
+                summary.unreset.extend(unreset.map(|(set, head)| (set, head, given.clone())));
                 summary.endless.extend((is_updated && outcomes.is_empty()).then(|| given.clone()));
                 summary.mixed.extend((search.behind.len() > 1).then(|| given.clone()));
                 summary.halves[law].insert(given.clone(), outcomes);

@@ -2,7 +2,7 @@
 //! What a name stands for that is given anew in each round is not followed from one iteration to the next. Whatever ends a pause has
 //! to reset the filter of the same element right there.
 
-use super::Gates;
+use super::{Gates, resumed};
 use crate::count::given::{Given, GivenBase, given, place_of};
 use crate::count::summary::Summary;
 use crate::flow::{CallSite, Effect, Head, NodeId, Place, Projection, SubjectId, Transfer};
@@ -26,21 +26,41 @@ impl Gates<'_, '_> {
         let subject = &self.search.graph.subjects[id.0 as usize];
         let Some(state) = self.element_state(id) else { return false };
         self.updating(id).is_some_and(|updating| {
-            let resumes = |head: Option<&Head>| head.is_none_or(|head| subject.bit(head) & updating != 0);
-            self.resets_each(&state, None, &resumes)
-                && !self.is_written_elsewhere(&state.place, &resumes)
-                && self.nodes().any(|node| self.changes(node, &state))
+            self.pauses_with(&state, None, &|head| head.is_none_or(|head| subject.bit(head) & updating != 0))
         })
+    }
+
+    /// The same for a state that a helper asks for, which updates with these heads.
+    pub(super) fn is_asked_of_element(&self, place: &Place, at: NodeId, updating: &[Head]) -> bool {
+        let resumes = |head: Option<&Head>| head.is_none_or(|head| updating.contains(head));
+        let state = self.element_state_at(place).filter(|_| !updating.is_empty());
+        state.is_some_and(|state| self.pauses_with(&state, Some(at), &resumes))
+    }
+
+    /// Whether the cycle switches such a state, and resets the filter wherever a pause may end.
+    fn pauses_with(
+        &self,
+        state: &ElementState,
+        except: Option<NodeId>,
+        resumes: &dyn Fn(Option<&Head>) -> bool,
+    ) -> bool {
+        self.resets_each(state, except, resumes)
+            && !self.is_written_elsewhere(&state.place, resumes)
+            && self.nodes().any(|node| Some(node) != except && self.changes(node, state))
     }
 
     /// The state that a subject is, if its name is given anew in each iteration or has an index.
     pub(super) fn element_state(&self, id: SubjectId) -> Option<ElementState> {
-        let whole = self.search.graph.subjects[id.0 as usize].whole.as_ref()?;
-        let roots = self.search.aliases.roots(whole);
+        self.element_state_at(self.search.graph.subjects[id.0 as usize].whole.as_ref()?)
+    }
+
+    /// The state of an element at a place.
+    fn element_state_at(&self, place: &Place) -> Option<ElementState> {
+        let roots = self.search.aliases.roots(place);
         let [root] = roots.as_slice() else { return None };
-        let owner = match self.outlives(whole) {
-            true => whole.steps.iter().rposition(|step| step.key().is_some())? + 1,
-            false => root.steps.len().checked_sub(whole.steps.len())?,
+        let owner = match self.outlives(place) {
+            true => place.steps.iter().rposition(|step| step.key().is_some())? + 1,
+            false => root.steps.len().checked_sub(place.steps.len())?,
         };
         if !self.outlives(root) {
             return None;
@@ -58,10 +78,8 @@ impl Gates<'_, '_> {
     }
 
     /// Whether the cycle leaves such a state alone of which a helper has found out that it pauses, but for what resets the filter.
-    pub(super) fn leaves_elements(&self, place: &Place, at: NodeId, bears: &dyn Fn(Option<&Head>) -> bool) -> bool {
-        let index = place.steps.iter().rposition(|step| step.key().is_some());
-        let state = index.and_then(|index| self.state_of(place.clone(), index + 1));
-        state.is_some_and(|state| self.resets_each(&state, Some(at), &|head| !bears(head)))
+    pub(super) fn leaves_elements(&self, place: &Place, at: NodeId, ends: &dyn Fn(Option<&Head>) -> bool) -> bool {
+        self.element_state_at(place).is_some_and(|state| self.resets_each(&state, Some(at), ends))
     }
 
     /// Whether each node that may end a pause resets the filter of the same element.
@@ -74,7 +92,7 @@ impl Gates<'_, '_> {
         let mut changing = self.nodes().filter(|node| Some(*node) != except && self.changes(*node, state));
         changing.all(|node| match &self.search.graph.node(node).effect {
             Effect::Write(write) | Effect::Set(write) => match owner_of(&write.place, &state.to_state) {
-                Some(owner) => !resumes(write.head.as_ref()) || self.is_reset_beside(node, &owner, state),
+                Some(owner) => !resumes(write.head.as_ref()) || self.is_reset_beside(node, &owner, state, resumes),
                 // The element is another one as a whole.
                 None => write.transfer != Transfer::Borrow && !self.reaches_into(&write.place, state),
             },
@@ -123,36 +141,68 @@ impl Gates<'_, '_> {
                     summary.sets.iter().filter(|(set, ..)| set == given).map(|(_, head, _)| head).peekable();
                 let is_pause = heads.peek().is_some() && heads.all(|head| !resumes(head.as_ref()));
                 is_pause
-                    || self.resets_with(summary, given, state)
+                    || self.resets_with(summary, given, state, resumes)
                     || place_of(given, site)
                         .and_then(|place| owner_of(&place, &state.to_state))
-                        .is_some_and(|owner| self.is_reset_beside(node, &owner, state))
+                        .is_some_and(|owner| self.is_reset_beside(node, &owner, state, resumes))
             })
         })
     }
 
-    /// Whether a function that gives the state resets the filter beside it on some way: it does both on the same one.
-    fn resets_with(&self, summary: &Summary, set: &Given, state: &ElementState) -> bool {
+    /// Whether a function that gives the state resets the filter beside it wherever it may end a pause.
+    fn resets_with(
+        &self,
+        summary: &Summary,
+        set: &Given,
+        state: &ElementState,
+        resumes: &dyn Fn(Option<&Head>) -> bool,
+    ) -> bool {
         let Some(owner) = set.steps.strip_suffix(state.to_state.as_slice()) else { return false };
         let filter = [owner, &state.to_filter].concat();
         summary.outcomes(self.search.law).any(|(given, ways)| {
-            given.base == set.base && filter.starts_with(&given.steps) && ways.iter().any(|way| way.reset)
+            given.base == set.base
+                && filter.starts_with(&given.steps)
+                && ways.iter().any(|way| way.reset)
+                && resumed::resets_with(summary, set, given, resumes)
         })
     }
 
-    /// Whether the filter of an element is reset on each way that comes by a node, with no choice in between.
-    fn is_reset_beside(&self, node: NodeId, owner: &Place, state: &ElementState) -> bool {
+    /// Whether the filter of an element is reset in the same round on each way that comes by a node, unless the element pauses not.
+    fn is_reset_beside(
+        &self,
+        node: NodeId,
+        owner: &Place,
+        state: &ElementState,
+        resumes: &dyn Fn(Option<&Head>) -> bool,
+    ) -> bool {
         let graph = self.search.graph;
-        let filter = owner.join(&state.to_filter);
-        let only = |mut nodes: Vec<NodeId>| if nodes.len() == 1 { nodes.pop() } else { None };
-        let before = |at: &NodeId| only(graph.node_ids().filter(|id| graph.node(*id).next.contains(at)).collect());
-        let behind = |at: &NodeId| only(graph.node(*at).next.clone());
-        let is_straight = |id: &NodeId| !matches!(graph.node(*id).effect, Effect::LoopHead(_) | Effect::LoopEnter(_));
-        let resets = |id: NodeId| self.resets_at(id, &filter, owner);
-        let walk = |step: &dyn Fn(&NodeId) -> Option<NodeId>| {
-            std::iter::successors(step(&node), |at| step(at)).take(MAX_BESIDE).take_while(is_straight).any(resets)
+        let (filter, own) = (owner.join(&state.to_filter), owner.join(&state.to_state));
+        let resets = |id: &NodeId| self.resets_at(*id, &filter, owner);
+        let behind = |at: NodeId| Some(graph.node(at).next.clone()).filter(|next| !next.is_empty());
+        let mut before = vec![Vec::new(); graph.nodes.len()];
+        for id in graph.node_ids() {
+            for (edge, next) in graph.node(id).next.iter().enumerate() {
+                before[next.0 as usize].push((id, edge));
+            }
+        }
+        let before = |at: NodeId| {
+            let all = Some(&before[at.0 as usize]).filter(|all| !all.is_empty())?;
+            let pausing = all.iter().filter(|(id, edge)| !self.has_head(*id, *edge, &own, resumes));
+            Some(pausing.map(|(id, _)| *id).collect())
         };
-        walk(&before) || walk(&behind)
+        let each_way = |step: &dyn Fn(NodeId) -> Option<Vec<NodeId>>| {
+            let (mut seen, mut open) = (vec![node], vec![node]);
+            while let Some(at) = open.pop() {
+                let ends_round =
+                    at != node && matches!(graph.node(at).effect, Effect::LoopHead(_) | Effect::LoopEnter(_));
+                let Some(next) = step(at).filter(|_| !ends_round && seen.len() < MAX_BESIDE) else { return false };
+                let next = next.into_iter().filter(|id| !resets(id) && !seen.contains(id)).collect::<Vec<_>>();
+                seen.extend(&next);
+                open.extend(next);
+            }
+            true
+        };
+        each_way(&before) || each_way(&behind)
     }
 
     /// Whether a node resets the filter at a place, by that name.

@@ -142,8 +142,7 @@ impl Gates<'_, '_> {
         given(graph, root).filter(|_| is_each && !is_written && place.steps.len() < root.steps.len())
     }
 
-    /// Whether a call ends the round of an element for a reason that only its caller knows, while others have theirs before them. What
-    /// else becomes of the states of elements has other names, so that nothing but a setting explains it.
+    /// Whether a call ends the round of an element for a reason that only its caller knows, while others have theirs before them.
     pub(super) fn ends_round(&self, end: &End, at: NodeId) -> bool {
         let graph = self.search.graph;
         let is_call = matches!(graph.node(at).effect, Effect::Call(_)) && end.state.helper_gate.is_none();
@@ -154,7 +153,7 @@ impl Gates<'_, '_> {
     }
 
     /// What a call that does not update waits for, where the helper asks for something that is known here.
-    pub(super) fn of_call(&self, site: &CallSite, at: NodeId, way: &Way) -> Option<Gate> {
+    pub(super) fn of_call(&self, site: &CallSite, at: NodeId, way: &Way, ends_round: bool) -> Option<Gate> {
         let all = self.asked_by(site, self.answer(site, way))?;
         let mut found = None;
         for asks in all {
@@ -162,12 +161,15 @@ impl Gates<'_, '_> {
             let is_config = asks.is_pure && !read.is_computed && read.places.iter().all(|place| self.is_setting(place));
             let gate = if is_config {
                 Gate::Config
+            } else if ends_round {
+                // What else becomes of the states of elements has other names.
+                self.mode_of_element(asks, site, at)?
             } else if asks.is_remainder && read.places.iter().any(|place| self.changes_in(place, |id| id != at)) {
                 Gate::Rate
             } else if !asks.is_presence && self.is_event_of(&read.places, asks.is_choice) {
                 Gate::Event
             } else {
-                self.mode_of_call(asks, site, at)?
+                self.mode_of_call(asks, site, at).or_else(|| self.mode_of_element(asks, site, at))?
             };
             found = found.or(Some(gate));
         }
@@ -181,6 +183,11 @@ impl Gates<'_, '_> {
         let updating = asks.updating.iter().fold(0, |mask, head| mask | subject.bit(head));
         let mode = Mode { subject: id, updating, asked_by: Some(at), foreign: 0 };
         (updating != 0 && self.search.resets_in_pauses(self.region, mode)).then_some(Gate::Mode)
+    }
+
+    fn mode_of_element(&self, asks: &Asks, site: &CallSite, at: NodeId) -> Option<Gate> {
+        let place = asked_at(asks.whole.as_ref()?, site)?;
+        self.is_asked_of_element(&place, at, &asks.updating).then_some(Gate::Mode)
     }
 
     /// The heads that the result of the call which decided a way can have, for what the way asks of it from there on: `step()?`.

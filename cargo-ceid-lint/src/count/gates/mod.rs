@@ -10,6 +10,7 @@ mod own;
 mod passed;
 mod rate;
 mod ready;
+mod resumed;
 mod rotation;
 mod rounds;
 mod sample;
@@ -23,6 +24,7 @@ use std::collections::BTreeMap;
 
 pub(super) use helper::Asks;
 pub(super) use mode::KeptMode;
+pub(super) use resumed::set_without_reset;
 pub(super) use sample::fed_params;
 use sources::{Assignments, Sources};
 pub(super) use step::measured_by;
@@ -124,21 +126,21 @@ impl<'s, 'a> Gates<'s, 'a> {
             return self.of_number(counted_past(self.search, exploration, end)?);
         };
         let way = Way::to(exploration, end, at);
+        let ends_round = self.ends_round(end, at);
         let gate = match &self.search.graph.node(at).effect {
             Effect::Branch(test) => self.of_branch(test, at, &way),
             Effect::Call(site) => match end.state.helper_gate {
                 // The variant that a helper finds may be one of many that its caller makes.
                 Some(Gate::Config) if self.changes_owner() => Some(Gate::Mode),
                 Some(Gate::Mode | Gate::Startup) if !self.leaves_modes(site, at) => None,
-                gate => gate.or_else(|| self.of_call(site, at, &way)),
+                gate => gate.or_else(|| self.of_call(site, at, &way, ends_round)),
             },
             Effect::LoopHead(id) => self.of_loop(*id).or_else(|| self.of_rounds(*id, &way)),
             _ => None,
         };
-        let gate = if self.ends_round(end, at) {
-            gate.filter(|gate| *gate == Gate::Config)
-        } else {
-            gate.or_else(|| self.of_payload(&way)).or_else(|| self.of_pause(&way))
+        let gate = match ends_round {
+            true => gate,
+            false => gate.or_else(|| self.of_payload(&way)).or_else(|| self.of_pause(&way)),
         };
         if let Some(gate) = gate
             && !self.loses_time(gate, &way)

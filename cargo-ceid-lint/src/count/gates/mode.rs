@@ -5,10 +5,10 @@ use std::collections::BTreeSet;
 use super::{Gates, Way};
 use crate::count::given::{Given, GivenBase, given, given_subject, place_of};
 use crate::count::search::{End, Mode, Region, Search};
-use crate::count::summary::{Outcome, Summary};
+use crate::count::summary::Summary;
 use crate::count::verdict::Gate;
 use crate::flow::{
-    CallSite, ChangeKind, Effect, Head, NodeId, OTHER_HEADS, Place, Projection, Relation, Subject, SubjectId, Test,
+    CallSite, ChangeKind, Effect, Head, NodeId, OTHER_HEADS, Place, Projection, Subject, SubjectId, Test,
 };
 use crate::index::{FunctionId, Index, Owner, Ty, TypeId};
 use crate::syntax::tree::Receiver;
@@ -176,15 +176,17 @@ impl Gates<'_, '_> {
     pub(super) fn leaves_modes(&self, site: &CallSite, at: NodeId) -> bool {
         self.modes_of(site).into_iter().all(|mode| {
             let Some(place) = place_of(&mode.place, site) else { return false };
-            let is_left = || self.leaves_elements(&place, at, &|head| mode.bears_with(head));
+            let ends = |head: Option<&Head>| !mode.bears_with(head);
+            let is_left = || self.leaves_elements(&place, at, &ends);
             let mut others = self.nodes().filter(|id| *id != at);
             others.all(|id| match &self.search.graph.node(id).effect {
                 Effect::Write(write) | Effect::Set(write) if write.place.overlaps(&place) => {
-                    (write.place == place && mode.bears_with(write.head.as_ref())) || self.resets_around(id)
+                    (write.place == place && mode.bears_with(write.head.as_ref()))
+                        || self.resets_around(id, &place, &ends)
                 }
                 Effect::Call(other) if self.call_writes(other, &place) => {
                     let is_same = other.targets.iter().all(|target| site.targets.contains(target));
-                    is_same || self.sets_only(other, &place, mode) || self.resets_around(id)
+                    is_same || self.sets_only(other, &place, mode) || self.resets_around(id, &place, &ends)
                 }
                 _ => true,
             }) || is_left()
@@ -208,32 +210,6 @@ impl Gates<'_, '_> {
                 heads.peek().is_some() && heads.all(|(_, head, _)| mode.bears_with(head.as_ref()))
             })
         })
-    }
-
-    /// Whether each iteration that comes by a node resets the filter there, before or behind it.
-    fn resets_around(&self, at: NodeId) -> bool {
-        let is_free = |node: NodeId| !self.resets(node, |ways| ways.iter().all(|way| way.reset));
-        // A helper that sets the state and resets does both on the same way.
-        self.resets(at, |ways| ways.iter().any(|way| way.reset))
-            || !self.reached(|node, _| is_free(node))[at.0 as usize]
-            || !self.completes(at, |node, _| is_free(node))
-    }
-
-    /// Whether a node resets the filter, or calls a function whose ways do.
-    fn resets(&self, node: NodeId, do_ways: impl Fn(&[Outcome]) -> bool) -> bool {
-        let instance = self.search.instance;
-        let is_whole = |root: &Place| matches!(root.relate(instance, &|_| None), Relation::Holds(_));
-        let holds = |place: &Place| self.search.aliases.shared_roots(place).iter().any(is_whole);
-        match &self.search.graph.node(node).effect {
-            Effect::Reset { place, full } => *full && holds(place),
-            Effect::Write(write) | Effect::Set(write) => holds(&write.place),
-            Effect::Call(site) => {
-                let summaries = site.targets.iter().filter_map(|target| self.search.summaries.get(*target));
-                let mut ways = summaries.flat_map(|summary| summary.outcomes(self.search.law));
-                ways.any(|(given, ways)| do_ways(ways) && place_of(given, site).is_some_and(|place| holds(&place)))
-            }
-            _ => false,
-        }
     }
 
     /// A way at whose end a mode pauses: it was left on the way, or it was found so and stayed.

@@ -1,0 +1,127 @@
+//! What ends a pause without a reset of the filter that paused: it goes on with the state from before.
+
+use super::Gates;
+use crate::count::given::{Given, given, place_of};
+use crate::count::search::{Region, Search};
+use crate::count::summary::{Outcome, Summary};
+use crate::flow::{CallSite, Effect, Head, NodeId, OTHER_HEADS, Place, Relation};
+
+/// How many nodes that set something are looked at in one function. What is beyond goes with a reset, as far as is known.
+const MAX_SETTING: usize = 64;
+
+/// What a function sets on some way on which it does not reset the filter, though it does on another: `if is_cold { osc.reset(); }
+/// self.is_on = true;`.
+pub(in crate::count) fn set_without_reset(search: &Search<'_>, ways: &[Outcome]) -> Vec<(Given, Option<Head>)> {
+    if ways.iter().all(|way| way.reset) || !ways.iter().any(|way| way.reset) {
+        return Vec::new();
+    }
+    let gates = Gates::new(search, Region::Function);
+    let graph = search.graph;
+    let sets = |node: &NodeId| match &graph.node(*node).effect {
+        Effect::Write(_) => true,
+        Effect::Call(site) => gates.written_by(site).next().is_some(),
+        _ => false,
+    };
+    let mut found = Vec::new();
+    for node in gates.nodes().filter(sets).take(MAX_SETTING) {
+        let set: Vec<(Place, Option<Head>)> = match &graph.node(node).effect {
+            Effect::Write(write) => vec![(write.place.clone(), write.head.clone())],
+            Effect::Call(site) => {
+                let summaries = site.targets.iter().filter_map(|target| search.summaries.get(*target));
+                let sets = summaries.flat_map(|summary| &summary.sets);
+                sets.filter_map(|(set, head, _)| Some((place_of(set, site)?, head.clone()))).collect()
+            }
+            _ => continue,
+        };
+        for (place, head) in set {
+            if !gates.resets_around(node, &place, &|own| own == head.as_ref()) {
+                let roots = search.aliases.shared_roots(&place);
+                found.extend(roots.iter().filter_map(|root| Some((given(graph, root)?, head.clone()))));
+            }
+        }
+    }
+    found
+}
+
+/// Whether a function that resets a filter on some way does so on each on which it gives a state a head of which the question holds.
+pub(super) fn resets_with(summary: &Summary, set: &Given, filter: &Given, of: &dyn Fn(Option<&Head>) -> bool) -> bool {
+    !summary.unreset.iter().any(|(own, head, own_filter)| own == set && own_filter == filter && of(head.as_ref()))
+}
+
+impl Gates<'_, '_> {
+    /// Whether each iteration that comes by a node resets the filter there, before or behind it, unless it gives a place the head that
+    /// it has. A call may do so itself wherever it gives the place a head of which the question holds.
+    pub(super) fn resets_around(&self, at: NodeId, place: &Place, of: &dyn Fn(Option<&Head>) -> bool) -> bool {
+        let graph = self.search.graph;
+        let does_both = |site: &CallSite| {
+            site.targets.iter().all(|target| {
+                let summary = self.search.summaries.get(*target);
+                summary.is_some_and(|summary| self.resets_where_set(summary, site, place, of))
+            })
+        };
+        let is_free = |node: NodeId| !self.resets(node);
+        matches!(&graph.node(at).effect, Effect::Call(site) if does_both(site))
+            || !is_free(at)
+            || !self.reached(|node, edge| is_free(node) && !self.has_head(node, edge, place, of))[at.0 as usize]
+            || !self.completes(at, |node, _| is_free(node))
+    }
+
+    /// Whether the state at a place is known at an edge to have a head of which the question holds: what gives it that one again ends no
+    /// pause. `if !self.is_on { osc.reset(); } self.is_on = true;`
+    pub(super) fn has_head(
+        &self,
+        node: NodeId,
+        edge: usize,
+        place: &Place,
+        of: &dyn Fn(Option<&Head>) -> bool,
+    ) -> bool {
+        let graph = self.search.graph;
+        let Effect::Branch(test) = &graph.node(node).effect else { return false };
+        test.subject.is_some_and(|id| {
+            let subject = &graph.subjects[id.0 as usize];
+            let heads = if edge == 0 { test.holds } else { test.fails } & subject.anything();
+            let mut had = subject.heads.iter().filter(|head| subject.bit(head) & heads != 0).peekable();
+            let is_asked = subject.whole.as_ref() == Some(place) && heads & OTHER_HEADS == 0;
+            is_asked && had.peek().is_some() && had.all(|head| of(Some(head)))
+        })
+    }
+
+    /// Whether a function that is called resets the filter on each way on which it gives a place such a head.
+    fn resets_where_set(
+        &self,
+        summary: &Summary,
+        site: &CallSite,
+        place: &Place,
+        of: &dyn Fn(Option<&Head>) -> bool,
+    ) -> bool {
+        let is_it = |set: &&Given| place_of(set, site).is_some_and(|written| written.overlaps(place));
+        summary.outcomes(self.search.law).any(|(filter, ways)| {
+            ways.iter().any(|way| way.reset)
+                && place_of(filter, site).is_some_and(|place| self.is_held_by(&place))
+                && summary.writes.iter().filter(is_it).all(|set| resets_with(summary, set, filter, of))
+        })
+    }
+
+    /// Whether the instance is at a place or in it.
+    fn is_held_by(&self, place: &Place) -> bool {
+        let is_whole = |root: &Place| matches!(root.relate(self.search.instance, &|_| None), Relation::Holds(_));
+        self.search.aliases.shared_roots(place).iter().any(is_whole)
+    }
+
+    /// Whether a node resets the filter, or calls a function each of whose ways does.
+    fn resets(&self, node: NodeId) -> bool {
+        match &self.search.graph.node(node).effect {
+            Effect::Reset { place, full } => *full && self.is_held_by(place),
+            Effect::Write(write) | Effect::Set(write) => self.is_held_by(&write.place),
+            Effect::Call(site) => {
+                let summaries = site.targets.iter().filter_map(|target| self.search.summaries.get(*target));
+                let mut ways = summaries.flat_map(|summary| summary.outcomes(self.search.law));
+                ways.any(|(given, ways)| {
+                    ways.iter().all(|way| way.reset)
+                        && place_of(given, site).is_some_and(|place| self.is_held_by(&place))
+                })
+            }
+            _ => false,
+        }
+    }
+}

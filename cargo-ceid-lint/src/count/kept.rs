@@ -1,0 +1,46 @@
+//! What a function puts into what its callers lent it.
+
+use std::collections::BTreeSet;
+
+use super::aliases::Aliases;
+use super::given::{GivenBase, given};
+use super::summary::Summaries;
+use super::uses::is_plain;
+use crate::flow::{ControlFlowGraph, Effect, Place};
+use crate::index::Index;
+
+/// The parameters that a function puts into what another one of them leads to: `self.all.push(filter)`.
+pub(super) fn params(
+    index: &Index,
+    graph: &ControlFlowGraph,
+    aliases: &Aliases,
+    summaries: &Summaries,
+) -> BTreeSet<usize> {
+    let params = |places: &mut dyn Iterator<Item = Place>| -> BTreeSet<usize> {
+        let bases = places.filter_map(|place| given(graph, &place)).map(|given| given.base);
+        bases.filter_map(|base| if let GivenBase::Param(param) = base { Some(param) } else { None }).collect()
+    };
+    let mut kept = BTreeSet::new();
+    for node in &graph.nodes {
+        match &node.effect {
+            Effect::Set(set) | Effect::Write(set) if !set.place.steps.is_empty() => {
+                let Some(from) = set.from.as_ref().filter(|from| !is_plain(index, graph, from)) else { continue };
+                let owner = Place { base: set.place.base, steps: Vec::new() };
+                let owners = params(&mut aliases.roots(&owner).into_iter());
+                let given = params(&mut aliases.parts(from).into_iter().map(|(_, root)| root));
+                if !owners.is_empty() {
+                    kept.extend(given.difference(&owners));
+                }
+            }
+            Effect::Call(site) => {
+                let callees = site.targets.iter().filter_map(|target| summaries.get(*target));
+                for place in callees.flat_map(|callee| &callee.keeps).filter_map(|number| site.args.get(*number)) {
+                    let moved = place.place.iter().filter(|place| !is_plain(index, graph, place));
+                    kept.extend(moved.flat_map(|place| params(&mut aliases.roots(place).into_iter())));
+                }
+            }
+            _ => {}
+        }
+    }
+    kept
+}
