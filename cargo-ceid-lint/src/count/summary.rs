@@ -220,6 +220,7 @@ impl Summaries {
     pub(super) fn summarise(&self, program: &Program<'_>, graph: &ControlFlowGraph, searched: &mut usize) -> Summary {
         let aliases = Aliases::of(program.index, graph, self);
         let mut summary = Summary { halves: vec![BTreeMap::new(); program.index.halves()], ..Summary::default() };
+        summary.calls.extend(&graph.read_here);
         let mut touched: BTreeSet<Given> = BTreeSet::new();
         let mut unknown: BTreeMap<Given, Cause> = BTreeMap::new();
         // What is given back is another instance then.
