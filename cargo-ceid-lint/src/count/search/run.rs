@@ -479,6 +479,9 @@ impl<'s, 'a> Run<'s, 'a> {
                 }
                 after.masks = self.masks.intern(all);
             }
+            if after.count == Count::Zero && !after.reset && self.search.lacks_filter(self.region, state.node, number) {
+                after.skipped_at = Some(state.node);
+            }
             for masks in self.compared(after.masks, test, number == 0) {
                 self.follow(at, State { masks, ..after.clone() }, to);
             }
