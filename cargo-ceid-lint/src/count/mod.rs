@@ -44,6 +44,7 @@ mod slice;
 mod spare;
 mod stand_ins;
 mod summary;
+mod uneven;
 mod uses;
 mod verdict;
 mod witness;

@@ -13,7 +13,8 @@ use super::debug_only::{self, DebugOnly};
 use super::finished;
 use super::gates::KeptMode;
 use super::given::{
-    Given, GivenBase, MAX_PLACES, bound, given, instance_of, is_moved, is_put_in_place, place_of, steps_at, with_wholes,
+    Given, GivenBase, MAX_PLACES, bound, given, instance_of, is_moved, is_put_in_place, note, note_unknown, place_of,
+    steps_at, with_wholes,
 };
 use super::handed;
 use super::instances::{holds_filter_at, is_generic, replaces_generic};
@@ -22,6 +23,7 @@ use super::search::{Region, Search};
 use super::shown::Shown;
 use super::slice::ControlDependence;
 use super::stand_ins;
+use super::uneven;
 use super::uses::is_plain;
 use super::verdict::Gate;
 use crate::flow::{CallSite, Cause, ChangeKind, ControlFlowGraph, Effect, Head, Place, Program, Projection, Transfer};
@@ -107,6 +109,8 @@ pub(super) struct Summary {
     pub(super) taken: BTreeMap<Given, Given>,
     /// The places behind a trait, where what it does is joined over several types.
     pub(super) mixed: BTreeSet<Given>,
+    /// The places that stand for each element, where not all elements are treated alike.
+    pub(super) uneven: BTreeSet<Given>,
     /// The parameters from which the filters at its places are fed.
     pub(super) feeds: BTreeMap<Given, BTreeSet<usize>>,
     /// The times that it keeps and computes the steps of the filters at its places from.
@@ -475,26 +479,12 @@ impl Summaries {
                 };
                 summary.endless.extend((is_updated && outcomes.is_empty()).then(|| given.clone()));
                 summary.mixed.extend((search.behind.len() > 1).then(|| given.clone()));
+                let is_uneven = uneven::is_uneven(&search, &given, &summary.taken);
+                summary.uneven.extend(is_uneven.then(|| given.clone()));
                 summary.halves[law].insert(given.clone(), outcomes);
                 summary.feeds.entry(given.clone()).or_default().extend(super::gates::fed_params(&search));
                 summary.measures.entry(given.clone()).or_default().extend(super::gates::measured_by(&search));
             }
         }
-    }
-}
-
-pub(super) fn note(graph: &ControlFlowGraph, aliases: &Aliases, place: &Place, into: &mut BTreeSet<Given>) {
-    into.extend(aliases.shared_roots(place).iter().filter_map(|root| given(graph, root)));
-}
-
-fn note_unknown(
-    graph: &ControlFlowGraph,
-    aliases: &Aliases,
-    place: &Place,
-    cause: &Cause,
-    into: &mut BTreeMap<Given, Cause>,
-) {
-    for given in aliases.shared_roots(place).iter().filter_map(|root| given(graph, root)) {
-        into.entry(given).or_insert_with(|| cause.clone());
     }
 }
