@@ -10,7 +10,7 @@ use crate::types::{Callee, Resolved, TypedBody};
 const MAX_EXPRESSIONS: usize = 96;
 
 /// How many functions deep a switch may lie in the one that is read where it is called.
-const MAX_DEPTH: u32 = 3;
+const MAX_DEPTH: u32 = 2;
 
 impl Builder<'_> {
     /// `if self.is_armed()`: a condition that is a function's only expression asks what that asks. Answers whether it is one.
