@@ -9,6 +9,7 @@ mod behind;
 mod bottom_up;
 mod called_place;
 mod callgraph;
+mod chosen_resets;
 mod chosen_returns;
 mod conditions;
 mod counts;

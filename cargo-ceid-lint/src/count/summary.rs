@@ -7,6 +7,7 @@ use rustc_hash::FxHashMap;
 use super::aliases::Aliases;
 use super::answers::{Answers, answers};
 use super::assumed::Assumed;
+use super::chosen_resets;
 use super::chosen_returns::{self, ChosenReturns};
 use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
@@ -97,6 +98,8 @@ pub(super) struct Summary {
     pub(super) returns: BTreeSet<Borrow>,
     /// The same by the value of a parameter, if one decides.
     pub(super) chosen: Option<ChosenReturns>,
+    /// The filters that it resets where data chooses them.
+    pub(super) chosen_resets: BTreeSet<Given>,
     /// What it writes, for conditions that read it.
     pub(super) writes: BTreeSet<Given>,
     /// With which heads, where they are known, and how these values go on from those before.
@@ -280,6 +283,7 @@ impl Summaries {
             let whole = |borrow: &Borrow| Borrow { part: Vec::new(), param: borrow.param, steps: Vec::new() };
             summary.returns = summary.returns.iter().map(whole).collect();
         }
+        summary.chosen_resets = chosen_resets::find(program.index, graph, &aliases, self);
         summary.chosen = chosen_returns::find(program, graph, self, &summary.returns);
         bound(&mut summary.uses);
         bound(&mut summary.writes);

@@ -181,18 +181,22 @@ impl Gates<'_, '_> {
     fn is_written_elsewhere(&self, place: &Place, resumes: &dyn Fn(Option<&Head>) -> bool) -> bool {
         let graph = self.search.graph;
         let Some(asked) = given(graph, place).filter(|asked| asked.base == GivenBase::Param(0)) else { return false };
+        let owner = asked.steps.iter().rposition(|step| step.key().is_some()).map_or(0, |at| at + 1);
         let own = super::mode::self_type(self.search.program.index, graph.function);
         if self.is_helper || own.is_none() {
             return false;
         }
         let is_like = |given: &Given| {
             let mut steps = given.steps.iter().zip(&asked.steps);
+            // An element that is given anew as a whole goes on with no state from before.
             given.base == asked.base
+                && given.steps.len() > owner
                 && steps.all(|(left, right)| left == right || left.key().is_some() && right.key().is_some())
         };
         let concerns = |summary: &Summary| {
             let mut ways = summary.outcomes(self.search.law).flat_map(|(_, ways)| ways);
             ways.any(|way| way.reset || way.unknown.is_some())
+                || summary.chosen_resets.iter().any(|given| given.base == asked.base)
         };
         self.search.summaries.of.iter().any(|(function, summary)| {
             super::mode::self_type(self.search.program.index, *function) == own
