@@ -211,18 +211,14 @@ impl Gates<'_, '_> {
     pub(super) fn laps(&self, id: NodeId, sources: &Sources) -> bool {
         let Effect::Call(site) = &self.search.graph.node(id).effect else { return false };
         let name = |target: &FunctionId| &self.search.program.index.function(*target).name;
-        let is_named = site.targets.iter().any(|target| sources.calls.contains(name(target)));
-        let is_result = site.into.iter().any(|var| sources.has_var(*var));
-        let is_behind = |place: &Place| {
-            let leads_to = |owner: &Place| owner.base == place.base && place.steps.starts_with(&owner.steps);
-            is_result || (is_named && sources.places.iter().any(leads_to))
-        };
-        (is_result || is_named)
-            && self.written_by(site).any(|place| {
-                self.outlives(&place)
-                    && (is_clock_name(&self.last_name(&place)) || self.is_time(&place))
-                    && is_behind(&place)
-            })
+        let asked = site.args.first().and_then(|arg| arg.place.as_ref());
+        let is_result = site.into.iter().any(|var| sources.has_var(*var))
+            || asked.is_some_and(|place| sources.places.contains(place))
+                && site.targets.iter().any(|target| sources.calls.contains(name(target)));
+        is_result
+            && self
+                .written_by(site)
+                .any(|place| self.outlives(&place) && (is_clock_name(&self.last_name(&place)) || self.is_time(&place)))
     }
 
     /// Whether the time goes on without the filter, so that a gate is no excuse.
