@@ -27,7 +27,12 @@ impl Gates<'_, '_> {
         let Some(state) = self.element_state(id) else { return false };
         self.updating(id).is_some_and(|updating| {
             let resumes = |head: Option<&Head>| head.is_none_or(|head| subject.bit(head) & updating != 0);
-            self.resets_each(&state, None, &resumes)
+            let pausing = self.reached_in_pause(id, updating);
+            // What the element's own state is given where it is not found to pause, ends no pause.
+            let goes_on = |node: NodeId| {
+                !pausing[node.0 as usize] && subject.whole.as_ref().is_some_and(|whole| self.assigns(node, whole))
+            };
+            self.resets_each(&state, &goes_on, &resumes)
                 && !self.is_written_elsewhere(&state.place, &resumes)
                 && self.nodes().any(|node| self.changes(node, &state))
         })
@@ -61,17 +66,17 @@ impl Gates<'_, '_> {
     pub(super) fn leaves_elements(&self, place: &Place, at: NodeId, bears: &dyn Fn(Option<&Head>) -> bool) -> bool {
         let index = place.steps.iter().rposition(|step| step.key().is_some());
         let state = index.and_then(|index| self.state_of(place.clone(), index + 1));
-        state.is_some_and(|state| self.resets_each(&state, Some(at), &|head| !bears(head)))
+        state.is_some_and(|state| self.resets_each(&state, &|node| node == at, &|head| !bears(head)))
     }
 
     /// Whether each node that may end a pause resets the filter of the same element.
     fn resets_each(
         &self,
         state: &ElementState,
-        except: Option<NodeId>,
+        is_left: &dyn Fn(NodeId) -> bool,
         resumes: &dyn Fn(Option<&Head>) -> bool,
     ) -> bool {
-        let mut changing = self.nodes().filter(|node| Some(*node) != except && self.changes(*node, state));
+        let mut changing = self.nodes().filter(|node| !is_left(*node) && self.changes(*node, state));
         changing.all(|node| match &self.search.graph.node(node).effect {
             Effect::Write(write) | Effect::Set(write) => match owner_of(&write.place, &state.to_state) {
                 Some(owner) => !resumes(write.head.as_ref()) || self.is_reset_beside(node, &owner, state),
