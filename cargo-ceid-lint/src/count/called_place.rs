@@ -1,8 +1,10 @@
 //! Places that a call does something to, as the calling function knows them.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use super::summary::{Outcome, Summaries};
+use super::given::Given;
+use super::summary::{Outcome, Summaries, Summary};
 use crate::flow::{IndexKey, Place, Projection, Relation};
 use crate::index::FunctionId;
 
@@ -35,9 +37,28 @@ impl CalledPlace {
 
     /// Whether the target joins there what it does to each of several types.
     pub(super) fn is_mixed(&self, summaries: &Summaries) -> bool {
+        self.is_among(summaries, |summary| &summary.mixed)
+    }
+
+    /// Whether the target treats the elements that the place stands for differently, and the instance is one of them by its number.
+    pub(super) fn is_uneven(&self, summaries: &Summaries, instance: &Place) -> bool {
+        let tells_apart = |root: &Place| {
+            let mut keys = root.steps.iter().zip(&instance.steps).map(|(step, own)| (step.key(), own.key()));
+            keys.any(|keys| matches!(keys, (Some(IndexKey::Each), Some(own)) if *own != IndexKey::Each))
+        };
+        self.roots().iter().any(tells_apart) && self.is_uneven_for_each(summaries)
+    }
+
+    /// Whether the target treats the elements that the place stands for differently.
+    pub(super) fn is_uneven_for_each(&self, summaries: &Summaries) -> bool {
+        self.is_among(summaries, |summary| &summary.uneven)
+    }
+
+    /// Whether the target tells this of the place.
+    fn is_among(&self, summaries: &Summaries, told: impl Fn(&Summary) -> &BTreeSet<Given>) -> bool {
         summaries.get(self.target).is_some_and(|summary| {
             let place = summary.outcomes(self.law).nth(self.number);
-            place.is_some_and(|(given, _)| summary.mixed.contains(given))
+            place.is_some_and(|(given, _)| told(summary).contains(given))
         })
     }
 

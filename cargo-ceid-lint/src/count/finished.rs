@@ -7,8 +7,8 @@ use super::aliases::Aliases;
 use super::analyse::FunctionFacts;
 use super::counts::Count;
 use super::cycles::Instance;
-use super::given::{Given, place_of};
-use super::summary::{Summaries, Summary, note};
+use super::given::{Given, note, place_of};
+use super::summary::{Summaries, Summary};
 use crate::flow::{ControlFlowGraph, Effect, Place, Projection, Transfer, Var};
 
 /// How many moves in a row are followed.

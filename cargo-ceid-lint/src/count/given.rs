@@ -2,9 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::aliases::Aliases;
 use crate::flow::{
-    Argument, Assignment, Base, CallSite, ControlFlowGraph, Effect, IndexKey, Place, Projection, Section, Subject,
-    Transfer,
+    Argument, Assignment, Base, CallSite, Cause, ControlFlowGraph, Effect, IndexKey, Place, Projection, Section,
+    Subject, Transfer,
 };
 use crate::index::ValueId;
 
@@ -108,6 +109,24 @@ pub(super) fn given(graph: &ControlFlowGraph, place: &Place) -> Option<Given> {
         })
         .collect();
     Some(Given { base, steps })
+}
+
+/// Notes what the callers of a function know a place by.
+pub(super) fn note(graph: &ControlFlowGraph, aliases: &Aliases, place: &Place, into: &mut BTreeSet<Given>) {
+    into.extend(aliases.shared_roots(place).iter().filter_map(|root| given(graph, root)));
+}
+
+/// The same with the cause why it is not known what happens there.
+pub(super) fn note_unknown(
+    graph: &ControlFlowGraph,
+    aliases: &Aliases,
+    place: &Place,
+    cause: &Cause,
+    into: &mut BTreeMap<Given, Cause>,
+) {
+    for given in aliases.shared_roots(place).iter().filter_map(|root| given(graph, root)) {
+        into.entry(given).or_insert_with(|| cause.clone());
+    }
 }
 
 /// Whether a place of the caller's gets what was in another one: `mem::swap(&mut self.front, &mut self.back)`.

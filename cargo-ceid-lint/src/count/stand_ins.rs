@@ -4,10 +4,10 @@
 use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
-use super::given::{Given, GivenBase, MAX_PLACES, place_of};
+use super::given::{Given, GivenBase, MAX_PLACES, note, place_of};
 use super::instances::inner;
 use super::search::{Region, Search};
-use super::summary::{Summary, note};
+use super::summary::Summary;
 use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, Program, stands_in};
 
 /// Says of a method that stands in for a law that it does.

@@ -7,13 +7,15 @@ use rustc_hash::FxHashMap;
 use super::aliases::Aliases;
 use super::answers::{Answers, answers};
 use super::assumed::Assumed;
+use super::chosen_resets;
 use super::chosen_returns::{self, ChosenReturns};
 use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
 use super::finished;
 use super::gates::KeptMode;
 use super::given::{
-    Given, GivenBase, MAX_PLACES, bound, given, instance_of, is_moved, is_put_in_place, place_of, steps_at, with_wholes,
+    Given, GivenBase, MAX_PLACES, bound, given, instance_of, is_moved, is_put_in_place, note, note_unknown, place_of,
+    steps_at, with_wholes,
 };
 use super::handed;
 use super::instances::{holds_filter_at, is_generic, replaces_generic};
@@ -23,6 +25,7 @@ use super::search::{Region, Search};
 use super::shown::Shown;
 use super::slice::ControlDependence;
 use super::stand_ins;
+use super::uneven;
 use super::verdict::Gate;
 use crate::flow::{CallSite, Cause, ChangeKind, ControlFlowGraph, Effect, Head, Place, Program, Projection, Transfer};
 use crate::index::FunctionId;
@@ -95,6 +98,8 @@ pub(super) struct Summary {
     pub(super) returns: BTreeSet<Borrow>,
     /// The same by the value of a parameter, if one decides.
     pub(super) chosen: Option<ChosenReturns>,
+    /// The filters that it resets where data chooses them.
+    pub(super) chosen_resets: BTreeSet<Given>,
     /// What it writes, for conditions that read it.
     pub(super) writes: BTreeSet<Given>,
     /// With which heads, where they are known, and how these values go on from those before.
@@ -109,6 +114,8 @@ pub(super) struct Summary {
     pub(super) taken: BTreeMap<Given, Given>,
     /// The places behind a trait, where what it does is joined over several types.
     pub(super) mixed: BTreeSet<Given>,
+    /// The places that stand for each element, where not all elements are treated alike.
+    pub(super) uneven: BTreeSet<Given>,
     /// The parameters from which the filters at its places are fed.
     pub(super) feeds: BTreeMap<Given, BTreeSet<usize>>,
     /// The times that it keeps and computes the steps of the filters at its places from.
@@ -222,6 +229,7 @@ impl Summaries {
     pub(super) fn summarise(&self, program: &Program<'_>, graph: &ControlFlowGraph, searched: &mut usize) -> Summary {
         let aliases = Aliases::of(program.index, graph, self);
         let mut summary = Summary { halves: vec![BTreeMap::new(); program.index.halves()], ..Summary::default() };
+        summary.calls.extend(&graph.read_here);
         let mut touched: BTreeSet<Given> = BTreeSet::new();
         let mut unknown: BTreeMap<Given, Cause> = BTreeMap::new();
         // What is given back is another instance then.
@@ -277,6 +285,7 @@ impl Summaries {
             let whole = |borrow: &Borrow| Borrow { part: Vec::new(), param: borrow.param, steps: Vec::new() };
             summary.returns = summary.returns.iter().map(whole).collect();
         }
+        summary.chosen_resets = chosen_resets::find(program.index, graph, &aliases, self);
         summary.chosen = chosen_returns::find(program, graph, self, &summary.returns);
         bound(&mut summary.uses);
         bound(&mut summary.writes);
@@ -447,26 +456,12 @@ impl Summaries {
                 summary.unreset.extend(unreset.map(|(set, head)| (set, head, given.clone())));
                 summary.endless.extend((is_updated && outcomes.is_empty()).then(|| given.clone()));
                 summary.mixed.extend((search.behind.len() > 1).then(|| given.clone()));
+                let is_uneven = uneven::is_uneven(&search, &given, &summary.taken);
+                summary.uneven.extend(is_uneven.then(|| given.clone()));
                 summary.halves[law].insert(given.clone(), outcomes);
                 summary.feeds.entry(given.clone()).or_default().extend(super::gates::fed_params(&search));
                 summary.measures.entry(given.clone()).or_default().extend(super::gates::measured_by(&search));
             }
         }
-    }
-}
-
-pub(super) fn note(graph: &ControlFlowGraph, aliases: &Aliases, place: &Place, into: &mut BTreeSet<Given>) {
-    into.extend(aliases.shared_roots(place).iter().filter_map(|root| given(graph, root)));
-}
-
-fn note_unknown(
-    graph: &ControlFlowGraph,
-    aliases: &Aliases,
-    place: &Place,
-    cause: &Cause,
-    into: &mut BTreeMap<Given, Cause>,
-) {
-    for given in aliases.shared_roots(place).iter().filter_map(|root| given(graph, root)) {
-        into.entry(given).or_insert_with(|| cause.clone());
     }
 }

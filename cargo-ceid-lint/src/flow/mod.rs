@@ -91,6 +91,8 @@ pub struct ControlFlowGraph {
     pub elsewhere: std::collections::BTreeMap<NodeId, NodeId>,
     /// Elements of blocks that are written at a multiple of a number.
     pub sample_writes: Vec<SampleWrite>,
+    /// Functions whose bodies were read where they are called.
+    pub read_here: std::collections::BTreeSet<FunctionId>,
     /// Set if the function was too large or too deep to be followed to its end.
     pub truncated: Option<Cause>,
 }

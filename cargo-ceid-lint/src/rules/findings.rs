@@ -266,7 +266,7 @@ fn skipped(cycle: &Cycle, pairs: &[&Pair]) -> Option<Diagnostic> {
     }
     let stands = if pairs.len() == 1 { "it stands" } else { "they stand" };
     finding.notes.push(format!(
-        "the cycles in which {stands} still are lost: with a fixed step the filter's time runs slower than the real one"
+        "the cycles in which {stands} still are lost: no later step covers them, and the filter's time runs slower than the real one"
     ));
     finding.helps.push(format!("update {them} before the paths part, or reset {them} on the path that skips"));
     finding.helps.push(GUARD_HELP.to_owned());

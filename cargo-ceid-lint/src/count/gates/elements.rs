@@ -26,7 +26,13 @@ impl Gates<'_, '_> {
         let subject = &self.search.graph.subjects[id.0 as usize];
         let Some(state) = self.element_state(id) else { return false };
         self.updating(id).is_some_and(|updating| {
-            self.pauses_with(&state, None, &|head| head.is_none_or(|head| subject.bit(head) & updating != 0))
+            let pausing = self.reached_in_pause(id, updating);
+            // What the element's own state is given where it is not found to pause, ends no pause.
+            let goes_on = |node: NodeId| {
+                !pausing[node.0 as usize] && subject.whole.as_ref().is_some_and(|whole| self.assigns(node, whole))
+            };
+            let resumes = |head: Option<&Head>| head.is_none_or(|head| subject.bit(head) & updating != 0);
+            self.pauses_with(&state, None, &goes_on, &resumes)
         })
     }
 
@@ -34,19 +40,20 @@ impl Gates<'_, '_> {
     pub(super) fn is_asked_of_element(&self, place: &Place, at: NodeId, updating: &[Head]) -> bool {
         let resumes = |head: Option<&Head>| head.is_none_or(|head| updating.contains(head));
         let state = self.element_state_at(place).filter(|_| !updating.is_empty());
-        state.is_some_and(|state| self.pauses_with(&state, Some(at), &resumes))
+        state.is_some_and(|state| self.pauses_with(&state, Some(at), &|node| node == at, &resumes))
     }
 
     /// Whether the cycle switches such a state, and resets the filter wherever a pause may end.
     fn pauses_with(
         &self,
         state: &ElementState,
-        except: Option<NodeId>,
+        asked_by: Option<NodeId>,
+        is_left: &dyn Fn(NodeId) -> bool,
         resumes: &dyn Fn(Option<&Head>) -> bool,
     ) -> bool {
-        self.resets_each(state, except, resumes)
+        self.resets_each(state, is_left, resumes)
             && !self.is_written_elsewhere(&state.place, resumes)
-            && self.nodes().any(|node| Some(node) != except && self.changes(node, state))
+            && self.nodes().any(|node| Some(node) != asked_by && self.changes(node, state))
     }
 
     /// The state that a subject is, if its name is given anew in each iteration or has an index.
@@ -79,17 +86,17 @@ impl Gates<'_, '_> {
 
     /// Whether the cycle leaves such a state alone of which a helper has found out that it pauses, but for what resets the filter.
     pub(super) fn leaves_elements(&self, place: &Place, at: NodeId, ends: &dyn Fn(Option<&Head>) -> bool) -> bool {
-        self.element_state_at(place).is_some_and(|state| self.resets_each(&state, Some(at), ends))
+        self.element_state_at(place).is_some_and(|state| self.resets_each(&state, &|node| node == at, ends))
     }
 
     /// Whether each node that may end a pause resets the filter of the same element.
     fn resets_each(
         &self,
         state: &ElementState,
-        except: Option<NodeId>,
+        is_left: &dyn Fn(NodeId) -> bool,
         resumes: &dyn Fn(Option<&Head>) -> bool,
     ) -> bool {
-        let mut changing = self.nodes().filter(|node| Some(*node) != except && self.changes(*node, state));
+        let mut changing = self.nodes().filter(|node| !is_left(*node) && self.changes(*node, state));
         changing.all(|node| match &self.search.graph.node(node).effect {
             Effect::Write(write) | Effect::Set(write) => match owner_of(&write.place, &state.to_state) {
                 Some(owner) => !resumes(write.head.as_ref()) || self.is_reset_beside(node, &owner, state, resumes),
@@ -231,18 +238,22 @@ impl Gates<'_, '_> {
     fn is_written_elsewhere(&self, place: &Place, resumes: &dyn Fn(Option<&Head>) -> bool) -> bool {
         let graph = self.search.graph;
         let Some(asked) = given(graph, place).filter(|asked| asked.base == GivenBase::Param(0)) else { return false };
+        let owner = asked.steps.iter().rposition(|step| step.key().is_some()).map_or(0, |at| at + 1);
         let own = super::mode::self_type(self.search.program.index, graph.function);
         if self.is_helper || own.is_none() {
             return false;
         }
         let is_like = |given: &Given| {
             let mut steps = given.steps.iter().zip(&asked.steps);
+            // An element that is given anew as a whole goes on with no state from before.
             given.base == asked.base
+                && given.steps.len() > owner
                 && steps.all(|(left, right)| left == right || left.key().is_some() && right.key().is_some())
         };
         let concerns = |summary: &Summary| {
             let mut ways = summary.outcomes(self.search.law).flat_map(|(_, ways)| ways);
             ways.any(|way| way.reset || way.unknown.is_some())
+                || summary.chosen_resets.iter().any(|given| given.base == asked.base)
         };
         self.search.summaries.of.iter().any(|(function, summary)| {
             super::mode::self_type(self.search.program.index, *function) == own

@@ -60,8 +60,7 @@ impl Gates<'_, '_> {
     /// Whether a test asks what something is that was received in this iteration, which may have no name: `match next(&events)`.
     pub(super) fn asks_message(&self, test: &Test) -> bool {
         let asked = test.subject.and_then(|id| self.search.graph.subjects[id.0 as usize].whole.as_ref());
-        let mut asked = asked.into_iter().chain(&test.about.reads).filter_map(Place::base_var);
-        asked.any(|var| self.is_message(var))
+        asked.into_iter().chain(&test.about.reads).any(|place| self.holds_message(place))
     }
 
     /// Whether a condition that reads these places is one on what was received in this iteration.
@@ -170,7 +169,30 @@ impl Gates<'_, '_> {
         let Some(var) = place.base_var() else { return false };
         let info = self.search.graph.var(var);
         let is_parameter = self.region == Region::Function && info.param.is_some() && info.name != "self";
-        (is_parameter && self.is_event_parameter(info)) || self.is_message(var)
+        (is_parameter && self.is_event_parameter(info)) || self.holds_message(place)
+    }
+
+    /// Whether a place holds what was received in this iteration, or a part of it. What a caller has for it is a state, unless each
+    /// iteration that asks for it gives it anew before.
+    fn holds_message(&self, place: &Place) -> bool {
+        let graph = self.search.graph;
+        let Some(var) = place.base_var() else { return false };
+        if self.region != Region::Function || graph.var(var).param.is_none() {
+            return self.is_message(var);
+        }
+        let giving: Vec<NodeId> = self.assigning(place).collect();
+        let brings = |id: &NodeId| match &graph.node(*id).effect {
+            Effect::Set(set) | Effect::Write(set) => {
+                set.from.as_ref().and_then(Place::base_var).is_some_and(|from| self.is_message(from))
+            }
+            _ => false,
+        };
+        let before = self.reached(|node, _| !giving.contains(&node));
+        let asks = |id: NodeId| match &graph.node(id).effect {
+            Effect::Branch(test) => test.about.reads.contains(place),
+            _ => false,
+        };
+        !giving.is_empty() && giving.iter().all(brings) && !self.nodes().any(|id| before[id.0 as usize] && asks(id))
     }
 
     /// Whether a parameter is the event that a handler is called with: an enum, or what its name or that of its type says so of.
@@ -216,7 +238,7 @@ impl Gates<'_, '_> {
         while let Some(var) = open.pop() {
             let is_inside = match self.region {
                 Region::Loop(own) => graph.is_within(graph.var(var).in_loop, own),
-                Region::Function => true,
+                Region::Function => graph.var(var).param.is_none(),
             };
             if !is_inside || !seen.insert(var) {
                 continue;

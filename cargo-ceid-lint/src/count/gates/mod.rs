@@ -311,6 +311,12 @@ impl<'s, 'a> Gates<'s, 'a> {
         None
     }
 
+    /// Whether a condition asks for the number of the element that the instance is.
+    pub(super) fn tells_elements_apart(&self) -> bool {
+        self.nodes()
+            .any(|id| matches!(&self.search.graph.node(id).effect, Effect::Branch(test) if self.asks_own_number(test)))
+    }
+
     /// The nodes of the region.
     fn nodes(&self) -> impl Iterator<Item = NodeId> + '_ {
         let inside = || self.search.graph.node_ids().filter(|id| self.is_inside(*id)).collect();

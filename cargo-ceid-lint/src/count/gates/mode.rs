@@ -117,13 +117,7 @@ impl Gates<'_, '_> {
             return false;
         }
         let writers = self.search.writers_of(id);
-        let pausing = self.reached(|node, edge| match &graph.node(node).effect {
-            Effect::Branch(test) if test.subject == Some(id) => {
-                let heads = if edge == 0 { test.holds } else { test.fails };
-                heads & subject.anything() & !updating != 0
-            }
-            _ => true,
-        });
+        let pausing = self.reached_in_pause(id, updating);
         let is_behind_update = |node: &NodeId| {
             let is_first = graph.node(*node).in_loop.is_none();
             let sets_back = || subject.reads.iter().any(|place| self.is_set_back(*node, place));
@@ -133,6 +127,19 @@ impl Gates<'_, '_> {
         let unchanged = self.reached(stays);
         writers.iter().all(is_behind_update)
             && self.search.updating().iter().all(|node| !unchanged[node.0 as usize] || !self.completes(*node, stays))
+    }
+
+    /// The nodes that an iteration can reach which finds a state as one that pauses.
+    pub(super) fn reached_in_pause(&self, id: SubjectId, updating: u32) -> Vec<bool> {
+        let graph = self.search.graph;
+        let subject = &graph.subjects[id.0 as usize];
+        self.reached(|node, edge| match &graph.node(node).effect {
+            Effect::Branch(test) if test.subject == Some(id) => {
+                let heads = if edge == 0 { test.holds } else { test.fails };
+                heads & subject.anything() & !updating != 0
+            }
+            _ => true,
+        })
     }
 
     /// The states of the caller's for which a helper was found to pause, itself or in what it calls.

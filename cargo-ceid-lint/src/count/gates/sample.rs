@@ -165,6 +165,11 @@ impl Gates<'_, '_> {
     /// Whether what is present or absent is the filter itself.
     pub(super) fn is_presence_of_filter(&self, test: &Test) -> bool {
         let by_name = test.about.binds.iter().any(|var| self.is_instance(&Place::var(*var)));
+        (by_name && !self.is_narrowed(test)) || self.asks_own_presence(test)
+    }
+
+    /// The same where nothing else is asked than the place of the filter, which is one among others in no collection.
+    pub(in crate::count) fn asks_own_presence(&self, test: &Test) -> bool {
         let is_it =
             |place: &Place| self.search.aliases.shared_roots(place).iter().any(|root| root == self.search.instance);
         // `dac.write(filter.value())?` asks the converter; the number of an element is asked for nothing.
@@ -172,11 +177,13 @@ impl Gates<'_, '_> {
         let reads = &test.about.reads;
         let by_place = reads.iter().any(is_it) && reads.iter().all(|place| is_it(place) || is_number(place));
         // What the law gives back is asked, not whether the filter is there.
-        let is_law = self.nodes().any(|id| match &self.search.graph.node(id).effect {
-            Effect::Update(update) => self.is_instance(&update.place) && test.about.names.contains(&update.method),
-            _ => false,
-        });
-        (by_name || (by_place && !is_law)) && !self.is_narrowed(test)
+        let is_law = || {
+            self.nodes().any(|id| match &self.search.graph.node(id).effect {
+                Effect::Update(update) => self.is_instance(&update.place) && test.about.names.contains(&update.method),
+                _ => false,
+            })
+        };
+        by_place && !is_law() && !self.is_narrowed(test)
     }
 
     /// `pid.as_mut().filter(|_| is_armed())`: what is left on a condition may be gone although the filter is there, unless the

@@ -5,7 +5,7 @@ use super::{Gates, Way};
 use crate::config::TimeBase;
 use crate::count::verdict::Gate;
 use crate::flow::{ChangeKind, Effect, NodeId, Place, StepUnit, Test, is_time_name, step_unit};
-use crate::index::Ty;
+use crate::index::{FunctionId, Ty};
 
 /// Names of methods and fields that tell the time.
 const CLOCKS: &[&str] = &[
@@ -207,17 +207,18 @@ impl Gates<'_, '_> {
         way.nodes.iter().any(|id| clocks.iter().any(|place| self.renews(*id, place)) || self.laps(*id, sources))
     }
 
-    /// A helper that keeps the time, and whose result the value is computed from: `let dt = self.lap();`
+    /// A helper that keeps the time, and whose result the value is computed from: `let dt = self.lap();`, `update(error, watch.lap())`
     pub(super) fn laps(&self, id: NodeId, sources: &Sources) -> bool {
-        match &self.search.graph.node(id).effect {
-            Effect::Call(site) => {
-                site.into.iter().any(|var| sources.has_var(*var))
-                    && self.written_by(site).any(|place| {
-                        self.outlives(&place) && (is_clock_name(&self.last_name(&place)) || self.is_time(&place))
-                    })
-            }
-            _ => false,
-        }
+        let Effect::Call(site) = &self.search.graph.node(id).effect else { return false };
+        let name = |target: &FunctionId| &self.search.program.index.function(*target).name;
+        let asked = site.args.first().and_then(|arg| arg.place.as_ref());
+        let is_result = site.into.iter().any(|var| sources.has_var(*var))
+            || asked.is_some_and(|place| sources.places.contains(place))
+                && site.targets.iter().any(|target| sources.calls.contains(name(target)));
+        is_result
+            && self
+                .written_by(site)
+                .any(|place| self.outlives(&place) && (is_clock_name(&self.last_name(&place)) || self.is_time(&place)))
     }
 
     /// Whether the time goes on without the filter, so that a gate is no excuse.

@@ -58,7 +58,7 @@ impl Search<'_> {
     }
 
     /// Whether a place that a call has ways for may be the instance, or hold it unless it must be exact.
-    pub(super) fn may_reach(&self, called: &CalledPlace, exact: bool) -> bool {
+    pub(in crate::count) fn may_reach(&self, called: &CalledPlace, exact: bool) -> bool {
         called.law == self.law && self.is_among(called.roots(), exact) && !called.stops_before(self.instance)
     }
 
@@ -145,6 +145,9 @@ impl Search<'_> {
                 let ways = match is_same {
                     false if is_shared => vec![Outcome::unknown(not_told())],
                     // Which of the elements a way is that of, is not told.
+                    _ if called.is_uneven(self.summaries, self.instance) => {
+                        vec![Outcome::unknown(Cause::Index(site.text.clone()))]
+                    }
                     false if called.passes_over() || is_each_of_slice(&called.place) => {
                         vec![Outcome::unknown(Cause::Index(site.text.clone()))]
                     }

@@ -23,6 +23,10 @@ impl Run<'_, '_> {
             let end = &self.exploration.ends[number];
             let is_skipped = end.state.count == Count::Zero && !end.is_copy_lost;
             let Some(skipped_at) = end.state.skipped_at.filter(|_| is_skipped) else { continue };
+            // A filter that is not there owes nothing, whatever was asked before.
+            if self.search.asks_for_filter(self.region, skipped_at) {
+                continue;
+            }
             let nodes: Vec<NodeId> =
                 self.exploration.path(end.at).iter().map(|at| self.exploration.states[*at].node).collect();
             let Some(last) = nodes.iter().rposition(|node| *node == skipped_at) else { continue };

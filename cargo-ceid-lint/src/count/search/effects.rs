@@ -7,6 +7,7 @@ use crate::count::counts::Count;
 use crate::count::instances::place_ty;
 use crate::count::returned;
 use crate::count::summary::Outcome;
+use crate::count::verdict::Gate;
 use crate::flow::{
     Assignment, CallSite, Cause, LoopId, LoopInfo, OTHER_HEADS, Place, Relation, Rounds, Transfer, Update, Var,
 };
@@ -163,6 +164,11 @@ impl Run<'_, '_> {
                 }
                 if outcome.count == Count::Zero {
                     next.helper_gate = outcome.gate;
+                    // What a helper would reset that runs no law is not there.
+                    let is_skipped = next.count == Count::Zero && !next.reset && next.skipped_at.is_some();
+                    if is_skipped && outcome.gate == Some(Gate::Config) {
+                        next.skipped_at = Some(next.node);
+                    }
                 }
                 if let Some((result, given)) = site.handed() {
                     let base = self.ahead_at(state, given).unwrap_or(Count::Zero);

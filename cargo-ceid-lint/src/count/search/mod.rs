@@ -12,6 +12,7 @@ mod interner;
 mod live;
 mod modes;
 mod names;
+mod presence;
 mod reach;
 mod rounds;
 mod run;
@@ -105,6 +106,8 @@ pub(super) struct Search<'a> {
     reads: RefCell<FxHashMap<SubjectId, std::rc::Rc<settled::Reads>>>,
     /// The nodes that may update it.
     updating: OnceCell<BTreeSet<NodeId>>,
+    /// The branches that ask whether it is there, as far as it was looked.
+    presence: RefCell<FxHashMap<NodeId, bool>>,
     /// How many states were looked at.
     states: Cell<usize>,
 }
@@ -135,6 +138,7 @@ impl<'a> Search<'a> {
             called: RefCell::default(),
             reads: RefCell::default(),
             updating: OnceCell::new(),
+            presence: RefCell::default(),
             states: Cell::new(0),
         };
         search.sample_loops = search.own_cycles();

@@ -152,6 +152,16 @@ impl Search<'_> {
         })
     }
 
+    /// Whether a place is indexed with the counter of a loop where the instance has a number.
+    pub(super) fn is_by_number(&self, place: &Place) -> bool {
+        let counts =
+            |var: Var| self.graph.loops.iter().any(|info| info.counter.is_some_and(|(counter, _)| counter == var));
+        place.steps.iter().zip(&self.instance.steps).any(|(step, own)| match (step.key(), own.key()) {
+            (Some(IndexKey::Var(var)), Some(IndexKey::Number(_))) => counts(*var),
+            _ => false,
+        })
+    }
+
     /// How many rounds come before the instance's own, where it is an element with a number and the elements come in order.
     pub(super) fn rounds_before(&self, names: &[Place], id: LoopId) -> Option<u64> {
         let info = self.graph.loop_info(id);

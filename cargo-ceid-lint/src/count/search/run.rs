@@ -445,7 +445,13 @@ impl<'s, 'a> Run<'s, 'a> {
         let Search { graph, sample_loops, .. } = self.search;
         let updating = self.search.updating();
         let own = |node: &NodeId| graph.loops_around(*node).filter(|id| sample_loops.contains(id));
-        self.own = updating.iter().flat_map(own).collect();
+        // Rounds that count by elements with numbers are asked for that of the instance, one by one.
+        let search = self.search;
+        let is_told = |node: &&NodeId| match &graph.node(**node).effect {
+            Effect::Update(update) => !search.is_by_number(&update.place),
+            _ => true,
+        };
+        self.own = updating.iter().filter(is_told).flat_map(own).collect();
         self.is_all_own = updating.iter().all(|node| own(node).next().is_some());
     }
 
@@ -478,6 +484,9 @@ impl<'s, 'a> Run<'s, 'a> {
                     continue;
                 }
                 after.masks = self.masks.intern(all);
+            }
+            if after.count == Count::Zero && !after.reset && self.search.lacks_filter(self.region, state.node, number) {
+                after.skipped_at = Some(state.node);
             }
             for masks in self.compared(after.masks, test, number == 0) {
                 self.follow(at, State { masks, ..after.clone() }, to);

@@ -134,7 +134,7 @@ impl Builder<'_> {
             .graph
             .node_ids()
             .filter_map(|id| match &self.graph.node(id).effect {
-                Effect::Set(set) if set.transfer == Transfer::Copy => {
+                Effect::Set(set) if set.transfer == Transfer::Copy || self.takes_copied(set) => {
                     Some((id, set.place.base_var()?, set.from.clone()?))
                 }
                 _ => None,
@@ -198,6 +198,12 @@ impl Builder<'_> {
                 set.transfer = Transfer::RoundTrip;
             }
         }
+    }
+
+    /// Whether what is taken out of its place would be copied by every other name: `let mut lag = self.lag.take().unwrap();`
+    fn takes_copied(&self, set: &Assignment) -> bool {
+        let into = set.place.base_var().filter(|_| set.place.steps.is_empty() && set.transfer == Transfer::Move);
+        into.is_some_and(|var| self.program.index.copies_filter(&self.graph.var(var).ty))
     }
 
     /// What is copied out of a parameter that was passed by value is moved if nothing asks for the parameter's own again:

@@ -238,6 +238,7 @@ impl<'a> Builder<'a> {
             given_away: std::collections::BTreeSet::new(),
             elsewhere: std::collections::BTreeMap::new(),
             sample_writes: Vec::new(),
+            read_here: std::collections::BTreeSet::new(),
             truncated: None,
         };
         Self {

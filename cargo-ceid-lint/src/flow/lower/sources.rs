@@ -284,6 +284,10 @@ impl Source {
                 let left_out = all.saturating_sub(number);
                 Self { item: Item::Counter(Some(first + left_out)), ..self }
             }
+            // Which ones the last are, is not known.
+            (Item::Element(place), ..) if self.stages.is_empty() && !self.passes() => {
+                Self { item: Item::Element(place.slice(Section::taken(None))), counts_down: false, ..self }
+            }
             _ => self.uncounted(),
         }
     }

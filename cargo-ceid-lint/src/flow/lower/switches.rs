@@ -9,6 +9,9 @@ use crate::types::{Callee, Resolved, TypedBody};
 /// How many expressions a function may have to be read where it is called.
 const MAX_EXPRESSIONS: usize = 96;
 
+/// How many functions deep a switch may lie in the one that is read where it is called.
+const MAX_DEPTH: u32 = 2;
+
 impl Builder<'_> {
     /// `if self.is_armed()`: a condition that is a function's only expression asks what that asks. Answers whether it is one.
     pub(super) fn spoken_condition(&mut self, id: ExprId, receiver: ExprId, args: &[ExprId], no: NodeId) -> bool {
@@ -49,7 +52,7 @@ impl Builder<'_> {
         id: ExprId,
     ) -> Option<Value> {
         let [target] = resolved.targets.as_slice() else { return None };
-        if self.depth >= MAX_INLINE || !(self.switches_state(resolved) || self.tells_state(*target, exprs)) {
+        if self.depth >= MAX_INLINE || !(self.switches_state(resolved, 0) || self.tells_state(*target, exprs)) {
             return None;
         }
         let typed = self.program.typed(*target)?;
@@ -84,6 +87,7 @@ impl Builder<'_> {
         self.frames.push(Frame::new(target, body, typed));
         let outer = std::mem::replace(&mut self.frame, self.frames.len() - 1);
         self.depth += 1;
+        self.graph.read_here.insert(target);
         self.inlining.push(target);
         for (number, pat) in body.params.iter().enumerate() {
             match (places.get(number).cloned().flatten(), typed.pat_local.get(pat)) {
@@ -179,8 +183,9 @@ impl Builder<'_> {
         types
     }
 
-    /// Whether a function is a small one that switches a state and runs no law: what it sets must be seen by its callers.
-    fn switches_state(&self, resolved: &Resolved) -> bool {
+    /// Whether a function is a small one that switches a state, itself or by another one, and runs no law: what it sets must be seen
+    /// by its callers.
+    fn switches_state(&self, resolved: &Resolved, depth: u32) -> bool {
         let [target] = resolved.targets.as_slice() else { return false };
         let def = self.program.index.function(*target);
         let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(*target)) else { return false };
@@ -215,10 +220,11 @@ impl Builder<'_> {
                 | ExprKind::Unknown { .. } => return false,
                 _ => {}
             }
-            if let Some(Callee::Resolved(inner)) = typed.callees.get(&id)
-                && (inner.targets.len() > 1 || inner.targets.contains(target) || self.may_run_law(inner, 0))
-            {
-                return false;
+            if let Some(Callee::Resolved(inner)) = typed.callees.get(&id) {
+                if inner.targets.len() > 1 || inner.targets.contains(target) || self.may_run_law(inner, 0) {
+                    return false;
+                }
+                switches = switches || depth < MAX_DEPTH && self.switches_state(inner, depth + 1);
             }
         }
         switches
