@@ -39,7 +39,8 @@ use super::slice::{self, ControlDependence, tracked};
 use super::summary::{Summaries, Summary};
 use super::verdict::{Evidence, Gate};
 use crate::flow::{
-    CallSite, Cause, ControlFlowGraph, Effect, LoopId, NodeId, Place, Program, Relation, SubjectId, Var,
+    CallSite, Cause, ControlFlowGraph, Effect, IndexKey, LoopId, NodeId, Place, Program, Projection, Relation,
+    SubjectId, Var,
 };
 use crate::index::Ty;
 
@@ -210,6 +211,24 @@ impl<'a> Search<'a> {
     fn feeds(&self, node: NodeId, id: LoopId) -> bool {
         self.graph.is_within(self.graph.node(node).in_loop, id)
             && super::cycles::feeds(self.graph, self.aliases, self.summaries, self, node, id)
+    }
+
+    /// Whether a law runs at a node for an element that only data tells, which may be the instance or another one.
+    fn is_chosen_by_data(&self, node: NodeId) -> bool {
+        let places: Vec<Place> = match &self.graph.node(node).effect {
+            Effect::Update(update) => vec![update.place.clone()],
+            Effect::Call(site) => self.summaries.updates(site).collect(),
+            _ => return false,
+        };
+        let counts = |var: Var| self.graph.loops.iter().any(|info| info.counter.is_some_and(|(own, _)| own == var));
+        let is_data = |key: &IndexKey| match key {
+            IndexKey::Data(_) => true,
+            IndexKey::Var(var) => self.graph.var(*var).param.is_none() && !counts(*var),
+            _ => false,
+        };
+        let roots = places.iter().flat_map(|place| self.aliases.roots(place));
+        let mut own = roots.filter(|root| root.overlaps(self.instance)).peekable();
+        own.peek().is_some() && own.all(|root| root.steps.iter().filter_map(Projection::key).any(is_data))
     }
 
     /// The nodes at which something happens to what has the same base as the instance.
