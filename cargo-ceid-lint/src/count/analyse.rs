@@ -63,7 +63,7 @@ pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -
     });
     let fields = updated_fields(program.index, &facts, &in_cycle, &super::callgraph::recursive(graphs));
     let anywhere = touched_fields(program.index, &facts);
-    let lent = Lent::of(program.index, &facts);
+    let lent = Lent::of(program.index, &summaries, &facts);
     let waiting = super::remarks::waiting(program, graphs);
     let steps = Steps::of(program, graphs);
     let facts: Vec<Mutex<FunctionFacts<'_>>> = facts.into_iter().map(Mutex::new).collect();

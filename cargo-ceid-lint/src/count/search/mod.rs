@@ -40,7 +40,8 @@ use super::slice::{self, ControlDependence, tracked};
 use super::summary::{Summaries, Summary};
 use super::verdict::{Evidence, Gate};
 use crate::flow::{
-    CallSite, Cause, ControlFlowGraph, Effect, LoopId, NodeId, Place, Program, Relation, SubjectId, Var,
+    CallSite, Cause, ControlFlowGraph, Effect, IndexKey, LoopId, NodeId, Place, Program, Projection, Relation,
+    SubjectId, Var,
 };
 use crate::index::Ty;
 
@@ -216,6 +217,24 @@ impl<'a> Search<'a> {
             && super::cycles::feeds(self.graph, self.aliases, self.summaries, self, node, id)
     }
 
+    /// Whether a law runs at a node for an element that only data tells, which may be the instance or another one.
+    fn is_chosen_by_data(&self, node: NodeId) -> bool {
+        let places: Vec<Place> = match &self.graph.node(node).effect {
+            Effect::Update(update) => vec![update.place.clone()],
+            Effect::Call(site) => self.summaries.updates(site).collect(),
+            _ => return false,
+        };
+        let counts = |var: Var| self.graph.loops.iter().any(|info| info.counter.is_some_and(|(own, _)| own == var));
+        let is_data = |key: &IndexKey| match key {
+            IndexKey::Data(_) => true,
+            IndexKey::Var(var) => self.graph.var(*var).param.is_none() && !counts(*var),
+            _ => false,
+        };
+        let roots = places.iter().flat_map(|place| self.aliases.roots(place));
+        let mut own = roots.filter(|root| root.overlaps(self.instance)).peekable();
+        own.peek().is_some() && own.all(|root| root.steps.iter().filter_map(Projection::key).any(is_data))
+    }
+
     /// The nodes at which something happens to what has the same base as the instance.
     fn near(&self) -> impl Iterator<Item = NodeId> + '_ {
         self.aliases.near(self.graph, self.summaries, self.instance.base).iter().copied()
@@ -387,19 +406,19 @@ impl<'a> Search<'a> {
         self.states.take()
     }
 
-    /// Searches a region. Each start is a node with the names that the instance has there, or its own name.
-    pub(super) fn explore(&self, region: Region, starts: &[(NodeId, Option<Entry>)]) -> Exploration {
+    /// Searches a region.
+    pub(super) fn explore(&self, region: Region, starts: &[Start]) -> Exploration {
         self.explored(self.run(region), starts)
     }
 
-    fn explored(&self, run: Run<'_, '_>, starts: &[(NodeId, Option<Entry>)]) -> Exploration {
+    fn explored(&self, run: Run<'_, '_>, starts: &[Start]) -> Exploration {
         let exploration = run.finish(starts);
         self.states.set(self.states.get() + exploration.states.len());
         exploration
     }
 
     /// Where a search of a region begins.
-    pub(super) fn starts(&self, region: Region) -> Vec<(NodeId, Option<Entry>)> {
+    pub(super) fn starts(&self, region: Region) -> Vec<Start> {
         match region {
             Region::Function => vec![(NodeId(0), None)],
             Region::Loop(id) => {
@@ -442,6 +461,9 @@ impl<'a> Search<'a> {
         Run::new(self, region, tracked, [self.reach(region), self.reach_of_copies(region)])
     }
 }
+
+/// A node at which a search begins, with the names that the instance has there, or its own name.
+pub(super) type Start = (NodeId, Option<Entry>);
 
 /// What is known where a search begins.
 #[derive(Clone, Debug)]

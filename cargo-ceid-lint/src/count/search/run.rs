@@ -440,19 +440,21 @@ impl<'s, 'a> Run<'s, 'a> {
         state.count = state.count.then(count);
     }
 
-    /// From now on, a loop that is a cycle of its own counts as one run of it, however many rounds it has.
+    /// From now on, a loop that is a cycle of its own counts as one run of it, however many rounds it has. Where data decides which
+    /// element a round updates, no round is known to be the instance's own.
     pub(super) fn count_own_loops(&mut self) {
         let Search { graph, sample_loops, .. } = self.search;
         let updating = self.search.updating();
+        let certain: Vec<&NodeId> = updating.iter().filter(|node| !self.search.is_chosen_by_data(**node)).collect();
         let own = |node: &NodeId| graph.loops_around(*node).filter(|id| sample_loops.contains(id));
         // Rounds that count by elements with numbers are asked for that of the instance, one by one.
         let search = self.search;
-        let is_told = |node: &&NodeId| match &graph.node(**node).effect {
+        let is_told = |node: &&&NodeId| match &graph.node(***node).effect {
             Effect::Update(update) => !search.is_by_number(&update.place),
             _ => true,
         };
-        self.own = updating.iter().filter(is_told).flat_map(own).collect();
-        self.is_all_own = updating.iter().all(|node| own(node).next().is_some());
+        self.own = certain.iter().filter(is_told).flat_map(|node| own(node)).collect();
+        self.is_all_own = certain.iter().all(|node| own(node).next().is_some());
     }
 
     /// Counts a loop that is a cycle of its own. Where nothing but such loops updates the instance, one behind another takes what the
