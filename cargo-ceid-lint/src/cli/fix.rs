@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use super::args::{CheckArgs, FixArgs};
 use super::format::Format;
 use super::input::{self, Checked, Loaded};
-use super::{Console, ExitStatus, vcs};
-use crate::fix::{self, Bounds, Pasted, RealDisk, Revision};
+use super::{Console, ExitStatus, interrupted, vcs};
+use crate::fix::{self, Bounds, Pasted, Revision};
 use crate::pipeline::{BaselineChoice, Options, Report};
 use crate::project::{LoadError, Project};
 use crate::report::json;
@@ -62,6 +62,9 @@ pub(super) fn run(args: &CheckArgs, options: &Options, printed: Format, console:
     let Loaded { project, first } = input::load(&args.input, options, console)?;
     let bounds = Bounds::of(&project);
     if !args.fixes.diff {
+        if interrupted::complete(&bounds, console) {
+            return Ok(Fixed::Ended(ExitStatus::Incomplete));
+        }
         remove_abandoned(&bounds, &project, &first.report);
     }
     let refusal = bounds.roots().iter().find_map(|root| vcs::check(root, &args.fixes).err());
@@ -99,7 +102,8 @@ pub(super) fn run(args: &CheckArgs, options: &Options, printed: Format, console:
     if args.fixes.diff {
         return Ok(Fixed::Ended(show_diff(&revision, names, printed, console)));
     }
-    let written = fix::commit(&revision, &before.report, &mut RealDisk, || check(&whole, Box::new(DiskSource)).report);
+    let written =
+        fix::commit(&revision, &before.report, &mut bounds.disk(), || check(&whole, Box::new(DiskSource)).report);
     if let Err(error) = &written {
         console.error(error, None);
     }

@@ -13,7 +13,7 @@ use super::baseline::args::Legacy;
 use super::console::Stream;
 use super::exit::ExitStatus;
 use super::progress::Progress;
-use super::{timings, unread};
+use super::{interrupted, timings, unread};
 use crate::config::spelling::nearest;
 use crate::pipeline::{self, BaselineChoice, Configured, Gate, Options, Report, Stage, Steps, Stopwatch};
 use crate::project::{self, Changes, Features, LoadError, Names, Project, Selection, TargetFilter};
@@ -56,6 +56,7 @@ pub(super) fn check(
         console.error(&error.message, error.help.as_deref());
         return Err(Box::new(Failed { project, error }));
     }
+    interrupted::tell(&project, console);
     Ok(Checked::of(project, first, console, talk))
 }
 

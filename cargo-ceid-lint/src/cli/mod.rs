@@ -13,6 +13,7 @@ mod fix;
 mod format;
 mod init;
 mod input;
+mod interrupted;
 mod levels;
 mod lsp;
 mod migrate;

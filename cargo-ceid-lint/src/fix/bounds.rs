@@ -5,6 +5,8 @@ use std::fs::OpenOptions;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
+use super::interrupted::{Interrupted, interrupted, remove_notes};
+use super::write::RealDisk;
 use crate::project::Project;
 use crate::source;
 
@@ -33,8 +35,21 @@ impl Bounds {
         &self.roots
     }
 
+    /// The disk, with the notes of what is about to be replaced where [`interrupted`](Self::interrupted) looks for them.
+    #[must_use]
+    pub fn disk(&self) -> RealDisk {
+        RealDisk { notes: self.roots.first().cloned() }
+    }
+
+    /// The runs that were ended when they had written some of the files that belong together, and not the others.
+    #[must_use]
+    pub fn interrupted(&self, now: SystemTime) -> Vec<Interrupted> {
+        self.roots.iter().flat_map(|root| interrupted(root, now)).collect()
+    }
+
     /// Removes what runs that were killed have left beside the files that may be written.
     pub fn remove_abandoned<'p>(&self, files: impl Iterator<Item = &'p Path>, now: SystemTime) {
+        self.roots.iter().for_each(|root| remove_notes(root, now));
         let directories: BTreeSet<&Path> = files.filter_map(Path::parent).collect();
         let real = directories.into_iter().filter_map(|directory| directory.canonicalize().ok());
         for directory in real.filter(|real| self.roots.iter().any(|root| real.starts_with(root))) {

@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::Change;
+use super::{Change, interrupted};
 use crate::source;
 
 /// What is done to the disk; another one than the real one is for tests.
@@ -22,6 +22,16 @@ pub trait Disk {
     /// # Errors
     /// The system's.
     fn replace(&mut self, staged: &Path, target: &Path) -> io::Result<()>;
+
+    /// Keeps in writing what is about to be replaced, so that a next run can tell whether this one was ended in between; `None` if
+    /// nothing is kept.
+    ///
+    /// # Errors
+    /// The system's.
+    fn note(&mut self, changes: &[(&Change, &Path)]) -> io::Result<Option<PathBuf>> {
+        let _ = changes;
+        Ok(None)
+    }
 }
 
 /// Why nothing was written.
@@ -61,7 +71,19 @@ pub fn write(changes: &[Change], disk: &mut dyn Disk) -> Result<(), WriteError> 
             }
         }
     }
-    for (number, (change, path)) in changes.iter().zip(&staged).enumerate() {
+    let moves: Vec<(&Change, &Path)> = changes.iter().zip(staged.iter().map(PathBuf::as_path)).collect();
+    // One file alone is the old one or the new one. Without a note, everything is as safe as long as nobody ends this run.
+    let note = if moves.len() > 1 { disk.note(&moves).unwrap_or(None) } else { None };
+    let written = replace(changes, &staged, disk);
+    if let Some(note) = note {
+        remove(&[note]);
+    }
+    written
+}
+
+/// Puts the staged files in their places, or none.
+fn replace(changes: &[Change], staged: &[PathBuf], disk: &mut dyn Disk) -> Result<(), WriteError> {
+    for (number, (change, path)) in changes.iter().zip(staged).enumerate() {
         // Staging takes a while, in which somebody may have saved the file.
         let replaced = holds(&change.path, &change.old).and_then(|()| {
             let failed = |error| format!("cannot write `{}`: {error}", change.path.display());
@@ -121,8 +143,11 @@ fn remove(staged: &[PathBuf]) {
 }
 
 /// The disk.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct RealDisk;
+#[derive(Clone, Debug, Default)]
+pub struct RealDisk {
+    /// The directory in which it is noted what is about to be replaced, where the next run looks for that.
+    pub notes: Option<PathBuf>,
+}
 
 impl Disk for RealDisk {
     fn stage(&mut self, target: &Path, text: &str) -> io::Result<PathBuf> {
@@ -131,6 +156,14 @@ impl Disk for RealDisk {
 
     fn replace(&mut self, staged: &Path, target: &Path) -> io::Result<()> {
         source::replace(staged, target)
+    }
+
+    fn note(&mut self, changes: &[(&Change, &Path)]) -> io::Result<Option<PathBuf>> {
+        let Some((root, text)) = self.notes.as_ref().and_then(|root| Some((root, interrupted::text(root, changes)?)))
+        else {
+            return Ok(None);
+        };
+        source::note(root, &text).map(Some)
     }
 }
 
@@ -146,7 +179,11 @@ mod tests {
 
     impl Disk for Failing {
         fn stage(&mut self, target: &Path, text: &str) -> io::Result<PathBuf> {
-            if self.left == 0 && self.is_gone { Err(io::Error::other("gone")) } else { RealDisk.stage(target, text) }
+            if self.left == 0 && self.is_gone {
+                Err(io::Error::other("gone"))
+            } else {
+                RealDisk::default().stage(target, text)
+            }
         }
 
         fn replace(&mut self, staged: &Path, target: &Path) -> io::Result<()> {
@@ -156,7 +193,7 @@ mod tests {
                 return Err(io::Error::other("no space"));
             }
             self.left -= 1;
-            RealDisk.replace(staged, target)
+            RealDisk::default().replace(staged, target)
         }
     }
 
@@ -194,7 +231,7 @@ mod tests {
             check_files(&directory, &["old a", "old b", "old c"]);
         }
         let directory = directory("all");
-        write(&changes(&directory), &mut RealDisk).unwrap();
+        write(&changes(&directory), &mut RealDisk::default()).unwrap();
         check_files(&directory, &["new a", "new b", "new c"]);
     }
 
@@ -211,7 +248,7 @@ mod tests {
         let directory = directory("else");
         let changes = changes(&directory);
         fs::write(&changes[2].path, "mine").unwrap();
-        let error = write(&changes, &mut RealDisk).unwrap_err().to_string();
+        let error = write(&changes, &mut RealDisk::default()).unwrap_err().to_string();
         assert!(error.contains("was changed by somebody else"), "{error}");
         check_files(&directory, &["old a", "old b", "mine"]);
     }
@@ -221,12 +258,12 @@ mod tests {
 
     impl Disk for Shared {
         fn stage(&mut self, target: &Path, text: &str) -> io::Result<PathBuf> {
-            RealDisk.stage(target, text)
+            RealDisk::default().stage(target, text)
         }
 
         fn replace(&mut self, staged: &Path, target: &Path) -> io::Result<()> {
             fs::write(&self.0, "mine")?;
-            RealDisk.replace(staged, target)
+            RealDisk::default().replace(staged, target)
         }
     }
 
@@ -247,9 +284,9 @@ mod tests {
         let directory = directory("mode");
         let changes = changes(&directory);
         fs::set_permissions(&changes[0].path, fs::Permissions::from_mode(0o750)).unwrap();
-        write(&changes, &mut RealDisk).unwrap();
+        write(&changes, &mut RealDisk::default()).unwrap();
         assert_eq!(fs::metadata(&changes[0].path).unwrap().permissions().mode() & 0o777, 0o750);
-        put_back(&changes, &mut RealDisk).unwrap();
+        put_back(&changes, &mut RealDisk::default()).unwrap();
         assert_eq!(fs::metadata(&changes[0].path).unwrap().permissions().mode() & 0o777, 0o750);
         check_files(&directory, &["old a", "old b", "old c"]);
     }

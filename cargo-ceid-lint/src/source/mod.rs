@@ -13,7 +13,7 @@ pub use line_index::{LineColumn, LineIndex};
 pub use percent::{file_url, percent_encoded};
 pub use read::{DiskSource, FileSet, MAX_FILE_BYTES, MemorySource, ReadError, ReadSource};
 pub use stable_hash::stable_hash;
-pub use write::{is_staged, remove_abandoned, replace, stage, write};
+pub use write::{abandoned_notes, is_staged, note, remove_abandoned, replace, stage, write};
 
 /// A file of a [`SourceMap`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -9,6 +9,8 @@ use std::time::{Duration, SystemTime};
 /// What stands around the numbers of the process and of the file in the name of a new file.
 const PREFIX: &str = ".ceid-lint-";
 const SUFFIX: &str = ".tmp";
+/// The same of a file that says what is about to be replaced.
+const NOTE: &str = ".note";
 
 /// How old a new file can be before it is certain that no process will put it in its place any more.
 const ABANDONED: Duration = Duration::from_secs(600);
@@ -16,24 +18,35 @@ const ABANDONED: Duration = Duration::from_secs(600);
 /// Removes from a directory the new files of runs that were killed before these took their places. To be called before the
 /// calling process writes anything itself.
 pub fn remove_abandoned(directory: &Path, now: SystemTime) {
-    let Ok(entries) = fs::read_dir(directory) else { return };
-    for entry in entries.flatten() {
+    // What a run has noted, somebody may still bring to its end.
+    if abandoned_notes(directory, now).is_empty() {
+        abandoned(directory, SUFFIX, now).iter().for_each(|path| remove(path));
+    }
+}
+
+/// The notes in a directory of runs that were killed before they had taken them away.
+#[must_use]
+pub fn abandoned_notes(directory: &Path, now: SystemTime) -> Vec<PathBuf> {
+    abandoned(directory, NOTE, now)
+}
+
+/// The files in a directory that runs have made which are gone.
+fn abandoned(directory: &Path, suffix: &str, now: SystemTime) -> Vec<PathBuf> {
+    let Ok(entries) = fs::read_dir(directory) else { return Vec::new() };
+    let is_abandoned = |entry: &fs::DirEntry| {
         let is_old = || {
             let written = entry.metadata().and_then(|metadata| metadata.modified());
             written.is_ok_and(|written| now.duration_since(written).is_ok_and(|age| age > ABANDONED))
         };
-        if let Some(process) = writer(&entry.file_name().to_string_lossy())
-            && entry.file_type().is_ok_and(|kind| kind.is_file())
-            && (is_gone(process) || is_old())
-        {
-            remove(&entry.path());
-        }
-    }
+        writer(&entry.file_name().to_string_lossy(), suffix)
+            .is_some_and(|process| entry.file_type().is_ok_and(|kind| kind.is_file()) && (is_gone(process) || is_old()))
+    };
+    entries.flatten().filter(is_abandoned).map(|entry| entry.path()).collect()
 }
 
 /// The process that has made a new file of this name.
-fn writer(name: &str) -> Option<u32> {
-    let (process, number) = name.strip_prefix(PREFIX)?.strip_suffix(SUFFIX)?.split_once('-')?;
+fn writer(name: &str, suffix: &str) -> Option<u32> {
+    let (process, number) = name.strip_prefix(PREFIX)?.strip_suffix(suffix)?.split_once('-')?;
     number.parse::<u32>().ok()?;
     process.parse().ok()
 }
@@ -41,7 +54,7 @@ fn writer(name: &str) -> Option<u32> {
 /// Whether a file has the name of one that is about to take the place of another: it is nothing that anybody has made.
 #[must_use]
 pub fn is_staged(path: &Path) -> bool {
-    path.file_name().is_some_and(|name| writer(&name.to_string_lossy()).is_some())
+    path.file_name().is_some_and(|name| writer(&name.to_string_lossy(), SUFFIX).is_some())
 }
 
 /// Whether a process has certainly come to its end; only some systems tell without being asked for more.
@@ -57,20 +70,37 @@ fn is_gone(process: u32) -> bool {
 /// # Errors
 /// The system's.
 pub fn stage(target: &Path, text: &str) -> io::Result<PathBuf> {
+    let (mut file, path) = create(|name| target.with_file_name(name), SUFFIX)?;
+    let written = fill(&mut file, target, text);
+    written.inspect_err(|_| remove(&path))?;
+    Ok(path)
+}
+
+/// Writes a note to a new file in a directory, through to the device: it is there before anything that is done after this.
+///
+/// # Errors
+/// The system's.
+pub fn note(directory: &Path, text: &str) -> io::Result<PathBuf> {
+    let (mut file, path) = create(|name| directory.join(name), NOTE)?;
+    let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
+    written.inspect_err(|_| remove(&path))?;
+    sync(directory);
+    Ok(path)
+}
+
+/// Makes a new file with a name that no other one has.
+fn create(path: impl Fn(String) -> PathBuf, suffix: &str) -> io::Result<(File, PathBuf)> {
     static NUMBER: AtomicU32 = AtomicU32::new(0);
-    let (mut file, path) = loop {
+    loop {
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        let path = target.with_file_name(format!("{PREFIX}{}-{number}{SUFFIX}", std::process::id()));
+        let path = path(format!("{PREFIX}{}-{number}{suffix}", std::process::id()));
         match OpenOptions::new().write(true).create_new(true).open(&path) {
-            Ok(file) => break (file, path),
+            Ok(file) => return Ok((file, path)),
             // A process that had the same number was killed.
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
             Err(error) => return Err(error),
         }
-    };
-    let written = fill(&mut file, target, text);
-    written.inspect_err(|_| remove(&path))?;
-    Ok(path)
+    }
 }
 
 /// Puts the staged file in the place of `target`, at once.
@@ -79,11 +109,18 @@ pub fn stage(target: &Path, text: &str) -> io::Result<PathBuf> {
 /// The system's; the staged file stays.
 pub fn replace(staged: &Path, target: &Path) -> io::Result<()> {
     fs::rename(staged, target)?;
-    // The name is safe when its directory is; where directories cannot be opened, the system takes care of that.
-    if let Some(directory) = target.parent().and_then(|directory| File::open(directory).ok()) {
-        let _ = directory.sync_all();
+    if let Some(directory) = target.parent() {
+        sync(directory);
     }
     Ok(())
+}
+
+/// Brings the names in a directory to the device, without which the files would be lost; where directories cannot be opened, the
+/// system takes care of that.
+fn sync(directory: &Path) {
+    if let Ok(directory) = File::open(directory) {
+        let _ = directory.sync_all();
+    }
 }
 
 /// Gives a file a new text, or makes it.

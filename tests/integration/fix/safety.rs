@@ -308,3 +308,41 @@ fn what_a_killed_run_left_is_removed_by_the_next() {
     run(&directory, ["migrate", "--all"]).assert_code(0);
     assert!(!directory.join("src/.ceid-lint-4294967295-1.tmp").exists());
 }
+
+/// A run that was ended when it had written some files of a change is told of, and brought to its end by the next one that writes.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_a_killed_run_wrote_in_part_is_completed() {
+    let directory = repository("fix_half", &[("src/lib.rs", b"pub mod a;\n"), ("src/a.rs", b"// old\n")]);
+    let hash = |text: &[u8]| format!("{:016x}", cargo_ceid_lint::source::stable_hash(text));
+    let (old, new) = (hash(b"// old\n"), hash(b"// new\n"));
+    let note = format!(
+        "# a comment\n{}\t{}\tsrc/.ceid-lint-4294967295-0.tmp\tsrc/lib.rs\n\
+         {old}\t{new}\tsrc/.ceid-lint-4294967295-1.tmp\tsrc/a.rs\n",
+        hash(b"pub mod b;\n"),
+        hash(b"pub mod a;\n")
+    );
+    let half = |staged: &[u8]| {
+        write(&directory, ".ceid-lint-4294967295-2.note", note.as_bytes());
+        write(&directory, "src/.ceid-lint-4294967295-1.tmp", staged);
+    };
+    half(b"// new\n");
+    run(&directory, ["check"]).assert_code(0).assert_stderr(
+        "a run was ended when it had written `src/lib.rs`, and not `src/a.rs`, which belong together; `cargo ceid-lint fix` brings",
+    );
+    run(&directory, ["baseline"]).assert_code(0);
+    for command in ["fix", "migrate"] {
+        half(b"// new\n");
+        write(&directory, "src/a.rs", b"// old\n");
+        run(&directory, [command, "--workspace"]).assert_code(101).assert_stderr("that is done now");
+        assert_eq!(read(&directory, "src/a.rs"), "// new\n");
+        assert!(!directory.join(".ceid-lint-4294967295-2.note").exists());
+        assert!(!directory.join("src/.ceid-lint-4294967295-1.tmp").exists());
+    }
+    // What was to be written is not there in full.
+    half(b"// n");
+    write(&directory, "src/a.rs", b"// old\n");
+    fix(&directory, &[]).assert_code(101).assert_stderr("take the changes of `src/lib.rs` back");
+    assert_eq!(read(&directory, "src/a.rs"), "// old\n");
+    assert!(!directory.join(".ceid-lint-4294967295-2.note").exists());
+}

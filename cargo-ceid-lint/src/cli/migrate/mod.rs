@@ -10,10 +10,10 @@ use std::time::Instant;
 
 use self::core::{core_directory, relative};
 use super::args::FixArgs;
-use super::{Console, ExitStatus, input, vcs};
+use super::{Console, ExitStatus, input, interrupted, vcs};
 use crate::count::{Cycle, CycleKind, Gate, Pair, Verdict};
 use crate::diagnostic::Diagnostic;
-use crate::fix::{self, Bounds, Edit, Fix, RealDisk, Revision};
+use crate::fix::{self, Bounds, Edit, Fix, Revision};
 use crate::migrate::{self, Plan, Reason, Rewrite, Wanted};
 use crate::pipeline::{Options, Report};
 use crate::project::{Package, Project};
@@ -41,6 +41,11 @@ pub(super) fn run(args: &MigrateArgs) -> Result<ExitStatus, String> {
     let mut selection = input::selection(&[], &args.scope, &args.build);
     selection.workspace = selection.packages.is_empty();
     let Ok(project) = input::project(&selection, console, Instant::now()) else { return Ok(ExitStatus::Incomplete) };
+    if args.diff || matches!(asked, Asked::Nothing) {
+        interrupted::tell(&project, console);
+    } else if interrupted::complete(&Bounds::of(&project), console) {
+        return Ok(ExitStatus::Incomplete);
+    }
     let check = |source: Box<dyn ReadSource>| input::checked(&project, &Options::default(), source, console);
     let first = check(Box::new(DiskSource));
     if first.is_config_wrong || !first.report.problems.is_empty() {
@@ -109,7 +114,7 @@ impl Run<'_> {
         }
         let mut is_unwritten = revision.refused.iter().any(|refused| refused.is_unwritable);
         if !self.args.diff
-            && let Err(error) = fix::commit(&revision, first, &mut RealDisk, || check(Box::new(DiskSource)))
+            && let Err(error) = fix::commit(&revision, first, &mut bounds.disk(), || check(Box::new(DiskSource)))
         {
             self.console.error(&error, None);
             return Ok(ExitStatus::Incomplete);
