@@ -6,7 +6,7 @@ use super::counts::Count;
 use super::decide::{Decision, decide_from};
 use super::search::{Region, Search, Start};
 use super::verdict::{Gate, Verdict};
-use crate::flow::{Effect, LoopId, Var};
+use crate::flow::{Effect, LoopId, Place, Var};
 
 /// What a loop is that skips the instance, where it does so only if it is entered with a name that means another filter: for all of
 /// its rounds that name means the same. `None` if it is not so.
@@ -40,14 +40,12 @@ pub(super) fn with_its_name(
 fn gives_name(search: &Search<'_>, id: LoopId, starts: &[Start]) -> bool {
     let entries = starts.iter().filter_map(|(_, entry)| entry.as_ref());
     let names = entries.flat_map(|entry| &entry.names).filter(|name| name.base != search.instance.base);
-    let names: BTreeSet<Var> = names.filter_map(|name| name.base_var()).collect();
+    let names: BTreeSet<Var> = names.filter_map(Place::base_var).collect();
     search.graph.nodes.iter().filter(|node| search.graph.is_within(node.in_loop, id)).any(|node| match &node.effect {
         Effect::Set(set) | Effect::Write(set) => {
             set.rebinds && set.place.base_var().is_some_and(|var| names.contains(&var))
         }
-        Effect::Unknown { places, .. } => {
-            places.iter().filter_map(|place| place.base_var()).any(|var| names.contains(&var))
-        }
+        Effect::Unknown { places, .. } => places.iter().filter_map(Place::base_var).any(|var| names.contains(&var)),
         _ => false,
     })
 }
