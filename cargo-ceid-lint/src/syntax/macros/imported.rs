@@ -19,6 +19,8 @@ pub(in crate::syntax) struct Imported {
     is_all: bool,
     /// What a `use` of one name gives on, as macros of the crate are: `pub(crate) use info;`.
     given_on: BTreeSet<String>,
+    /// The modules of the crate.
+    modules: BTreeSet<String>,
     /// What is imported by its name from crates whose macros are known: `use log::info;`.
     of_known: BTreeSet<String>,
 }
@@ -48,7 +50,10 @@ impl Imported {
                         self.given_on.insert(name(ident));
                     }),
                 },
-                syn::Item::Mod(syn::ItemMod { content: Some((_, items)), .. }) => self.note(items),
+                syn::Item::Mod(syn::ItemMod { ident, content, .. }) => {
+                    self.modules.insert(name(ident));
+                    self.note(content.as_ref().map_or(&[], |(_, items)| items));
+                }
                 _ => {}
             }
         }
@@ -84,6 +89,11 @@ impl Imported {
     /// Whether a macro of the crate is given on under its name, and no other one of that name is imported.
     pub(super) fn is_given_on(&self, name: &str) -> bool {
         self.given_on.contains(name) && !self.of_known.contains(name)
+    }
+
+    /// Whether a module of the crate gives a macro on: `filters::declare!(…)` beside `pub(crate) use declare;`.
+    pub(super) fn is_given_on_by(&self, module: &str, name: &str) -> bool {
+        self.modules.contains(module) && self.given_on.contains(name)
     }
 
     /// Whether a macro of a common name may be imported.

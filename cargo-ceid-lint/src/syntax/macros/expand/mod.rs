@@ -121,6 +121,10 @@ impl OwnMacros {
             [first, .., last] if matches!(first.as_str(), "crate" | "self" | "super") => {
                 self.anywhere.get(last)?.clone()
             }
+            // A known one stands in for the crate of that name.
+            [first, .., last] if path.leading_colon.is_none() && shape(last).is_none() => {
+                imported.is_given_on_by(first, last).then(|| self.anywhere.get(last))??.clone()
+            }
             _ => None,
         }
     }
