@@ -28,7 +28,7 @@ pub(super) fn actions(view: &View<'_>, asked: &InRange) -> Vec<Value> {
     };
     let mut migrations = Vec::new();
     if wants(REWRITE) && view.client.takes_actions {
-        migrations.extend(view.report.plans.iter().filter_map(|plan| migration(view, plan, asked.range)));
+        migrations.extend(view.report.plans.iter().flat_map(|plan| migrate(view, plan, asked.range)));
     }
     if !wants(QUICK_FIX) {
         return migrations;
@@ -50,19 +50,20 @@ pub(super) fn actions(view: &View<'_>, asked: &InRange) -> Vec<Value> {
     actions
 }
 
-/// Hands the filters of a loop to a guard, where its head is on the lines of a range and no manifest has to change.
-fn migration(view: &View<'_>, plan: &Plan, range: Range) -> Option<Value> {
-    let rewrite = plan.outcome.as_ref().ok().filter(|rewrite| rewrite.is_dependency)?;
+/// Hands the filters of a loop to a guard, or some of them, where its head is on the lines of a range and no manifest has to change.
+fn migrate(view: &View<'_>, plan: &Plan, range: Range) -> Vec<Value> {
     let head = view.range(plan.head);
     if plan.head.file != view.file || head.start.line > range.end.line || range.start.line > head.end.line {
-        return None;
+        return Vec::new();
     }
-    let suggestion = plan.suggestion()?;
-    Some(json!({
-        "title": suggestion.message,
-        "kind": REWRITE,
-        "edit": workspace_edit(view, edits(view, &rewrite.edits)),
-    }))
+    let action = |suggestion: &Suggestion| {
+        json!({
+            "title": suggestion.message,
+            "kind": REWRITE,
+            "edit": workspace_edit(view, edits(view, &suggestion.edits)),
+        })
+    };
+    plan.suggestions().iter().map(action).collect()
 }
 
 fn edits(view: &View<'_>, edits: &[(Span, String)]) -> BTreeMap<FileId, Vec<TextEdit>> {

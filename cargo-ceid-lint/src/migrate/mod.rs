@@ -82,6 +82,28 @@ pub struct Partly {
 }
 
 impl Plan {
+    /// The rewritings as suggestions, where no manifest has to change for them: of some of the filters, by which the program does the
+    /// same, and of all.
+    #[must_use]
+    pub fn suggestions(&self) -> Vec<Suggestion> {
+        let partly = self.partly.as_ref().filter(|partly| partly.rewrite.is_dependency).map(|partly| {
+            let staying: Vec<String> = self
+                .filters
+                .iter()
+                .filter(|name| !partly.filters.contains(name))
+                .map(|name| format!("`{name}`"))
+                .collect();
+            let verb = if staying.len() == 1 { "stays" } else { "stay" };
+            let going: Vec<String> = partly.filters.iter().map(|name| format!("`{name}`")).collect();
+            Suggestion {
+                message: format!("let a guard update {}; {} {verb} by hand", going.join(", "), staying.join(", ")),
+                edits: partly.rewrite.edits.clone(),
+                applicability: Applicability::MaybeIncorrect,
+            }
+        });
+        partly.into_iter().chain(self.suggestion()).collect()
+    }
+
     /// The rewriting as a suggestion, if there is one and no manifest has to change for it.
     #[must_use]
     pub fn suggestion(&self) -> Option<Suggestion> {

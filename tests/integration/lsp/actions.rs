@@ -230,3 +230,39 @@ fn a_loop_is_handed_to_a_guard() {
     client.replace(&file, 2, &after);
     assert_eq!(client.actions(&file, &at(9), &[]), Vec::<Value>::new());
 }
+
+#[test]
+fn those_filters_of_a_loop_go_that_can() {
+    let core = root().join("ceid-core");
+    let text = "\
+pub trait SampledFilter { fn update(&mut self); }
+pub struct Lag(pub f64);
+impl SampledFilter for Lag { fn update(&mut self) { self.0 *= 0.5; } }
+pub fn run(one: &mut Lag, other: &mut Lag) {
+    for _ in 0..9 {
+        one.update();
+        other.update();
+        println!(\"{}\", other.0);
+    }
+}
+";
+    let manifest = format!(
+        "[workspace]\n\n[package]\nname = \"guarded\"\nversion = \"0.0.0\"\nedition = \"2024\"\n\n[dependencies]\n\
+         ceid-core = {{ path = {core:?} }}\n"
+    );
+    let directory = temporary("lsp_migrate_partly");
+    write(&directory, "src/lib.rs", text.as_bytes());
+    write(&directory, "Cargo.toml", manifest.as_bytes());
+    let file = directory.join("src/lib.rs");
+    let mut client = Client::in_folder(&directory, &plain());
+    client.open(&file, text);
+    assert_eq!(client.pull(&file), Vec::<Value>::new());
+    let at = json!({ "start": { "line": 4, "character": 4 }, "end": { "line": 4, "character": 4 } });
+    let actions = client.actions(&file, &at, &[]);
+    let all = "let a guard update `one`, `other`, which changes what the program does";
+    assert_eq!(titled(&actions, all)["kind"], "refactor.rewrite");
+    let action = titled(&actions, "let a guard update `one`; `other` stays by hand");
+    assert_eq!(actions[0]["title"], action["title"], "what changes nothing comes first");
+    let after = done(text, action, &file);
+    assert!(after.contains("begin_cycle() => one);\n        other.update();\n"), "{after}");
+}
