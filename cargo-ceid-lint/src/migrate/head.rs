@@ -7,6 +7,7 @@ use super::exits::Exits;
 use super::law::ceid_core_name;
 use super::mentions::{Guarded, is_about, is_about_owner, is_glance};
 use super::observed::{is_dropped_at, is_observed, outlives_future};
+use super::present::Present;
 use super::text::{Style, above, begins_line, has_word, indentation, line_stop, without_comments};
 use crate::index::Def;
 use crate::source::Span;
@@ -18,11 +19,12 @@ pub(super) const UNKNOWN_RATE: u64 = 1000;
 /// The names that a clock may get.
 const CLOCKS: [&str; 4] = ["clock", "cycle_clock", "guard_clock", "ceid_clock"];
 
-/// The edits that write the two lines.
+/// The edits that write the two lines, or that extend the guard that is there.
 pub(super) fn lines(
     of: &LoopBody<'_>,
     guarded: &[Guarded],
     behind: Option<Span>,
+    present: Option<&Present>,
 ) -> Result<Vec<(Span, String)>, Reason> {
     let refuse = |text: &str| Reason { span: of.span(of.whole), text: text.to_owned() };
     let text = of.text;
@@ -32,7 +34,7 @@ pub(super) fn lines(
     let core = ceid_core_name(of.program.index, of.function);
     let body = without_comments(of.program.sources.snippet(of.span(of.body.root)));
     let is_taken = |name: &str| has_word(&body, name) || of.typed.locals.iter().any(|local| local.name == name);
-    let clock = CLOCKS.into_iter().find(|name| !is_taken(name));
+    let clock = CLOCKS.into_iter().find(|name| !is_taken(name)).or_else(|| present.map(|_| ""));
     let clock = clock.ok_or_else(|| refuse("every name for a clock means something else here"))?;
     let rate = rate(of).unwrap_or(UNKNOWN_RATE);
     let Style { end, .. } = of.style;
@@ -43,7 +45,10 @@ pub(super) fn lines(
         _ if begins && !of.is_function => indentation(text, start),
         _ => "",
     };
-    let mut declared = vec![format!("{indent}let mut {clock} = {core}::Free::<{core}::Hz<{rate}>>::new();")];
+    let mut declared = match present {
+        Some(_) => Vec::new(),
+        None => vec![format!("{indent}let mut {clock} = {core}::Free::<{core}::Hz<{rate}>>::new();")],
+    };
     declared.extend(statements(of, guarded).into_iter().map(|statement| format!("{indent}{statement}")));
     let is_inline = if of.is_function { own_line.is_none() } else { !begins };
     let lent = guarded.iter().filter_map(|own| own.adaptation.as_ref());
@@ -55,6 +60,15 @@ pub(super) fn lines(
         });
     }
     let lines: String = declared.iter().map(|line| format!("{line}{end}")).collect();
+    if let Some(present) = present {
+        let extended = present.with(of, &guarded.iter().map(entry).collect::<Vec<_>>());
+        let start = if of.is_function { present.stmt.start as usize } else { start };
+        let is_inline = !begins_line(text, start);
+        let above = if is_inline { start } else { above(text, start) };
+        let lines = if is_inline { format!("{} ", declared.join(" ")) } else { lines };
+        let is_needed = !declared.is_empty();
+        return Ok(is_needed.then(|| (insertion(of, above), lines)).into_iter().chain([extended]).collect());
+    }
     let inner = own_line.as_ref().map(|(indent, _)| indent.as_str());
     let guard = list(of, guarded, (&core, clock), inner);
     let (at, guard) = match own_line {

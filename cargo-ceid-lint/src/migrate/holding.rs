@@ -14,7 +14,8 @@ use super::sites::{Part, Place, Site};
 use super::text::{without_comments, words};
 use crate::count::{Pair, Verdict};
 use crate::index::{FunctionId, Ty};
-use crate::syntax::tree::{ExprId, ExprKind, StmtKind};
+use crate::source::Span;
+use crate::syntax::tree::{ExprId, ExprKind, MacroKind, StmtKind};
 use crate::types::LocalId;
 
 /// A filter that the loop updates or owes an update, where it lies, and where it is updated.
@@ -146,6 +147,9 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
                 "`{spelled}` has its name only below the head of the loop, where a guard has to hold it already: put {statement} above \
                  the loop"
             ),
+            None if is_in_a_list(of, local.span) => {
+                format!("a guard has `{spelled}` in its list, and runs its law: delete the call")
+            }
             None => {
                 format!(
                     "`{spelled}` is bound in the loop itself, so that it means no instance that lives outside of it"
@@ -294,6 +298,13 @@ fn lent_below_the_head(of: &LoopBody<'_>, own: &Guarded) -> Option<(String, bool
     let statement = if written.contains('\n') { "the `let` that binds it".to_owned() } else { format!("`{written}`") };
     let is_outside = of.typed.expr_local.get(&root).is_some_and(is_outside);
     ((is_lent || is_lock) && is_outside).then_some((statement, is_lock))
+}
+
+/// Whether a variable gets its name in the list of a guard.
+fn is_in_a_list(of: &LoopBody<'_>, at: Span) -> bool {
+    let is_guard =
+        |id: &ExprId| matches!(of.kind(*id), ExprKind::Macro(call) if matches!(call.kind, MacroKind::Ceid { .. }));
+    of.inside.iter().any(|id| of.span(*id).contains(at) && is_guard(id))
 }
 
 /// Methods that give a reference to what their receiver holds.

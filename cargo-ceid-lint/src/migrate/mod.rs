@@ -38,6 +38,7 @@ mod owned;
 mod panics;
 mod partly;
 mod plan;
+mod present;
 mod purity;
 mod sites;
 mod tails;

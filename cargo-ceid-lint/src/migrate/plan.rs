@@ -20,6 +20,7 @@ use super::mentions::{Guarded, Mention, mentions};
 use super::observed::{is_dropped_at, is_observed, outlives_future};
 use super::owned::is_owned;
 use super::partly::partly;
+use super::present::Present;
 use super::sites::{Site, owed, place_of, sites};
 use super::tails::{outlives_guard, without_name};
 use super::text::has_word;
@@ -116,6 +117,7 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
         whole_function(&of).map_err(at_head)?;
     }
     whole_loop(&of, &loops.outline(of.file()), edition).map_err(at_head)?;
+    let present = Present::of(&of).map_err(at_head)?;
     let mut reasons = Vec::new();
     let mut changes = Vec::new();
     let mut found = Vec::new();
@@ -167,8 +169,13 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
     }
     let exits = exits(&of);
     let is_exact = by_hand.iter().all(|pair| matches!(pair.verdict, Verdict::Once | Verdict::PerSample));
-    let behind = head::behind(&of, &guarded, &exits, is_exact);
-    let rewriter = Rewriter { loops, of: &of, exits, guarded: &guarded, behind };
+    let behind = match &present {
+        Some(present) => {
+            present.admits(&of, &guarded, is_exact).map(|()| Some(present.stmt)).map_err(|reason| vec![reason])?
+        }
+        None => head::behind(&of, &guarded, &exits, is_exact),
+    };
+    let rewriter = Rewriter { loops, of: &of, exits, guarded: &guarded, behind, present };
     rewriter.rewrite(cycle, changes)
 }
 
@@ -196,6 +203,8 @@ struct Rewriter<'a> {
     guarded: &'a [Guarded],
     /// The statement behind which the guard stands, if that is not the head of the loop.
     behind: Option<Span>,
+    /// The guard that the loop has already.
+    present: Option<Present>,
 }
 
 impl Rewriter<'_> {
@@ -211,11 +220,10 @@ impl Rewriter<'_> {
         for (at, own) in self.guarded.iter().enumerate() {
             match mentions(of, self.guarded, at, self.behind) {
                 Ok(found) => {
-                    edits.extend(found.iter().filter_map(|mention| mention.edit.clone()));
+                    edits
+                        .extend(found.iter().filter_map(|mention| mention.edit.clone()));
                     changes.extend(self.used_after(own, &found));
-                    if let Some(reason) = found.iter().find_map(|mention| self.carried_out(own, mention)) {
-                        reasons.push(reason);
-                    }
+                    reasons.extend(found.iter().find_map(|mention| self.carried_out(own, mention)));
                 }
                 Err(reason) => reasons.push(reason),
             }
@@ -264,7 +272,7 @@ impl Rewriter<'_> {
                 notes.push(format!("`{}` has no use any more", left.name));
             }
         }
-        match head::lines(of, self.guarded, self.behind) {
+        match head::lines(of, self.guarded, self.behind, self.present.as_ref()) {
             Ok(head) => edits.extend(head),
             Err(reason) => reasons.push(reason),
         }
@@ -279,14 +287,15 @@ impl Rewriter<'_> {
         edits.dedup();
         join_insertions(&mut edits);
         let order: Vec<String> = self.guarded.iter().map(|own| format!("`{}`", own.name)).collect();
+        let others = if self.present.is_some() { ", before those that the guard has already" } else { "" };
         notes.insert(
             0,
             match order.as_slice() {
-                [one] => format!("the law of {one} runs at the end of the cycle"),
-                all => format!("the laws run at the end of the cycle, in this order: {}", all.join(", ")),
+                [one] => format!("the law of {one} runs at the end of the cycle{others}"),
+                all => format!("the laws run at the end of the cycle, in this order{others}: {}", all.join(", ")),
             },
         );
-        if head::rate(of).is_none() {
+        if head::rate(of).is_none() && self.present.is_none() {
             notes.push(format!("`Hz<{UNKNOWN_RATE}>` stands for a rate that the loop does not tell; no law reads it"));
         }
         let is_guarded = |pair: &Pair| {

@@ -3,7 +3,6 @@
 use super::body::LoopBody;
 use crate::index::Owner;
 use crate::syntax::Outline;
-use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
 
 /// Why the loop as a whole cannot be rewritten.
 pub(super) fn whole_loop(of: &LoopBody<'_>, outline: &Outline, edition: &str) -> Result<(), String> {
@@ -17,13 +16,6 @@ pub(super) fn whole_loop(of: &LoopBody<'_>, outline: &Outline, edition: &str) ->
         || outline.around(span.start as usize).any(|around| around.is_macro)
     {
         return Err("the loop is written in a macro".to_owned());
-    }
-    let has_guard = |id: &ExprId| match of.kind(*id) {
-        ExprKind::Macro(call) => matches!(call.kind, MacroKind::Ceid { .. } | MacroKind::EachCycle { .. }),
-        _ => false,
-    };
-    if of.inside.iter().any(has_guard) {
-        return Err("a guard is there already: add the filter to its list, and delete the call of its law".to_owned());
     }
     Ok(())
 }
