@@ -126,20 +126,26 @@ pub(super) fn behind(of: &LoopBody<'_>, guarded: &[Guarded], exits: &Exits, is_e
     if let Some(lock) = guarded.iter().find_map(|own| own.locked) {
         return Some(lock);
     }
-    if of.is_function && !is_exact || guarded.iter().any(Guarded::is_lent_above) {
+    if of.is_function && !is_exact {
         return None;
     }
     let ExprKind::Block(block) = of.kind(of.block) else { return None };
     let sites = || guarded.iter().flat_map(|own| &own.sites);
     let is_theirs = |id: &ExprId| {
         matches!(of.kind(*id), ExprKind::Opaque(_) | ExprKind::Unknown { .. })
-            || guarded.iter().any(|own| is_about(of, &own.place, *id) && !(is_exact && is_glance(of, &own.place, *id)))
+            || guarded.iter().any(|own| {
+                // What is lent above the loop is not even there to be looked at.
+                let is_there = is_exact && !own.is_lent_above();
+                is_about(of, &own.place, *id) && !(is_there && is_glance(of, &own.place, *id))
+            })
             || sites().any(|site| site.call == *id)
     };
     let within = |stmt: &Stmt| of.inside.iter().filter(|id| stmt.span.contains(of.span(**id))).collect::<Vec<_>>();
     let is_apart = |stmt: &&Stmt| stmt.cfg.is_none() && !within(stmt).into_iter().any(is_theirs);
     let is_seen_at = |exit: &ExprId| {
-        let is_seen = |own: &Guarded| is_observed(of, own) && !is_dropped_at(of, own, *exit);
+        // Without its input, no law runs.
+        let is_fed = |own: &Guarded| own.adaptation.as_ref().is_some_and(|adaptation| adaptation.is_fed);
+        let is_seen = |own: &Guarded| !is_fed(own) && is_observed(of, own) && !is_dropped_at(of, own, *exit);
         guarded.iter().any(is_seen)
     };
     let waits = exits.waits.iter().filter(|_| guarded.iter().any(|own| outlives_future(of, own)));
