@@ -6,6 +6,7 @@ use super::iteration::zipped;
 use super::mentions::{Guarded, is_for_references, is_format_operand, is_hidden};
 use super::sites::Part;
 use crate::index::Ty;
+use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind, PatId, PatKind};
 use crate::types::LocalId;
 
@@ -100,16 +101,66 @@ fn is_looked_into(of: &LoopBody<'_>, own: &Guarded, element: ExprId) -> bool {
     let Some(parent) = of.parent(element) else { return false };
     match of.kind(parent) {
         ExprKind::Field { .. } => true,
-        ExprKind::MethodCall { receiver, method, .. } if *receiver == element => {
-            !is_hidden(of, parent, element) && !is_for_any_reference(method)
-        }
+        ExprKind::MethodCall { receiver, method, .. } if *receiver == element => !is_for_any_reference(method),
         ExprKind::Macro(_) => is_format_operand(of, element),
         _ => false,
     }
 }
 
+/// What is written for the elements reached from a name of the collection on which a method is called that what lends them has as
+/// well: `(**filter).feed(…)`.
+pub(super) fn unhidden(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Vec<(Span, String)> {
+    if own.adaptation.as_ref().is_none_or(|adaptation| adaptation.law.each.is_none()) {
+        return Vec::new();
+    }
+    let is_called = |element: &ExprId| {
+        let is_site = |call: ExprId| own.sites.iter().any(|site| site.call == call);
+        of.parent(*element).is_some_and(|call| is_hidden(of, call, *element) && !is_site(call))
+    };
+    match elements(of, at) {
+        Reached::One(element) if is_called(&element) => {
+            let Span { file, start, end } = of.span(element);
+            vec![(Span::new(file, start, start), "(*".to_owned()), (Span::new(file, end, end), ")".to_owned())]
+        }
+        Reached::One(_) | Reached::Nothing => Vec::new(),
+        Reached::Each(names) => {
+            let called = names.into_iter().filter(is_called);
+            called.map(|id| (of.span(id), format!("(**{})", of.written(id)))).collect()
+        }
+    }
+}
+
+/// Elements that are reached from a name of their collection.
+pub(super) enum Reached {
+    /// One, by its index.
+    One(ExprId),
+    /// All, one by one, by these names of a variable.
+    Each(Vec<ExprId>),
+    /// None that could be told.
+    Nothing,
+}
+
+/// The elements that are reached from a name of the collection.
+pub(super) fn elements(of: &LoopBody<'_>, at: ExprId) -> Reached {
+    let Some(parent) = of.parent(at) else { return Reached::Nothing };
+    let iterator = match of.kind(parent) {
+        ExprKind::Index { base, .. } if *base == at => return Reached::One(parent),
+        ExprKind::Deref(_) => of.parent(parent).unwrap_or(parent),
+        _ => parent,
+    };
+    match item_of(of, iterator) {
+        Some(Some(local)) => Reached::Each(of.names(local).collect()),
+        _ => Reached::Nothing,
+    }
+}
+
 /// Whether only fields and methods of the elements are used that an iterator gives.
 fn are_items_looked_into(of: &LoopBody<'_>, own: &Guarded, iterator: ExprId) -> bool {
+    item_of(of, iterator).is_some_and(|local| local.is_none_or(|local| is_only_looked_into(of, own, local)))
+}
+
+/// The variable that has the elements which an iterator gives, one by one; `Some(None)` if they get none.
+fn item_of(of: &LoopBody<'_>, iterator: ExprId) -> Option<Option<LocalId>> {
     let mut at = iterator;
     // Where the element lies in what the iterators around it give.
     let mut steps: Vec<usize> = Vec::new();
@@ -128,8 +179,8 @@ fn are_items_looked_into(of: &LoopBody<'_>, own: &Guarded, iterator: ExprId) -> 
                         continue;
                     }
                     ("map" | "for_each" | "all" | "any", [closure]) | ("fold", [_, closure]) => {
-                        let ExprKind::Closure(closure) = of.kind(*closure) else { return false };
-                        let Some((pat, _)) = closure.params.last() else { return false };
+                        let ExprKind::Closure(closure) = of.kind(*closure) else { return None };
+                        let Some((pat, _)) = closure.params.last() else { return None };
                         *pat
                     }
                     ("zip", _) => {
@@ -137,7 +188,7 @@ fn are_items_looked_into(of: &LoopBody<'_>, own: &Guarded, iterator: ExprId) -> 
                         at = parent;
                         continue;
                     }
-                    _ => return false,
+                    _ => return None,
                 }
             }
             _ => match zipped(of, parent) {
@@ -146,15 +197,12 @@ fn are_items_looked_into(of: &LoopBody<'_>, own: &Guarded, iterator: ExprId) -> 
                     at = parent;
                     continue;
                 }
-                _ => return false,
+                _ => return None,
             },
         };
-        return item(of, pat, &steps).is_some_and(|local| match local {
-            Some(local) => is_only_looked_into(of, own, local),
-            None => true,
-        });
+        return item(of, pat, &steps);
     }
-    false
+    None
 }
 
 /// The variable that a pattern gives an item, which lies in tuples; `Some(None)` if it gives it none.

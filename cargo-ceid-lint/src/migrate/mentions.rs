@@ -75,6 +75,8 @@ pub(super) struct Mention {
     pub(super) at: ExprId,
     /// What has to be written there instead.
     pub(super) edit: Option<(Span, String)>,
+    /// What has to be written for elements that the code reaches from there.
+    pub(super) elements: Vec<(Span, String)>,
 }
 
 /// Every place where the loop names what the guard is to hold, but for the updates that go away and for what stands above the guard.
@@ -128,7 +130,7 @@ pub(super) fn mentions(
                 }
             },
         };
-        found.push(Mention { at, edit: edit(of, own, at)? });
+        found.push(Mention { at, edit: edit(of, own, at)?, elements: each::unhidden(of, own, at) });
     }
     Ok(found)
 }
@@ -208,8 +210,7 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
         let is_each = own.adaptation.as_ref().is_some_and(|adaptation| adaptation.law.each.is_some());
         return refuse(match is_each {
             true => format!(
-                "`{spelled}` is used here as a whole, or by a method that `ceid_core::Adapted` has as well, and its elements are lent one \
-                 by one"
+                "`{spelled}` is used here as a whole, or by a method that any reference has as well, and its elements are lent one by one"
             ),
             false => format!("`{spelled}` is used here as a whole, and a guard holds it"),
         });

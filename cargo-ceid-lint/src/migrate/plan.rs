@@ -221,7 +221,7 @@ impl Rewriter<'_> {
             match mentions(of, self.guarded, at, self.behind) {
                 Ok(found) => {
                     edits
-                        .extend(found.iter().filter_map(|mention| mention.edit.clone()));
+                        .extend(found.iter().flat_map(|mention| mention.edit.iter().chain(&mention.elements).cloned()));
                     changes.extend(self.used_after(own, &found));
                     reasons.extend(found.iter().find_map(|mention| self.carried_out(own, mention)));
                 }
