@@ -44,6 +44,7 @@ mod sites;
 mod tails;
 mod takers;
 mod text;
+mod twice;
 mod whole;
 
 use std::collections::BTreeSet;

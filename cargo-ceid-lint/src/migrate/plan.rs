@@ -24,6 +24,7 @@ use super::present::Present;
 use super::sites::{Site, owed, place_of, sites};
 use super::tails::{outlives_guard, without_name};
 use super::text::has_word;
+use super::twice::used_twice;
 use super::whole::{whole_function, whole_loop};
 use super::{Plan, Reason, Rewrite, head, law};
 use crate::count::{Cycle, CycleKind, Pair, Verdict};
@@ -224,6 +225,7 @@ impl Rewriter<'_> {
                         .extend(found.iter().flat_map(|mention| mention.edit.iter().chain(&mention.elements).cloned()));
                     changes.extend(self.used_after(own, &found));
                     reasons.extend(found.iter().find_map(|mention| self.carried_out(own, mention)));
+                    reasons.extend(used_twice(of, own, &found));
                 }
                 Err(reason) => reasons.push(reason),
             }
