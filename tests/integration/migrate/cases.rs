@@ -39,7 +39,7 @@ fn check(folder: &str, flags: &[&str]) {
     let stays = |pair: &String| pair.contains("slow gated") || pair.contains("read_later once");
     assert!(by_hand.iter().all(stays), "{by_hand:#?}");
     let is_partly = by_hand.iter().any(|pair| pair.contains("read_later"));
-    let said = if is_partly { "add the filter to its list" } else { "nothing to migrate" };
+    let said = if is_partly { "`read_later` is used here after its update" } else { "nothing to migrate" };
     migrate(&directory, &[&["--all"], flags].concat()).assert_code(0).assert_stderr(said);
     for (name, path) in &cases {
         assert_eq!(binary(&directory, name), read(&path.join("after.rs")), "{name}");
