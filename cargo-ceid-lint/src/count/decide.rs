@@ -3,13 +3,14 @@
 use std::collections::BTreeSet;
 
 use super::counts::Count;
+use super::entered;
 use super::functions::brings_law;
 use super::gates::Gates;
 use super::instances;
 use super::oversampled::fills_in_samples;
 use super::returned;
 use super::samples;
-use super::search::{End, EndKind, Exploration, Region, Search};
+use super::search::{End, EndKind, Exploration, Region, Search, Start};
 use super::skips::{is_behind_number, is_by_key, is_of_nothing, is_passed_by_search, loop_left, skip_place};
 use super::stand_ins;
 use super::verdict::{Evidence, Gate, Verdict};
@@ -140,7 +141,16 @@ fn is_let_go(search: &Search<'_>) -> bool {
 
 /// Decides a pair of a cycle and an instance that some path of it updates.
 pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) -> Decision {
-    let exploration = explore(search, region);
+    let starts = search.starts(region);
+    let decision = decide_from(search, region, by_framework, &starts);
+    let is_skipped = decision.verdict == Verdict::Skipped;
+    let own = is_skipped.then(|| entered::with_its_name(search, region, by_framework, &starts, &decision)).flatten();
+    own.unwrap_or(decision)
+}
+
+/// The same where the region is entered in these ways only.
+pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: bool, starts: &[Start]) -> Decision {
+    let exploration = search.explore(region, starts);
     let mut ends: Vec<End> = exploration.ends.clone();
     if region == Region::Function && by_framework {
         // An error, `None` or `Ready` ends the run of a cycle function.

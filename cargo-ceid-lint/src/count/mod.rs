@@ -18,6 +18,7 @@ mod decide;
 mod derived;
 mod dispatched;
 mod effort;
+mod entered;
 mod fields;
 mod finished;
 mod functions;

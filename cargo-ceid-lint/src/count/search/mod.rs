@@ -402,19 +402,19 @@ impl<'a> Search<'a> {
         self.states.take()
     }
 
-    /// Searches a region. Each start is a node with the names that the instance has there, or its own name.
-    pub(super) fn explore(&self, region: Region, starts: &[(NodeId, Option<Entry>)]) -> Exploration {
+    /// Searches a region.
+    pub(super) fn explore(&self, region: Region, starts: &[Start]) -> Exploration {
         self.explored(self.run(region), starts)
     }
 
-    fn explored(&self, run: Run<'_, '_>, starts: &[(NodeId, Option<Entry>)]) -> Exploration {
+    fn explored(&self, run: Run<'_, '_>, starts: &[Start]) -> Exploration {
         let exploration = run.finish(starts);
         self.states.set(self.states.get() + exploration.states.len());
         exploration
     }
 
     /// Where a search of a region begins.
-    pub(super) fn starts(&self, region: Region) -> Vec<(NodeId, Option<Entry>)> {
+    pub(super) fn starts(&self, region: Region) -> Vec<Start> {
         match region {
             Region::Function => vec![(NodeId(0), None)],
             Region::Loop(id) => {
@@ -457,6 +457,9 @@ impl<'a> Search<'a> {
         Run::new(self, region, tracked, [self.reach(region), self.reach_of_copies(region)])
     }
 }
+
+/// A node at which a search begins, with the names that the instance has there, or its own name.
+pub(super) type Start = (NodeId, Option<Entry>);
 
 /// What is known where a search begins.
 #[derive(Clone, Debug)]
