@@ -303,6 +303,15 @@ pub(super) fn feeds(
     let from_given = aliases.derived_from(&given);
     let is_its_name =
         |place: &Place| is_certain(place) || updated.is_some_and(|updated| updated.base_var() == place.base_var());
+    // What it gives is used for the samples that the round writes, if only to set something else that runs over them.
+    let writes_sample = |other: NodeId| match &graph.node(other).effect {
+        Effect::Write(write) => write.place.base_var().is_some_and(|var| from_bound.contains(var)),
+        _ => false,
+    };
+    let is_over_block = info.counter.is_some() && !info.has_constant_rounds();
+    if is_over_block && !given.is_empty() && graph.node_ids().filter(inside).any(writes_sample) {
+        return true;
+    }
     graph.node_ids().filter(inside).any(|other| match &graph.node(other).effect {
         Effect::Call(site) => {
             is_fed(&site.fed, &[])
