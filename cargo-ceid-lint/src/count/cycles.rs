@@ -362,7 +362,7 @@ fn reads_of(graph: &ControlFlowGraph, from: &[Place], part: &Place) -> bool {
 }
 
 /// The places without what is only named on the way to the one before it: `frame` in `frame.speed`.
-fn named(places: &[Place]) -> Vec<&Place> {
+pub(super) fn named(places: &[Place]) -> Vec<&Place> {
     let is_on_way = |at: usize| {
         let before = at.checked_sub(1).map(|before| &places[before]);
         before.is_some_and(|before| {

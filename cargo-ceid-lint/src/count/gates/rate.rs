@@ -1,10 +1,11 @@
 //! Gates of rate: counters that are compared and set back, and remainders.
 
 use super::{Gates, Way, contains_any};
+use crate::count::cycles::named;
 use crate::count::given::place_of;
 use crate::count::search::Region;
 use crate::count::verdict::Gate;
-use crate::flow::{About, CallSite, ChangeKind, Effect, Head, NodeId, Place, Rounds, Test};
+use crate::flow::{About, CallSite, ChangeKind, Computed, Effect, Head, NodeId, Place, Rounds, Test};
 use crate::index::Ty;
 
 /// Parts of the names of functions that give the number of a cycle.
@@ -171,6 +172,7 @@ impl Gates<'_, '_> {
                     changes = true;
                     match self.change(id) {
                         None if write.head.is_some() => steps.set_back = true,
+                        Some(ChangeKind::Other) if self.is_set_back(id, place) => steps.set_back = true,
                         change => steps.add(change.unwrap_or(ChangeKind::Other), write.head.is_some(), is_number),
                     }
                 }
@@ -295,14 +297,28 @@ impl Gates<'_, '_> {
         matches!(self.ty(place), Some(Ty::Int))
     }
 
+    /// Whether a place is set to a constant, or to what is the same in all iterations.
     pub(super) fn is_set_back(&self, id: NodeId, place: &Place) -> bool {
         match &self.search.graph.node(id).effect {
             Effect::Write(write) | Effect::Set(write) if write.place == *place => {
+                let change = self.search.graph.changes.get(&id);
                 write.head.is_some()
-                    || self.search.graph.changes.get(&id).is_some_and(|change| change.kind == ChangeKind::Constant)
+                    || change.is_some_and(|change| match change.kind {
+                        ChangeKind::Constant => true,
+                        ChangeKind::Other => self.is_number(place) && self.is_of_settings(&change.computed),
+                        _ => false,
+                    })
             }
             _ => false,
         }
+    }
+
+    /// Whether a value is computed from nothing but settings: `self.left = self.ratio - 1`.
+    fn is_of_settings(&self, computed: &Computed) -> bool {
+        let places = named(&computed.places);
+        !places.is_empty()
+            && places.into_iter().all(|place| self.is_setting(place))
+            && computed.calls.iter().all(|name| is_arithmetic(name))
     }
 
     /// Whether the value of an iteration before can still be there at a node.
