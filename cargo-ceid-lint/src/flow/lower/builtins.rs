@@ -44,6 +44,7 @@ impl Builder<'_> {
         match method {
             // `push(value)`, `map.insert(key, value)`, `bank.resize(4, value)`
             "push" | "push_back" | "push_front" | "insert" | "resize" => {
+                self.derive_scratch(receiver, args);
                 if let (Some(place), Some(given), Some(arg)) = (&value.place, values.last(), args.last()) {
                     let part = place.element(IndexKey::Data("the new element".into()));
                     self.place_part(part, given, *arg);

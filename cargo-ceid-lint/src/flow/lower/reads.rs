@@ -55,6 +55,22 @@ impl Builder<'_> {
         }
     }
 
+    /// Notes that a collection of the iteration is computed from what is put into it: `frame.push(input[i])`. What lives longer keeps
+    /// what was there before.
+    pub(super) fn derive_scratch(&mut self, collection: ExprId, given: &[ExprId]) {
+        let mut vars = self.assigned_vars(collection);
+        vars.retain(|var| self.graph.var(*var).in_loop.is_some());
+        for given in given {
+            let (read, computed) = (self.reads_of(*given), self.computed_from(*given));
+            for var in &vars {
+                self.graph.derived.extend(read.iter().map(|read| (*var, *read)));
+                let all = self.graph.computed.entry(*var).or_default();
+                all.places.extend(computed.places.iter().cloned());
+                all.calls.extend(computed.calls.iter().cloned());
+            }
+        }
+    }
+
     /// Notes what the names of a pattern are computed from: where a tuple is written out, each part from its own.
     pub(super) fn derive_pattern(&mut self, pat: PatId, from: ExprId) {
         let body = self.body();
