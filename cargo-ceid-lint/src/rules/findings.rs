@@ -126,8 +126,20 @@ fn can_be_sibling(pair: &Pair, sibling: &str) -> bool {
         rest.is_none_or(|rest| !rest.is_empty() && !rest.starts_with(['.', '[']))
     });
     let is_call = |step: &&WitnessStep| Some(step.span) == pair.primary && step.message.contains(BY_CALL);
-    let says_so = |step: &WitnessStep| told_by.is_some_and(|owner| step.message.contains(owner));
+    let says_so = |step: &WitnessStep| told_by.is_some_and(|owner| names_part(&step.message, owner));
     pair.witness.iter().filter(is_call).all(says_so)
+}
+
+/// Whether a text has a place in it, or what a pattern or an alias calls it by: `stage.left` for `self.stages[*].left`.
+fn names_part(text: &str, place: &str) -> bool {
+    let part = place.rfind('.').map(|dot| &place[dot + 1..]).filter(|part| !part.ends_with(']'));
+    let is_name = |char: char| char.is_alphanumeric() || char == '_';
+    let is_word = |(at, part): (usize, &str)| {
+        let (before, behind) = (&text[..at], &text[at + part.len()..]);
+        let is_number = part.starts_with(|char: char| char.is_ascii_digit());
+        !before.ends_with(is_name) && !behind.starts_with(is_name) && (!is_number || before.ends_with('.'))
+    };
+    text.contains(place) || part.is_some_and(|part| text.match_indices(part).any(is_word))
 }
 
 /// The repeated filter of the same type that was written in place of a missed one: that with the most similar name.
