@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::callgraph::{by_return, calls_itself, levels};
-use super::summary::{MAX_STATES, Outcome, Summaries, TOO_RECURSIVE};
+use super::summary::{MAX_STATES, Outcome, Summaries};
 use crate::flow::{Cause, ControlFlowGraph, Program};
 use crate::index::FunctionId;
 
@@ -62,8 +62,17 @@ impl Summaries {
         for id in component {
             let Some(summary) = self.of.get_mut(id) else { continue };
             for outcomes in summary.halves.iter_mut().flat_map(BTreeMap::values_mut) {
-                *outcomes = vec![Outcome::unknown(Cause::Limit(TOO_RECURSIVE.to_owned()))];
+                *outcomes = vec![Outcome::unknown(too_many_ways(true))];
             }
         }
     }
+}
+
+/// Why functions are not followed to their end: they call each other, or have to do with many filters on many paths.
+pub(super) fn too_many_ways(is_recursion: bool) -> Cause {
+    let limit = match is_recursion {
+        true => "the recursion is too deep to be followed",
+        false => "the function has too many paths for its many filters",
+    };
+    Cause::Limit(limit.to_owned())
 }

@@ -7,6 +7,7 @@ use rustc_hash::FxHashMap;
 use super::aliases::Aliases;
 use super::answers::{Answers, answers};
 use super::assumed::Assumed;
+use super::bottom_up::too_many_ways;
 use super::chosen_returns::{self, ChosenReturns};
 use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
@@ -179,8 +180,6 @@ pub(super) struct Summaries {
     /// Whether they call each other at all, or themselves.
     pub(super) is_recursion: bool,
 }
-
-pub(super) const TOO_RECURSIVE: &str = "the recursion is too deep to be followed";
 
 /// How many states the searches of all functions that call each other may have together.
 pub(super) const MAX_STATES: usize = 400_000;
@@ -460,7 +459,7 @@ impl Summaries {
                     }
                 }
                 let outcomes = if *searched > MAX_STATES {
-                    vec![Outcome::unknown(Cause::Limit(TOO_RECURSIVE.to_owned()))]
+                    vec![Outcome::unknown(too_many_ways(self.is_recursion))]
                 } else {
                     let ways = search.ways(Region::Function);
                     *searched += ways.states;
