@@ -54,6 +54,16 @@ impl Gates<'_, '_> {
         if reads.iter().all(|place| self.is_left_alone(place)) {
             return false;
         }
+        // What the head of a loop binds anew in each round is no state: `for i in 0..n { if i == 2 { continue; } … }`.
+        let is_bound = |place: &Place| {
+            place.steps.is_empty()
+                && place
+                    .base_var()
+                    .is_some_and(|var| self.search.graph.loops.iter().any(|info| info.bound.contains(&var)))
+        };
+        if reads.iter().any(is_bound) {
+            return false;
+        }
         // What is taken out for the iteration pauses nothing.
         let empties =
             |id: &NodeId| self.search.graph.changes.get(id).is_some_and(|change| change.kind == ChangeKind::Empties);

@@ -5,7 +5,7 @@ use crate::count::cycles::named;
 use crate::count::given::place_of;
 use crate::count::search::Region;
 use crate::count::verdict::Gate;
-use crate::flow::{About, CallSite, ChangeKind, Computed, Effect, Head, NodeId, Place, Rounds, Test};
+use crate::flow::{About, CallSite, ChangeKind, Computed, Effect, Head, NodeId, Place, Test};
 use crate::index::Ty;
 
 /// Parts of the names of functions that give the number of a cycle.
@@ -107,12 +107,13 @@ impl Gates<'_, '_> {
         self.is_first_rounds(test, at) || self.is_used_up_once(test, way)
     }
 
-    /// `for i in 0.. { if i < 100 { continue; } … }`: the number of the round itself is asked.
+    /// `for i in 0.. { if i < 100 { continue; } … }`: the number of the round itself is asked, and the first ones are passed.
     fn is_first_rounds(&self, test: &Test, at: NodeId) -> bool {
         let graph = self.search.graph;
         let Region::Loop(own) = self.region else { return false };
         let info = graph.loop_info(own);
-        let Some((counter, first)) = info.counter.filter(|_| info.rounds == Rounds::Unbounded) else { return false };
+        let goes_up = !info.counts_down && !info.is_mirrored;
+        let Some((counter, first)) = info.counter.filter(|_| goes_up) else { return false };
         let counter = Place::var(counter);
         let reads = &test.about.reads;
         if !reads.contains(&counter) || !reads.iter().all(|place| *place == counter || self.is_setting(place)) {
