@@ -34,6 +34,12 @@ fn cases(directory: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
+/// Whether a case speaks of its crate, so that it has to be one.
+fn is_crate(text: &str) -> bool {
+    let of_crate = ["crate::", "extern crate", "macro_export"];
+    text.lines().any(|line| line.starts_with("#![")) || of_crate.iter().any(|word| text.contains(word))
+}
+
 #[test]
 fn cases_compile() {
     let root = root();
@@ -42,31 +48,35 @@ fn cases_compile() {
     let mut paths = Vec::new();
     cases(&root.join("fixtures/rules"), &mut paths);
     paths.sort();
-    // A package for each rule: what cargo does for a target grows with the targets of its package.
-    let mut manifests: BTreeMap<String, String> = BTreeMap::new();
+    // A package for each rule and a module for each case: what cargo does for a target grows with the targets of its package.
+    let mut packages: BTreeMap<String, (String, String)> = BTreeMap::new();
     for path in &paths {
         let rule = path.parent().and_then(Path::file_name).expect("a case lies in its rule's folder");
-        let rule = rule.to_string_lossy();
-        let name = format!("{rule}__{}", path.file_stem().expect("it has a name").to_string_lossy());
-        let manifest = manifests.entry(rule.into_owned()).or_insert_with_key(|rule| {
-            format!(
+        let name = path.file_stem().expect("it has a name").to_string_lossy();
+        let (manifest, modules) = packages.entry(rule.to_string_lossy().into_owned()).or_insert_with_key(|rule| {
+            let manifest = format!(
                 "[package]\nname = \"{rule}\"\nversion = \"0.0.0\"\nedition = \"2024\"\n\n[dependencies]\n\
                  ceid-core = {{ path = {core:?} }}\n"
-            )
+            );
+            (manifest, String::new())
         });
-        write!(manifest, "\n[[example]]\nname = \"{name}\"\npath = {path:?}\ncrate-type = [\"lib\"]\n")
-            .expect("a String");
+        if is_crate(&std::fs::read_to_string(path).expect("a case is readable")) {
+            write!(manifest, "\n[[example]]\nname = \"{name}\"\npath = {path:?}\ncrate-type = [\"lib\"]\n")
+        } else {
+            writeln!(modules, "#[path = {path:?}]\npub mod case_{name};")
+        }
+        .expect("a String");
     }
-    let members: Vec<&String> = manifests.keys().collect();
+    let members: Vec<&String> = packages.keys().collect();
     let whole = format!("[workspace]\nresolver = \"3\"\nmembers = {members:?}\n");
     workspace::write(&directory, "Cargo.toml", whole.as_bytes());
-    for (rule, manifest) in &manifests {
+    for (rule, (manifest, modules)) in &packages {
         workspace::write(&directory, &format!("{rule}/Cargo.toml"), manifest.as_bytes());
-        workspace::write(&directory, &format!("{rule}/src/lib.rs"), b"");
+        workspace::write(&directory, &format!("{rule}/src/lib.rs"), modules.as_bytes());
     }
     // The versions are those of this workspace, so that nothing has to be looked up.
     std::fs::copy(root.join("Cargo.lock"), directory.join("Cargo.lock")).expect("the workspace has a lock file");
-    cargo_check(&directory.join("Cargo.toml"), "fixtures_compile_target", &["--examples", "--keep-going"]);
+    cargo_check(&directory.join("Cargo.toml"), "fixtures_compile_target", &["--lib", "--examples", "--keep-going"]);
 }
 
 #[test]
