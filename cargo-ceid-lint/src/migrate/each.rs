@@ -180,7 +180,7 @@ fn item_of(of: &LoopBody<'_>, iterator: ExprId) -> Option<Option<LocalId>> {
                     }
                     ("map" | "for_each" | "all" | "any", [closure]) | ("fold", [_, closure]) => {
                         let ExprKind::Closure(closure) = of.kind(*closure) else { return None };
-                        let Some((pat, _)) = closure.params.last() else { return None };
+                        let (pat, _) = closure.params.last()?;
                         *pat
                     }
                     ("zip", _) => {
