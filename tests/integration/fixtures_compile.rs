@@ -1,4 +1,4 @@
-//! Every case file is real Rust: a throw-away package for each rule holds its cases as examples, and cargo checks them all.
+//! Every case file is real Rust: a throw-away package for each rule holds its cases as modules, and cargo checks them all.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

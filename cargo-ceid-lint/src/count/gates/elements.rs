@@ -186,16 +186,13 @@ impl Gates<'_, '_> {
         let (filter, own) = (owner.join(&state.to_filter), owner.join(&state.to_state));
         let resets = |id: &NodeId| self.resets_at(*id, &filter, owner);
         let behind = |at: NodeId| Some(graph.node(at).next.clone()).filter(|next| !next.is_empty());
-        let mut before = vec![Vec::new(); graph.nodes.len()];
-        for id in graph.node_ids() {
-            for (edge, next) in graph.node(id).next.iter().enumerate() {
-                before[next.0 as usize].push((id, edge));
-            }
-        }
+        let comes_in_pause = |from: NodeId, at: NodeId| {
+            let mut edges = graph.node(from).next.iter().enumerate().filter(|(_, next)| **next == at);
+            edges.any(|(edge, _)| !self.has_head(from, edge, &own, resumes))
+        };
         let before = |at: NodeId| {
-            let all = Some(&before[at.0 as usize]).filter(|all| !all.is_empty())?;
-            let pausing = all.iter().filter(|(id, edge)| !self.has_head(*id, *edge, &own, resumes));
-            Some(pausing.map(|(id, _)| *id).collect())
+            let all = Some(self.search.before(at)).filter(|all| !all.is_empty())?;
+            Some(all.iter().copied().filter(|from| comes_in_pause(*from, at)).collect())
         };
         let each_way = |step: &dyn Fn(NodeId) -> Option<Vec<NodeId>>| {
             let (mut seen, mut open) = (vec![node], vec![node]);
@@ -236,13 +233,9 @@ impl Gates<'_, '_> {
 
     /// Whether another method of the type whose cycle this is may end a pause and leaves the filters alone.
     fn is_written_elsewhere(&self, place: &Place, resumes: &dyn Fn(Option<&Head>) -> bool) -> bool {
-        let graph = self.search.graph;
-        let Some(asked) = given(graph, place).filter(|asked| asked.base == GivenBase::Param(0)) else { return false };
+        let asked = given(self.search.graph, place).filter(|asked| asked.base == GivenBase::Param(0));
+        let Some(asked) = asked else { return false };
         let owner = asked.steps.iter().rposition(|step| step.key().is_some()).map_or(0, |at| at + 1);
-        let own = super::mode::self_type(self.search.program.index, graph.function);
-        if self.is_helper || own.is_none() {
-            return false;
-        }
         let is_like = |given: &Given| {
             let mut steps = given.steps.iter().zip(&asked.steps);
             // An element that is given anew as a whole goes on with no state from before.
@@ -255,13 +248,7 @@ impl Gates<'_, '_> {
             ways.any(|way| way.reset || way.unknown.is_some())
                 || summary.chosen_resets.iter().any(|given| given.base == asked.base)
         };
-        self.search.summaries.of.iter().any(|(function, summary)| {
-            super::mode::self_type(self.search.program.index, *function) == own
-                && !self.search.program.index.function(*function).is_test
-                && *function != graph.function
-                && summary.sets.iter().any(|(set, head, _)| is_like(set) && resumes(head.as_ref()))
-                && !concerns(summary)
-        })
+        self.set_by_others(|set, head| is_like(set) && resumes(head), concerns).next().is_some()
     }
 }
 

@@ -28,7 +28,7 @@ impl KeptMode {
 }
 
 /// The type of which a function is a method that may change the value.
-pub(super) fn self_type(index: &Index, function: FunctionId) -> Option<TypeId> {
+fn self_type(index: &Index, function: FunctionId) -> Option<TypeId> {
     let def = index.function(function);
     let Owner::Impl(of) = def.owner else { return None };
     match (&def.function.receiver, &index.impl_def(of).self_ty) {
@@ -83,35 +83,46 @@ impl Gates<'_, '_> {
         let subject = &graph.subjects[id.0 as usize];
         let known = subject.whole.as_ref().and_then(|whole| Some((given(graph, whole)?, given(graph, instance)?)));
         let Some((asked, filter)) = known.filter(|(asked, filter)| asked.base == filter.base) else { return false };
-        let own = self_type(program.index, graph.function);
-        if self.region != Region::Function || self.is_helper || own.is_none() || asked.base != GivenBase::Param(0) {
+        if self.region != Region::Function || asked.base != GivenBase::Param(0) {
             return false;
         }
         let leads_to = |steps: &[Projection], to: &Given| to.steps.starts_with(steps) || steps.starts_with(&to.steps);
-        let resumes = |summary: &Summary| {
-            let is_it = |set: &Given| set.base == asked.base && leads_to(&set.steps, &asked);
-            let is_updating = |head: &Option<Head>| head.as_ref().is_none_or(|head| subject.bit(head) & updating != 0);
-            summary.sets.iter().any(|(set, head, _)| is_it(set) && is_updating(head))
+        let resumes = |set: &Given, head: Option<&Head>| {
+            let is_updating = head.is_none_or(|head| subject.bit(head) & updating != 0);
+            set.base == asked.base && leads_to(&set.steps, &asked) && is_updating
         };
         // What it does to the filter, or may do to it, is more than to go on with the state from before.
         let concerns = |summary: &Summary| {
             let mut ways = summary.outcomes(self.search.law);
             ways.any(|(given, _)| given.base == filter.base && leads_to(&given.steps, &filter))
         };
-        let is_method = |function: FunctionId| self_type(program.index, function) == own;
+        let own = self_type(program.index, graph.function);
         let is_step = |function: &FunctionId| {
             let called = |(caller, summary): (&FunctionId, &Summary)| {
-                summary.calls.contains(function) && is_method(*caller) && concerns(summary)
+                summary.calls.contains(function) && self_type(program.index, *caller) == own && concerns(summary)
             };
             summaries.of.iter().any(called)
         };
-        summaries.of.iter().any(|(function, summary)| {
-            is_method(*function)
-                && !program.index.function(*function).is_test
-                && resumes(summary)
+        self.set_by_others(resumes, concerns).any(|function| !is_step(function))
+    }
+
+    /// The other methods of the type whose cycle this is that set something with such a head, and nothing of which concerns the filter.
+    pub(super) fn set_by_others(
+        &self,
+        sets: impl Fn(&Given, Option<&Head>) -> bool,
+        concerns: impl Fn(&Summary) -> bool,
+    ) -> impl Iterator<Item = &FunctionId> {
+        let Search { graph, program, summaries, .. } = self.search;
+        let own = self_type(program.index, graph.function).filter(|_| !self.is_helper);
+        let others = summaries.of.iter().filter(move |(function, summary)| {
+            own.is_some()
+                && self_type(program.index, **function) == own
+                && **function != graph.function
+                && !program.index.function(**function).is_test
+                && summary.sets.iter().any(|(set, head, _)| sets(set, head.as_ref()))
                 && !concerns(summary)
-                && !is_step(function)
-        })
+        });
+        others.map(|(function, _)| function)
     }
 
     /// Whether each update sets a number to what pauses, and nothing changes it in the pause: `if n >= 10 { n = 0; … }` where

@@ -17,22 +17,20 @@ pub(in crate::count) fn set_without_reset(search: &Search<'_>, ways: &[Outcome])
     }
     let gates = Gates::new(search, Region::Function);
     let graph = search.graph;
-    let sets = |node: &NodeId| match &graph.node(*node).effect {
-        Effect::Write(_) => true,
-        Effect::Call(site) => gates.written_by(site).next().is_some(),
-        _ => false,
-    };
-    let mut found = Vec::new();
-    for node in gates.nodes().filter(sets).take(MAX_SETTING) {
-        let set: Vec<(Place, Option<Head>)> = match &graph.node(node).effect {
+    let sets = |node: NodeId| -> Vec<(Place, Option<Head>)> {
+        match &graph.node(node).effect {
             Effect::Write(write) => vec![(write.place.clone(), write.head.clone())],
             Effect::Call(site) => {
                 let summaries = site.targets.iter().filter_map(|target| search.summaries.get(*target));
                 let sets = summaries.flat_map(|summary| &summary.sets);
                 sets.filter_map(|(set, head, _)| Some((place_of(set, site)?, head.clone()))).collect()
             }
-            _ => continue,
-        };
+            _ => Vec::new(),
+        }
+    };
+    let setting = gates.nodes().map(|node| (node, sets(node))).filter(|(_, set)| !set.is_empty());
+    let mut found = Vec::new();
+    for (node, set) in setting.take(MAX_SETTING) {
         for (place, head) in set {
             if !gates.resets_around(node, &place, &|own| own == head.as_ref()) {
                 let roots = search.aliases.shared_roots(&place);

@@ -169,6 +169,11 @@ impl<'a> Search<'a> {
         self.dependence.of_node(node).contains(&branch.0)
     }
 
+    /// The nodes that a node follows.
+    pub(super) fn before(&self, node: NodeId) -> &[NodeId] {
+        self.dependence.before(node)
+    }
+
     /// Whether a loop visits each element once, the instance among them.
     pub(super) fn covers(&self, id: LoopId) -> bool {
         self.covering.contains_key(&id)
