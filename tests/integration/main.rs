@@ -10,7 +10,6 @@ mod cli;
 mod configuration;
 mod defects;
 mod documents;
-mod dogfood;
 mod exit_status;
 mod explain;
 mod fix;

@@ -57,6 +57,11 @@ impl Fields {
         whole.chain(inner).flatten().filter(|reached| !is_another(reached)).map(|(law, ..)| *law).collect()
     }
 
+    /// Whether a field of a type was added, wherever values of the type were.
+    pub(super) fn has(&self, field: &FieldKey) -> bool {
+        self.whole.contains_key(field) || self.inner.contains_key(field)
+    }
+
     /// Whether another function was added with the element of a field that a place is, or with all elements of that field.
     pub(super) fn is_selected_elsewhere(&self, index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
         let key = place.steps.last().and_then(Projection::key);

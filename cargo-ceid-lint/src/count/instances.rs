@@ -61,7 +61,7 @@ fn may_be(index: &Index, ty: &Ty, steps: &[Projection]) -> Vec<(Ty, Ty)> {
 }
 
 /// How far the steps of a place lead through types that are known, and where to.
-fn known_steps(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Option<(Ty, usize)> {
+pub(super) fn known_steps(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Option<(Ty, usize)> {
     let ty = match place.base {
         Base::Var(var) => graph.var(var).ty.clone(),
         Base::Static(id) => {

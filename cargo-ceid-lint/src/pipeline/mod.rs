@@ -149,7 +149,7 @@ fn judge(
         .unwrap_or_else(|| relevance::components(project, &names, ahead.unwrap_or(&ReadAhead::default())));
     relevance::look_at(&mut components, project, &named);
     watch.lap(Stage::Gate);
-    if parse::looked_at(&components, gate).flat_map(|own| &own.packages).any(is_unresolved) {
+    if parse::looked_at(project, &components, gate).flat_map(|own| &own.packages).any(is_unresolved) {
         return Ok(Found::Unresolved);
     }
     let mut parts = parse::parts(project, &source, &components, &names, gate, memory.as_deref_mut(), &steps);

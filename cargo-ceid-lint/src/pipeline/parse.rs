@@ -56,11 +56,16 @@ impl Part {
     }
 }
 
-/// The components that are looked at.
-pub(super) fn looked_at(components: &[Component], gate: Gate) -> impl Iterator<Item = &Component> {
+/// The components that are looked at: of one in which nothing is reported, nothing would be told.
+pub(super) fn looked_at<'a>(
+    project: &'a Project,
+    components: &'a [Component],
+    gate: Gate,
+) -> impl Iterator<Item = &'a Component> {
     let unnamed: u64 = components.iter().filter(|own| !own.can_matter).map(Component::bytes).sum();
     let is_parsed = move |own: &&Component| own.can_matter || gate == Gate::Off || unnamed <= ALWAYS_PARSED;
-    components.iter().filter(is_parsed)
+    let is_reported = |own: &&Component| own.packages.iter().any(|package| project.packages[*package].is_reported);
+    components.iter().filter(is_parsed).filter(is_reported)
 }
 
 /// Parses the packages of all components that are looked at, and about which nothing is remembered.
@@ -75,7 +80,7 @@ pub(super) fn parts(
 ) -> Vec<Part> {
     let known = memory.as_deref();
     let is_judged = |component: &&Component| known.is_some_and(|known| known.has_judged(component.packages[0]));
-    let components: Vec<&Component> = looked_at(components, gate).filter(|own| !is_judged(own)).collect();
+    let components: Vec<&Component> = looked_at(project, components, gate).filter(|own| !is_judged(own)).collect();
     for component in &components {
         steps.expect(component.bytes(), component.can_matter);
     }

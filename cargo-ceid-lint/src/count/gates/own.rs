@@ -84,7 +84,9 @@ impl Gates<'_, '_> {
             },
             // A new reference leaves alone what it refers to.
             Effect::Write(write) | Effect::Set(write) if !write.rebinds && is_read(&write.place) => {
-                let is_name = write.from.is_some() && self.search.aliases.roots(&write.place) != [write.place.clone()];
+                let is_name = write.place.steps.is_empty()
+                    && write.from.is_some()
+                    && self.search.aliases.roots(&write.place) != [write.place.clone()];
                 (!is_name).then_some(OwnChange::Other)
             }
             Effect::Unknown { places, .. } if places.iter().any(is_read) => Some(OwnChange::Other),

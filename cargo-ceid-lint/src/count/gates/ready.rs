@@ -2,8 +2,48 @@
 
 use super::sample::has_word;
 use super::{Gates, Way};
-use crate::flow::{ChangeKind, Effect, NodeId, Place, Test};
+use crate::flow::{ChangeKind, Computed, Effect, NodeId, Place, Test};
 use crate::index::Ty;
+
+/// Words in the names of methods that ask whether a sample is there: `data_ready`, `has_new`.
+const READINESS: &[&str] = &[
+    "ready",
+    "dataready",
+    "available",
+    "has",
+    "drdy",
+    "can_read",
+    "new",
+    "pending",
+    "fresh",
+    "updated",
+    "data",
+    "poll",
+];
+
+/// Words in the names of methods that tell how much is there to be read.
+const AMOUNTS: &[&str] = &[
+    "is_empty",
+    "len",
+    "is_full",
+    "pending",
+    "available",
+    "avail",
+    "queued",
+    "unread",
+    "fifo_level",
+    "fifo_count",
+    "fifo_len",
+];
+
+/// Words in the names of methods that give the state of a device, of which a bit is asked.
+const STATUS: &[&str] = &["status", "flags", "state", "isr"];
+
+/// Words in the names of registers that tell the state of a peripheral: `adc.isr.read().eoc().bit_is_set()`.
+const STATUS_REGISTERS: &[&str] = &["sr", "isr", "csr", "status", "stat", "flags", "events", "ris", "mis"];
+
+/// How many of them no measured value is called by.
+const CERTAIN: usize = 6;
 
 /// Words in the names of methods that are fed with parts of a message, and answer whether it is complete.
 const PARSING: &[&str] =
@@ -95,5 +135,111 @@ impl Gates<'_, '_> {
             return plain.peek().is_some() && plain.all(is_filled);
         }
         !about.is_combined && !about.lent.is_empty() && about.lent.iter().all(is_filled)
+    }
+
+    /// A readiness test of the very object that the fed sample is read from.
+    pub(super) fn is_readiness(&self, test: &Test) -> bool {
+        // `let ready = imu.is_ready(); if ready { … }`
+        let kept = self.kept_answer(test);
+        let (names, reads) =
+            kept.map_or((&test.about.names, &test.about.reads), |computed| (&computed.calls, &computed.places));
+        let is_masked = test.about.is_masked;
+        let is_flag = |place: &&Place| {
+            !place.steps.is_empty() && (self.ty(place) == Some(Ty::Bool) || is_masked && self.is_number(place))
+        };
+        let flags: Vec<String> = reads.iter().filter(is_flag).map(|place| self.last_name(place)).collect();
+        let asks_register = names.iter().any(|name| matches!(name.as_str(), "bit_is_set" | "bit_is_clear" | "bit"))
+            && names
+                .iter()
+                .cloned()
+                .chain(reads.iter().map(|place| self.last_name(place)))
+                .any(|name| STATUS_REGISTERS.iter().any(|word| has_word(&name, word)));
+        let asks =
+            |words: &[&str]| names.iter().chain(&flags).any(|name| words.iter().any(|word| has_word(name, word)));
+        if test.about.is_presence {
+            return false;
+        }
+        if self.is_marked(test) || self.is_complete(test) || self.fills_sample(test) || self.asks_ring(test) {
+            return true;
+        }
+        let asks_amount = asks(AMOUNTS);
+        // A bit of a status register.
+        let made_by = |place: &Place| place.base_var().and_then(|var| self.search.graph.computed.get(&var));
+        let says_status = |name: &String| STATUS.iter().any(|word| has_word(name, word));
+        let asks_bit = is_masked
+            && (asks(STATUS) || reads.iter().filter_map(made_by).flat_map(|made| &made.calls).any(says_status));
+        // How it was compared before it was kept is not known.
+        let readiness = if kept.is_some() { &READINESS[..CERTAIN] } else { READINESS };
+        if !(asks_amount || ((asks_bit || asks_register || asks(readiness)) && !test.about.is_comparison)) {
+            return false;
+        }
+        let is_self = |place: &Place| {
+            place.steps.is_empty() && place.base_var().is_some_and(|var| self.search.graph.var(var).name == "self")
+        };
+        let fed = &self.fed().places;
+        // A getter asks a part of the object.
+        let is_read_from = |place: &Place| {
+            let is_part = asks_amount || asks_register || is_flag(&place);
+            let Some((_, owner)) = place.steps.split_last().filter(|_| is_part) else { return false };
+            let owner = Place { base: place.base, steps: owner.to_vec() };
+            let is_in = |other: &&Place| other.base == owner.base && other.steps.starts_with(&owner.steps);
+            // The bits that come with a sample that a helper is given are a part of it.
+            let is_sample = is_masked
+                && self.is_helper
+                && owner.base_var().is_some_and(|var| !matches!(self.search.graph.var(var).ty, Ty::Ref(..)));
+            !(is_self(&owner) || is_sample) && fed.iter().filter(is_in).any(|other| other != place)
+        };
+        // `let status = imu.status(); if !status.drdy { … }`, `if !status.gyro_ready() { … }`
+        let is_answered = |place: &&Place| {
+            let is_plain = || matches!(self.ty(place), Some(Ty::Bool | Ty::Int | Ty::Float | Ty::Char));
+            let is_object = || place.steps.is_empty() && kept.is_none() && !is_plain();
+            (is_flag(place) || is_object())
+                && (asks_bit || asks(&READINESS[..CERTAIN]))
+                && made_by(place)
+                    .is_some_and(|made| made.places.iter().any(|from| !is_self(from) && fed.contains(from)))
+        };
+        reads.iter().any(|place| !is_self(place) && fed.contains(place) || is_read_from(place))
+            || reads.iter().any(|place| is_answered(&place))
+    }
+
+    /// What a truth value was computed from that keeps the answer of the only call behind it, or is one of its answers:
+    /// `let (has_gyro, has_accel) = imu.data_ready()?; match (has_gyro, has_accel) { … }`.
+    pub(super) fn kept_answer(&self, test: &Test) -> Option<&Computed> {
+        let [place] = test.about.reads.as_slice() else { return None };
+        // Of a number, a bit is asked: `let status = imu.status(); if status & DRDY == 0 { … }`.
+        let is_answer = self.ty(place) == Some(Ty::Bool) || test.about.is_masked && self.is_number(place);
+        let is_constant = |name: &String| !name.chars().any(char::is_lowercase);
+        let is_kept = place.steps.is_empty() && test.about.names.iter().all(is_constant) && is_answer;
+        let computed = self.search.graph.computed.get(&place.base_var().filter(|_| is_kept)?)?;
+        let calls = computed.calls.iter().filter(|name| !matches!(name.as_str(), "unwrap" | "expect"));
+        (calls.count() == 1).then_some(computed)
+    }
+
+    /// A truth value that came with the sample and says whether it is one: `if !packet.valid { continue; }`.
+    fn is_marked(&self, test: &Test) -> bool {
+        let graph = self.search.graph;
+        let [place] = test.about.reads.as_slice() else { return false };
+        let Some(var) = place.base_var() else { return false };
+        let is_truth = matches!(self.ty(place), Some(Ty::Bool));
+        let made_by = graph.computed.get(&var).filter(|computed| !computed.calls.is_empty());
+        let Some(made_by) = made_by.filter(|_| is_truth && test.about.names.is_empty() && !self.outlives(place)) else {
+            return false;
+        };
+        let fed = &self.fed().places;
+        if !place.steps.is_empty() {
+            return fed.iter().any(|other| other.base == place.base && !other.steps.is_empty() && other != place);
+        }
+        // `let (is_valid, sample) = imu.read();`
+        let is_beside = |other: &Place| {
+            other.base_var().is_some_and(|other| {
+                let (own, beside) = (graph.var(var), graph.var(other));
+                let computed = graph.computed.get(&other);
+                other != var
+                    && own.declared <= beside.declared
+                    && graph.read_at.get(&var) == graph.read_at.get(&other)
+                    && computed.is_some_and(|own| own.calls == made_by.calls && own.places == made_by.places)
+            })
+        };
+        fed.iter().any(is_beside) && !fed.contains(place)
     }
 }

@@ -8,28 +8,6 @@ use crate::count::search::{Region, Search};
 use crate::flow::{CallSite, Computed, Effect, NodeId, Place, Test, Var};
 use crate::index::Ty;
 
-/// Words in the names of methods that ask whether a sample is there: `data_ready`, `has_new`.
-const READINESS: &[&str] = &[
-    "ready",
-    "dataready",
-    "available",
-    "has",
-    "drdy",
-    "can_read",
-    "new",
-    "pending",
-    "fresh",
-    "updated",
-    "data",
-    "poll",
-];
-
-/// Words in the names of methods that tell how much is there to be read.
-const AMOUNTS: &[&str] = &["is_empty", "len", "is_full", "pending", "available", "queued", "unread"];
-
-/// How many of them no measured value is called by.
-const CERTAIN: usize = 6;
-
 /// How many filters are followed that stand before another one: `b.update(a.value())`.
 const MAX_CHAIN: usize = 16;
 
@@ -334,92 +312,6 @@ impl Gates<'_, '_> {
                     !place.steps.is_empty() || place.base_var().is_some_and(|var| graph.var(var).name != "self");
                 is_value && self.fed().places.contains(place)
             })
-    }
-
-    /// A readiness test of the very object that the fed sample is read from.
-    pub(super) fn is_readiness(&self, test: &Test) -> bool {
-        // `let ready = imu.is_ready(); if ready { … }`
-        let kept = self.kept_answer(test);
-        let (names, reads) =
-            kept.map_or((&test.about.names, &test.about.reads), |computed| (&computed.calls, &computed.places));
-        let is_masked = test.about.is_masked;
-        let is_flag = |place: &&Place| {
-            !place.steps.is_empty() && (self.ty(place) == Some(Ty::Bool) || is_masked && self.is_number(place))
-        };
-        let flags: Vec<String> = reads.iter().filter(is_flag).map(|place| self.last_name(place)).collect();
-        let asks =
-            |words: &[&str]| names.iter().chain(&flags).any(|name| words.iter().any(|word| has_word(name, word)));
-        if test.about.is_presence {
-            return false;
-        }
-        if self.is_marked(test) || self.is_complete(test) || self.fills_sample(test) || self.asks_ring(test) {
-            return true;
-        }
-        let asks_amount = asks(AMOUNTS);
-        // A bit of a status register.
-        let asks_bit = is_masked && asks(&["status", "flags", "state", "isr"]);
-        // How it was compared before it was kept is not known.
-        let readiness = if kept.is_some() { &READINESS[..CERTAIN] } else { READINESS };
-        if !(asks_amount || ((asks_bit || asks(readiness)) && !test.about.is_comparison)) {
-            return false;
-        }
-        let is_self = |place: &Place| {
-            place.steps.is_empty() && place.base_var().is_some_and(|var| self.search.graph.var(var).name == "self")
-        };
-        let fed = &self.fed().places;
-        // A getter asks a part of the object.
-        let is_read_from = |place: &Place| {
-            let is_part = asks_amount || is_flag(&place);
-            let Some((_, owner)) = place.steps.split_last().filter(|_| is_part) else { return false };
-            let owner = Place { base: place.base, steps: owner.to_vec() };
-            let is_in = |other: &&Place| other.base == owner.base && other.steps.starts_with(&owner.steps);
-            // The bits that come with a sample that a helper is given are a part of it.
-            let is_sample = is_masked
-                && self.is_helper
-                && owner.base_var().is_some_and(|var| !matches!(self.search.graph.var(var).ty, Ty::Ref(..)));
-            !(is_self(&owner) || is_sample) && fed.iter().filter(is_in).any(|other| other != place)
-        };
-        reads.iter().any(|place| !is_self(place) && fed.contains(place) || is_read_from(place))
-    }
-}
-
-impl Gates<'_, '_> {
-    /// What a truth value was computed from that keeps the answer of the only call behind it, or is one of its answers:
-    /// `let (has_gyro, has_accel) = imu.data_ready()?; match (has_gyro, has_accel) { … }`.
-    pub(super) fn kept_answer(&self, test: &Test) -> Option<&Computed> {
-        let [place] = test.about.reads.as_slice() else { return None };
-        let is_kept = place.steps.is_empty() && test.about.names.is_empty() && self.ty(place) == Some(Ty::Bool);
-        let computed = self.search.graph.computed.get(&place.base_var().filter(|_| is_kept)?)?;
-        let calls = computed.calls.iter().filter(|name| !matches!(name.as_str(), "unwrap" | "expect"));
-        (calls.count() == 1).then_some(computed)
-    }
-
-    /// A truth value that came with the sample and says whether it is one: `if !packet.valid { continue; }`.
-    fn is_marked(&self, test: &Test) -> bool {
-        let graph = self.search.graph;
-        let [place] = test.about.reads.as_slice() else { return false };
-        let Some(var) = place.base_var() else { return false };
-        let is_truth = matches!(self.ty(place), Some(Ty::Bool));
-        let made_by = graph.computed.get(&var).filter(|computed| !computed.calls.is_empty());
-        let Some(made_by) = made_by.filter(|_| is_truth && test.about.names.is_empty() && !self.outlives(place)) else {
-            return false;
-        };
-        let fed = &self.fed().places;
-        if !place.steps.is_empty() {
-            return fed.iter().any(|other| other.base == place.base && !other.steps.is_empty() && other != place);
-        }
-        // `let (is_valid, sample) = imu.read();`
-        let is_beside = |other: &Place| {
-            other.base_var().is_some_and(|other| {
-                let (own, beside) = (graph.var(var), graph.var(other));
-                let computed = graph.computed.get(&other);
-                other != var
-                    && own.declared <= beside.declared
-                    && graph.read_at.get(&var) == graph.read_at.get(&other)
-                    && computed.is_some_and(|own| own.calls == made_by.calls && own.places == made_by.places)
-            })
-        };
-        fed.iter().any(is_beside) && !fed.contains(place)
     }
 }
 

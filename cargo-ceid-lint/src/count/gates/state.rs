@@ -206,6 +206,23 @@ impl Gates<'_, '_> {
             && test.about.reads.iter().all(|place| self.is_invariant(place, 0))
     }
 
+    /// Whether an option is asked for that was made before the loop and stays as it is: `if let Some(limit) = limit { … }`.
+    pub(super) fn asks_kept_option(&self, test: &Test) -> bool {
+        let is_local = |place: &Place| {
+            place.steps.is_empty()
+                && place.base_var().is_some_and(|var| {
+                    let info = self.search.graph.var(var);
+                    info.param.is_none() && !info.name.is_empty()
+                })
+        };
+        matches!(self.region, Region::Loop(_))
+            && test.about.is_presence
+            && test.about.names.is_empty()
+            && test.subject.is_some()
+            && test.about.reads.iter().all(is_local)
+            && self.is_unchanging(test)
+    }
+
     /// Whether a flag is asked that was made before the first iteration and stays as it is, whatever it was made from.
     pub(super) fn is_kept_flag(&self, test: &Test) -> bool {
         let graph = self.search.graph;

@@ -49,7 +49,7 @@ const POLLS: &[&str] = &["wait", "poll", "poll_unpin", "poll_tick", "tick"];
 
 /// Last words of the names of methods that ask a timer whether its time is up: `is_pending`, `just_finished`.
 const TIMER_STATES: &[&str] =
-    &["pending", "ready", "expired", "elapsed", "fired", "finished", "done", "due", "overflowed"];
+    &["pending", "ready", "expired", "elapsed", "fired", "finished", "done", "due", "overflowed", "wrapped"];
 
 /// Types of points and spans of time.
 const TIMES: &[&str] = &["Instant", "Duration", "CuDuration", "CuTime", "SystemTime"];
@@ -287,20 +287,40 @@ impl Gates<'_, '_> {
 /// Whether a place is named as a timer.
 fn names_timer(name: &str) -> bool {
     let name = name.to_lowercase();
-    let parts = ["timer", "sleep", "delay", "ticker", "interval", "alarm", "countdown", "period"];
-    parts.iter().any(|part| name.contains(part))
+    let parts = ["timer", "sleep", "delay", "ticker", "interval", "alarm", "countdown", "period", "systick"];
+    parts.iter().any(|part| name.contains(part)) || is_numbered_timer(&name)
+}
+
+/// Whether a name in small letters is that of a hardware timer: `tim`, `tim2`.
+fn is_numbered_timer(name: &str) -> bool {
+    name.strip_prefix("tim").is_some_and(|number| number.bytes().all(|byte| byte.is_ascii_digit()))
 }
 
 /// Whether a type is named as a timer: a `DelayLine` is none.
 fn is_timer_type(name: &str) -> bool {
     name.contains("Timer")
-        || matches!(name, "Sleep" | "Delay" | "Ticker" | "Interval" | "Alarm" | "CountDown" | "Countdown" | "Stopwatch")
+        || is_numbered_timer(&name.to_lowercase())
+        || matches!(
+            name,
+            "Sleep"
+                | "Delay"
+                | "Ticker"
+                | "Interval"
+                | "Alarm"
+                | "CountDown"
+                | "Countdown"
+                | "Stopwatch"
+                | "SysTick"
+                | "SYST"
+        )
 }
 
 /// Whether a place is named as a point of time.
 pub(super) fn is_moment_name(name: &str) -> bool {
     let name = name.trim_start_matches('_').to_lowercase();
+    let next = name.strip_prefix("next_").unwrap_or_default();
     matches!(name.as_str(), "now" | "deadline" | "due" | "elapsed")
+        || matches!(next, "tick" | "time" | "ms" | "us" | "run" | "wake" | "wakeup" | "update" | "poll" | "cycle")
         || ["now_", "next_due", "due_", "elapsed_", "deadline_"].iter().any(|part| name.starts_with(part))
         || name.ends_with("_deadline")
 }

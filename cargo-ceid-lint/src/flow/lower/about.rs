@@ -87,7 +87,12 @@ impl Builder<'_> {
             ExprKind::Path(path) if !self.typed().expr_local.contains_key(&id) => {
                 about.names.push(path.last().to_owned());
             }
-            ExprKind::Field { base, .. } => self.collect_about(*base, about, depth + 1),
+            // A part of what a call gave: `imu.status().is_ready`.
+            ExprKind::Field { base, name } => {
+                let is_number = name.bytes().all(|byte| byte.is_ascii_digit());
+                about.names.extend((!is_number).then(|| name.clone()));
+                self.collect_about(*base, about, depth + 1);
+            }
             // An entry of a constant table: `WEIGHTS[channel]`.
             ExprKind::Index { base, index } => {
                 self.collect_about(*base, about, depth + 1);

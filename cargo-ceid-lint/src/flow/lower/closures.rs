@@ -445,13 +445,13 @@ impl Builder<'_> {
     }
 }
 
-/// Whether an expression is made of questions and nothing else: `!row.is_empty() && gate.is_open()`.
+/// Whether an expression is made of questions and nothing else: `!row.is_empty() && row.is_on`.
 fn is_question(body: &Body, id: ExprId) -> bool {
     match &body.expr(id).kind {
         ExprKind::Not(inner) => is_question(body, *inner),
         ExprKind::Binary { op: "&&" | "||", lhs, rhs } => is_question(body, *lhs) && is_question(body, *rhs),
         ExprKind::MethodCall { receiver, args, .. } => args.is_empty() && is_named(body, *receiver),
-        _ => false,
+        _ => is_named(body, id),
     }
 }
 

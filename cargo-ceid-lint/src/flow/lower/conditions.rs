@@ -5,7 +5,7 @@ use super::values::Join;
 use super::{Builder, ClosureRef, Value};
 use crate::flow::{About, Head, NodeId};
 use crate::index::Ty;
-use crate::syntax::tree::{ExprId, ExprKind, Literal, MacroKind};
+use crate::syntax::tree::{ExprId, ExprKind, Literal, MacroKind, PatId, PatKind};
 
 /// What filters are asked that come to rest by themselves until they are given a new target, and the answer at rest: an update
 /// would change nothing then.
@@ -75,6 +75,15 @@ impl Builder<'_> {
                 self.jump(no);
                 self.resume_if_reached(holds);
             }
+            ExprKind::Let { pat, value } if self.asks_for_yes(*pat, *value) => {
+                let (span, text, about) = (self.span(id), self.text(id), self.about(*value));
+                self.expr(*value);
+                if self.at.is_some() {
+                    let (yes, failed) = self.opaque_branch(span, text, about);
+                    self.link(failed, no);
+                    self.resume(yes);
+                }
+            }
             ExprKind::Let { pat, value } => {
                 let given = self.asked_value(*value);
                 let span = self.body().pat(*pat).span.to(self.span(*value));
@@ -109,8 +118,22 @@ impl Builder<'_> {
                 if self.payload_condition(id, *receiver, method, args, no) => {}
             ExprKind::MethodCall { receiver, args, .. }
                 if self.answer_at_rest(id).is_none() && self.spoken_condition(id, *receiver, args, no) => {}
+            ExprKind::Call { args, .. }
+                if args.split_first().is_some_and(|(first, more)| self.spoken_condition(id, *first, more, no)) => {}
             _ => self.truth(id, no),
         }
+    }
+
+    /// `if let Ok(true) = imu.data_ready()`: the call is asked for a yes, whatever else it may give.
+    fn asks_for_yes(&mut self, pat: PatId, value: ExprId) -> bool {
+        let body = self.body();
+        let PatKind::TupleStruct(path, inner) = &body.pat(pat).kind else { return false };
+        let [inner] = inner.as_slice() else { return false };
+        matches!(path.last(), "Ok" | "Some")
+            && matches!(&body.pat(*inner).kind, PatKind::Literal(text) if text == "true")
+            && matches!(body.expr(value).kind, ExprKind::MethodCall { .. } | ExprKind::Call { .. })
+            && self.is_optional(value)
+            && self.pure(value).is_none()
     }
 
     /// A condition that is one value: a variable, a field, a call.
@@ -215,6 +238,7 @@ impl Builder<'_> {
                 let about = About { is_constant: pure.reads.is_empty(), is_turned: negated, ..about };
                 let subject = self.subject(pure, total);
                 self.note_number(subject, op, lhs, rhs);
+                self.note_order(subject, op, lhs, rhs);
                 self.branch_on_subject(subject, &heads, true, span, text, about)
             }
             None => self.opaque_branch(span, text, about),

@@ -197,10 +197,20 @@ impl Builder<'_> {
 }
 
 /// Looks into what a constant is declared with, if it is known and no table.
-fn in_constant<T>(program: &Program<'_>, id: ValueId, look: impl FnOnce(Constants<'_>) -> T) -> Option<T> {
+pub(super) fn in_constant<T>(program: &Program<'_>, id: ValueId, look: impl FnOnce(Constants<'_>) -> T) -> Option<T> {
     let body = program.index.value(id).item.value.as_ref().filter(|body| body.exprs.len() <= MAX_LENGTH)?;
     let typed = crate::types::infer(program.index, BodyOwner::Value(id))?;
     Some(look(Constants { program, body, typed: &typed }))
+}
+
+/// The variant of an enum that a constant is another name of.
+pub(super) fn variant_of(program: &Program<'_>, id: ValueId, depth: u32) -> Option<(TypeId, usize)> {
+    let named = |own: Constants<'_>| match own.typed.expr_def.get(&own.body.root)? {
+        Def::Variant(ty, at) => Some((*ty, *at)),
+        Def::Value(value) if depth < MAX_DEPTH => variant_of(program, *value, depth + 1),
+        _ => None,
+    };
+    in_constant(program, id, named)?
 }
 
 /// Whether all values that have the head of what a path names are equal.

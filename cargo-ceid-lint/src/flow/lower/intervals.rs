@@ -97,7 +97,7 @@ impl Builder<'_> {
     }
 
     /// Lets all that asks for a subject ask for another one, of which each head stands for one of these of its own.
-    fn ask_instead(&mut self, id: SubjectId, other: SubjectId, own: &[u32]) {
+    pub(super) fn ask_instead(&mut self, id: SubjectId, other: SubjectId, own: &[u32]) {
         let translated = |mask: u32| -> u32 {
             own.iter().enumerate().filter(|(_, own)| mask & **own != 0).map(|(at, _)| 1_u32 << at).sum()
         };

@@ -1,5 +1,6 @@
 //! Iterators: what a chain of adaptors runs over, and what it does when it is consumed.
 
+use super::carried::State;
 use super::sources::{Item, Source, Stage, is_map};
 use super::{Builder, ClosureRef, Value};
 use crate::flow::{Cause, CycleKind, Effect, IndexKey, Limit, LoopId, LoopInfo, Place, Rounds, Test, Transfer, Var};
@@ -11,8 +12,7 @@ use crate::types::Callee;
 /// What a consumer does with the items.
 #[derive(Clone, Copy, Debug)]
 struct Consumer {
-    /// Its closure gets a state first.
-    takes_state: bool,
+    state: State,
     stops: Stops,
     /// It gives them back, or some of them.
     gathers: bool,
@@ -219,7 +219,7 @@ impl Builder<'_> {
             }
             // What gives `None` ends the iterator.
             let may_end = matches!(name.as_str(), "from_fn" | "successors");
-            let stage = if may_end { Stage::Scan } else { Stage::Make };
+            let stage = |closure| if may_end { Stage::Scan(closure, None) } else { Stage::Make(closure) };
             let stages = values.iter().rev().find_map(|value| value.closure).map(stage);
             return Source {
                 item: Item::Made,
@@ -376,13 +376,20 @@ impl Builder<'_> {
             "map" | "filter" | "inspect" | "filter_map" | "take_while" | "skip_while" | "map_while" | "flat_map"
             | "scan" => {
                 let mut source = self.source(receiver);
-                let closure = args.iter().map(|arg| self.expr(*arg)).filter_map(|value| value.closure).last();
-                let stage = match method {
-                    "map" => Stage::Map,
-                    "scan" => Stage::Scan,
-                    "flat_map" => Stage::Flatten,
-                    "inspect" => Stage::Inspect,
-                    _ => Stage::Filter,
+                let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
+                let closure = values.iter().rev().find_map(|value| value.closure);
+                let state = match (method, args, values.as_slice()) {
+                    ("scan", [first, _], [value, _]) => self.carried(*first, value),
+                    _ => None,
+                };
+                let has_lent = source.item.has_lent();
+                let stage = |closure| match method {
+                    "map" => Stage::Map(closure),
+                    "scan" => Stage::Scan(closure, state),
+                    "flat_map" => Stage::Flatten(closure),
+                    "inspect" => Stage::Inspect(closure),
+                    "map_while" if !has_lent => Stage::While(closure),
+                    _ => Stage::Filter(closure),
                 };
                 // What a closure made may be left out when its work is done.
                 let is_own = source.keeps_items();
@@ -507,19 +514,25 @@ impl Builder<'_> {
         if closure.is_none() && source.stages.is_empty() {
             return Some(picked);
         }
-        let takes_state =
-            matches!(method, "fold" | "rfold" | "try_fold" | "reduce" | "for_each_init" | "for_each_with");
+        let state = match (method, args, values.as_slice()) {
+            ("fold" | "rfold" | "try_fold", [first, _], [value, _]) => State::Carried(self.carried(*first, value)),
+            ("fold" | "rfold" | "try_fold" | "reduce" | "for_each_init" | "for_each_with", ..) => State::Carried(None),
+            _ => State::None,
+        };
         let gathers = matches!(method, "collect" | "partition" | "unzip") || picks_one(method);
         if method == "partition" && source.keeps_items() {
             // Which of the two collections has an element is not known.
             let all = self.iterator_value(Source { stages: Vec::new(), ..source.clone() });
             self.keep_iterator(&all, &Cause::Index(self.text(id)), self.span(id));
         }
-        self.consume(id, source, closure, Consumer { takes_state, stops, gathers });
+        self.consume(id, source, closure, Consumer { state, stops, gathers });
+        let carried = state.var().map(Place::var);
         Some(match stops {
             Stops::AndTells(told) => {
-                Value { place: Some(Place::var(told)), is_owned: true, same_as: Some(told), ..Value::default() }
+                let place = carried.unwrap_or(Place::var(told));
+                Value { place: Some(place), is_owned: true, same_as: Some(told), ..Value::default() }
             }
+            _ if carried.is_some() => Value { place: carried, is_owned: true, ..Value::default() },
             _ => picked,
         })
     }
@@ -573,28 +586,38 @@ impl Builder<'_> {
         let choosing = self.choosing(&source);
         let is_mapped = choosing.is_none();
         let kind = if is_mapped { Item::Opaque } else { source.item.clone() };
-        let Consumer { takes_state, stops, gathers } = consumer;
+        let Consumer { state, stops, gathers } = consumer;
+        let takes_state = state != State::None;
         let expr = id;
         self.tell(stops, "+", span);
         self.run_loop(CycleKind::Closure, bar, None, source, |this, item, id| {
             if gathers && this.at.is_some() {
                 this.keep(&item, expr);
             }
+            let mut answer = Value::default();
             if let Some(closure) = closure {
                 let mut args = vec![item];
                 if takes_state {
-                    args.insert(0, Value::default());
+                    let carried = state.var().map(Place::var);
+                    args.insert(0, Value { place: carried, is_owned: true, ..Value::default() });
                 }
                 this.note_given_item(id, closure, usize::from(takes_state), &kind);
                 if let Some(pat) = this.param_of(closure).filter(|_| !takes_state) {
                     this.note_chosen(&choosing, (closure.frame, pat));
                 }
                 let value = this.inline_closure(closure, &args, span);
-                this.awaited(value, span);
+                match state.var() {
+                    Some(state) => this.carry_on(state, &value, span),
+                    None => drop(this.awaited(value.clone(), span)),
+                }
+                // What the closure gives back says whether the next item has a round.
+                if let Stops::AndTells(_) = stops {
+                    answer = value;
+                }
             }
             if stops != Stops::Never && this.at.is_some() {
-                let about = crate::flow::About::default();
-                let (again, stop) = this.opaque_branch(span, "the iteration goes on".to_owned(), about);
+                let (text, about) = ("the iteration goes on".to_owned(), crate::flow::About::default());
+                let (again, stop) = this.branch_on_head(&answer, "+", "-", span, text, about);
                 this.resume(stop);
                 this.tell(stops, "-", span);
                 this.break_out(span);
@@ -650,7 +673,7 @@ impl Builder<'_> {
 
     /// Runs an iterator whose items go into a collection.
     pub(super) fn gather(&mut self, id: ExprId, source: &Source) {
-        let consumer = Consumer { takes_state: false, stops: Stops::Never, gathers: true };
+        let consumer = Consumer { state: State::None, stops: Stops::Never, gathers: true };
         if !source.stages.is_empty() && !source.is_choice {
             self.consume(id, source.clone(), None, consumer);
         }
@@ -774,7 +797,7 @@ impl Builder<'_> {
         }
         match stage {
             Stage::Map(_) | Stage::Make(_) => made,
-            Stage::Scan(_) => {
+            Stage::Scan(..) | Stage::While(_) => {
                 if self.at.is_some() {
                     let (text, about) = ("the item is there".to_owned(), crate::flow::About::default());
                     let (goes_on, ends) = self.branch_on_head(&made, "+", "-", span, text, about);
@@ -971,7 +994,7 @@ impl Builder<'_> {
                     let made = self.inline_closure(closure, &stage.args(&value), span);
                     self.note_made_from(id, &made, &value);
                     match stage {
-                        Stage::Map(_) | Stage::Make(_) | Stage::Scan(_) => value = made,
+                        Stage::Map(_) | Stage::Make(_) | Stage::Scan(..) | Stage::While(_) => value = made,
                         Stage::Flatten(closure) => value = self.flattened(*closure, made, span),
                         Stage::Inspect(_) | Stage::Filter(_) | Stage::Number | Stage::Skip => {}
                     }
@@ -1073,7 +1096,9 @@ impl Stage {
     fn args(self, item: &Value) -> Vec<Value> {
         match self {
             Self::Make(_) => Vec::new(),
-            Self::Scan(_) => vec![Value::default(), item.clone()],
+            Self::Scan(_, state) => {
+                vec![Value { place: state.map(Place::var), ..Value::default() }, item.clone()]
+            }
             _ => vec![item.clone()],
         }
     }

@@ -24,16 +24,32 @@ impl Builder<'_> {
 
     /// Whoever consumes the iterator would do something to each element; where nobody does, they are in use all the same.
     fn note_lent_elements(&mut self, source: &Source, receiver: ExprId) {
-        let is_lent = matches!(self.ty(receiver), Ty::External(_, args)
-            if matches!(args.first(), Some(Ty::Ref(true, own)) if self.may_hold_filter(own)));
-        if let Item::Element(place) = &source.item
-            && is_lent
-            && !source.stages.is_empty()
-            && self.at.is_some()
-        {
-            let element = place.element(IndexKey::Each);
+        if source.stages.is_empty() || self.at.is_none() {
+            return;
+        }
+        let Ty::External(_, args) = self.ty(receiver) else { return };
+        let mut lent = Vec::new();
+        if let Some(ty) = args.first() {
+            self.add_lent_elements(&source.item, ty, &mut lent);
+        }
+        for element in lent {
             self.graph.lent.push(element.clone());
             self.emit(Effect::Use { place: element }, self.span(receiver));
+        }
+    }
+
+    /// Finds the elements that an item of this type lends, also beside others: `bank.iter_mut().zip(samples)`.
+    fn add_lent_elements(&self, item: &Item, ty: &Ty, found: &mut Vec<Place>) {
+        match (item, ty) {
+            (Item::Element(place), Ty::Ref(true, own)) if self.may_hold_filter(own) => {
+                found.push(place.element(IndexKey::Each));
+            }
+            (Item::Tuple(items), Ty::Tuple(tys)) => {
+                for (item, ty) in items.iter().zip(tys) {
+                    self.add_lent_elements(item, ty, found);
+                }
+            }
+            _ => {}
         }
     }
 
@@ -208,6 +224,7 @@ impl Builder<'_> {
         let (mut places, mut closures) = (Vec::new(), Vec::new());
         lent_places(&source.item, &mut places, &mut closures);
         closures.extend(source.stages.iter().filter_map(|stage| stage.closure()));
+        places.extend(source.stages.iter().filter_map(|stage| stage.state()).map(Place::var));
         if !places.is_empty() && !source.is_shared && self.at.is_some() {
             self.emit(Effect::Unknown { places, cause: cause.clone() }, span);
         }
@@ -229,6 +246,7 @@ fn lent_places(item: &Item, found: &mut Vec<Place>, closures: &mut Vec<super::Cl
         Item::Present(item) => lent_places(item, found, closures),
         Item::Staged(item, stages) => {
             closures.extend(stages.iter().filter_map(|stage| stage.closure()));
+            found.extend(stages.iter().filter_map(|stage| stage.state()).map(Place::var));
             lent_places(item, found, closures);
         }
         Item::Opaque | Item::Drawn(..) | Item::Counter(_) | Item::Made => {}

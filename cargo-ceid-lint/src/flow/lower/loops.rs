@@ -271,6 +271,9 @@ impl Builder<'_> {
         iterable: ExprId,
         body: ExprId,
     ) -> Value {
+        if self.at.is_some() && self.unrolled(label, keyword, pat, iterable, body) {
+            return Value::default();
+        }
         let source = self.source(iterable);
         let item = source.item.clone();
         let choosing = self.choosing(&source);

@@ -7,6 +7,7 @@ mod bound;
 mod builtins;
 mod callbacks;
 mod calls;
+mod carried;
 mod chained;
 mod changes;
 mod closures;
@@ -40,11 +41,13 @@ mod macros;
 mod made;
 mod operators;
 mod optional;
+mod orders;
 mod panics;
 mod passed_over;
 mod patterns;
 mod places;
 mod presence;
+mod pure;
 mod reads;
 pub(super) mod received;
 mod resets;
@@ -56,6 +59,7 @@ mod subjects;
 mod switches;
 mod threads;
 mod ticks;
+mod unrolled;
 mod values;
 mod waits;
 pub(super) mod written;
@@ -196,6 +200,7 @@ struct Builder<'a> {
     subjects: FxHashMap<String, super::SubjectId>,
     /// The comparisons of a value with a number, by their subjects.
     bounds: std::collections::BTreeMap<super::SubjectId, intervals::Bound>,
+    orders: std::collections::BTreeMap<super::SubjectId, orders::Order>,
     inlining: Vec<FunctionId>,
     /// The variables that the value of the expression at hand goes into.
     targets: Vec<Var>,
@@ -271,6 +276,7 @@ impl<'a> Builder<'a> {
             admitted: FxHashSet::default(),
             subjects: FxHashMap::default(),
             bounds: std::collections::BTreeMap::new(),
+            orders: std::collections::BTreeMap::new(),
             inlining: vec![function],
             targets: Vec::new(),
             target_value: None,
@@ -325,6 +331,7 @@ impl<'a> Builder<'a> {
         self.settle_copies();
         self.settle_held_states();
         self.settle_bounds();
+        self.settle_orders();
         self.copy_subjects();
         self.mark_debug_only();
         self.find_rounds();

@@ -2,7 +2,7 @@
 
 use super::{Builder, Value};
 use crate::flow::{Cause, Effect, IndexKey, Place, Section, Transfer, Var};
-use crate::index::{Def, FunctionId, Ty};
+use crate::index::{Def, FunctionId, Ty, TypeId};
 use crate::syntax::tree::{ExprId, ExprKind, Literal, Path};
 
 impl Builder<'_> {
@@ -66,6 +66,11 @@ impl Builder<'_> {
         own.filter_map(|info| info.counter).any(|(counter, _)| Some(&counter) == var)
     }
 
+    fn variant_key(&self, ty: TypeId, at: usize) -> IndexKey {
+        let variant = super::constants::variant_head(self.program, ty, at);
+        IndexKey::Named(format!("{}::{variant}", self.program.index.type_def(ty).name).into())
+    }
+
     fn index_path(&mut self, id: ExprId, path: &Path) -> IndexKey {
         if let Some(local) = self.typed().expr_local.get(&id).copied() {
             let var = self.var_of(local);
@@ -77,13 +82,14 @@ impl Builder<'_> {
         match self.typed().expr_def.get(&id) {
             Some(Def::Value(value)) if !self.program.index.value(*value).item.is_static => {
                 let number = self.program.index.const_number(*value);
-                number.map_or_else(|| IndexKey::Named(path.text().into()), IndexKey::Number)
+                let variant = || {
+                    let (ty, at) = super::constants::variant_of(self.program, *value, 0)?;
+                    Some(self.variant_key(ty, at))
+                };
+                number.map(IndexKey::Number).or_else(variant).unwrap_or_else(|| IndexKey::Named(path.text().into()))
             }
             // Under whatever name it is imported.
-            Some(Def::Variant(ty, at)) => {
-                let variant = super::constants::variant_head(self.program, *ty, *at);
-                IndexKey::Named(format!("{}::{variant}", self.program.index.type_def(*ty).name).into())
-            }
+            Some(Def::Variant(ty, at)) => self.variant_key(*ty, *at),
             _ if path.segments.first().is_some_and(|first| first.name == "Self") => {
                 let names: Vec<String> = path.segments.iter().map(|segment| segment.name.clone()).collect();
                 let scope = self.program.index.scope_of(self.frames[self.frame].function);

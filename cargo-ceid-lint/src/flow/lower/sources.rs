@@ -161,8 +161,10 @@ pub(super) enum Stage {
     Flatten(ClosureRef),
     Filter(ClosureRef),
     Inspect(ClosureRef),
-    /// As a map, with a state before the item; the first item that is missing ends the iteration.
-    Scan(ClosureRef),
+    /// As a map, with a state before the item that may hold filters; the first item that is missing ends the iteration.
+    Scan(ClosureRef, Option<Var>),
+    /// As a map; the first item that is missing ends the iteration.
+    While(ClosureRef),
     /// Makes the item from nothing.
     Make(ClosureRef),
     /// Puts the number of the item before it.
@@ -178,9 +180,18 @@ impl Stage {
             | Self::Flatten(closure)
             | Self::Filter(closure)
             | Self::Inspect(closure)
-            | Self::Scan(closure)
+            | Self::Scan(closure, _)
+            | Self::While(closure)
             | Self::Make(closure) => Some(closure),
             Self::Number | Self::Skip => None,
+        }
+    }
+
+    /// What it carries from item to item.
+    pub(super) fn state(self) -> Option<Var> {
+        match self {
+            Self::Scan(_, state) => state,
+            _ => None,
         }
     }
 }

@@ -1,0 +1,100 @@
+//! Numbers that are compared with one another in several ways: `a < b`, `b <= a` and `a == b` are answers to one question.
+
+use std::collections::BTreeMap;
+
+use super::Builder;
+use super::subjects::Pure;
+use crate::flow::{Head, SubjectId};
+use crate::index::Ty;
+use crate::syntax::tree::ExprId;
+
+/// A comparison of two values that are no constants of the same kind of head.
+#[derive(Clone, Debug)]
+pub(super) struct Order {
+    left: String,
+    right: String,
+    reads: Vec<crate::flow::Place>,
+    asks: Asks,
+}
+
+/// What the subject of a comparison tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Asks {
+    Less,
+    AtMost,
+    Equal,
+    /// How two floats stand to each other.
+    Order,
+}
+
+/// How two numbers may stand to each other.
+const ORDERS: [&str; 4] = ["less", "equal", "greater", "unordered"];
+
+impl Builder<'_> {
+    /// Notes that a comparison asks how two numbers stand to each other.
+    pub(super) fn note_order(&mut self, subject: SubjectId, op: &str, lhs: ExprId, rhs: ExprId) {
+        let [left_ty, right_ty] = [lhs, rhs].map(|side| self.ty(side).peel().clone());
+        let is_float = left_ty == Ty::Float || right_ty == Ty::Float;
+        let is_number = |ty: &Ty| matches!(ty, Ty::Int | Ty::Float);
+        // What is compared with a constant for being equal is asked for its value.
+        let is_constant = |side: ExprId| self.constant_head(side).is_some();
+        let asks = match op {
+            "==" | "!=" if is_constant(lhs) || is_constant(rhs) => return,
+            "==" | "!=" => Asks::Equal,
+            _ if is_float => Asks::Order,
+            "<" | ">=" => Asks::Less,
+            _ => Asks::AtMost,
+        };
+        if !is_number(&left_ty) || !is_number(&right_ty) {
+            return;
+        }
+        let (Some(left), Some(right)) = (self.pure(lhs), self.pure(rhs)) else { return };
+        let reads = [left.reads, right.reads].concat();
+        self.orders.insert(subject, Order { left: left.key, right: right.key, reads, asks });
+    }
+
+    /// Asks all comparisons of the same two numbers how these stand to each other.
+    pub(super) fn settle_orders(&mut self) {
+        let mut of_pair: BTreeMap<[String; 2], Vec<(SubjectId, Order)>> = BTreeMap::new();
+        for (id, order) in std::mem::take(&mut self.orders) {
+            let mut pair = [order.left.clone(), order.right.clone()];
+            pair.sort();
+            of_pair.entry(pair).or_default().push((id, order));
+        }
+        for (pair, asked) in of_pair {
+            let [(_, first), _, ..] = asked.as_slice() else { continue };
+            let heads = ORDERS.map(str::to_owned);
+            let pure =
+                Pure { key: format!("({} against {})", pair[0], pair[1]), reads: first.reads.clone(), whole: None };
+            let between = self.subject(pure, Some(heads.to_vec()));
+            for head in &heads {
+                self.head_bit(between, head);
+            }
+            for (id, order) in &asked {
+                let own = self.graph.subjects[id.0 as usize].clone();
+                let is_turned = order.left != pair[0];
+                let bits = heads.each_ref().map(|head| own.bit(&order.head(head, is_turned)));
+                self.ask_instead(*id, between, &bits);
+            }
+        }
+    }
+}
+
+impl Order {
+    /// The head that the subject of the comparison has where the numbers stand to each other like this; `is_turned` if they do so the
+    /// other way round.
+    fn head(&self, between: &str, is_turned: bool) -> Head {
+        let own = match between {
+            "less" if is_turned => "greater",
+            "greater" if is_turned => "less",
+            same => same,
+        };
+        let holds = match self.asks {
+            Asks::Order => return own.to_owned(),
+            Asks::Less => own == "less",
+            Asks::AtMost => matches!(own, "less" | "equal"),
+            Asks::Equal => own == "equal",
+        };
+        holds.to_string()
+    }
+}

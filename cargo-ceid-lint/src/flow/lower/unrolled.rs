@@ -1,0 +1,154 @@
+//! Loops over names, each of which selects something else: `for axis in [Axis::Roll, Axis::Pitch] { match axis { … } }` is its rounds
+//! one behind another.
+
+use super::constants::{Constants, in_constant};
+use super::{Builder, Value};
+use crate::flow::{Effect, Head};
+use crate::index::{Def, FunctionId, Ty};
+use crate::source::Span;
+use crate::syntax::tree::{Body, ExprId, ExprKind, PatId};
+use crate::types::{Callee, LocalId};
+
+/// How many rounds are written out.
+const MAX_ROUNDS: u64 = 8;
+
+impl Builder<'_> {
+    /// Writes out a loop whose rounds have names, or numbers, by which its body selects what it works on; answers whether it is one.
+    pub(super) fn unrolled(
+        &mut self,
+        label: Option<&String>,
+        keyword: Span,
+        pat: PatId,
+        iterable: ExprId,
+        inside: ExprId,
+    ) -> bool {
+        let locals = self.locals_of(pat);
+        let [local] = locals.as_slice() else { return false };
+        let heads = match self.names(iterable) {
+            Some(heads) if self.selects(inside, *local) => heads,
+            None if self.lends_by(inside, *local) => match self.numbers_of(iterable) {
+                Some(heads) => heads,
+                None => return false,
+            },
+            _ => return false,
+        };
+        self.expr(iterable);
+        let after = self.add_node(Effect::Nothing, keyword);
+        for head in heads {
+            let again = self.add_node(Effect::Nothing, keyword);
+            self.push_loop_scope(label, after, again, keyword);
+            self.bind_pattern(pat, &Value { head: Some(head), ..Value::default() });
+            self.expr(inside);
+            self.pop_loop_scope();
+            self.jump(again);
+            self.resume_if_reached(again);
+        }
+        self.jump(after);
+        self.resume_if_reached(after);
+        true
+    }
+
+    /// The names that a loop goes over: variants of an enum, written there or in a constant.
+    fn names(&self, iterable: ExprId) -> Option<Vec<Head>> {
+        let own = self.constants();
+        let items = plain_items(own.body, iterable);
+        if let Some(Def::Value(value)) = own.typed.expr_def.get(&items) {
+            let is_static = self.program.index.value(*value).item.is_static;
+            let written = |own: Constants<'_>| names_in(own, plain_items(own.body, own.body.root));
+            return in_constant(self.program, *value, written).flatten().filter(|_| !is_static);
+        }
+        names_in(own, items)
+    }
+
+    /// The numbers of a range, as heads.
+    fn numbers_of(&mut self, iterable: ExprId) -> Option<Vec<Head>> {
+        let ExprKind::Range { start: Some(start), end: Some(end), inclusive } = self.body().expr(iterable).kind else {
+            return None;
+        };
+        let (first, end) = (self.number(start)?, self.number(end)?);
+        let numbers = first..end.checked_add(u64::from(inclusive))?;
+        let is_short = numbers.end.saturating_sub(numbers.start) <= MAX_ROUNDS;
+        is_short.then(|| numbers.map(|number| number.to_string()).collect())
+    }
+
+    /// Whether a body asks which name it has, or calls what asks it, and takes no element by it.
+    fn selects(&self, inside: ExprId, local: LocalId) -> bool {
+        let body = self.body();
+        let all = body.within(inside);
+        let is_it = |id: &ExprId| self.typed().expr_local.get(&plain(body, *id)) == Some(&local);
+        let is_index = |id: &ExprId| match &body.expr(*id).kind {
+            ExprKind::Index { index, .. } => body.within(*index).iter().any(is_it),
+            _ => false,
+        };
+        let asks = |id: &ExprId| match &body.expr(*id).kind {
+            ExprKind::Match { scrutinee: asked, .. } | ExprKind::Let { value: asked, .. } => is_it(asked),
+            ExprKind::Binary { op: "==" | "!=", lhs, rhs } => is_it(lhs) || is_it(rhs),
+            ExprKind::MethodCall { args, .. } | ExprKind::Call { args, .. } => args.iter().any(|arg| {
+                let Some(Callee::Resolved(resolved)) = self.typed().callees.get(id) else { return false };
+                is_it(arg) && resolved.targets.iter().any(|target| self.asks_for(*target, self.ty(*arg)))
+            }),
+            _ => false,
+        };
+        !all.iter().any(is_index) && all.iter().any(asks)
+    }
+
+    /// Whether a function asks which of its names a parameter of this type is, and takes no element by one.
+    fn asks_for(&self, target: FunctionId, ty: &Ty) -> bool {
+        let (Some(body), Some(typed)) =
+            (&self.program.index.function(target).function.body, self.program.typed(target))
+        else {
+            return false;
+        };
+        let is_it = |id: &ExprId| typed.expr_local.contains_key(id) && typed.ty(*id).peel() == ty.peel();
+        let asks =
+            |kind: &ExprKind| matches!(kind, ExprKind::Match { scrutinee, .. } if is_it(&plain(body, *scrutinee)));
+        let takes =
+            |kind: &ExprKind| matches!(kind, ExprKind::Index { index, .. } if body.within(*index).iter().any(is_it));
+        body.exprs.iter().any(|expr| asks(&expr.kind)) && !body.exprs.iter().any(|expr| takes(&expr.kind))
+    }
+
+    /// Whether a body has a `match` on the number of the round that lends a filter: `let pid = match axis { 0 => &mut self.roll, … };`
+    fn lends_by(&self, inside: ExprId, local: LocalId) -> bool {
+        let body = self.body();
+        body.within(inside).iter().any(|id| match &body.expr(*id).kind {
+            ExprKind::Match { scrutinee, .. } => {
+                self.typed().expr_local.get(scrutinee) == Some(&local)
+                    && matches!(self.ty(*id), Ty::Ref(..))
+                    && self.may_hold_filter(self.ty(*id))
+            }
+            _ => false,
+        })
+    }
+}
+
+/// What is written as an array, where it is borrowed or made an iterator of.
+fn plain_items(body: &Body, id: ExprId) -> ExprId {
+    match &body.expr(id).kind {
+        ExprKind::Reference { value, .. } => plain_items(body, *value),
+        ExprKind::MethodCall { receiver, method, args, .. }
+            if args.is_empty() && matches!(method.as_str(), "iter" | "into_iter" | "copied" | "cloned") =>
+        {
+            plain_items(body, *receiver)
+        }
+        _ => id,
+    }
+}
+
+/// An expression without what only reads it.
+fn plain(body: &Body, id: ExprId) -> ExprId {
+    match &body.expr(id).kind {
+        ExprKind::Reference { value, .. } | ExprKind::Deref(value) => plain(body, *value),
+        _ => id,
+    }
+}
+
+/// The names in an array, if they are all variants.
+fn names_in(own: Constants<'_>, items: ExprId) -> Option<Vec<Head>> {
+    let ExprKind::Array { elements, is_vec: false } = &own.body.expr(items).kind else { return None };
+    let name = |id: &ExprId| {
+        let is_variant = matches!(own.typed.expr_def.get(id), Some(Def::Variant(..)));
+        own.head(*id).filter(|_| is_variant)
+    };
+    let is_short = u64::try_from(elements.len()).is_ok_and(|len| len <= MAX_ROUNDS);
+    elements.iter().map(name).collect::<Option<Vec<Head>>>().filter(|names| is_short && !names.is_empty())
+}
