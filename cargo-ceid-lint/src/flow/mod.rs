@@ -91,6 +91,10 @@ pub struct ControlFlowGraph {
     pub elsewhere: std::collections::BTreeMap<NodeId, NodeId>,
     /// Elements of blocks that are written at a multiple of a number.
     pub sample_writes: Vec<SampleWrite>,
+    /// Collections that a method puts values into, with what these are computed from.
+    pub filled: Vec<(NodeId, Place, Computed)>,
+    /// Collections that a method takes everything out of.
+    pub emptied: Vec<(NodeId, Place)>,
     /// Functions whose bodies were read where they are called.
     pub read_here: std::collections::BTreeSet<FunctionId>,
     /// Set if the function was too large or too deep to be followed to its end.

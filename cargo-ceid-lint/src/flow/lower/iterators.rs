@@ -640,12 +640,13 @@ impl Builder<'_> {
         let mut counters = Vec::new();
         self.counter_names(*pat, item, &mut counters);
         let given = self.vars_of(*pat);
-        self.frame = outer;
         let info = &mut self.graph.loops[id.0 as usize];
         info.bound.extend(given);
         if let (Some((_, first)), Some(var)) = (info.counter, counters.first()) {
             info.counter = Some((*var, first));
         }
+        self.note_sampled(id, code.body);
+        self.frame = outer;
     }
 
     /// Runs an iterator whose items go into a collection.

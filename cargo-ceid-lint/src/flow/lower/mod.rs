@@ -49,6 +49,7 @@ mod reads;
 pub(super) mod received;
 mod resets;
 mod same_states;
+mod sampled;
 mod sources;
 mod stored;
 mod strides;
@@ -238,6 +239,8 @@ impl<'a> Builder<'a> {
             given_away: std::collections::BTreeSet::new(),
             elsewhere: std::collections::BTreeMap::new(),
             sample_writes: Vec::new(),
+            filled: Vec::new(),
+            emptied: Vec::new(),
             read_here: std::collections::BTreeSet::new(),
             truncated: None,
         };
