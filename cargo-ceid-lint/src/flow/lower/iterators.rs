@@ -1065,7 +1065,7 @@ impl Builder<'_> {
 }
 
 /// Whether a type is an array, slice or vector.
-fn is_row(ty: &Ty) -> bool {
+pub(super) fn is_row(ty: &Ty) -> bool {
     matches!(ty, Ty::Array(..) | Ty::Slice(_)) || matches!(ty.external_name(), Some("Vec" | "ArrayVec" | "SmallVec"))
 }
 
