@@ -107,7 +107,7 @@ struct Frame<'a> {
     /// The locals that are given a value in several places.
     given_anew: FxHashSet<LocalId>,
     /// What is followed by nothing but the end of an iteration.
-    last: FxHashSet<ExprId>,
+    last: FxHashMap<ExprId, Vec<ExprId>>,
     /// Whether a closure is written in it.
     has_closures: bool,
 }
