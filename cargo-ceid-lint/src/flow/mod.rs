@@ -130,6 +130,8 @@ pub struct Node {
 pub enum Cause {
     /// A macro whose tokens mention the filter.
     Macro(String),
+    /// A macro whose tokens hold a way out of the code around it.
+    WayOut(String),
     /// A call of something that cannot be seen, with the filter.
     Call(String),
     /// A closure that is handed to something that cannot be seen.
@@ -148,6 +150,7 @@ impl std::fmt::Display for Cause {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Macro(name) => write!(f, "the macro `{name}!` mentions it and cannot be expanded"),
+            Self::WayOut(name) => write!(f, "the macro `{name}!` may leave it out and cannot be expanded"),
             Self::Call(name) => write!(f, "`{name}` gets it and its source cannot be seen"),
             Self::Closure(name) => {
                 write!(f, "a closure that updates it is handed to `{name}`, whose source cannot be seen")
