@@ -41,6 +41,7 @@ mod returned;
 mod samples;
 mod search;
 mod shown;
+mod shared_handles;
 mod siblings;
 mod skips;
 mod slice;
