@@ -16,6 +16,7 @@ use super::generic_cycles;
 use super::given::place_of;
 use super::instances::{leaves, place_ty, settle_elements};
 use super::lent::Lent;
+use super::recursive::is_told_by_outer;
 use super::remarks::{Steps, Waiting};
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
@@ -288,7 +289,9 @@ impl Context<'_> {
                 if info.cycle_head().is_none() || (info.is_foreign && is_of_another(facts, &instance.place)) {
                     continue;
                 }
-                if let Some(pair) = self.decide(facts, instance, &search, CycleId::Loop(*id)) {
+                if let Some(pair) = self.decide(facts, instance, &search, CycleId::Loop(*id))
+                    && !is_told_by_outer(index, facts, instance, &pair)
+                {
                     pairs.entry(CycleId::Loop(*id)).or_default().push(pair);
                 }
             }
@@ -298,6 +301,7 @@ impl Context<'_> {
                 pairs.entry(CycleId::Function).or_default().push(pair);
             }
         }
+                && !is_told_by_outer(index, facts, instance, &pair)
         self.owed_elements(facts, &mut pairs);
         self.owed_halves(facts, &mut pairs);
         self.owed(facts, &mut pairs, analysis);
