@@ -243,7 +243,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             return Some(Gate::Event);
         }
         if about.is_presence && self.lacks_sample(test, at, way) || self.asks_for_reason(test, at, way) {
-            return Some(Gate::Sample);
+            return Some(if self.binds_filters(test) { Gate::Config } else { Gate::Sample });
         }
         if self.asks_whether_event(test) || self.is_flag_of_others(test) {
             return Some(Gate::Event);
