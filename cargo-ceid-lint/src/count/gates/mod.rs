@@ -147,12 +147,12 @@ impl<'s, 'a> Gates<'s, 'a> {
         {
             return Some(gate);
         }
-        if self.is_measured(&way) {
-            return Some(Gate::Measured);
-        }
         // Another gate that opened on the way is no reason why this one should not stay closed.
         let is_other = gate.is_none_or(|gate| gate == Gate::Time);
-        (is_other && self.is_before_closed_gate(&way)).then_some(Gate::Time)
+        if is_other && self.is_before_closed_gate(&way) {
+            return Some(Gate::Time);
+        }
+        self.is_measured(&way).then_some(Gate::Measured)
     }
 
     /// What a condition waits for; a claimed rate gate must be one of that rate.
