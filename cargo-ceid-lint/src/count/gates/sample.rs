@@ -25,7 +25,8 @@ const READINESS: &[&str] = &[
 ];
 
 /// Words in the names of methods that tell how much is there to be read.
-const AMOUNTS: &[&str] = &["is_empty", "len", "is_full", "pending", "available", "queued", "unread"];
+const AMOUNTS: &[&str] =
+    &["is_empty", "len", "is_full", "pending", "available", "queued", "unread", "fifo_empty", "fifo_level"];
 
 /// How many of them no measured value is called by.
 const CERTAIN: usize = 6;
@@ -186,7 +187,6 @@ impl Gates<'_, '_> {
         by_place && !is_law() && !self.is_narrowed(test)
     }
 
-    /// `pid.as_mut().filter(|_| is_armed())`: what is left on a condition may be gone although the filter is there, unless the
     /// Whether what is present or absent are filters, from which this one may be fed: what they give is there as long as they are.
     pub(super) fn binds_filters(&self, test: &Test) -> bool {
         let index = self.search.program.index;
@@ -194,6 +194,7 @@ impl Gates<'_, '_> {
         !test.about.binds.is_empty() && test.about.binds.iter().all(is_filter)
     }
 
+    /// `pid.as_mut().filter(|_| is_armed())`: what is left on a condition may be gone although the filter is there, unless the
     /// condition is a setting.
     fn is_narrowed(&self, test: &Test) -> bool {
         let narrows = |name: &String| matches!(name.as_str(), "filter" | "take_if" | "xor");
