@@ -10,6 +10,7 @@ use super::called_place::CalledPlace;
 use super::given::{Given, place_of};
 use super::instances::{lends, may_hold_filter};
 use super::search::Called;
+use super::shared_handles::shared_handles;
 use super::summary::{Summaries, Summary};
 use crate::flow::{
     Assignment, Base, CallSite, Cause, ControlFlowGraph, Effect, IndexKey, LoopId, LoopInfo, NodeId, Place, Projection,
@@ -23,6 +24,8 @@ pub(super) struct Aliases {
     /// What a variable, or a part of it, was given: the steps into the variable, and the place.
     sources: BTreeMap<Var, Vec<(Vec<Projection>, Place)>>,
     unnamed: BTreeSet<Var>,
+    /// Handles of which there are others.
+    handles: BTreeSet<Var>,
     /// Variables that hold no filter and refer to none.
     plain: BTreeSet<Var>,
     /// Variables that hold a value of their own.
@@ -94,7 +97,7 @@ const MAX_MOVES: usize = 64;
 
 impl Aliases {
     pub(super) fn of(index: &Index, graph: &ControlFlowGraph, summaries: &Summaries) -> Self {
-        let mut aliases = Self::default();
+        let mut aliases = Self { handles: shared_handles(graph, summaries), ..Self::default() };
         for (number, info) in (0u32..).zip(&graph.vars) {
             if info.name.is_empty() && info.param.is_none() {
                 aliases.unnamed.insert(Var(number));
@@ -273,7 +276,8 @@ impl Aliases {
         let is_value = |var: Var| matches!(graph.var(var).ty, Ty::Adt(..) | Ty::External(..) | Ty::Opaque(_));
         let is_part = !steps.is_empty() && from.steps.is_empty() && from.base_var().is_some_and(is_value);
         let has_own = !self.unnamed.contains(&var) || is_part;
-        if transfer == Transfer::Copy || (is_moved && has_own && !self.keeps_moved(graph, from, at)) {
+        let is_shared = from.steps.is_empty() && from.base_var().is_some_and(|var| self.handles.contains(&var));
+        if transfer == Transfer::Copy || (is_moved && has_own && !is_shared && !self.keeps_moved(graph, from, at)) {
             if steps.is_empty() {
                 self.owning.insert(var);
             }

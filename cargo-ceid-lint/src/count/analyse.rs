@@ -10,12 +10,13 @@ use super::debug_only;
 use super::decide::{self, Decision};
 use super::dispatched;
 use super::effort::Effort;
-use super::fields::{Fields, touched_fields, updated_fields};
+use super::fields::{Fields, touched_fields, touched_statics, updated_fields};
 use super::functions::{FunctionKind, called_functions, function_kind, is_law, reached_from_cycles};
 use super::generic_cycles;
 use super::given::place_of;
 use super::instances::{leaves, place_ty, settle_elements};
 use super::lent::Lent;
+use super::recursive::is_told_by_outer;
 use super::remarks::{Steps, Waiting};
 use super::search::{Region, Search};
 use super::slice::ControlDependence;
@@ -25,7 +26,7 @@ use crate::config::Multiplicity;
 use crate::flow::{
     Base, Caller, Cause, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection,
 };
-use crate::index::{FunctionId, Index, Shape, Ty};
+use crate::index::{FunctionId, Index, Shape, Ty, ValueId};
 use crate::source::Span;
 
 /// A function with what is known of it.
@@ -63,6 +64,7 @@ pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -
     });
     let fields = updated_fields(program.index, &facts, &in_cycle, &super::callgraph::recursive(graphs));
     let anywhere = touched_fields(program.index, &facts);
+    let statics = touched_statics(&summaries, &facts);
     let lent = Lent::of(program.index, &summaries, &facts);
     let waiting = super::remarks::waiting(program, graphs);
     let steps = Steps::of(program, graphs);
@@ -77,6 +79,7 @@ pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -
                 summaries: &summaries,
                 fields: &fields,
                 anywhere: &anywhere,
+                statics: &statics,
                 lent: &lent,
                 waiting: &waiting,
                 steps: &steps,
@@ -259,6 +262,8 @@ pub(super) struct Context<'a> {
     pub(super) fields: &'a Fields,
     /// Fields that are handed to something unseen.
     pub(super) anywhere: &'a Fields,
+    /// Statics with filters that some code updates, or lends to where it may be updated.
+    pub(super) statics: &'a BTreeSet<ValueId>,
     /// What functions are lent that others update.
     pub(super) lent: &'a Lent,
     /// Functions that make their callers wait.
@@ -288,12 +293,15 @@ impl Context<'_> {
                 if info.cycle_head().is_none() || (info.is_foreign && is_of_another(facts, &instance.place)) {
                     continue;
                 }
-                if let Some(pair) = self.decide(facts, instance, &search, CycleId::Loop(*id)) {
+                if let Some(pair) = self.decide(facts, instance, &search, CycleId::Loop(*id))
+                    && !is_told_by_outer(index, facts, instance, &pair)
+                {
                     pairs.entry(CycleId::Loop(*id)).or_default().push(pair);
                 }
             }
             if instance.function
                 && let Some(pair) = self.decide(facts, instance, &search, CycleId::Function)
+                && !is_told_by_outer(index, facts, instance, &pair)
             {
                 pairs.entry(CycleId::Function).or_default().push(pair);
             }

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use super::aliases::Aliases;
 use super::derived::Derived;
 use super::functions::FunctionKind;
+use super::instances::may_hold_filter;
 use super::search::Search;
 use super::summary::Summaries;
 use crate::flow::{CallSite, Caller, Computed, ControlFlowGraph, Effect, IndexKey, LoopId, NodeId, Place, Rounds, Var};
@@ -221,6 +222,7 @@ pub(super) fn feeds(
     }
     // A counter is no sample, but what it indexes is one.
     let mut bound = info.bound.clone();
+    let mut sampled: Vec<&Place> = Vec::new();
     if let Some((counter, _)) = info.counter {
         bound.retain(|var| *var != counter && !aliases.is_derived(counter, &[*var]));
         let data = info.indexes.iter().chain(&info.sampled).filter(|collection| {
@@ -231,6 +233,7 @@ pub(super) fn feeds(
         });
         // Of what has the data in one of its parts, the other parts stay the same in all rounds.
         let (parts, whole): (Vec<&Place>, Vec<&Place>) = data.partition(|collection| !collection.steps.is_empty());
+        sampled.clone_from(&parts);
         let from = match &graph.node(node).effect {
             Effect::Update(update) => update.from.places.as_slice(),
             Effect::Call(site) => site.from.places.as_slice(),
@@ -249,25 +252,7 @@ pub(super) fn feeds(
     let is_fed = |fed: &[Var], into: &[Var]| {
         fed.iter().any(|var| from_bound.contains(*var)) || into.iter().any(|var| origins.contains(var))
     };
-    // What the round writes into memory that the law reads is fed as well.
-    let is_written = |from: &Computed| {
-        let roots: Vec<Place> = from.places.iter().flat_map(|place| aliases.roots(place)).collect();
-        let feeds = |root: &Place| {
-            let mut read = roots.iter().filter(|read| !read.steps.is_empty() && !read.overlaps(search.instance));
-            read.any(|read| read.overlaps(root) && read.steps.len() <= root.steps.len())
-        };
-        graph.node_ids().filter(inside).any(|other| match &graph.node(other).effect {
-            Effect::Write(write) => write.place.base_var().filter(|var| from_bound.contains(*var)).is_some_and(|var| {
-                // What a loop binds lies in what it runs over.
-                let loops = graph.loops_around(other).map(|id| graph.loop_info(id));
-                let over = loops.filter(|info| info.bound.contains(&var)).filter_map(|info| info.over.as_ref());
-                let mut roots = aliases.roots(&write.place);
-                roots.extend(over.flat_map(|place| aliases.roots(place)).map(|root| root.element(IndexKey::Each)));
-                roots.iter().any(feeds)
-            }),
-            _ => false,
-        })
-    };
+    let is_written = |from: &Computed| writes_fed(graph, aliases, search, id, from, (&from_bound, &sampled));
     let at_update = match &graph.node(node).effect {
         Effect::Update(update) => is_fed(&update.fed, &update.into) || is_written(&update.from),
         Effect::Call(site) => is_fed(&site.fed, &site.into) || is_written(&site.from),
@@ -332,6 +317,56 @@ pub(super) fn feeds(
         }
         _ => false,
     })
+}
+
+/// Whether a round writes something into memory that the law reads: what the loop binds, or a value that comes from that.
+fn writes_fed(
+    graph: &ControlFlowGraph,
+    aliases: &Aliases,
+    search: &Search<'_>,
+    id: LoopId,
+    from: &Computed,
+    (from_bound, sampled): (&Derived<'_>, &[&Place]),
+) -> bool {
+    let index = search.program.index;
+    let is_memory = |place: &Place| {
+        let var = place.base_var().filter(|_| place.steps.is_empty());
+        !place.overlaps(search.instance) && var.is_none_or(|var| !may_hold_filter(index, &graph.var(var).ty))
+    };
+    let read: Vec<Place> =
+        named(&from.places).into_iter().flat_map(|place| aliases.roots(place)).filter(|root| is_memory(root)).collect();
+    let feeds = |root: &Place| read.iter().any(|read| read.overlaps(root) && read.steps.len() <= root.steps.len());
+    // Of what has a sample in one of its parts, the other parts are none.
+    let is_sample = |place: &&Place| {
+        let is_in = |part: &&Place| {
+            let mut inside = part.steps.iter().skip(place.steps.len());
+            part.overlaps(place) && inside.all(|step| step.key().is_some())
+        };
+        let is_owner = sampled.iter().any(|part| part.base == place.base);
+        sampled.iter().any(is_in) || !is_owner && place.base_var().is_some_and(|var| from_bound.contains(var))
+    };
+    let gives_sample = |computed: &Computed| named(&computed.places).iter().any(is_sample);
+    let is_inside = |node: NodeId| graph.is_within(graph.node(node).in_loop, id);
+    let writes = |node: NodeId| {
+        let Effect::Write(write) = &graph.node(node).effect else { return false };
+        let var = write.place.base_var();
+        let is_bound = var.is_some_and(|var| from_bound.contains(var));
+        if !is_bound && !graph.changes.get(&node).is_some_and(|change| gives_sample(&change.computed)) {
+            return false;
+        }
+        // What a loop binds lies in what it runs over.
+        let loops = graph.loops_around(node).map(|id| graph.loop_info(id));
+        let binding = loops.filter(|info| var.is_some_and(|var| info.bound.contains(&var)));
+        let over = binding.flat_map(|info| info.over.iter().chain(&info.filled));
+        let over = over.flat_map(|place| aliases.roots(place)).map(|root| root.element(IndexKey::Each));
+        aliases.roots(&write.place).iter().any(feeds) || over.into_iter().any(|root| feeds(&root))
+    };
+    // What is put to what was there before is no sample alone.
+    let is_emptied = |place: &Place| graph.emptied.iter().any(|(node, emptied)| is_inside(*node) && emptied == place);
+    let fills = |(node, place, from): &(NodeId, Place, Computed)| {
+        is_inside(*node) && is_emptied(place) && gives_sample(from) && aliases.roots(place).iter().any(feeds)
+    };
+    graph.node_ids().any(|node| is_inside(node) && writes(node)) || graph.filled.iter().any(fills)
 }
 
 /// Whether what a write above an update gives comes from one of some variables: `kf.z = *z; kf.update()`.

@@ -4,10 +4,11 @@
 use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
+use super::analyse::CycleId;
 use super::counts::Count;
 use super::given::place_of;
 use super::summary::Summaries;
-use crate::flow::{ControlFlowGraph, Effect, Node, NodeId, Place, Rounds};
+use crate::flow::{ControlFlowGraph, Effect, LoopId, Node, NodeId, Place, Rounds};
 use crate::source::Span;
 
 /// What keeps an update from what is shipped.
@@ -81,4 +82,43 @@ pub(super) fn updates(graph: &ControlFlowGraph, aliases: &Aliases, summaries: &S
 /// Whether an update belongs to the callers of its function, not to a loop of the function's own.
 pub(super) fn is_callers(graph: &ControlFlowGraph, id: NodeId) -> bool {
     graph.loops_around(id).all(|own| matches!(graph.loop_info(own).rounds, Rounds::Constant(_)))
+}
+
+/// Whether a debug build runs an update besides those that are shipped: one of these stands on each way to it, or on each way on from
+/// it, through an iteration.
+pub(super) fn is_besides(graph: &ControlFlowGraph, at: NodeId, shipped: &BTreeSet<NodeId>, cycle: CycleId) -> bool {
+    let (start, head) = match cycle {
+        CycleId::Loop(id) => (graph.node(graph.loop_info(id).head).next.first().copied(), Some(id)),
+        CycleId::Function => (Some(NodeId(0)), None),
+    };
+    let is_shipped = |id: NodeId| id != at && shipped.contains(&id);
+    let before = reached_in_debug(graph, start, head, &is_shipped);
+    let behind = reached_in_debug(graph, graph.node(at).next.first().copied(), head, &is_shipped);
+    let ends = |id: &NodeId| match head {
+        Some(id_of) => !graph.is_within(graph.node(*id).in_loop, id_of) || *id == graph.loop_info(id_of).head,
+        None => matches!(graph.node(*id).effect, Effect::Return(_)),
+    };
+    !before.contains(&at) || (!behind.iter().any(ends) && behind.iter().any(|id| is_shipped(*id)))
+}
+
+/// The nodes that a debug build can come to in an iteration from one of its nodes, without going on from some.
+fn reached_in_debug(
+    graph: &ControlFlowGraph,
+    from: Option<NodeId>,
+    cycle: Option<LoopId>,
+    stops: &dyn Fn(NodeId) -> bool,
+) -> BTreeSet<NodeId> {
+    let mut reached = BTreeSet::new();
+    let mut open: Vec<NodeId> = from.into_iter().collect();
+    while let Some(id) = open.pop() {
+        let is_out = cycle
+            .is_some_and(|cycle| id == graph.loop_info(cycle).head || !graph.is_within(graph.node(id).in_loop, cycle));
+        if !reached.insert(id) || is_out || stops(id) {
+            continue;
+        }
+        let node = graph.node(id);
+        let is_debug = matches!(&node.effect, Effect::Branch(test) if test.about.is_debug);
+        open.extend(node.next.iter().take(if is_debug { 1 } else { usize::MAX }));
+    }
+    reached
 }

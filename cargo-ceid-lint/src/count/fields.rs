@@ -6,10 +6,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::analyse::{FunctionFacts, filters_at};
 use super::cycles::Instance;
 use super::functions::FunctionKind;
-
 use super::instances::{inner, is_lent, place_ty};
+use super::summary::Summaries;
 use crate::flow::{Base, CallSite, ControlFlowGraph, Effect, IndexKey, NodeId, Place, Projection};
-use crate::index::{FunctionId, Index, Ty, TypeId};
+use crate::index::{FunctionId, Index, Ty, TypeId, ValueId};
 
 /// A field of a type, or a field of a field.
 pub(super) type FieldKey = (TypeId, Vec<String>);
@@ -206,6 +206,34 @@ pub(super) fn touched_fields(index: &Index, facts: &[FunctionFacts<'_>]) -> Fiel
                 if !is_own {
                     found.add(index, graph, &filter, 0);
                 }
+            }
+        }
+    }
+    found
+}
+
+/// The statics with a filter that some code updates, or lends to where it may be updated by another name.
+pub(super) fn touched_statics(summaries: &Summaries, facts: &[FunctionFacts<'_>]) -> BTreeSet<ValueId> {
+    let mut found = BTreeSet::new();
+    for function in facts.iter().filter(|function| function.kind != FunctionKind::Outside) {
+        let mut add = |place: &Place| {
+            found.extend(function.aliases.shared_roots(place).iter().filter_map(|root| root.base.value()));
+        };
+        function.updated.iter().for_each(|instance| add(&instance.place));
+        for node in &function.graph.nodes {
+            match &node.effect {
+                Effect::Unknown { places, .. } => places.iter().for_each(&mut add),
+                Effect::Return(value) => value.place.iter().for_each(&mut add),
+                Effect::Write(set) | Effect::Set(set) if !set.place.steps.is_empty() => {
+                    set.from.iter().for_each(&mut add);
+                }
+                Effect::Call(site) => {
+                    let callees = || site.targets.iter().filter_map(|target| summaries.get(*target));
+                    let is_kept = |number: usize| callees().any(|callee| callee.keeps.contains(&number));
+                    let kept = site.args.iter().enumerate().filter(|(number, _)| is_kept(*number));
+                    kept.filter_map(|(_, arg)| arg.place.as_ref()).for_each(&mut add);
+                }
+                _ => {}
             }
         }
     }

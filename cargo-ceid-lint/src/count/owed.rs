@@ -15,8 +15,8 @@ use super::verdict::{Pair, Verdict};
 use super::witness::OF_COPY;
 use crate::config::Multiplicity;
 use crate::diagnostic::WitnessStep;
-use crate::flow::{Base, ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Transfer, Var};
-use crate::index::{Index, Ty};
+use crate::flow::{ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Transfer, Var};
+use crate::index::{Index, Ty, ValueId};
 use crate::source::Span;
 use crate::syntax::CycleDirective;
 
@@ -73,25 +73,51 @@ impl Context<'_> {
         self.owed_statics(facts, pairs, analysis);
     }
 
-    /// The other filters of a static of which this function updates one.
+    /// The other filters of a static of which this function updates one, and those of the statics that it uses and nothing updates.
     fn owed_statics(
         &self,
         facts: &FunctionFacts<'_>,
         pairs: &mut BTreeMap<CycleId, Vec<Pair>>,
         analysis: &mut Analysis,
     ) {
-        let bases =
-            facts.updated.iter().map(|instance| instance.place.base).filter(|base| matches!(base, Base::Static(_)));
-        for base in bases.collect::<BTreeSet<_>>() {
-            let whole = Place { base, steps: Vec::new() };
-            let ty = place_ty(self.program.index, facts.graph, &whole).unwrap_or(Ty::Unknown);
-            for leaf in leaves(self.program.index, &ty) {
+        let updated: BTreeSet<ValueId> =
+            facts.updated.iter().filter_map(|instance| instance.place.base.value()).collect();
+        let used = self.used_statics(facts).into_iter().filter(|id| !self.statics.contains(id));
+        for id in updated.iter().copied().chain(used).collect::<BTreeSet<_>>() {
+            let (index, whole, value) = (self.program.index, Place::of_static(id), self.program.index.value(id));
+            let may_change = |leaf: &instances::Leaf| leaf.is_in_cell || value.item.is_mutable;
+            let ty = match updated.contains(&id) {
+                true => place_ty(index, facts.graph, &whole).unwrap_or(Ty::Unknown),
+                false => index.lower(&value.item.ty, &index.scope(value.module, value.owner, None)),
+            };
+            let all = leaves(index, &ty).into_iter();
+            for leaf in all.filter(|leaf| updated.contains(&id) || may_change(leaf)) {
                 let place = whole.join(&leaf.steps);
                 if !facts.updated.iter().any(|instance| instance.place.overlaps(&place)) {
                     self.owed_instance(facts, None, &place, &leaf, pairs, analysis);
                 }
             }
         }
+    }
+
+    /// The statics that a function names, itself or in what it calls.
+    fn used_statics(&self, facts: &FunctionFacts<'_>) -> BTreeSet<ValueId> {
+        let mut found = BTreeSet::new();
+        for node in &facts.graph.nodes {
+            let places: Vec<Place> = match &node.effect {
+                Effect::Use { place } => vec![place.clone()],
+                Effect::Call(site) => {
+                    let callees = site.targets.iter().filter_map(|target| self.summaries.get(*target));
+                    let used = callees.flat_map(|callee| &callee.uses).filter_map(|given| place_of(given, site));
+                    site.args.iter().filter_map(|arg| arg.place.clone()).chain(used).collect()
+                }
+                _ => continue,
+            };
+            for place in &places {
+                found.extend(facts.aliases.shared_roots(place).iter().filter_map(|root| root.base.value()));
+            }
+        }
+        found
     }
 
     /// Elements of an array that no cycle updates while it updates others.

@@ -110,6 +110,8 @@ pub struct LoopInfo {
     pub over: Option<Place>,
     /// What is asked for something by the counter: `input.at(i)`, `input[first + i]`.
     pub sampled: Vec<Place>,
+    /// The collections whose elements a round gets to write: `for (slot, sample) in frame.iter_mut().zip(input)`.
+    pub filled: Vec<Place>,
     /// Whether an item may be passed over (`filter`), so that its round does not take place.
     pub passes_over: bool,
     /// Whether its items are the elements of a collection from the first one on, none left out.

@@ -91,6 +91,10 @@ pub struct ControlFlowGraph {
     pub elsewhere: std::collections::BTreeMap<NodeId, NodeId>,
     /// Elements of blocks that are written at a multiple of a number.
     pub sample_writes: Vec<SampleWrite>,
+    /// Collections that a method puts values into, with what these are computed from.
+    pub filled: Vec<(NodeId, Place, Computed)>,
+    /// Collections that a method takes everything out of.
+    pub emptied: Vec<(NodeId, Place)>,
     /// Functions whose bodies were read where they are called.
     pub read_here: std::collections::BTreeSet<FunctionId>,
     /// Set if the function was too large or too deep to be followed to its end.
@@ -126,6 +130,8 @@ pub struct Node {
 pub enum Cause {
     /// A macro whose tokens mention the filter.
     Macro(String),
+    /// A macro whose tokens hold a way out of the code around it.
+    WayOut(String),
     /// A call of something that cannot be seen, with the filter.
     Call(String),
     /// A closure that is handed to something that cannot be seen.
@@ -144,6 +150,7 @@ impl std::fmt::Display for Cause {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Macro(name) => write!(f, "the macro `{name}!` mentions it and cannot be expanded"),
+            Self::WayOut(name) => write!(f, "the macro `{name}!` may leave it out and cannot be expanded"),
             Self::Call(name) => write!(f, "`{name}` gets it and its source cannot be seen"),
             Self::Closure(name) => {
                 write!(f, "a closure that updates it is handed to `{name}`, whose source cannot be seen")

@@ -23,6 +23,17 @@ pub enum Base {
     Static(ValueId),
 }
 
+impl Base {
+    /// The static that it is.
+    #[must_use]
+    pub fn value(self) -> Option<ValueId> {
+        match self {
+            Self::Static(id) => Some(id),
+            Self::Var(_) => None,
+        }
+    }
+}
+
 /// A step into a place.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Projection {

@@ -1,6 +1,6 @@
 //! What branches ask: a subject, and which of its heads take the branch. Branches on the same subject are correlated.
 
-use super::{Place, Var};
+use super::{Cause, Place, Var};
 use crate::source::Span;
 
 /// Something that branches ask about: a variable, a pure expression, the result of a call.
@@ -146,6 +146,8 @@ pub struct About {
     pub heads: Vec<Head>,
     /// Whether it holds where the text does not: `a >= b` is asked as `a < b`.
     pub is_turned: bool,
+    /// Why it is not known whether it holds in any iteration, if that is so.
+    pub unread: Option<Cause>,
     /// Whether it holds or fails where a filter says that it is at rest, if that is what is asked.
     pub rest: Option<bool>,
 }

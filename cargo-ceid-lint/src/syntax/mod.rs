@@ -14,6 +14,7 @@ mod macros;
 mod modules;
 mod outline;
 mod text;
+mod ways_out;
 
 #[cfg(test)]
 mod tests;

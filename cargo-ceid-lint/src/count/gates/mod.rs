@@ -147,12 +147,12 @@ impl<'s, 'a> Gates<'s, 'a> {
         {
             return Some(gate);
         }
-        if self.is_measured(&way) {
-            return Some(Gate::Measured);
-        }
         // Another gate that opened on the way is no reason why this one should not stay closed.
         let is_other = gate.is_none_or(|gate| gate == Gate::Time);
-        (is_other && self.is_before_closed_gate(&way)).then_some(Gate::Time)
+        if is_other && self.is_before_closed_gate(&way) {
+            return Some(Gate::Time);
+        }
+        self.is_measured(&way).then_some(Gate::Measured)
     }
 
     /// What a condition waits for; a claimed rate gate must be one of that rate.
@@ -246,7 +246,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             return Some(Gate::Config);
         }
         if about.is_presence && self.lacks_sample(test, at, way) || self.asks_for_reason(test, at, way) {
-            return Some(Gate::Sample);
+            return Some(if self.binds_filters(test) { Gate::Config } else { Gate::Sample });
         }
         if self.asks_whether_event(test) || self.is_flag_of_others(test) {
             return Some(Gate::Event);

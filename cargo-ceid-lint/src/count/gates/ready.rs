@@ -31,6 +31,7 @@ const AMOUNTS: &[&str] = &[
     "avail",
     "queued",
     "unread",
+    "fifo_empty",
     "fifo_level",
     "fifo_count",
     "fifo_len",

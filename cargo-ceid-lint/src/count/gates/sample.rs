@@ -164,6 +164,13 @@ impl Gates<'_, '_> {
         by_place && !is_law() && !self.is_narrowed(test)
     }
 
+    /// Whether what is present or absent are filters, from which this one may be fed: what they give is there as long as they are.
+    pub(super) fn binds_filters(&self, test: &Test) -> bool {
+        let index = self.search.program.index;
+        let is_filter = |var: &Var| index.filter_spec(self.search.graph.var(*var).ty.peel()).is_some();
+        !test.about.binds.is_empty() && test.about.binds.iter().all(is_filter)
+    }
+
     /// `pid.as_mut().filter(|_| is_armed())`: what is left on a condition may be gone although the filter is there, unless the
     /// condition is a setting.
     fn is_narrowed(&self, test: &Test) -> bool {

@@ -51,6 +51,9 @@ const POLLS: &[&str] = &["wait", "poll", "poll_unpin", "poll_tick", "tick"];
 const TIMER_STATES: &[&str] =
     &["pending", "ready", "expired", "elapsed", "fired", "finished", "done", "due", "overflowed", "wrapped"];
 
+/// Names of the flags of registers that nothing but a timer has: "update interrupt flag".
+const TIMER_FLAGS: &[&str] = &["uif"];
+
 /// Types of points and spans of time.
 const TIMES: &[&str] = &["Instant", "Duration", "CuDuration", "CuTime", "SystemTime"];
 
@@ -100,12 +103,11 @@ impl Gates<'_, '_> {
             let end = name.rsplit('_').next().unwrap_or(name);
             POLLS.contains(&name.as_str()) || TIMER_STATES.contains(&end)
         };
-        test.about.names.iter().any(polls)
-            && test
-                .about
-                .reads
-                .iter()
-                .any(|place| names_timer(&self.last_name(place)) || self.ty(place).is_some_and(|ty| self.is_timer(&ty)))
+        test.about.names.iter().any(|name| TIMER_FLAGS.contains(&name.as_str()))
+            || test.about.names.iter().any(polls)
+                && test.about.reads.iter().any(|place| {
+                    names_timer(&self.last_name(place)) || self.ty(place).is_some_and(|ty| self.is_timer(&ty))
+                })
     }
 
     /// Whether a type is called as timers are: `hal::timer::Timer`, `Pin<Box<Sleep>>`.

@@ -24,11 +24,11 @@ pub(super) fn add(
     let def = index.function(graph.function);
     let info = index.crate_of(def.module);
     let mut seen = BTreeSet::new();
+    // No graph tells code that only a release build has, and it may be what the debug build has another way for.
+    let has_release_code = || context.program.sources.snippet(facts.body).contains("not(debug_assertions)");
     for DebugUpdate { node, place, law, why } in debug_only::updates(graph, &facts.aliases, context.summaries) {
-        let is_known = facts.updated.iter().any(|instance| instance.place == place && instance.law == law);
-        if is_debug_only(graph, &place) || !is_known {
-            continue;
-        }
+        let own = facts.updated.iter().find(|instance| instance.place == place && instance.law == law);
+        let Some(instance) = own.filter(|_| !is_debug_only(graph, &place)) else { continue };
         let name = graph.place_name(index, &place);
         let is_own = |pair: &Pair| pair.name == name && pair.half == law;
         let around = graph.loops_around(node).map(CycleId::Loop).chain([CycleId::Function]);
@@ -41,7 +41,11 @@ pub(super) fn add(
         let pair = cycle.and_then(|id| pairs.get_mut(&id)?.iter_mut().find(|pair| is_own(pair)));
         let verdict = pair.as_ref().map(|pair| pair.verdict);
         // Where a release build has an update of its own, each build may have its way. No macro has another way.
-        let is_alternative = verdict.is_some_and(|verdict| !matches!(verdict, Verdict::Missed | Verdict::Skipped));
+        let shipped = || context.search(facts, instance).updating();
+        let is_besides =
+            || !has_release_code() && cycle.is_some_and(|cycle| debug_only::is_besides(graph, node, &shipped(), cycle));
+        let is_alternative =
+            verdict.is_some_and(|verdict| !matches!(verdict, Verdict::Missed | Verdict::Skipped)) && !is_besides();
         if (why.by.contains("debug_assertions") && is_alternative) || !seen.insert((cycle, name.clone(), law)) {
             continue;
         }

@@ -18,6 +18,7 @@ mod rounds;
 mod run;
 mod settled;
 mod shared;
+mod unread;
 mod versions;
 mod ways;
 

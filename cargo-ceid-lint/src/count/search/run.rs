@@ -99,6 +99,7 @@ impl<'s, 'a> Run<'s, 'a> {
         self.exploration.dropped.clone_from(&self.tracked.dropped);
         self.skip_where_known();
         self.skip_where_chosen();
+        self.doubt_unread();
         self.exploration
     }
 

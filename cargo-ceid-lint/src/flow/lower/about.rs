@@ -42,6 +42,9 @@ impl Builder<'_> {
             self.collect_declared(id, about);
             return;
         }
+        if let Some(state) = self.told_variant(id) {
+            return self.collect_about(state, about, depth + 1);
+        }
         let received_by = received_by(*self.program, self.typed().callees.get(&id), self.ty(id));
         about.names.extend(received_by.map(str::to_owned));
         let body = self.body();

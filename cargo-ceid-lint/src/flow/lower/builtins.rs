@@ -41,6 +41,7 @@ impl Builder<'_> {
             Some(owner) => self.put_away(id, owner, args, &values),
             None => self.give_away(id, &[], args, &values),
         }
+        self.note_put_into(method, receiver, args);
         match method {
             // `push(value)`, `map.insert(key, value)`, `bank.resize(4, value)`
             "push" | "push_back" | "push_front" | "insert" | "resize" => {

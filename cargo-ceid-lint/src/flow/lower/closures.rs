@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rustc_hash::FxHashSet;
 
-use crate::flow::{About, Caller, Cause, CycleKind, Effect, LoopId, NodeId, Place, Projection, Rounds, Var};
+use crate::flow::{About, Caller, Cause, CycleKind, Effect, LoopId, LoopInfo, NodeId, Place, Projection, Rounds, Var};
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{Body, ExprId, ExprKind, PatId, Receiver, Stmt, StmtKind, TypeRef};
@@ -87,8 +87,8 @@ impl Builder<'_> {
         }
     }
 
-    /// Whether a call is one of several that a function makes of a closure of the function at hand, and no two of them give it the
-    /// same.
+    /// Whether a call of a closure of the function at hand is a round of its own for what is fed with what it gives: it is one of
+    /// several that a function makes, or stands in loops in loops and gives a block, and no two of the calls give the same.
     pub(super) fn is_called_apart(&self, call: ExprId, closure: ClosureRef) -> bool {
         if !self.is_foreign() || self.frames[closure.frame].function != self.graph.function {
             return false;
@@ -109,7 +109,16 @@ impl Builder<'_> {
         let all = given.len();
         given.sort();
         given.dedup();
-        all > 1 && given.len() == all
+        (all > 1 || self.gives_blocks(call)) && given.len() == all
+    }
+
+    /// Whether a call stands in loops in loops of another function, the innermost of which ends, and gives a collection.
+    fn gives_blocks(&self, call: ExprId) -> bool {
+        let infos = self.loops.iter().rev().map(|id| &self.graph.loops[id.0 as usize]);
+        let around: Vec<&LoopInfo> = infos.take_while(|info| info.is_foreign).collect();
+        let ExprKind::Call { args, .. } = &self.body().expr(call).kind else { return false };
+        let is_block = |arg: &ExprId| super::iterators::is_row(self.ty(*arg).peel());
+        around.len() > 1 && around[0].rounds != Rounds::Unbounded && args.iter().any(is_block)
     }
 
     /// Runs a closure as the one round of a loop that binds what it is given, filters left out.

@@ -6,6 +6,7 @@ use super::{Builder, ClosureRef, Value};
 use crate::flow::{About, Head, NodeId};
 use crate::index::Ty;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, MacroKind, PatId, PatKind};
+use crate::types::Callee;
 
 /// What filters are asked that come to rest by themselves until they are given a new target, and the answer at rest: an update
 /// would change nothing then.
@@ -251,6 +252,9 @@ impl Builder<'_> {
     /// What a comparison asks about, in one spelling: `a != X` is `a == X` turned round, `a >= b` is `a < b` turned round.
     fn compared(&mut self, op: &str, lhs: ExprId, rhs: ExprId) -> (Option<Compared>, Vec<Head>, bool) {
         let negated = matches!(op, "!=" | ">=" | ">");
+        // Which variant two states are is asked of the states.
+        let told = self.told_variant(lhs).zip(self.told_variant(rhs)).filter(|_| matches!(op, "==" | "!="));
+        let (lhs, rhs) = told.unwrap_or((lhs, rhs));
         if matches!(op, "==" | "!=") {
             for (subject, constant) in [(lhs, rhs), (rhs, lhs)] {
                 if self.constants().is_exact(constant)
@@ -289,9 +293,20 @@ impl Builder<'_> {
         }
         let mut reads = left.reads;
         reads.extend(right.reads);
-        let key = format!("({} {symbol} {})", left.key, right.key);
+        let variant = if told.is_some() { "the variant of " } else { "" };
+        let key = format!("({variant}{} {symbol} {})", left.key, right.key);
         let total = Some(vec!["true".to_owned(), "false".to_owned()]);
         (Some((Pure { key, reads, whole: None }, total)), vec!["true".to_owned()], negated)
+    }
+
+    /// The value whose variant an expression tells: `mem::discriminant(&mode)`.
+    pub(super) fn told_variant(&self, id: ExprId) -> Option<ExprId> {
+        match (&self.body().expr(id).kind, self.typed().callees.get(&id)) {
+            (ExprKind::Call { args, .. }, Some(Callee::External(path))) if path == "std::mem::discriminant" => {
+                args.first().copied()
+            }
+            _ => None,
+        }
     }
 
     /// `x.is_some()` and its kin.

@@ -89,12 +89,21 @@ impl Builder<'_> {
         if !self.is_guard(expr) {
             return self.drop_now(expr, value, span);
         }
-        if !self.frames[self.frame].last.contains(&call) {
+        let behind = self.frames[self.frame].last.get(&call);
+        if behind.is_none_or(|values| values.iter().any(|value| self.names_filter(*value))) {
             return self.mark_dropped(expr, value, span, how);
         }
         if let Some(guard) = self.guard_of(expr, value) {
             self.end_now(guard, span);
         }
+    }
+
+    /// Whether a filter is named anywhere in an expression.
+    fn names_filter(&self, id: ExprId) -> bool {
+        let body = self.body();
+        let span = body.expr(id).span;
+        let inside = (0..=id.0).rev().map(ExprId).take_while(|id| span.contains(body.expr(*id).span));
+        inside.into_iter().any(|id| self.program.index.filter_spec(self.ty(id).peel()).is_some())
     }
 
     /// A value whose destructor will never run.

@@ -1,10 +1,10 @@
 //! Ways out: the ends of blocks, `break`, `continue`, `return`, `?`, and the bodies they leave.
 
 use super::{Builder, Value};
-use crate::flow::{Effect, GuardId, Mark, NodeId, Returned, Var};
+use crate::flow::{About, Cause, Effect, GuardId, Mark, NodeId, Returned, Var};
 use crate::index::Ty;
 use crate::source::Span;
-use crate::syntax::tree::{Block, ExprId};
+use crate::syntax::tree::{Block, ExprId, OpaqueMacro, WayOut};
 
 /// Something that is left by `return`, `break` or `?`.
 pub(super) struct Scope {
@@ -95,20 +95,27 @@ impl Builder<'_> {
 
     pub(super) fn break_expr(&mut self, id: ExprId, label: Option<&String>, value: Option<ExprId>) -> Value {
         let value = value.map(|value| self.expr(value)).unwrap_or_default();
-        let span = self.span(id);
-        if let Some((at, after, var)) = self.target(label, false) {
-            self.end_scopes(at + 1, None, span);
-            self.emit(Effect::Mark(Mark::Break), span);
-            self.join_made(&value, var, span);
-            self.set(var, &value, span);
-            self.jump(after);
-        }
-        self.at = None;
+        self.break_with(&value, label, self.span(id));
         Value::default()
     }
 
+    fn break_with(&mut self, value: &Value, label: Option<&String>, span: Span) {
+        if let Some((at, after, var)) = self.target(label, false) {
+            self.end_scopes(at + 1, None, span);
+            self.emit(Effect::Mark(Mark::Break), span);
+            self.join_made(value, var, span);
+            self.set(var, value, span);
+            self.jump(after);
+        }
+        self.at = None;
+    }
+
     pub(super) fn continue_expr(&mut self, id: ExprId, label: Option<&String>) -> Value {
-        let span = self.span(id);
+        self.go_on(label, self.span(id));
+        Value::default()
+    }
+
+    fn go_on(&mut self, label: Option<&String>, span: Span) {
         if let Some((at, again, _)) = self.target(label, true) {
             // The `continue` itself is a step of the path.
             self.emit(Effect::Mark(Mark::Continue), span);
@@ -116,7 +123,28 @@ impl Builder<'_> {
             self.jump(again);
         }
         self.at = None;
-        Value::default()
+    }
+
+    /// The ways out that a macro may take whose tokens hold them.
+    pub(super) fn may_leave(&mut self, call: &OpaqueMacro) {
+        for way in &call.ways_out {
+            if self.at.is_none() {
+                return;
+            }
+            let about = About { unread: Some(Cause::WayOut(call.path.clone())), ..About::default() };
+            let (leaves, stays) = self.opaque_branch(call.span, format!("{}!", call.path), about);
+            self.resume(leaves);
+            match way {
+                WayOut::Continue(label) => self.go_on(label.as_ref(), call.span),
+                WayOut::Break(label) => self.break_with(&Value::default(), label.as_ref(), call.span),
+                WayOut::Return => self.return_value(Value::default(), call.span, true),
+                WayOut::Failure => {
+                    let failed = Value { head: Some("-".to_owned()), ..Value::default() };
+                    self.return_value(failed, call.span, false);
+                }
+            }
+            self.resume(stays);
+        }
     }
 
     /// The scope that a `break` or `continue` leaves, where it goes, and what holds its value.

@@ -138,6 +138,7 @@ impl Builder<'_> {
             ExprKind::Macro(macro_expr) => self.macro_expr(id, macro_expr),
             ExprKind::Opaque(call) => {
                 self.unknown_mentions(&call.mentions, Cause::Macro(call.path.clone()), call.span);
+                self.may_leave(call);
                 Value::default()
             }
             ExprKind::Unknown { what, mentions } => {

@@ -663,12 +663,13 @@ impl Builder<'_> {
         let mut counters = Vec::new();
         self.counter_names(*pat, item, &mut counters);
         let given = self.vars_of(*pat);
-        self.frame = outer;
         let info = &mut self.graph.loops[id.0 as usize];
         info.bound.extend(given);
         if let (Some((_, first)), Some(var)) = (info.counter, counters.first()) {
             info.counter = Some((*var, first));
         }
+        self.note_sampled(id, code.body);
+        self.frame = outer;
     }
 
     /// Runs an iterator whose items go into a collection.
@@ -1087,7 +1088,7 @@ impl Builder<'_> {
 }
 
 /// Whether a type is an array, slice or vector.
-fn is_row(ty: &Ty) -> bool {
+pub(super) fn is_row(ty: &Ty) -> bool {
     matches!(ty, Ty::Array(..) | Ty::Slice(_)) || matches!(ty.external_name(), Some("Vec" | "ArrayVec" | "SmallVec"))
 }
 

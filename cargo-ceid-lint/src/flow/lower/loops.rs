@@ -1,7 +1,5 @@
 //! Loops: how often they run, and what their heads bind.
 
-use std::collections::BTreeSet;
-
 use rustc_hash::FxHashMap;
 
 use super::exits::{Scope, ScopeKind};
@@ -77,6 +75,7 @@ impl Builder<'_> {
             bound: Vec::new(),
             indexes: Vec::new(),
             sampled: Vec::new(),
+            filled: Vec::new(),
             over: None,
             passes_over: false,
             in_order: false,
@@ -283,6 +282,7 @@ impl Builder<'_> {
             this.bind_item(this_loop, pat, &item, &value);
             this.note_chosen(&choosing, (this.frame, pat));
             this.note_sampled(this_loop, body);
+            this.note_lent_to_rounds(this_loop, iterable);
             this.note_mirrored(this_loop, body);
             if is_mapped {
                 let names = this.vars_of(pat);
@@ -291,61 +291,6 @@ impl Builder<'_> {
             this.expr(body);
         });
         Value::default()
-    }
-
-    /// Notes what is asked for something by the counter of a loop, `input.at(i)`, `input[first + i]`, `level_at(input, i)`.
-    fn note_sampled(&mut self, this_loop: LoopId, inside: ExprId) {
-        let Some((counter, _)) = self.graph.loop_info(this_loop).counter else { return };
-        let tree = self.body();
-        let span = tree.expr(inside).span;
-        // What only tells something the number asks for nothing, and fills nothing.
-        let told: BTreeSet<Span> = tree
-            .stmts()
-            .filter_map(|stmt| match &stmt.kind {
-                StmtKind::Expr { expr, .. } => Some(*expr),
-                StmtKind::Let { .. } => None,
-            })
-            .filter(|expr| self.filling(*expr).is_none())
-            .map(|expr| tree.expr(expr).span)
-            .collect();
-        for expr in tree.exprs.iter().filter(|expr| span.contains(expr.span)) {
-            let (asked, numbers) = match &expr.kind {
-                ExprKind::MethodCall { .. } | ExprKind::Call { .. } if told.contains(&expr.span) => continue,
-                ExprKind::MethodCall { receiver, args, .. } => (std::slice::from_ref(receiver), &args[..]),
-                ExprKind::Call { args, .. } => (&args[..], &args[..]),
-                ExprKind::Index { base, index } => (std::slice::from_ref(base), std::slice::from_ref(index)),
-                _ => continue,
-            };
-            if !numbers.iter().any(|number| self.counts_with(*number, counter)) {
-                continue;
-            }
-            for asked in asked {
-                let is_plain = matches!(self.ty(*asked).peel(), Ty::Int | Ty::Float | Ty::Bool);
-                if let Some(place) = self.static_place(*asked).filter(|_| !is_plain) {
-                    self.graph.loops[this_loop.0 as usize].sampled.push(place);
-                }
-            }
-        }
-    }
-
-    /// What a statement fills at the number of a round, and with what: `out.write(i, gain * level)`.
-    fn filling(&self, statement: ExprId) -> Option<(ExprId, Vec<ExprId>)> {
-        let ExprKind::MethodCall { receiver, args, .. } = &self.body().expr(statement).kind else { return None };
-        // Where each round has an item, its number is that of the item.
-        let counters = || self.graph.loops.iter().filter(|info| info.items.is_empty()).filter_map(|info| info.counter);
-        let (numbers, values): (Vec<ExprId>, Vec<ExprId>) =
-            args.iter().partition(|arg| counters().any(|(counter, _)| self.counts_with(**arg, counter)));
-        (!numbers.is_empty() && !values.is_empty()).then_some((*receiver, values))
-    }
-
-    /// The variables that a statement fills at the number of a round; they are noted as computed from what they are filled with.
-    pub(super) fn filled_by(&mut self, statement: ExprId) -> Vec<Var> {
-        let Some((receiver, values)) = self.filling(statement) else { return Vec::new() };
-        let filled = self.assigned_vars(receiver);
-        for value in values {
-            self.derive(&filled, value);
-        }
-        filled
     }
 
     /// Notes whether the counter of a loop from zero is used in nothing but `a[last - i]`: that takes the same numbers the other way
@@ -376,21 +321,6 @@ impl Builder<'_> {
         if is_mirrored && lasts.into_iter().all(|last| self.limits(last, true) == limits) {
             let info = &mut self.graph.loops[this_loop.0 as usize];
             (info.is_mirrored, info.counts_down) = (true, !info.counts_down);
-        }
-    }
-
-    /// Whether an expression is a counter, or a number away from it.
-    pub(super) fn counts_with(&self, id: ExprId, counter: Var) -> bool {
-        match &self.body().expr(id).kind {
-            ExprKind::Path(_) => {
-                let local = self.typed().expr_local.get(&id);
-                local.and_then(|local| self.frames[self.frame].vars.get(local)) == Some(&counter)
-            }
-            ExprKind::Cast { value, .. } | ExprKind::Reference { value, .. } => self.counts_with(*value, counter),
-            ExprKind::Binary { op: "+" | "-", lhs, rhs } => {
-                self.counts_with(*lhs, counter) || self.counts_with(*rhs, counter)
-            }
-            _ => false,
         }
     }
 

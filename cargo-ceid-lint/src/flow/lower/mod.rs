@@ -52,6 +52,7 @@ mod reads;
 pub(super) mod received;
 mod resets;
 mod same_states;
+mod sampled;
 mod sources;
 mod stored;
 mod strides;
@@ -110,7 +111,7 @@ struct Frame<'a> {
     /// The locals that are given a value in several places.
     given_anew: FxHashSet<LocalId>,
     /// What is followed by nothing but the end of an iteration.
-    last: FxHashSet<ExprId>,
+    last: FxHashMap<ExprId, Vec<ExprId>>,
     /// Whether a closure is written in it.
     has_closures: bool,
 }
@@ -243,6 +244,8 @@ impl<'a> Builder<'a> {
             given_away: std::collections::BTreeSet::new(),
             elsewhere: std::collections::BTreeMap::new(),
             sample_writes: Vec::new(),
+            filled: Vec::new(),
+            emptied: Vec::new(),
             read_here: std::collections::BTreeSet::new(),
             truncated: None,
         };

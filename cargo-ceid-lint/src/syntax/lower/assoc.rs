@@ -143,7 +143,7 @@ impl Lowerer<'_, '_> {
     /// Syntax that the parser keeps as tokens.
     pub(super) fn verbatim(&self, tokens: &proc_macro2::TokenStream) -> OpaqueMacro {
         let span = self.tokens_span(tokens);
-        OpaqueMacro { path: String::new(), span, tokens: span, mentions: mentions(tokens) }
+        OpaqueMacro { path: String::new(), span, tokens: span, mentions: mentions(tokens), ways_out: Vec::new() }
     }
 
     pub(super) fn tokens_span(&self, tokens: &proc_macro2::TokenStream) -> Span {

@@ -29,6 +29,7 @@ use super::macros::Progress;
 use super::modules::{LoadedFile, Loader, ModuleDir};
 use super::text::mentions;
 use super::tree::{Body, Item, OpaqueMacro};
+use super::ways_out::ways_out;
 use crate::project::CfgValues;
 use crate::source::{FileId, Span};
 
@@ -97,6 +98,7 @@ impl<'l, 'a> Lowerer<'l, 'a> {
             span: self.path_span(&mac.path).to(close),
             tokens: Span::new(self.file, open.end, close.start),
             mentions: mentions(&mac.tokens),
+            ways_out: ways_out(&mac.tokens),
         }
     }
 

@@ -264,6 +264,21 @@ pub struct OpaqueMacro {
     pub tokens: Span,
     /// Every identifier among the tokens (and in `{name}` of format strings), once each, in order of first appearance.
     pub mentions: Vec<String>,
+    /// The ways out of the code around it that its tokens hold, once each.
+    pub ways_out: Vec<WayOut>,
+}
+
+/// A way out of the code that something stands in, with the label that it names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum WayOut {
+    /// `continue`
+    Continue(Option<String>),
+    /// `break`
+    Break(Option<String>),
+    /// `return`
+    Return,
+    /// `?`, `return Err(…)`, `return None`
+    Failure,
 }
 
 impl Body {

@@ -1,0 +1,40 @@
+//! Filters that lie in what a recursive type has of itself: `node.next.next.filter`.
+
+use super::analyse::FunctionFacts;
+use super::bottom_up::too_many_ways;
+use super::cycles::Instance;
+use super::instances::{inner, place_ty};
+use super::verdict::{Pair, Verdict};
+use crate::flow::Place;
+use crate::index::{Index, Ty};
+
+/// Whether nothing is known of a filter because a recursion comes to it, and the same is said of one that lies less deep.
+pub(super) fn is_told_by_outer(index: &Index, facts: &FunctionFacts<'_>, instance: &Instance, pair: &Pair) -> bool {
+    let place = &instance.place;
+    let is_less_deep = |other: &Instance| {
+        other.law == instance.law
+            && other.place.base == place.base
+            && other.place.steps.len() < place.steps.len()
+            && other.place.steps.last() == place.steps.last()
+    };
+    pair.verdict == Verdict::Unproved
+        && pair.cause.as_ref().is_some_and(|cause| *cause == too_many_ways(true).to_string())
+        && has_owner_twice(index, facts, place)
+        && facts.updated.iter().any(is_less_deep)
+}
+
+/// Whether the way to a place leads twice through the same type.
+fn has_owner_twice(index: &Index, facts: &FunctionFacts<'_>, place: &Place) -> bool {
+    let mut owners = Vec::new();
+    (0..place.steps.len()).any(|count| {
+        let owner = Place { base: place.base, steps: place.steps[..count].to_vec() };
+        match place_ty(index, facts.graph, &owner).map(|ty| inner(&ty)) {
+            Some(Ty::Adt(id, _)) if owners.contains(&id) => true,
+            Some(Ty::Adt(id, _)) => {
+                owners.push(id);
+                false
+            }
+            _ => false,
+        }
+    })
+}

@@ -1,0 +1,40 @@
+//! Handles whose clones share one instance: `Rc`, `Arc`.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::summary::Summaries;
+use crate::flow::{ControlFlowGraph, Effect, Place, Var};
+
+/// The variables with a handle that goes to several places, so that all of these have the same instance, and those with its clones.
+pub(super) fn shared_handles(graph: &ControlFlowGraph, summaries: &Summaries) -> BTreeSet<Var> {
+    let handle = |place: &Place| {
+        let var = place.base_var().filter(|_| place.steps.is_empty())?;
+        matches!(graph.var(var).ty.external_name(), Some("Rc" | "Arc")).then_some(var)
+    };
+    let mut given: BTreeMap<Var, BTreeSet<Place>> = BTreeMap::new();
+    for node in &graph.nodes {
+        match &node.effect {
+            Effect::Set(set) | Effect::Write(set) => {
+                if let Some(var) = set.from.as_ref().and_then(handle) {
+                    given.entry(var).or_default().insert(set.place.clone());
+                }
+            }
+            Effect::Call(site) => {
+                for (part, from, _) in summaries.gives(site) {
+                    if let Some(var) = handle(&from) {
+                        given.entry(var).or_default().insert(Place::var(site.result).join(part));
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    let mut shared = BTreeSet::new();
+    let mut open: Vec<Var> = given.iter().filter(|(_, to)| to.len() > 1).map(|(var, _)| *var).collect();
+    while let Some(var) = open.pop() {
+        if shared.insert(var) {
+            open.extend(given.get(&var).into_iter().flatten().filter_map(handle));
+        }
+    }
+    shared
+}

@@ -1,0 +1,162 @@
+//! Samples that the rounds of a loop take by their number, and what they fill at it.
+
+use std::collections::BTreeSet;
+
+use super::Builder;
+use crate::flow::{Computed, LoopId, Place, Var};
+use crate::index::Ty;
+use crate::source::Span;
+use crate::syntax::tree::{ExprId, ExprKind, StmtKind};
+
+impl Builder<'_> {
+    /// Notes what is asked for something by the counter of a loop, `input.at(i)`, `input[first + i]`, `level_at(input, i)`.
+    pub(super) fn note_sampled(&mut self, this_loop: LoopId, inside: ExprId) {
+        let Some((counter, _)) = self.graph.loop_info(this_loop).counter else { return };
+        let tree = self.body();
+        let span = tree.expr(inside).span;
+        // What only tells something the number asks for nothing, and fills nothing.
+        let told: BTreeSet<Span> = tree
+            .stmts()
+            .filter_map(|stmt| match &stmt.kind {
+                StmtKind::Expr { expr, .. } => Some(*expr),
+                StmtKind::Let { .. } => None,
+            })
+            .filter(|expr| self.filling(*expr).is_none())
+            .map(|expr| tree.expr(expr).span)
+            .collect();
+        for expr in tree.exprs.iter().filter(|expr| span.contains(expr.span)) {
+            let (asked, numbers) = match &expr.kind {
+                ExprKind::MethodCall { .. } | ExprKind::Call { .. } if told.contains(&expr.span) => continue,
+                ExprKind::MethodCall { receiver, args, .. } => (std::slice::from_ref(receiver), &args[..]),
+                ExprKind::Call { args, .. } => (&args[..], &args[..]),
+                ExprKind::Index { base, index } => (std::slice::from_ref(base), std::slice::from_ref(index)),
+                _ => continue,
+            };
+            if !numbers.iter().any(|number| self.counts_with(*number, counter)) {
+                continue;
+            }
+            for asked in asked {
+                let is_plain = matches!(self.ty(*asked).peel(), Ty::Int | Ty::Float | Ty::Bool);
+                if let Some(place) = self.static_place(*asked).filter(|_| !is_plain) {
+                    let owners = self.owners_of_item(*asked, span);
+                    self.graph.loops[this_loop.0 as usize].sampled.extend(owners.into_iter().chain([place]));
+                }
+            }
+        }
+    }
+
+    /// What a statement fills at the number of a round, and with what: `out.write(i, gain * level)`.
+    fn filling(&self, statement: ExprId) -> Option<(ExprId, Vec<ExprId>)> {
+        let ExprKind::MethodCall { receiver, args, .. } = &self.body().expr(statement).kind else { return None };
+        // Where each round has an item, its number is that of the item.
+        let counters = || self.graph.loops.iter().filter(|info| info.items.is_empty()).filter_map(|info| info.counter);
+        let (numbers, values): (Vec<ExprId>, Vec<ExprId>) =
+            args.iter().partition(|arg| counters().any(|(counter, _)| self.counts_with(**arg, counter)));
+        (!numbers.is_empty() && !values.is_empty()).then_some((*receiver, values))
+    }
+
+    /// The variables that a statement fills at the number of a round; they are noted as computed from what they are filled with.
+    pub(super) fn filled_by(&mut self, statement: ExprId) -> Vec<Var> {
+        let Some((receiver, values)) = self.filling(statement) else { return Vec::new() };
+        let filled = self.assigned_vars(receiver);
+        for value in values {
+            self.derive(&filled, value);
+        }
+        filled
+    }
+
+    /// Notes the collections whose elements the rounds of a loop get to write.
+    pub(super) fn note_lent_to_rounds(&mut self, this_loop: LoopId, iterable: ExprId) {
+        let tree = self.body();
+        let span = tree.expr(iterable).span;
+        for expr in tree.exprs.iter().filter(|expr| span.contains(expr.span)) {
+            let lent = match &expr.kind {
+                ExprKind::MethodCall { receiver, method, .. } if method == "iter_mut" => *receiver,
+                ExprKind::Reference { value, mutable: true, .. } => *value,
+                _ => continue,
+            };
+            let place = self.static_place(lent);
+            self.graph.loops[this_loop.0 as usize].filled.extend(place);
+        }
+    }
+
+    /// Notes that a method puts values into a collection, or takes all out of it: `self.frame.push(channel[i])`.
+    pub(super) fn note_put_into(&mut self, method: &str, collection: ExprId, values: &[ExprId]) {
+        let overwrites = method == "copy_from_slice";
+        let fills = overwrites || matches!(method, "push" | "push_back" | "extend" | "extend_from_slice");
+        let empties = overwrites || method == "clear";
+        let Some((place, node)) =
+            self.at.filter(|_| fills || empties).and_then(|at| Some((self.static_place(collection)?, at)))
+        else {
+            return;
+        };
+        if empties {
+            self.graph.emptied.push((node, place.clone()));
+        }
+        if fills {
+            let mut from = Computed::default();
+            for value in values {
+                let computed = self.computed_from(*value);
+                from.places.extend(computed.places);
+                from.calls.extend(computed.calls);
+            }
+            self.graph.filled.push((node, place, from));
+        }
+    }
+
+    /// What an item that a closure gets is one of: the channels in `channels.iter().map(|channel| channel[i])`.
+    fn owners_of_item(&mut self, item: ExprId, inside: Span) -> Vec<Place> {
+        let tree = self.body();
+        let mut owners = Vec::new();
+        let mut open: Vec<ExprId> = self.receiver_of_closure(item, inside).into_iter().collect();
+        while let Some(at) = open.pop() {
+            match (&tree.expr(at).kind, self.static_place(at)) {
+                (_, Some(place)) => {
+                    owners
+                        .extend(Some(place).filter(|_| !matches!(self.ty(at).peel(), Ty::Int | Ty::Float | Ty::Bool)));
+                    open.extend(self.receiver_of_closure(at, inside));
+                }
+                (ExprKind::MethodCall { receiver, args, .. }, None) => open.extend(args.iter().chain([receiver])),
+                _ => {}
+            }
+        }
+        owners
+    }
+
+    /// What the method is called on that gets the closure to whose parameters a name belongs.
+    fn receiver_of_closure(&self, named: ExprId, inside: Span) -> Option<ExprId> {
+        let tree = self.body();
+        let mut at = named;
+        while let ExprKind::Field { base: inner, .. }
+        | ExprKind::Index { base: inner, .. }
+        | ExprKind::Deref(inner)
+        | ExprKind::Reference { value: inner, .. } = &tree.expr(at).kind
+        {
+            at = *inner;
+        }
+        let declared = self.typed().local(*self.typed().expr_local.get(&at)?).span;
+        let binds = |arg: &ExprId| match &tree.expr(*arg).kind {
+            ExprKind::Closure(code) => code.params.iter().any(|(pat, _)| tree.pat(*pat).span.contains(declared)),
+            _ => false,
+        };
+        tree.exprs.iter().filter(|expr| inside.contains(expr.span)).find_map(|expr| match &expr.kind {
+            ExprKind::MethodCall { receiver, args, .. } if args.iter().any(binds) => Some(*receiver),
+            _ => None,
+        })
+    }
+
+    /// Whether an expression is a counter, or a number away from it.
+    pub(super) fn counts_with(&self, id: ExprId, counter: Var) -> bool {
+        match &self.body().expr(id).kind {
+            ExprKind::Path(_) => {
+                let local = self.typed().expr_local.get(&id);
+                local.and_then(|local| self.frames[self.frame].vars.get(local)) == Some(&counter)
+            }
+            ExprKind::Cast { value, .. } | ExprKind::Reference { value, .. } => self.counts_with(*value, counter),
+            ExprKind::Binary { op: "+" | "-", lhs, rhs } => {
+                self.counts_with(*lhs, counter) || self.counts_with(*rhs, counter)
+            }
+            _ => false,
+        }
+    }
+}
