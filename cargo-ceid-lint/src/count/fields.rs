@@ -78,8 +78,8 @@ fn keys(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Vec<FieldKey>
     let mut fields = Vec::new();
     for (at, step) in place.steps.iter().enumerate().rev() {
         let Projection::Field(name) = step else {
-            // An element is the collection's, and what lies in an element is a value of the element's type.
-            if fields.is_empty() {
+            // An element is the collection's, and what lies in an element is a value of the element's type, unless that is a tuple.
+            if keys.is_empty() {
                 continue;
             }
             break;
