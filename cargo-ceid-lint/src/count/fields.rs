@@ -57,13 +57,16 @@ impl Fields {
         whole.chain(inner).flatten().filter(|reached| !is_another(reached)).map(|(law, ..)| *law).collect()
     }
 
-    /// Whether another function was added with the element of a field that a place is, or with all elements of that field.
+    /// Whether another function was added with what may be the element of a field that a place is: that element, all of them, or
+    /// one of which only running code knows which it is.
     pub(super) fn is_selected_elsewhere(&self, index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
         let key = place.steps.last().and_then(Projection::key);
+        let is_certain =
+            |own: &IndexKey| matches!(own, IndexKey::Number(_) | IndexKey::Named(_) | IndexKey::Literal(_));
         let all = field_key(index, graph, place).and_then(|field| self.elements.get(&field));
         all.into_iter()
             .flatten()
-            .any(|(function, own)| *function != graph.function && (Some(own) == key || *own == IndexKey::Each))
+            .any(|(function, own)| *function != graph.function && (Some(own) == key || !is_certain(own)))
     }
 }
 
