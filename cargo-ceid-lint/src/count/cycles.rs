@@ -300,12 +300,13 @@ pub(super) fn feeds(
         })
         .copied()
         .collect();
-    let from_given = aliases.derived_from(&given);
+    let passed_on = passed_on(graph, aliases, search, &given, id);
+    let from_given = aliases.derived_from(&passed_on);
     let is_its_name =
         |place: &Place| is_certain(place) || updated.is_some_and(|updated| updated.base_var() == place.base_var());
     // What it gives is used for the samples that the round writes, if only to set something else that runs over them.
     let writes_sample = |other: NodeId| match &graph.node(other).effect {
-        Effect::Write(write) => write.place.base_var().is_some_and(|var| from_bound.contains(var)),
+        Effect::Write(write) => write.place.base_var().is_some_and(|var| from_bound.contains(var) || is_taken(var)),
         _ => false,
     };
     let is_over_block = info.counter.is_some() && !info.has_constant_rounds();
@@ -313,6 +314,12 @@ pub(super) fn feeds(
         return true;
     }
     graph.node_ids().filter(inside).any(|other| match &graph.node(other).effect {
+    // Of a buffer that is not read, the counter takes the sample: `let sample = &mut buffer.channel_mut(0)[at];`
+    let is_taken = |var: Var| {
+        matches!(graph.var(var).ty, Ty::Ref(true, _))
+            && graph.is_within(graph.var(var).in_loop, id)
+            && info.counter.is_some_and(|(counter, _)| aliases.is_derived(var, &[counter]))
+    };
         Effect::Call(site) => {
             is_fed(&site.fed, &[])
                 && receives(aliases, search, site)
@@ -343,6 +350,40 @@ fn is_given(graph: &ControlFlowGraph, write: NodeId, update: NodeId, from: &Deri
 
 /// Whether what is computed from these places may have been computed from a part of something.
 fn reads_of(graph: &ControlFlowGraph, from: &[Place], part: &Place) -> bool {
+/// What some variables give in a round of a loop, and what comes out of what is set with that: `delay.set_time(lfo.update(rate));
+/// *sample = delay.run(*sample);`
+fn passed_on(graph: &ControlFlowGraph, aliases: &Aliases, search: &Search<'_>, given: &[Var], id: LoopId) -> Vec<Var> {
+    let from_given = aliases.derived_from(given);
+    let nodes = || graph.node_ids().filter(|node| graph.is_within(graph.node(*node).in_loop, id));
+    let calls = || {
+        nodes().filter_map(|node| match &graph.node(node).effect {
+            Effect::Call(site) if !receives(aliases, search, site) => {
+                Some((&**site, site.args.first().and_then(|arg| arg.place.as_ref())?))
+            }
+            _ => None,
+        })
+    };
+    let is_set = |(site, _): &(&CallSite, &Place)| site.fed.iter().any(|var| from_given.contains(*var));
+    let mut set: Vec<Place> = calls().filter(is_set).flat_map(|(_, place)| aliases.roots(place)).collect();
+    set.extend(nodes().filter_map(|node| match &graph.node(node).effect {
+        Effect::Write(write) => {
+            let mut read = graph.changes.get(&node)?.computed.places.iter().filter_map(Place::base_var);
+            let (_, owner) = write.place.steps.split_last().filter(|_| read.any(|var| from_given.contains(var)))?;
+            Some(Place { base: write.place.base, steps: owner.to_vec() })
+        }
+        _ => None,
+    }));
+    // Of what the function was lent, the one part says nothing of the others.
+    let is_part =
+        |place: &Place| !place.steps.is_empty() || place.base_var().is_some_and(|var| graph.var(var).param.is_none());
+    let is_of_set = |place: &Place| {
+        let roots = aliases.roots(place);
+        roots.iter().filter(|root| is_part(root)).any(|root| set.iter().any(|own| is_part(own) && own.overlaps(root)))
+    };
+    let given_by = calls().filter(|(_, place)| is_of_set(place)).flat_map(|(site, _)| &site.into);
+    given.iter().chain(given_by).copied().collect()
+}
+
     let mut open = named(from);
     let mut seen = BTreeSet::new();
     if open.is_empty() {
