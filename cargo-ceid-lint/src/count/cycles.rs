@@ -7,6 +7,7 @@ use super::derived::Derived;
 use super::functions::FunctionKind;
 use super::search::Search;
 use super::summary::Summaries;
+use super::waits;
 use crate::flow::{CallSite, Caller, Computed, ControlFlowGraph, Effect, IndexKey, LoopId, NodeId, Place, Rounds, Var};
 use crate::index::{FunctionId, Ty};
 use crate::syntax::CycleDirective;
@@ -26,6 +27,8 @@ pub(super) struct Instance {
     pub(super) function: bool,
     /// Loops that are cycles of their own inside its cycles.
     pub(super) sample_loops: BTreeSet<LoopId>,
+    /// Loops that only wait until it can be updated.
+    pub(super) waits: BTreeSet<LoopId>,
 }
 
 /// The cycles of an instance among the loops around its updates.
@@ -55,6 +58,7 @@ pub(super) fn choose_cycles(
     if nodes.is_empty() {
         nodes = search.debug_only();
     }
+    let waits = waits::find(graph, aliases, summaries, search, &nodes);
     // A cycle that runs the law and drops what it gives back owes the update, where no other cycle has it.
     if nodes.iter().all(|node| graph.loops_around(*node).next().is_none()) {
         nodes.extend(search.dropped());
@@ -71,7 +75,11 @@ pub(super) fn choose_cycles(
             }
             around.push(id);
         }
-        around.retain(|id| !search.binds(*id) && graph.loop_info(*id).directive != Some(CycleDirective::NotACycle));
+        around.retain(|id| {
+            let directive = graph.loop_info(*id).directive;
+            let is_wait = waits.contains(id) && directive != Some(CycleDirective::Cycle);
+            !search.binds(*id) && directive != Some(CycleDirective::NotACycle) && !is_wait
+        });
         // `while is_ready() { …; break; }` is an `if`, where something around it goes round.
         let going = around.iter().rposition(|id| graph.loop_info(*id).goes_round);
         let inner = if kind == FunctionKind::Cycle { around.len() } else { going.unwrap_or(0) };
@@ -119,6 +127,7 @@ pub(super) fn choose_cycles(
         loops: outer,
         function,
         sample_loops,
+        waits,
     }
 }
 
@@ -305,6 +314,12 @@ pub(super) fn feeds(
     let is_its_name =
         |place: &Place| is_certain(place) || updated.is_some_and(|updated| updated.base_var() == place.base_var());
     // What it gives is used for the samples that the round writes, if only to set something else that runs over them.
+    // Of a buffer that is not read, the counter takes the sample: `let sample = &mut buffer.channel_mut(0)[at];`
+    let is_taken = |var: Var| {
+        matches!(graph.var(var).ty, Ty::Ref(true, _))
+            && graph.is_within(graph.var(var).in_loop, id)
+            && info.counter.is_some_and(|(counter, _)| aliases.is_derived(var, &[counter]))
+    };
     let writes_sample = |other: NodeId| match &graph.node(other).effect {
         Effect::Write(write) => write.place.base_var().is_some_and(|var| from_bound.contains(var) || is_taken(var)),
         _ => false,
@@ -314,12 +329,6 @@ pub(super) fn feeds(
         return true;
     }
     graph.node_ids().filter(inside).any(|other| match &graph.node(other).effect {
-    // Of a buffer that is not read, the counter takes the sample: `let sample = &mut buffer.channel_mut(0)[at];`
-    let is_taken = |var: Var| {
-        matches!(graph.var(var).ty, Ty::Ref(true, _))
-            && graph.is_within(graph.var(var).in_loop, id)
-            && info.counter.is_some_and(|(counter, _)| aliases.is_derived(var, &[counter]))
-    };
         Effect::Call(site) => {
             is_fed(&site.fed, &[])
                 && receives(aliases, search, site)
@@ -341,15 +350,6 @@ pub(super) fn feeds(
     })
 }
 
-/// Whether what a write above an update gives comes from one of some variables: `kf.z = *z; kf.update()`.
-fn is_given(graph: &ControlFlowGraph, write: NodeId, update: NodeId, from: &Derived<'_>) -> bool {
-    let is_before = graph.node(write).span.start < graph.node(update).span.start;
-    let computed = graph.changes.get(&write).filter(|_| is_before).map(|change| &change.computed);
-    computed.is_some_and(|computed| computed.places.iter().filter_map(Place::base_var).any(|var| from.contains(var)))
-}
-
-/// Whether what is computed from these places may have been computed from a part of something.
-fn reads_of(graph: &ControlFlowGraph, from: &[Place], part: &Place) -> bool {
 /// What some variables give in a round of a loop, and what comes out of what is set with that: `delay.set_time(lfo.update(rate));
 /// *sample = delay.run(*sample);`
 fn passed_on(graph: &ControlFlowGraph, aliases: &Aliases, search: &Search<'_>, given: &[Var], id: LoopId) -> Vec<Var> {
@@ -384,6 +384,15 @@ fn passed_on(graph: &ControlFlowGraph, aliases: &Aliases, search: &Search<'_>, g
     given.iter().chain(given_by).copied().collect()
 }
 
+/// Whether what a write above an update gives comes from one of some variables: `kf.z = *z; kf.update()`.
+fn is_given(graph: &ControlFlowGraph, write: NodeId, update: NodeId, from: &Derived<'_>) -> bool {
+    let is_before = graph.node(write).span.start < graph.node(update).span.start;
+    let computed = graph.changes.get(&write).filter(|_| is_before).map(|change| &change.computed);
+    computed.is_some_and(|computed| computed.places.iter().filter_map(Place::base_var).any(|var| from.contains(var)))
+}
+
+/// Whether what is computed from these places may have been computed from a part of something.
+fn reads_of(graph: &ControlFlowGraph, from: &[Place], part: &Place) -> bool {
     let mut open = named(from);
     let mut seen = BTreeSet::new();
     if open.is_empty() {

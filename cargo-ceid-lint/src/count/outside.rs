@@ -32,7 +32,12 @@ impl Context<'_> {
             let declared = place.base_var().and_then(|var| graph.var(var).in_loop);
             declared.is_none_or(|declared| declared != id && graph.is_within(Some(id), declared))
         };
-        let using = self.using_loop(facts, place).filter(|id| is_outside(*id));
+        // Nor does what only waits until it can be updated.
+        let waits = |id: LoopId| {
+            let mut own = facts.updated.iter().filter(|instance| instance.place.overlaps(place));
+            own.any(|instance| instance.waits.contains(&id))
+        };
+        let using = self.using_loop(facts, place).filter(|id| is_outside(*id) && !waits(*id));
         let owing = using.or_else(|| self.loop_beside(facts, place, pairs).filter(|id| is_outside(*id)));
         if let Some(id) = owing.filter(|id| !is_given_before(facts, place, *id)) {
             self.push_missed(facts, place, 0, CycleId::Loop(id), pairs);
