@@ -119,7 +119,7 @@ impl<'a> Finder<'a> {
             // What is tuned by a method beside the law does not run the law of what it holds.
             let now: BTreeSet<FunctionId> = types
                 .iter()
-                .flat_map(|(_, methods)| self.one_law(&likely(methods, &judged)))
+                .flat_map(|(_, methods)| self.one_law(&self.likely(methods, &judged)))
                 .map(|judged| judged.id)
                 .chain(by_argument.iter().copied())
                 .collect();
@@ -135,7 +135,7 @@ impl<'a> Finder<'a> {
         let mut seen: BTreeMap<Span, usize> = BTreeMap::new();
         let of_traits = self.types_of_several_traits();
         for (ty, methods) in types {
-            let mut own = likely(&methods, &judged);
+            let mut own = self.likely(&methods, &judged);
             own.retain(|judged| !covered.contains(&judged.id));
             let Some(mut found) = self.by_type(ty, &methods, &own) else { continue };
             // An entry for the type stands over that of its trait, and says what that one does as well.
@@ -255,6 +255,21 @@ impl<'a> Finder<'a> {
         let is_told = |target: &FunctionId| takes_step(self.program.index, *target);
         let calls = self.conduct(judged.id).calls.iter().filter(|call| call.is_told_step);
         calls.filter(|call| judged.runs.contains(&call.field)).any(|call| call.targets.iter().any(is_told))
+    }
+
+    /// The methods of a type that may be its law, and those that compute the same by the same helpers under a name with the same
+    /// first word: `update` beside `update_with_dt`.
+    fn likely<'j>(&self, methods: &[FunctionId], judged: &'j BTreeMap<FunctionId, Judged>) -> Vec<&'j Judged> {
+        let all = || methods.iter().filter_map(|method| judged.get(method));
+        let is_likely = |one: &&Judged| one.weight >= LEAST_WEIGHT;
+        let is_form_of = |one: &Judged, law: &Judged| {
+            let helpers = |judged: &Judged| &self.conduct(judged.id).helpers;
+            first(&one.name) == first(&law.name)
+                && !law.carried.is_empty()
+                && law.carried.iter().all(|field| one.carried.contains(field))
+                && !helpers(one).is_disjoint(helpers(law))
+        };
+        all().filter(|one| is_likely(one) || all().filter(is_likely).any(|law| is_form_of(one, law))).collect()
     }
 
     /// Of the methods that look like laws, those that are the law: the best one, and what belongs to it.
@@ -433,11 +448,6 @@ impl<'a> Finder<'a> {
             .collect();
         names.into_iter().collect()
     }
-}
-
-/// The methods of a type that may be its law.
-fn likely<'j>(methods: &[FunctionId], judged: &'j BTreeMap<FunctionId, Judged>) -> Vec<&'j Judged> {
-    methods.iter().filter_map(|method| judged.get(method)).filter(|judged| judged.weight >= LEAST_WEIGHT).collect()
 }
 
 /// The groups of a law: `predict` and what corrects it are halves, other methods are alternatives.

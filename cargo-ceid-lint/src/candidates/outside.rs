@@ -114,10 +114,11 @@ impl Finder<'_> {
                 // What is given a function is set up with it.
                 let takes_function = args.iter().any(|arg| is_function(body, typed, *arg));
                 if is_outside_law(ty, method) && !takes_function {
-                    seen.methods.insert(method.clone());
                     seen.is_timed |= args.iter().any(|arg| is_step(body, typed, *arg));
-                    seen.uses.calls += 1;
-                    seen.uses.in_cycles += usize::from(loops.iter().any(|own| own.contains(expr.span)));
+                    let called = seen.methods.entry(method.clone()).or_default();
+                    called.is_fed |= !args.is_empty();
+                    called.uses.calls += 1;
+                    called.uses.in_cycles += usize::from(loops.iter().any(|own| own.contains(expr.span)));
                 } else if matches!(method.as_str(), "reset" | "clear" | "restart") {
                     seen.resets.insert(method.clone());
                 } else if method.starts_with("reset_") {
@@ -125,11 +126,15 @@ impl Finder<'_> {
                 }
             }
         }
-        for (path, Seen { methods, resets, partial_resets, is_timed, uses }) in found {
+        for (path, Seen { mut methods, resets, partial_resets, is_timed }) in found {
+            // `svf.update()` beside `svf.process(sample)` computes anew what follows from the settings.
+            let is_fed = methods.values().any(|called| called.is_fed);
+            methods.retain(|name, called| called.is_fed || !is_fed || !name.starts_with("update"));
             if methods.is_empty() {
                 continue;
             }
-            let methods: Vec<String> = methods.into_iter().collect();
+            let uses = methods.values().fold(Uses::default(), |uses, called| uses.and(called.uses));
+            let methods: Vec<String> = methods.into_keys().collect();
             let name = path.rsplit("::").next().unwrap_or(&path).to_owned();
             let is_law = methods.iter().any(|method| law_strength(method) == 2);
             self.found.push(Found {
@@ -160,11 +165,18 @@ impl Finder<'_> {
 /// What is called on a type of an unread crate.
 #[derive(Default)]
 struct Seen {
-    methods: BTreeSet<String>,
+    methods: BTreeMap<String, Called>,
     resets: BTreeSet<String>,
     partial_resets: BTreeSet<String>,
     is_timed: bool,
+}
+
+/// How a method is called.
+#[derive(Default)]
+struct Called {
     uses: Uses,
+    /// Whether it is given anything.
+    is_fed: bool,
 }
 
 /// Whether an argument is a closure, or a function by its name.

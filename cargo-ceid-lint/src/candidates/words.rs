@@ -24,6 +24,9 @@ const OTHER_VERBS: &str = "\
     serialize deserialize encode decode restore prime calibrate change prepare rewind fill rename move schedule \
     deinit shutdown sort";
 
+/// Last words of methods that renew what their type is tuned by: `update_coefficients`.
+const SETTINGS: &str = "config settings coefficients coefs coeffs parameters params samplerate";
+
 /// Words in the names of types that are filters: controllers, estimators, signal processing.
 const FILTERS: &str = "\
     pid pi pd pidf lqr mpc kalman ekf ukf eskf kf filter filters lowpass highpass bandpass lpf hpf bpf notch \
@@ -147,7 +150,12 @@ pub(super) fn takes_in(name: &str) -> bool {
 /// Whether the name says that something is set up, asked or undone.
 pub(super) fn is_other_verb(name: &str) -> bool {
     let first = name.split('_').find(|word| !word.is_empty()).unwrap_or_default();
-    is_among(OTHER_VERBS, first) || name.ends_with("_mut") || name.ends_with("_config") || name.ends_with("_settings")
+    let last = name.rsplit('_').find(|word| !word.is_empty()).unwrap_or_default();
+    is_among(OTHER_VERBS, first)
+        || name.ends_with("_mut")
+        || name.ends_with("_sample_rate")
+        || name == "update_stream"
+        || (last != first && is_among(SETTINGS, last))
 }
 
 /// How much the name of a type or trait says that it is a filter: 2 for a word of the trade, 1 for one near it, negative for

@@ -8,6 +8,7 @@ use super::functions::FunctionKind;
 use super::instances::may_hold_filter;
 use super::search::Search;
 use super::summary::Summaries;
+use super::waits;
 use crate::flow::{CallSite, Caller, Computed, ControlFlowGraph, Effect, IndexKey, LoopId, NodeId, Place, Rounds, Var};
 use crate::index::{FunctionId, Ty};
 use crate::syntax::CycleDirective;
@@ -27,6 +28,8 @@ pub(super) struct Instance {
     pub(super) function: bool,
     /// Loops that are cycles of their own inside its cycles.
     pub(super) sample_loops: BTreeSet<LoopId>,
+    /// Loops that only wait until it can be updated.
+    pub(super) waits: BTreeSet<LoopId>,
 }
 
 /// The cycles of an instance among the loops around its updates.
@@ -56,6 +59,7 @@ pub(super) fn choose_cycles(
     if nodes.is_empty() {
         nodes = search.debug_only();
     }
+    let waits = waits::find(graph, aliases, summaries, search, &nodes);
     // A cycle that runs the law and drops what it gives back owes the update, where no other cycle has it.
     if nodes.iter().all(|node| graph.loops_around(*node).next().is_none()) {
         nodes.extend(search.dropped());
@@ -72,7 +76,11 @@ pub(super) fn choose_cycles(
             }
             around.push(id);
         }
-        around.retain(|id| !search.binds(*id) && graph.loop_info(*id).directive != Some(CycleDirective::NotACycle));
+        around.retain(|id| {
+            let directive = graph.loop_info(*id).directive;
+            let is_wait = waits.contains(id) && directive != Some(CycleDirective::Cycle);
+            !search.binds(*id) && directive != Some(CycleDirective::NotACycle) && !is_wait
+        });
         // `while is_ready() { …; break; }` is an `if`, where something around it goes round.
         let going = around.iter().rposition(|id| graph.loop_info(*id).goes_round);
         let inner = if kind == FunctionKind::Cycle { around.len() } else { going.unwrap_or(0) };
@@ -120,6 +128,7 @@ pub(super) fn choose_cycles(
         loops: outer,
         function,
         sample_loops,
+        waits,
     }
 }
 
@@ -285,12 +294,19 @@ pub(super) fn feeds(
         })
         .copied()
         .collect();
-    let from_given = aliases.derived_from(&given);
+    let passed_on = passed_on(graph, aliases, search, &given, id);
+    let from_given = aliases.derived_from(&passed_on);
     let is_its_name =
         |place: &Place| is_certain(place) || updated.is_some_and(|updated| updated.base_var() == place.base_var());
     // What it gives is used for the samples that the round writes, if only to set something else that runs over them.
+    // Of a buffer that is not read, the counter takes the sample: `let sample = &mut buffer.channel_mut(0)[at];`
+    let is_taken = |var: Var| {
+        matches!(graph.var(var).ty, Ty::Ref(true, _))
+            && graph.is_within(graph.var(var).in_loop, id)
+            && info.counter.is_some_and(|(counter, _)| aliases.is_derived(var, &[counter]))
+    };
     let writes_sample = |other: NodeId| match &graph.node(other).effect {
-        Effect::Write(write) => write.place.base_var().is_some_and(|var| from_bound.contains(var)),
+        Effect::Write(write) => write.place.base_var().is_some_and(|var| from_bound.contains(var) || is_taken(var)),
         _ => false,
     };
     let is_over_block = info.counter.is_some() && !info.has_constant_rounds();
@@ -367,6 +383,40 @@ fn writes_fed(
         is_inside(*node) && is_emptied(place) && gives_sample(from) && aliases.roots(place).iter().any(feeds)
     };
     graph.node_ids().any(|node| is_inside(node) && writes(node)) || graph.filled.iter().any(fills)
+}
+
+/// What some variables give in a round of a loop, and what comes out of what is set with that: `delay.set_time(lfo.update(rate));
+/// *sample = delay.run(*sample);`
+fn passed_on(graph: &ControlFlowGraph, aliases: &Aliases, search: &Search<'_>, given: &[Var], id: LoopId) -> Vec<Var> {
+    let from_given = aliases.derived_from(given);
+    let nodes = || graph.node_ids().filter(|node| graph.is_within(graph.node(*node).in_loop, id));
+    let calls = || {
+        nodes().filter_map(|node| match &graph.node(node).effect {
+            Effect::Call(site) if !receives(aliases, search, site) => {
+                Some((&**site, site.args.first().and_then(|arg| arg.place.as_ref())?))
+            }
+            _ => None,
+        })
+    };
+    let is_set = |(site, _): &(&CallSite, &Place)| site.fed.iter().any(|var| from_given.contains(*var));
+    let mut set: Vec<Place> = calls().filter(is_set).flat_map(|(_, place)| aliases.roots(place)).collect();
+    set.extend(nodes().filter_map(|node| match &graph.node(node).effect {
+        Effect::Write(write) => {
+            let mut read = graph.changes.get(&node)?.computed.places.iter().filter_map(Place::base_var);
+            let (_, owner) = write.place.steps.split_last().filter(|_| read.any(|var| from_given.contains(var)))?;
+            Some(Place { base: write.place.base, steps: owner.to_vec() })
+        }
+        _ => None,
+    }));
+    // Of what the function was lent, the one part says nothing of the others.
+    let is_part =
+        |place: &Place| !place.steps.is_empty() || place.base_var().is_some_and(|var| graph.var(var).param.is_none());
+    let is_of_set = |place: &Place| {
+        let roots = aliases.roots(place);
+        roots.iter().filter(|root| is_part(root)).any(|root| set.iter().any(|own| is_part(own) && own.overlaps(root)))
+    };
+    let given_by = calls().filter(|(_, place)| is_of_set(place)).flat_map(|(site, _)| &site.into);
+    given.iter().chain(given_by).copied().collect()
 }
 
 /// Whether what a write above an update gives comes from one of some variables: `kf.z = *z; kf.update()`.

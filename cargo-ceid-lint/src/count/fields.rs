@@ -62,13 +62,16 @@ impl Fields {
         self.whole.contains_key(field) || self.inner.contains_key(field)
     }
 
-    /// Whether another function was added with the element of a field that a place is, or with all elements of that field.
+    /// Whether another function was added with what may be the element of a field that a place is: that element, all of them, or
+    /// one of which only running code knows which it is.
     pub(super) fn is_selected_elsewhere(&self, index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
         let key = place.steps.last().and_then(Projection::key);
+        let is_certain =
+            |own: &IndexKey| matches!(own, IndexKey::Number(_) | IndexKey::Named(_) | IndexKey::Literal(_));
         let all = field_key(index, graph, place).and_then(|field| self.elements.get(&field));
         all.into_iter()
             .flatten()
-            .any(|(function, own)| *function != graph.function && (Some(own) == key || *own == IndexKey::Each))
+            .any(|(function, own)| *function != graph.function && (Some(own) == key || !is_certain(own)))
     }
 }
 
@@ -83,8 +86,8 @@ fn keys(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Vec<FieldKey>
     let mut fields = Vec::new();
     for (at, step) in place.steps.iter().enumerate().rev() {
         let Projection::Field(name) = step else {
-            // An element is the collection's, and what lies in an element is a value of the element's type.
-            if fields.is_empty() {
+            // An element is the collection's, and what lies in an element is a value of the element's type, unless that is a tuple.
+            if keys.is_empty() {
                 continue;
             }
             break;

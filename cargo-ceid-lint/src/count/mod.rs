@@ -52,6 +52,7 @@ mod summary;
 mod uneven;
 mod uses;
 mod verdict;
+mod waits;
 mod witness;
 
 pub use analyse::analyse;

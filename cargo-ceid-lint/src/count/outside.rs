@@ -32,9 +32,14 @@ impl Context<'_> {
             let declared = place.base_var().and_then(|var| graph.var(var).in_loop);
             declared.is_none_or(|declared| declared != id && graph.is_within(Some(id), declared))
         };
-        let using = self.using_loop(facts, place).filter(|id| is_outside(*id));
+        // Nor does what only waits until it can be updated.
+        let waits = |id: LoopId| {
+            let mut own = facts.updated.iter().filter(|instance| instance.place.overlaps(place));
+            own.any(|instance| instance.waits.contains(&id))
+        };
+        let using = self.using_loop(facts, place).filter(|id| is_outside(*id) && !waits(*id));
         let owing = using.or_else(|| self.loop_beside(facts, place, pairs).filter(|id| is_outside(*id)));
-        if let Some(id) = owing {
+        if let Some(id) = owing.filter(|id| !is_given_before(facts, place, *id)) {
             self.push_missed(facts, place, 0, CycleId::Loop(id), pairs);
         }
     }
@@ -99,4 +104,21 @@ impl Context<'_> {
             })
         })
     }
+}
+
+/// Whether what holds an instance is given to something else for good before a loop begins: what the loop still reads is a part of
+/// it that others have as well.
+fn is_given_before(facts: &FunctionFacts<'_>, place: &Place, id: LoopId) -> bool {
+    let graph = facts.graph;
+    let holds = |given: &Place| {
+        let roots = facts.aliases.shared_roots(given);
+        roots.iter().any(|root| root.base == place.base && place.steps.starts_with(&root.steps))
+    };
+    let is_given = |node: NodeId| match &graph.node(node).effect {
+        Effect::Call(site) => {
+            site.args.iter().filter(|arg| arg.is_moved).filter_map(|arg| arg.place.as_ref()).any(holds)
+        }
+        _ => graph.given_away.iter().any(|(at, given)| *at == node && holds(given)),
+    };
+    graph.node_ids().take_while(|node| *node < graph.loop_info(id).head).any(is_given)
 }

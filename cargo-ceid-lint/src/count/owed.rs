@@ -140,6 +140,9 @@ impl Context<'_> {
             });
             let is_owed = self.multiplicity(facts, &instance.place, instance.law) == Multiplicity::Once;
             let Some(sibling) = sibling.filter(|_| is_owed && !self.is_spare(facts, &instance.place)) else { continue };
+            if sibling.loops.is_empty() && self.is_driven_elsewhere(facts, &instance.place) {
+                continue;
+            }
             match sibling.loops.first() {
                 Some(id) => self.push_missed(facts, &instance.place, instance.law, CycleId::Loop(*id), pairs),
                 None => self.push_missed(facts, &instance.place, instance.law, CycleId::Function, pairs),

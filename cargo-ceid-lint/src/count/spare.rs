@@ -1,4 +1,4 @@
-//! Elements of an array that one owner of it leaves alone, while others use them.
+//! Elements of an array that one owner of it, or one cycle of it, leaves alone, while others use them.
 
 use super::analyse::{Context, FunctionFacts};
 use crate::flow::{Effect, IndexKey, Place};
@@ -19,5 +19,13 @@ impl Context<'_> {
                 self.node_uses(facts, id, place)
                     || matches!(&graph.node(id).effect, Effect::Use { place } if is_it(place))
             })
+    }
+
+    /// Whether an element lies in what the function was lent, and another function's cycle drives it: where each call is one cycle,
+    /// the one mode owes nothing for the other.
+    pub(super) fn is_driven_elsewhere(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
+        let graph = facts.graph;
+        let is_lent = place.base_var().is_none_or(|var| graph.var(var).param.is_some());
+        is_lent && self.fields.is_selected_elsewhere(self.program.index, graph, place)
     }
 }

@@ -327,12 +327,17 @@ impl Index {
         }
     }
 
-    /// The length of an array: a literal, or a constant of the analysed code that is one.
+    /// The length of an array: a literal, a constant of the analysed code that is one, or what comes out of such.
     #[must_use]
     pub fn length(&self, length: &ConstText, scope: &TyScope<'_>) -> Length {
         let text = &length.text;
         if length.value.is_some() {
             return Length { value: length.value, text: text.clone() };
+        }
+        if let Some((operator, left, right)) = length.sides.as_deref() {
+            let [left, right] = [left, right].map(|side| self.length(side, scope));
+            let value = left.value.zip(right.value).and_then(|(left, right)| arithmetic(operator, left, right));
+            return Length { value, text: format!("({}{operator}{})", left.text, right.text) };
         }
         if let Some(at) = scope.declaring(text) {
             // What a function is called with need not be what a type has under the same name.
@@ -403,13 +408,7 @@ impl Index {
             ExprKind::Binary { op, lhs, rhs } => {
                 let left = self.const_expr(scope, body, *lhs, depth + 1)?;
                 let right = self.const_expr(scope, body, *rhs, depth + 1)?;
-                match *op {
-                    "+" => left.checked_add(right),
-                    "-" => left.checked_sub(right),
-                    "*" => left.checked_mul(right),
-                    "/" => left.checked_div(right),
-                    _ => None,
-                }
+                arithmetic(op, left, right)
             }
             _ => None,
         }
@@ -679,6 +678,17 @@ fn iterator_of(path: &str, args: &[Ty]) -> Option<Ty> {
         _ => return None,
     };
     Some(Ty::std("std::iter::Iterator", vec![item]))
+}
+
+/// What an operator makes of two whole numbers.
+fn arithmetic(operator: &str, left: u64, right: u64) -> Option<u64> {
+    match operator {
+        "+" => left.checked_add(right),
+        "-" => left.checked_sub(right),
+        "*" => left.checked_mul(right),
+        "/" => left.checked_div(right),
+        _ => None,
+    }
 }
 
 /// Parameters and the arguments given for them, by name.

@@ -259,6 +259,7 @@ fn missing(cycle: &Cycle, pairs: &[&Pair]) -> Option<Diagnostic> {
         finding.notes.push(stands.to_owned());
         finding.helps.push(format!("update {them} once in every cycle, or {GUARD_HELP}"));
     }
+    finding.notes.extend(others(pairs));
     finding.helps.push(suppression(rule));
     Some(finding)
 }
@@ -280,6 +281,7 @@ fn skipped(cycle: &Cycle, pairs: &[&Pair]) -> Option<Diagnostic> {
     finding.notes.push(format!(
         "the cycles in which {stands} still are lost: no later step covers them, and the filter's time runs slower than the real one"
     ));
+    finding.notes.extend(others(pairs));
     finding.helps.push(format!("update {them} before the paths part, or reset {them} on the path that skips"));
     finding.helps.push(GUARD_HELP.to_owned());
     finding.helps.push(suppression(rule));
@@ -418,8 +420,29 @@ fn start(rule: &'static Rule, cycle: &Cycle, pairs: &[&Pair], message: String, s
     }
 }
 
+/// The names of a group: of a large one the first, for a message that can be read.
 fn names(pairs: &[&Pair]) -> String {
-    quoted(&pairs.iter().map(|pair| pair.name.clone()).collect::<Vec<_>>())
+    let (told, rest) = told(pairs);
+    match rest.len() {
+        0 => quoted(&told),
+        more => {
+            format!("{} and {more} more", told.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "))
+        }
+    }
+}
+
+/// What a message does not name of a large group.
+fn others(pairs: &[&Pair]) -> Option<String> {
+    let (_, rest) = told(pairs);
+    (!rest.is_empty()).then(|| format!("the others are {}", quoted(&rest)))
+}
+
+fn told(pairs: &[&Pair]) -> (Vec<String>, Vec<String>) {
+    const MOST_NAMES: usize = 8;
+    const FIRST_NAMES: usize = 5;
+    let mut names: Vec<String> = pairs.iter().map(|pair| pair.name.clone()).collect();
+    let rest = if names.len() > MOST_NAMES { names.split_off(FIRST_NAMES) } else { Vec::new() };
+    (names, rest)
 }
 
 /// `a`, `b` and `c`

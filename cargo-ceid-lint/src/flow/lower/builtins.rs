@@ -369,9 +369,8 @@ impl Builder<'_> {
     fn certain_key(&self, key: &IndexKey) -> IndexKey {
         match key {
             IndexKey::Var(var) => {
-                let counts =
-                    self.graph.loops.iter().any(|info| info.counter.is_some_and(|(counter, _)| counter == *var));
-                if counts || self.graph.var(*var).param.is_some() {
+                let is_param = self.graph.var(*var).param.is_some() && !self.is_assigned(*var);
+                if self.is_counter(*var) || is_param {
                     key.clone()
                 } else {
                     IndexKey::Data(self.graph.var(*var).name.clone().into())

@@ -331,15 +331,12 @@ impl Builder<'_> {
         value.is_owned && !is_reference && (receiver != Some(expr) || targets.iter().all(by_value))
     }
 
-    /// The index that an argument is, if it is a constant or a variable.
+    /// The index that an argument is; `None` if it is a range.
     pub(super) fn argument_index(&mut self, expr: ExprId, value: &Value) -> Option<IndexKey> {
         if let Some(key) = value.head.as_deref().and_then(IndexKey::of_head) {
             return Some(key);
         }
-        match self.index_key(expr) {
-            Some(key @ (IndexKey::Number(_) | IndexKey::Named(_) | IndexKey::Var(_))) => Some(key),
-            _ => None,
-        }
+        self.index_key(expr)
     }
 
     /// The place whose value an argument is. What is cast has other heads.

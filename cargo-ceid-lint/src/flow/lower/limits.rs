@@ -211,7 +211,7 @@ impl Builder<'_> {
                     return found.push(limit);
                 }
                 let scope = self.program.index.scope_of(self.frames[self.frame].function);
-                let text = ConstText { text: path.text(), value: None };
+                let text = ConstText { text: path.text(), value: None, sides: None };
                 let length = self.program.index.length(&text, &scope);
                 found.push(Limit::Length(length));
             }

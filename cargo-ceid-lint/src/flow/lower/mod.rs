@@ -169,6 +169,8 @@ struct Builder<'a> {
     numbers: FxHashMap<Var, u64>,
     /// The numbers that variables were declared with, even if they change.
     initials: FxHashMap<Var, u64>,
+    /// Other names of parameters and counters, where neither ever changes: `let channel = index;`.
+    copies: FxHashMap<Var, Var>,
     /// Variables that hold a state which a law gave back.
     advanced: FxHashSet<Var>,
     /// The locals that a `move` closure has copies of, and the copies.
@@ -262,6 +264,7 @@ impl<'a> Builder<'a> {
             iterators: FxHashMap::default(),
             numbers: FxHashMap::default(),
             initials: FxHashMap::default(),
+            copies: FxHashMap::default(),
             advanced: FxHashSet::default(),
             captures: FxHashMap::default(),
             deferred: FxHashMap::default(),
@@ -443,6 +446,7 @@ impl<'a> Builder<'a> {
             Some(source) => self.iterators.insert(var, Rc::clone(source)),
             None => self.iterators.remove(&var),
         };
+        self.note_copy_of_number(var, value);
         self.numbers.remove(&var);
         if let Some(number) = value.head.as_deref().and_then(|head| head.parse().ok()) {
             self.initials.entry(var).or_insert(number);

@@ -77,7 +77,7 @@ impl Builder<'_> {
             if let Some(number) = self.numbers.get(&var) {
                 return IndexKey::Number(*number);
             }
-            return IndexKey::Var(var);
+            return IndexKey::Var(self.number_behind(var));
         }
         match self.typed().expr_def.get(&id) {
             Some(Def::Value(value)) if !self.program.index.value(*value).item.is_static => {
@@ -157,18 +157,47 @@ impl Builder<'_> {
     fn settle_key(&self, key: IndexKey, value: Option<&Place>) -> IndexKey {
         match key {
             IndexKey::Var(var) => {
-                let is_counter =
-                    self.graph.loops.iter().any(|info| info.counter.is_some_and(|(counter, _)| counter == var));
-                let is_param = self.graph.var(var).param.is_some();
+                // A parameter that is given another number names another element then.
+                let is_param = self.graph.var(var).param.is_some() && !self.is_assigned(var);
                 // A parameter of an inlined function or closure is what was passed for it.
-                let is_bound = value.is_some_and(|place| place.base_var() == Some(var));
-                if is_counter || (is_param && is_bound) {
+                let is_bound = value.and_then(Place::base_var).is_some_and(|own| self.number_behind(own) == var);
+                if self.is_counter(var) || (is_param && is_bound) {
                     key
                 } else {
                     IndexKey::Data(self.graph.var(var).name.clone().into())
                 }
             }
             other => other,
+        }
+    }
+
+    pub(super) fn is_counter(&self, var: Var) -> bool {
+        self.graph.loops.iter().any(|info| info.counter.is_some_and(|(counter, _)| counter == var))
+    }
+
+    /// Whether the local that a variable stands for is assigned or borrowed mutably somewhere, in whatever body it lies.
+    pub(super) fn is_assigned(&self, var: Var) -> bool {
+        let is_assigned = |frame: &super::Frame<'_>| {
+            frame.vars.iter().any(|(local, own)| *own == var && frame.mutated.contains(local))
+        };
+        self.frames.iter().any(is_assigned)
+    }
+
+    /// The parameter or counter that a variable is another name of, or itself.
+    fn number_behind(&self, var: Var) -> Var {
+        self.copies.get(&var).copied().unwrap_or(var)
+    }
+
+    /// Notes that a variable is another name of a parameter or counter.
+    pub(super) fn note_copy_of_number(&mut self, var: Var, value: &Value) {
+        self.copies.remove(&var);
+        let from = value.place.as_ref().filter(|place| place.steps.is_empty()).and_then(Place::base_var);
+        let Some(from) = from.map(|from| self.number_behind(from)) else { return };
+        let is_named = [var, from].iter().all(|var| !self.graph.var(*var).name.is_empty());
+        let is_number = self.graph.var(from).ty.peel() == &Ty::Int;
+        let lasts = is_number && (self.graph.var(from).param.is_some() || self.is_counter(from));
+        if is_named && lasts && !self.is_assigned(var) && !self.is_assigned(from) {
+            self.copies.insert(var, from);
         }
     }
 

@@ -87,13 +87,28 @@ impl Lowerer<'_, '_> {
     }
 }
 
-/// The spelling of a constant, and its value if it is an integer literal.
+/// The spelling of a constant, its value if it is an integer literal, and its sides if it is arithmetic.
 pub(super) fn const_text(value: &syn::Expr) -> ConstText {
     let integer = match bare(value) {
         syn::Expr::Lit(syn::ExprLit { lit: syn::Lit::Int(int), .. }) => int.base10_parse().ok(),
         _ => None,
     };
-    ConstText { text: tokens_text(&value.to_token_stream()), value: integer }
+    let sides = match bare(value) {
+        syn::Expr::Binary(binary) => operator(&binary.op)
+            .map(|operator| Box::new((operator, const_text(&binary.left), const_text(&binary.right)))),
+        _ => None,
+    };
+    ConstText { text: tokens_text(&value.to_token_stream()), value: integer, sides }
+}
+
+fn operator(operator: &syn::BinOp) -> Option<&'static str> {
+    match operator {
+        syn::BinOp::Add(_) => Some("+"),
+        syn::BinOp::Sub(_) => Some("-"),
+        syn::BinOp::Mul(_) => Some("*"),
+        syn::BinOp::Div(_) => Some("/"),
+        _ => None,
+    }
 }
 
 /// The expression inside parentheses, or alone in a block.

@@ -68,13 +68,15 @@ pub enum GenericArg {
     Constraint(String, Vec<Bound>),
 }
 
-/// A constant in a type: the source's spelling, and the value if it is an integer literal.
+/// A constant in a type: the source's spelling, the value if it is an integer literal, and the two sides of arithmetic.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ConstText {
     /// The spelling without spaces: `3`, `N`, `AXES::COUNT`.
     pub text: String,
     /// The value of an integer literal.
     pub value: Option<u64>,
+    /// The operator with its left and right side: `N - 1`.
+    pub sides: Option<Box<(&'static str, ConstText, ConstText)>>,
 }
 
 /// A bound; lifetimes and `?Trait` are dropped.
