@@ -2,7 +2,8 @@
 
 use super::laws::Finder;
 use crate::index::FunctionId;
-use crate::syntax::tree::{ExprId, ExprKind, PatKind};
+use crate::syntax::tree::{ExprId, ExprKind, PatKind, StmtKind};
+use crate::types::LocalId;
 
 impl Finder<'_> {
     /// The argument, counted without the receiver, with which a law indexes every field that it writes: `self.filters[i].run(x)`.
@@ -16,11 +17,26 @@ impl Finder<'_> {
             ExprKind::Field { base, name } if is_self(*base) => conduct.written.get(name),
             _ => None,
         };
+        // `let band = index;`
+        let renamed = |local: &LocalId| {
+            let blocks = body.exprs.iter().filter_map(|expr| match &expr.kind {
+                ExprKind::Block(block) => Some(&block.stmts),
+                _ => None,
+            });
+            blocks.flatten().find_map(|stmt| match &stmt.kind {
+                StmtKind::Let { pat, init: Some(init), .. } if typed.pat_local.get(pat) == Some(local) => {
+                    let is_fixed = matches!(body.pat(*pat).kind, PatKind::Bind { mutable: false, .. });
+                    typed.expr_local.get(init).filter(|_| is_fixed)
+                }
+                _ => None,
+            })
+        };
         let local = |mut at: ExprId| {
             while let ExprKind::Cast { value, .. } = &body.expr(at).kind {
                 at = *value;
             }
-            typed.expr_local.get(&at)
+            let local = typed.expr_local.get(&at)?;
+            Some(renamed(local).unwrap_or(local))
         };
         let ids = || (0u32..).map(ExprId).take(body.exprs.len());
         let indexed: Vec<(ExprId, ExprId)> = ids()
