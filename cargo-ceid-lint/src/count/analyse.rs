@@ -14,6 +14,7 @@ use super::fields::{Fields, touched_fields, updated_fields};
 use super::functions::{FunctionKind, called_functions, function_kind, is_law, reached_from_cycles};
 use super::generic_cycles;
 use super::given::place_of;
+use super::handles::{self, Handles, Joined};
 use super::instances::{leaves, place_ty, settle_elements};
 use super::lent::Lent;
 use super::remarks::{Steps, Waiting};
@@ -33,6 +34,7 @@ pub(super) struct FunctionFacts<'a> {
     pub(super) graph: &'a ControlFlowGraph,
     pub(super) aliases: Aliases,
     pub(super) dependence: ControlDependence,
+    pub(super) handles: Handles,
     /// The cycles of each instance that the function updates.
     pub(super) updated: Vec<Instance>,
     pub(super) kind: FunctionKind,
@@ -64,6 +66,7 @@ pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -
     let fields = updated_fields(program.index, &facts, &in_cycle, &super::callgraph::recursive(graphs));
     let anywhere = touched_fields(program.index, &facts);
     let lent = Lent::of(program.index, &summaries, &facts);
+    let joined = Joined::of(program.index, &facts);
     let waiting = super::remarks::waiting(program, graphs);
     let steps = Steps::of(program, graphs);
     let facts: Vec<Mutex<FunctionFacts<'_>>> = facts.into_iter().map(Mutex::new).collect();
@@ -78,6 +81,7 @@ pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -
                 fields: &fields,
                 anywhere: &anywhere,
                 lent: &lent,
+                joined: &joined,
                 waiting: &waiting,
                 steps: &steps,
                 effort: Effort::default(),
@@ -174,7 +178,9 @@ fn function_facts<'a>(
     }
     let function = &program.index.function(graph.function).function;
     let body = function.body.as_ref().map_or(function.head, |body| body.expr(body.root).span);
-    FunctionFacts { graph, aliases, dependence, updated, kind, is_in_cycle: in_cycle.contains(&graph.function), body }
+    let handles = Handles::of(program.index, graph, summaries);
+    let is_in_cycle = in_cycle.contains(&graph.function);
+    FunctionFacts { graph, aliases, dependence, handles, updated, kind, is_in_cycle, body }
 }
 
 /// The filters that are or lie at a place.
@@ -261,6 +267,8 @@ pub(super) struct Context<'a> {
     pub(super) anywhere: &'a Fields,
     /// What functions are lent that others update.
     pub(super) lent: &'a Lent,
+    /// Parts of types that may lead to one filter.
+    pub(super) joined: &'a Joined,
     /// Functions that make their callers wait.
     pub(super) waiting: &'a Waiting,
     /// The constant steps with which filters are made.
@@ -298,6 +306,7 @@ impl Context<'_> {
                 pairs.entry(CycleId::Function).or_default().push(pair);
             }
         }
+        handles::settle(self, facts, &mut pairs);
         self.owed_elements(facts, &mut pairs);
         self.owed_halves(facts, &mut pairs);
         self.owed(facts, &mut pairs, analysis);
