@@ -161,7 +161,7 @@ fn function_facts<'a>(
             && is_instance(program.index, graph, place, states.contains(place))
             && !is_debug_only(graph, place)
     });
-    let mut updated = Vec::new();
+    let mut updated: Vec<Instance> = Vec::new();
     for place in settle_elements(program.index, graph, &places) {
         let of_type =
             place_ty(program.index, graph, &place).and_then(|ty| Some(program.index.filter_spec(&ty)?.law.len()));
@@ -169,12 +169,18 @@ fn function_facts<'a>(
         for law in 0..halves.unwrap_or_else(|| program.index.halves()) {
             let dependence = &dependence;
             let search = Search::with_dependence(program, graph, &aliases, summaries, &place, law, dependence);
-            let instance = choose_cycles(graph, &aliases, summaries, &search, kind, in_cycle);
+            let instance = choose_cycles(graph, &aliases, summaries, &search, kind, in_cycle, &[]);
             // How many halves there are of a state that lies in an argument, its calls tell.
             if halves.is_some() || !search.updating().is_empty() || !search.dropped().is_empty() {
                 updated.push(instance);
             }
         }
+    }
+    let sampled: Vec<LoopId> = updated.iter().flat_map(|instance| &instance.sample_loops).copied().collect();
+    for instance in updated.iter_mut().filter(|instance| instance.function && !sampled.is_empty()) {
+        let (place, law) = (instance.place.clone(), instance.law);
+        let search = Search::with_dependence(program, graph, &aliases, summaries, &place, law, &dependence);
+        *instance = choose_cycles(graph, &aliases, summaries, &search, kind, in_cycle, &sampled);
     }
     let function = &program.index.function(graph.function).function;
     let body = function.body.as_ref().map_or(function.head, |body| body.expr(body.root).span);
