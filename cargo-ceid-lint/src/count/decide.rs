@@ -188,7 +188,14 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
     if is_certain && base.counts == [Count::Many.number()] && fills_in_samples(search, region) {
         return Decision { verdict: Verdict::PerSample, counts: vec![1], ..base };
     }
-    if let Some(end) = shortest(&exploration, ends.iter().filter(|end| end.state.count == Count::Many)) {
+    let many: Vec<&End> = ends.iter().filter(|end| end.state.count == Count::Many).collect();
+    let (doubtful, certain): (Vec<&End>, Vec<&End>) =
+        many.into_iter().partition(|end| search.asks_what_a_call_sets(&exploration, end.at));
+    if !doubtful.is_empty() && certain.is_empty() {
+        let cause = Cause::Limit("whether a call updates it shows in what it sets, which is not followed".to_owned());
+        return Decision { verdict: Verdict::Unproved, cause: Some(cause), ..base };
+    }
+    if let Some(end) = shortest(&exploration, certain.into_iter()) {
         if asks_dropped(search, &exploration, end) {
             return too_many_conditions(base);
         }
