@@ -30,6 +30,8 @@ pub(super) struct Aliases {
     plain: BTreeSet<Var>,
     /// Variables that hold a value of their own.
     owning: BTreeSet<Var>,
+    /// Parameters that are handles: what they lead to outlives the function, also where they are moved.
+    handed: BTreeSet<Var>,
     /// Which variables were computed from which.
     pub(super) derived: BTreeMap<Var, BTreeSet<Var>>,
     /// Places that may hold a state that is not in the place of the one before yet, with the halves of the laws that gave it.
@@ -79,7 +81,7 @@ fn is_given_another(graph: &ControlFlowGraph, set: &Assignment, at: Option<LoopI
 }
 
 /// Whether steps may lead to the same part: an element that stands for each may be any.
-fn may_match(steps: &[Projection], place: &[Projection]) -> bool {
+pub(super) fn may_match(steps: &[Projection], place: &[Projection]) -> bool {
     steps.iter().zip(place).all(|(left, right)| {
         left == right
             || matches!((left.key(), right.key()), (Some(IndexKey::Each), Some(_)) | (Some(_), Some(IndexKey::Each)))
@@ -108,6 +110,7 @@ impl Aliases {
             // What a function is given has its own value until it is given another one.
             if info.param.is_some() {
                 aliases.owning.insert(Var(number));
+                aliases.handed.extend(index.is_handle(&info.ty).then_some(Var(number)));
             }
         }
         for (id, node) in graph.node_ids().zip(&graph.nodes) {
@@ -296,7 +299,7 @@ impl Aliases {
         let Some(var) = from.base_var() else { return true };
         let info = graph.var(var);
         let is_callers = info.param.is_some() && (!from.steps.is_empty() || matches!(info.ty, Ty::Ref(..)));
-        if is_callers || self.unnamed.contains(&var) {
+        if is_callers || self.unnamed.contains(&var) || self.handed.contains(&var) {
             return true;
         }
         match at {

@@ -14,6 +14,7 @@ use super::fields::{Fields, touched_fields, touched_statics, updated_fields};
 use super::functions::{FunctionKind, called_functions, function_kind, is_law, reached_from_cycles};
 use super::generic_cycles;
 use super::given::place_of;
+use super::handles::{self, Handles, Joined};
 use super::instances::{leaves, place_ty, settle_elements};
 use super::lent::Lent;
 use super::recursive::is_told_by_outer;
@@ -34,6 +35,7 @@ pub(super) struct FunctionFacts<'a> {
     pub(super) graph: &'a ControlFlowGraph,
     pub(super) aliases: Aliases,
     pub(super) dependence: ControlDependence,
+    pub(super) handles: Handles,
     /// The cycles of each instance that the function updates.
     pub(super) updated: Vec<Instance>,
     pub(super) kind: FunctionKind,
@@ -66,6 +68,7 @@ pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -
     let anywhere = touched_fields(program.index, &facts);
     let statics = touched_statics(&summaries, &facts);
     let lent = Lent::of(program.index, &summaries, &facts);
+    let joined = Joined::of(program.index, &facts);
     let waiting = super::remarks::waiting(program, graphs);
     let steps = Steps::of(program, graphs);
     let facts: Vec<Mutex<FunctionFacts<'_>>> = facts.into_iter().map(Mutex::new).collect();
@@ -81,6 +84,7 @@ pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -
                 anywhere: &anywhere,
                 statics: &statics,
                 lent: &lent,
+                joined: &joined,
                 waiting: &waiting,
                 steps: &steps,
                 effort: Effort::default(),
@@ -160,7 +164,7 @@ fn function_facts<'a>(
             && is_instance(program.index, graph, place, states.contains(place))
             && !is_debug_only(graph, place)
     });
-    let mut updated = Vec::new();
+    let mut updated: Vec<Instance> = Vec::new();
     for place in settle_elements(program.index, graph, &places) {
         let of_type =
             place_ty(program.index, graph, &place).and_then(|ty| Some(program.index.filter_spec(&ty)?.law.len()));
@@ -168,16 +172,24 @@ fn function_facts<'a>(
         for law in 0..halves.unwrap_or_else(|| program.index.halves()) {
             let dependence = &dependence;
             let search = Search::with_dependence(program, graph, &aliases, summaries, &place, law, dependence);
-            let instance = choose_cycles(graph, &aliases, summaries, &search, kind, in_cycle);
+            let instance = choose_cycles(graph, &aliases, summaries, &search, kind, in_cycle, &[]);
             // How many halves there are of a state that lies in an argument, its calls tell.
             if halves.is_some() || !search.updating().is_empty() || !search.dropped().is_empty() {
                 updated.push(instance);
             }
         }
     }
+    let sampled: Vec<LoopId> = updated.iter().flat_map(|instance| &instance.sample_loops).copied().collect();
+    for instance in updated.iter_mut().filter(|instance| instance.function && !sampled.is_empty()) {
+        let (place, law) = (instance.place.clone(), instance.law);
+        let search = Search::with_dependence(program, graph, &aliases, summaries, &place, law, &dependence);
+        *instance = choose_cycles(graph, &aliases, summaries, &search, kind, in_cycle, &sampled);
+    }
     let function = &program.index.function(graph.function).function;
     let body = function.body.as_ref().map_or(function.head, |body| body.expr(body.root).span);
-    FunctionFacts { graph, aliases, dependence, updated, kind, is_in_cycle: in_cycle.contains(&graph.function), body }
+    let handles = Handles::of(program.index, graph, summaries);
+    let is_in_cycle = in_cycle.contains(&graph.function);
+    FunctionFacts { graph, aliases, dependence, handles, updated, kind, is_in_cycle, body }
 }
 
 /// The filters that are or lie at a place.
@@ -266,6 +278,8 @@ pub(super) struct Context<'a> {
     pub(super) statics: &'a BTreeSet<ValueId>,
     /// What functions are lent that others update.
     pub(super) lent: &'a Lent,
+    /// Parts of types that may lead to one filter.
+    pub(super) joined: &'a Joined,
     /// Functions that make their callers wait.
     pub(super) waiting: &'a Waiting,
     /// The constant steps with which filters are made.
@@ -306,6 +320,7 @@ impl Context<'_> {
                 pairs.entry(CycleId::Function).or_default().push(pair);
             }
         }
+        handles::settle(self, facts, &mut pairs);
         self.owed_elements(facts, &mut pairs);
         self.owed_halves(facts, &mut pairs);
         self.owed(facts, &mut pairs, analysis);

@@ -40,6 +40,7 @@ pub(super) fn choose_cycles(
     search: &Search<'_>,
     kind: FunctionKind,
     in_cycle: &BTreeSet<FunctionId>,
+    of_siblings: &[LoopId],
 ) -> Instance {
     let declared = search.instance.base_var().and_then(|var| graph.var(var).in_loop);
     // What is made here no caller sees: no cycle around the call counts its updates.
@@ -90,6 +91,11 @@ pub(super) fn choose_cycles(
             node,
             choose(graph, aliases, summaries, search, node, &around, counts_as, is_helper, &mut sample_loops),
         ));
+    }
+    // A loop over the samples of its siblings is one over samples: a control rate inside it is a rate of samples.
+    if kind == FunctionKind::Cycle {
+        let around = chosen.iter().flat_map(|(node, _)| graph.loops_around(*node));
+        sample_loops.extend(around.filter(|id| of_siblings.contains(id) && !search.binds(*id)));
     }
     // What else updates the instance for a sample belongs to the sample's cycle, by whatever name.
     for (node, cycle) in &mut chosen {

@@ -11,12 +11,15 @@ use super::oversampled::fills_in_samples;
 use super::returned;
 use super::samples;
 use super::search::{End, EndKind, Exploration, Region, Search, Start};
-use super::skips::{is_behind_number, is_by_key, is_of_nothing, is_passed_by_search, loop_left, skip_place};
+use super::skips::{
+    is_behind_number, is_by_key, is_of_nothing, is_passed_by_search, is_passed_over, loop_left, skip_place,
+    trades_places,
+};
 use super::stand_ins;
 use super::verdict::{Evidence, Gate, Verdict};
 use super::witness::{is_closure_call, steps, steps_inside};
 use crate::diagnostic::WitnessStep;
-use crate::flow::{Cause, Effect, IndexKey, LoopId, Place};
+use crate::flow::{Cause, Effect, IndexKey, Place};
 use crate::index::{CrateInfo, FunctionId, Index};
 use crate::source::Span;
 
@@ -185,7 +188,14 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
     if is_certain && base.counts == [Count::Many.number()] && fills_in_samples(search, region) {
         return Decision { verdict: Verdict::PerSample, counts: vec![1], ..base };
     }
-    if let Some(end) = shortest(&exploration, ends.iter().filter(|end| end.state.count == Count::Many)) {
+    let many: Vec<&End> = ends.iter().filter(|end| end.state.count == Count::Many).collect();
+    let (doubtful, certain): (Vec<&End>, Vec<&End>) =
+        many.into_iter().partition(|end| search.asks_what_a_call_sets(&exploration, end.at));
+    if !doubtful.is_empty() && certain.is_empty() {
+        let cause = Cause::Limit("whether a call updates it shows in what it sets, which is not followed".to_owned());
+        return Decision { verdict: Verdict::Unproved, cause: Some(cause), ..base };
+    }
+    if let Some(end) = shortest(&exploration, certain.into_iter()) {
         if asks_dropped(search, &exploration, end) {
             return too_many_conditions(base);
         }
@@ -260,7 +270,7 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
         return Decision { verdict: Verdict::Unproved, cause: Some(Cause::Index(name)), ..base };
     }
     // What updates it under another name only, as after a swap, may do so in another iteration.
-    if is_untouched && !search.is_updated_by_name() {
+    if is_untouched && !search.is_updated_by_name() || trades_places(search, region) {
         let cause = search.unknown_cause().unwrap_or_else(|| {
             Cause::Code(format!(
                 "what stands in the place of `{}` by then",
@@ -283,17 +293,6 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
         return missed(search, region, head_of(search, region), Decision { gate: None, ..decision });
     }
     decision
-}
-
-/// Whether a way skips where an element is passed over: `for voice in voices.iter_mut().filter(|voice| voice.is_playing())`.
-fn is_passed_over(search: &Search<'_>, exploration: &Exploration, end: &End) -> bool {
-    let passes = |id: LoopId| search.covers(id) && search.graph.loop_info(id).passes_over;
-    match end.state.skipped_at {
-        Some(at) => search.graph.loops_around(at).any(passes),
-        None => exploration.path(end.at).iter().any(
-            |at| matches!(search.graph.node(exploration.states[*at].node).effect, Effect::LoopHead(id) if passes(id)),
-        ),
-    }
 }
 
 fn missed(search: &Search<'_>, region: Region, head: Span, base: Decision) -> Decision {

@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
-use super::given::{GivenBase, given};
+use super::given::{Given, GivenBase, MAX_PLACES, given, place_of};
+use super::handles::{has_handles, is_shared};
 use super::summary::Summaries;
 use super::uses::is_plain;
 use crate::flow::{ControlFlowGraph, Effect, Place};
@@ -43,4 +44,46 @@ pub(super) fn params(
         }
     }
     kept
+}
+
+/// Where a function puts the handles of filters that it is given, itself or by a call.
+pub(super) fn handles(
+    index: &Index,
+    graph: &ControlFlowGraph,
+    aliases: &Aliases,
+    summaries: &Summaries,
+) -> BTreeSet<(Given, Given)> {
+    let mut found = BTreeSet::new();
+    if !has_handles(index, graph) {
+        return found;
+    }
+    let mut add = |to: &Place, from: &Place| {
+        for (part, root) in aliases.parts(from) {
+            let Some(from) = given(graph, &root).filter(|_| is_shared(index, graph, &root)) else { continue };
+            for to in aliases.roots(to).into_iter().filter_map(|to| given(graph, &to.join(&part))) {
+                if to.base != from.base && matches!(from.base, GivenBase::Param(_)) {
+                    found.insert((to, from.clone()));
+                }
+            }
+        }
+    };
+    for node in &graph.nodes {
+        match &node.effect {
+            Effect::Set(set) | Effect::Write(set) => {
+                if let Some(from) = &set.from {
+                    add(&set.place, from);
+                }
+            }
+            Effect::Call(site) => {
+                let callees = site.targets.iter().filter_map(|target| summaries.get(*target));
+                for (to, from) in callees.flat_map(|callee| &callee.puts) {
+                    if let (Some(to), Some(from)) = (place_of(to, site), place_of(from, site)) {
+                        add(&to, &from);
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    if found.len() > MAX_PLACES { BTreeSet::new() } else { found }
 }

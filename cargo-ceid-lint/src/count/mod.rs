@@ -28,6 +28,7 @@ mod generic_cycles;
 mod given;
 mod guards;
 mod handed;
+mod handles;
 mod instances;
 mod kept;
 mod lent;

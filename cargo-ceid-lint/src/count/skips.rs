@@ -7,7 +7,7 @@ use super::gates::Asks;
 use super::given::place_of;
 use super::search::{End, Exploration, Region, Search};
 use super::verdict::Evidence;
-use crate::flow::{Effect, LoopId, Mark, NodeId, Place, Subject};
+use crate::flow::{Effect, LoopId, Mark, NodeId, Place, Relation, Subject, Transfer};
 use crate::source::Span;
 
 /// The statement that skips: the way out that is taken, the arm, or the condition that fails. Where it is in a function that is
@@ -235,5 +235,38 @@ pub(super) fn skip_inside<'s>(search: &'s Search<'_>, node: NodeId) -> Option<&'
     match &search.graph.node(node).effect {
         Effect::Call(site) => search.skip_in(site),
         _ => None,
+    }
+}
+
+/// Whether some iterations of a loop let the instance change places with another one, so that the next one finds it there:
+/// `if turned() { mem::swap(&mut front, &mut back); }`. Where each does, each filter runs every other time.
+pub(super) fn trades_places(search: &Search<'_>, region: Region) -> bool {
+    let graph = search.graph;
+    let Region::Loop(own) = region else { return false };
+    let inside = |id: &NodeId| graph.is_within(graph.node(*id).in_loop, own);
+    let is_choice = |id: NodeId| inside(&id) && matches!(graph.node(id).effect, Effect::Branch(_));
+    let moved = |id: NodeId| match &graph.node(id).effect {
+        Effect::Set(set) if set.transfer == Transfer::Move && set.rebinds => Some((&set.place, set.from.as_ref()?)),
+        _ => None,
+    };
+    let chosen = graph.node_ids().filter(|id| inside(id) && search.conditions_of(*id).any(is_choice));
+    let moves: Vec<(&Place, &Place)> = chosen.filter_map(moved).collect();
+    let is_held = |place: &Place| matches!(place.relate(search.instance, &|_| None), Relation::Holds(_));
+    // What is taken out of one place is put where the value of the other one was.
+    moves.iter().any(|(between, one)| {
+        let back = moves.iter().filter(|(_, from)| from == between).map(|(to, _)| *to);
+        back.into_iter()
+            .any(|other| other != *one && moves.contains(&(*one, other)) && (is_held(one) || is_held(other)))
+    })
+}
+
+/// Whether a way skips where an element is passed over: `for voice in voices.iter_mut().filter(|voice| voice.is_playing())`.
+pub(super) fn is_passed_over(search: &Search<'_>, exploration: &Exploration, end: &End) -> bool {
+    let passes = |id: LoopId| search.covers(id) && search.graph.loop_info(id).passes_over;
+    match end.state.skipped_at {
+        Some(at) => search.graph.loops_around(at).any(passes),
+        None => exploration.path(end.at).iter().any(
+            |at| matches!(search.graph.node(exploration.states[*at].node).effect, Effect::LoopHead(id) if passes(id)),
+        ),
     }
 }

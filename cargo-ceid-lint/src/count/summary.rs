@@ -127,6 +127,8 @@ pub(super) struct Summary {
     pub(super) shown: Shown,
     /// The parameters that it puts into what another one of them leads to.
     pub(super) keeps: BTreeSet<usize>,
+    /// Where it puts what it is given: the place, and what is there from then on.
+    pub(super) puts: BTreeSet<(Given, Given)>,
     /// The functions that it calls.
     pub(super) calls: BTreeSet<FunctionId>,
     /// The parts of its result that its own cycles have updated.
@@ -279,6 +281,7 @@ impl Summaries {
             }
         }
         summary.keeps = kept::params(program.index, graph, &aliases, self);
+        summary.puts = kept::handles(program.index, graph, &aliases, self);
         summary.uses.retain(|given| holds_filter_at(program.index, graph, &instance_of(graph, given)));
         if summary.returns.len() > MAX_PLACES {
             let whole = |borrow: &Borrow| Borrow { part: Vec::new(), param: borrow.param, steps: Vec::new() };

@@ -222,6 +222,20 @@ impl Index {
         }
     }
 
+    /// Whether a clone of a value of the type leads to the same filters: all of them lie behind handles.
+    #[must_use]
+    pub fn is_handle(&self, ty: &Ty) -> bool {
+        self.holds_filter(ty) && self.is_made_of_handles(ty, 0)
+    }
+
+    fn is_made_of_handles(&self, ty: &Ty, depth: u32) -> bool {
+        match ty {
+            Ty::External(path, _) if matches!(path.rsplit("::").next(), Some("Rc" | "Arc" | "Weak")) => true,
+            Ty::Adt(..) if !self.derives(ty, "std::clone::Clone") => false,
+            _ => self.is_all_of_filters(ty, depth, Self::is_made_of_handles),
+        }
+    }
+
     /// Whether something holds of all parts of a value that lead to filters, as far as its type tells them.
     fn is_all_of_filters(&self, ty: &Ty, depth: u32, holds: impl Fn(&Self, &Ty, u32) -> bool) -> bool {
         const MAX_DEPTH: u32 = 6;

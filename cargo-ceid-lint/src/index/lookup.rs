@@ -147,7 +147,7 @@ impl Index {
     }
 
     /// Whether a type derives a trait of the standard library.
-    fn derives(&self, ty: &Ty, path: &str) -> bool {
+    pub(super) fn derives(&self, ty: &Ty, path: &str) -> bool {
         let (Ty::Adt(id, _), Some(path)) = (ty, path.strip_prefix("std::")) else { return false };
         self.type_def(*id).attributes.iter().any(|attribute| {
             let mut names = attribute.arguments.split(|letter: char| !letter.is_alphanumeric());

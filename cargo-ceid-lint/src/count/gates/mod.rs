@@ -168,7 +168,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         };
         match (at_gate, at_loop, gate) {
             (Some(ratio), _, _) | (None, Some(CycleDirective::Every(ratio)), Some(Gate::Rate)) => {
-                (gate == Some(Gate::Rate) && rate::has_ratio(&test.about, ratio)).then_some(Gate::Rate)
+                (gate == Some(Gate::Rate) && self.has_ratio(test, at, ratio)).then_some(Gate::Rate)
             }
             _ => gate,
         }

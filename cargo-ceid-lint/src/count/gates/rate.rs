@@ -5,7 +5,7 @@ use crate::count::cycles::named;
 use crate::count::given::place_of;
 use crate::count::search::Region;
 use crate::count::verdict::Gate;
-use crate::flow::{About, CallSite, ChangeKind, Computed, Effect, Head, NodeId, Place, Test};
+use crate::flow::{CallSite, ChangeKind, Computed, Effect, Head, NodeId, Place, Test};
 use crate::index::Ty;
 
 /// Parts of the names of functions that give the number of a cycle.
@@ -409,22 +409,36 @@ impl Gates<'_, '_> {
         };
         !self.reached(|node, _| !is_given(node))[at.0 as usize]
     }
+
+    /// Whether a rate gate opens in one of so many cycles, as far as its condition tells: a counter is compared with the ratio, or
+    /// with its last number, where it counts behind the condition.
+    pub(super) fn has_ratio(&self, test: &Test, at: NodeId, ratio: u64) -> bool {
+        if let Some(own) = test.about.ratio {
+            return own == ratio;
+        }
+        let known: Vec<u64> = test.about.numbers.iter().copied().filter(|number| *number > 0).collect();
+        let is_exact = || test.about.reads.iter().any(|place| self.counts_from_zero(place, at));
+        known.is_empty() || known.contains(&ratio) || known.iter().any(|number| number + 1 == ratio) && !is_exact()
+    }
+
+    /// Whether a counter goes up before each question for it, and begins again with 0: then it is as high as there were cycles.
+    fn counts_from_zero(&self, place: &Place, at: NodeId) -> bool {
+        let begins = |id: NodeId| match &self.search.graph.node(id).effect {
+            Effect::Write(write) | Effect::Set(write) => write.head.as_deref() == Some("0"),
+            _ => false,
+        };
+        let counts = |id: &NodeId| self.change(*id) == Some(ChangeKind::CountsUp);
+        let steps = self.count_steps(place).unwrap_or_default();
+        let is_plain = steps.up && steps.set_back && !(steps.down || steps.wraps || steps.sums || steps.other);
+        is_plain
+            && self.assigning(place).all(|id| counts(&id) || begins(id))
+            && !self.calls_write(place)
+            && !self.reached(|node, _| !self.counts_at(node, place))[at.0 as usize]
+    }
 }
 
 /// Methods that only reckon.
 fn is_arithmetic(name: &str) -> bool {
     matches!(name, "is_multiple_of" | "rem_euclid" | "abs" | "min" | "max" | "unwrap" | "into")
         || name.starts_with("wrapping_")
-}
-
-/// Whether a rate gate opens in one of so many cycles, as far as its condition tells: a counter is compared with the ratio, or
-/// with its last number.
-pub(super) fn has_ratio(about: &About, ratio: u64) -> bool {
-    match about.ratio {
-        Some(own) => own == ratio,
-        None => {
-            let known: Vec<u64> = about.numbers.iter().copied().filter(|number| *number > 0).collect();
-            known.is_empty() || known.iter().any(|number| *number == ratio || number + 1 == ratio)
-        }
-    }
 }

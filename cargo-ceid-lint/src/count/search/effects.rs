@@ -9,7 +9,8 @@ use crate::count::returned;
 use crate::count::summary::Outcome;
 use crate::count::verdict::Gate;
 use crate::flow::{
-    Assignment, CallSite, Cause, LoopId, LoopInfo, OTHER_HEADS, Place, Relation, Rounds, Transfer, Update, Var,
+    Assignment, CallSite, Cause, ChangeKind, LoopId, LoopInfo, OTHER_HEADS, Place, Relation, Rounds, Subject, Transfer,
+    Update, Var,
 };
 use crate::index::Ty;
 
@@ -345,7 +346,11 @@ impl Run<'_, '_> {
                     let source = &graph.subjects[self.tracked.subjects[from].0 as usize];
                     Some(subject.translate(mask, &source.heads))
                 }
-                (None, None) => None,
+                (None, None) => {
+                    let kind = graph.changes.get(&state.node).map(|change| change.kind);
+                    let before = self.masks.get(state.masks)[target];
+                    (kind == Some(ChangeKind::CountsUp)).then(|| above(subject, before)).flatten()
+                }
             };
             if let Some(mask) = mask {
                 let mut all = self.masks.get(next.masks).clone();
@@ -404,7 +409,7 @@ impl Run<'_, '_> {
         self.masks.intern(all)
     }
 
-    fn subject_of_counter(&self, counter: Var) -> Option<&crate::flow::Subject> {
+    fn subject_of_counter(&self, counter: Var) -> Option<&Subject> {
         let place = Place::var(counter);
         let graph = self.search.graph;
         let all = self.tracked.subjects.iter().map(|id| &graph.subjects[id.0 as usize]);
@@ -425,6 +430,15 @@ impl Run<'_, '_> {
         all[at] = subject.bit(&number.to_string());
         self.masks.intern(all)
     }
+}
+
+/// The heads that a number can have when it has gone up from one of these.
+fn above(subject: &Subject, before: u32) -> Option<u32> {
+    let known = subject.heads.iter().filter(|head| subject.bit(head) & before != 0);
+    let least = known.map(|head| head.parse::<u64>().ok()).min()?.filter(|_| before & OTHER_HEADS == 0)?;
+    let is_higher = |head: &&String| head.parse::<u64>().is_ok_and(|number| number > least);
+    let higher = subject.heads.iter().filter(is_higher).fold(0, |mask, head| mask | subject.bit(head));
+    Some((higher | OTHER_HEADS) & subject.anything())
 }
 
 /// Whether a counter has a number in none but the rounds that are told apart, if it has it at all.

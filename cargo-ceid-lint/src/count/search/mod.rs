@@ -16,6 +16,7 @@ mod presence;
 mod reach;
 mod rounds;
 mod run;
+mod set_by_calls;
 mod settled;
 mod shared;
 mod unread;

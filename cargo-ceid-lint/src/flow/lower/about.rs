@@ -82,6 +82,8 @@ impl Builder<'_> {
                         about.is_masked = true;
                         about.ratio = self.number(*rhs).and_then(|mask| mask.checked_add(1));
                     }
+                    // The first number with which it is so, or is so no more.
+                    ">" | "<=" => about.numbers.extend(self.number(*rhs).map(|number| number.saturating_add(1))),
                     _ => about.numbers.extend(self.number(*rhs)),
                 }
                 self.collect_about(*lhs, about, depth + 1);

@@ -395,9 +395,10 @@ impl Builder<'_> {
                 if path.ends_with("::LockResult") && args.first().and_then(|inner| inner.peel().external_name()) == Some("Cell"))
     }
 
-    /// Whether a value is a handle whose clones share one instance.
+    /// Whether a value is a handle whose clones share one instance, or is made of such.
     pub(super) fn is_shared_handle(&self, id: ExprId) -> bool {
-        matches!(self.ty(id).peel().external_name(), Some("Rc" | "Arc" | "Weak"))
+        let ty = self.ty(id).peel();
+        matches!(ty.external_name(), Some("Rc" | "Arc" | "Weak")) || self.program.index.is_handle(ty)
     }
 
     /// A path on which the value is absent ends here.

@@ -228,6 +228,7 @@ impl Builder<'_> {
             return self.guard_from_call(id, resolved, exprs, values);
         }
         let result = self.emit_call(id, &resolved.targets, exprs, values, None);
+        self.keep_handles(id, exprs, values);
         self.give_away(id, &resolved.targets, exprs, values);
         self.give_destructors(&resolved.targets, exprs, values, span);
         if self.never_returns(id) {
@@ -437,6 +438,10 @@ impl Builder<'_> {
         let value = self.expr(receiver);
         if let Some(found) = self.method_by_name(id, receiver, method, args, &value) {
             return found;
+        }
+        // `#[derive(Clone)] struct Handle(Arc<..>)`
+        if method == "clone" && args.is_empty() && self.is_shared_handle(receiver) {
+            return Value { is_owned: false, ..value };
         }
         let values = self.values(args);
         let ty = self.ty(receiver).peel();

@@ -213,6 +213,23 @@ pub(super) fn variant_of(program: &Program<'_>, id: ValueId, depth: u32) -> Opti
     in_constant(program, id, named)?
 }
 
+/// What a static or constant is another name of, itself if of nothing: `static SAME: &Mutex<Pt1> = &LPF;`
+pub(super) fn referred(program: &Program<'_>, id: ValueId) -> ValueId {
+    let item = &program.index.value(id).item;
+    let is_reference = |body: &Body| matches!(body.expr(body.root).kind, ExprKind::Reference { .. });
+    if !item.value.as_ref().is_some_and(is_reference) {
+        return id;
+    }
+    let named = |own: Constants<'_>| match &own.body.expr(own.body.root).kind {
+        ExprKind::Reference { value, .. } => own.typed.expr_def.get(value).cloned(),
+        _ => None,
+    };
+    match in_constant(program, id, named).flatten() {
+        Some(Def::Value(named)) if program.index.value(named).item.is_static => named,
+        _ => id,
+    }
+}
+
 /// Whether all values that have the head of what a path names are equal.
 pub(super) fn is_exact(program: &Program<'_>, def: &Def, depth: u32) -> bool {
     let Def::Value(value) = def else { return true };

@@ -69,6 +69,13 @@ impl Builder<'_> {
                 }
                 Value { is_owned: false, ..value }
             }
+            // `&mut *(&raw mut FILTER)` is a reference to what it names.
+            ExprKind::Deref(inner)
+                if let ExprKind::Reference { raw: true, value, .. } = &self.body().expr(*inner).kind =>
+            {
+                let value = self.expr(*value);
+                Value { is_owned: true, ..value }
+            }
             ExprKind::Deref(inner) => {
                 let value = self.expr(*inner);
                 let place = value.place.map(|place| self.deref_place(*inner, place));

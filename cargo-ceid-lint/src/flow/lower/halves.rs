@@ -53,7 +53,7 @@ impl Builder<'_> {
                 }
             }
             // Which part an element is in is not known: it is in exactly one of them.
-            _ if !self.has_numbered_parts(id) => {
+            _ if !(self.has_numbered_parts(id) || single && self.goes_on_with_rest(receiver)) => {
                 let about = About { is_constant: true, ..About::default() };
                 let (first, second) = self.opaque_branch(span, self.text(id), about);
                 let after = self.add_node(Effect::Nothing, span);
@@ -84,6 +84,17 @@ impl Builder<'_> {
             same_as: None,
         };
         self.emit(Effect::Set(Box::new(set)), self.span(at));
+    }
+
+    /// Whether a loop goes through a slice by its rest: `while let Some((first, rest)) = all.split_first_mut() { …; all = rest; }`.
+    fn goes_on_with_rest(&self, receiver: ExprId) -> bool {
+        let typed = self.typed();
+        let own = typed.expr_local.get(&receiver).filter(|_| !self.loops.is_empty());
+        own.is_some_and(|own| {
+            self.body().exprs.iter().any(
+                |expr| matches!(&expr.kind, ExprKind::Assign { place, .. } if typed.expr_local.get(place) == Some(own)),
+            )
+        })
     }
 
     /// Whether an element of a part is named by its index somewhere, so that it matters where the parts begin.

@@ -33,8 +33,9 @@ impl Builder<'_> {
             return Some(Place::var(self.var_of(local)));
         }
         match self.typed().expr_def.get(&id) {
-            Some(Def::Value(value)) if self.program.index.value(*value).item.is_static => {
-                Some(Place::of_static(*value))
+            Some(Def::Value(value)) => {
+                let named = super::constants::referred(self.program, *value);
+                self.program.index.value(named).item.is_static.then(|| Place::of_static(named))
             }
             _ => None,
         }

@@ -69,6 +69,18 @@ impl Builder<'_> {
         }
     }
 
+    /// A function that makes something which can be called may put there the handles that it is given: `stepper(Arc::clone(&f))`.
+    pub(super) fn keep_handles(&mut self, id: ExprId, exprs: &[ExprId], values: &[Value]) {
+        if !self.ty(id).is_callable() {
+            return;
+        }
+        for (expr, value) in exprs.iter().zip(values).filter(|(_, value)| !value.is_owned) {
+            if let Some(place) = value.place.clone().filter(|_| self.is_shared_handle(*expr)) {
+                self.graph.kept.push((place, Cause::Code("a closure that is kept for later".to_owned())));
+            }
+        }
+    }
+
     fn note_stored_call(&mut self, by: Option<Var>, is_callee: bool, span: crate::source::Span) {
         if self.at.is_some() {
             let node = self.emit(Effect::Nothing, span);

@@ -1,5 +1,7 @@
 //! Small functions that are read where they are called: those that ask for a state, and those that switch it.
 
+use rustc_hash::FxHashSet;
+
 use super::{Builder, Frame, MAX_INLINE, Value};
 use crate::flow::{NodeId, Place};
 use crate::index::{FunctionId, Shape, Ty};
@@ -200,6 +202,7 @@ impl Builder<'_> {
         let gives = typed.ty(body.root);
         let is_told = is_choice(gives) || *gives == Ty::Tuple(Vec::new());
         let mut switches = is_told && params.any(|local| is_choice(&typed.local(*local).ty));
+        let (mut closures, mut of_filters) = (Vec::new(), FxHashSet::<ExprId>::default());
         for (number, expr) in body.exprs.iter().enumerate() {
             let id = ExprId(u32::try_from(number).unwrap_or(u32::MAX));
             match &expr.kind {
@@ -207,13 +210,17 @@ impl Builder<'_> {
                     switches |= (answers || self.is_state(typed.ty(*place))) && !is_local(body, *place);
                 }
                 ExprKind::AssignOp { place, .. } => switches |= answers && !is_local(body, *place),
-                ExprKind::MethodCall { receiver, method, .. } => {
+                ExprKind::MethodCall { receiver, method, args, .. } => {
                     switches |= super::flags::is_flag(typed.ty(*receiver)) && super::flags::changes_flag(method);
+                    let is_for_each = method == "for_each" && self.program.index.holds_filter(typed.ty(*receiver));
+                    of_filters.extend(args.iter().filter(|_| is_for_each));
                 }
+                // What it does to each filter of a collection: `for pid in &mut self.pids { pid.reset(); }`.
+                ExprKind::For { iterable, .. } if self.program.index.holds_filter(typed.ty(*iterable)) => {}
+                ExprKind::Closure(_) => closures.push(id),
                 ExprKind::Loop { .. }
                 | ExprKind::While { .. }
                 | ExprKind::For { .. }
-                | ExprKind::Closure(_)
                 | ExprKind::Try(_)
                 | ExprKind::Await(_)
                 | ExprKind::Opaque(_)
@@ -227,7 +234,7 @@ impl Builder<'_> {
                 switches = switches || depth < MAX_DEPTH && self.switches_state(inner, depth + 1);
             }
         }
-        switches
+        switches && closures.iter().all(|id| of_filters.contains(id))
     }
 
     /// Whether a function does nothing but tell a state from what its receiver holds: read where it is called, it tells the same

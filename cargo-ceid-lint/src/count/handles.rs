@@ -1,0 +1,261 @@
+//! Handles whose clones lead to one filter (`Rc`, `Arc`): what has another name in a cycle may be the same filter.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::aliases::may_match;
+use super::analyse::{Context, CycleId, FunctionFacts};
+use super::given::{Given, GivenBase, place_of, steps_at};
+use super::instances::{leaves, leaves_and_payloads, place_ty};
+use super::summary::Summaries;
+use super::verdict::{Pair, Verdict};
+use crate::flow::{Base, CallSite, Cause, ControlFlowGraph, Effect, NodeId, Place, Projection, Transfer, Var};
+use crate::index::{Index, Ty, TypeId};
+
+/// How many names are looked at for one place, and how many steps one may have.
+const MAX_NAMES: usize = 200;
+const MAX_STEPS: usize = 24;
+
+/// Where the handles of a function come from, whether they are moved or cloned.
+#[derive(Debug, Default)]
+pub(super) struct Handles {
+    sources: BTreeMap<Var, Vec<Source>>,
+}
+
+/// What a variable, or a part of it, is given.
+#[derive(Debug)]
+struct Source {
+    steps: Vec<Projection>,
+    from: Place,
+    at: Option<NodeId>,
+}
+
+/// Parts of types that some code makes lead to one filter.
+#[derive(Debug, Default)]
+pub(super) struct Joined(BTreeSet<(TypeId, Vec<Projection>, Vec<Projection>)>);
+
+/// Whether a function has to do with handles of filters at all.
+pub(super) fn has_handles(index: &Index, graph: &ControlFlowGraph) -> bool {
+    graph.vars.iter().any(|info| leaves_and_payloads(index, &info.ty).iter().any(|leaf| leaf.is_shared))
+}
+
+/// Whether a filter lies behind a handle, as far as the type of what holds it tells.
+pub(super) fn is_shared(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
+    let ty = match place.base {
+        Base::Var(var) => Some(graph.var(var).ty.clone()),
+        Base::Static(_) => place_ty(index, graph, &Place { base: place.base, steps: Vec::new() }),
+    };
+    let is_it = |steps: &[Projection]| steps.len() >= place.steps.len() && may_match(steps, &place.steps);
+    let leaves = ty.map(|ty| leaves_and_payloads(index, &ty)).unwrap_or_default();
+    leaves.iter().any(|leaf| leaf.is_shared && is_it(&leaf.steps))
+}
+
+/// The place of an argument, or a name of its own for what has none.
+fn argument(site: &CallSite, param: usize) -> Place {
+    let place = site.args.get(param).and_then(|arg| arg.place.clone());
+    place.unwrap_or_else(|| Place::var(site.result).field(&format!("#{param}")))
+}
+
+impl Handles {
+    pub(super) fn of(index: &Index, graph: &ControlFlowGraph, summaries: &Summaries) -> Self {
+        let mut handles = Self::default();
+        if !has_handles(index, graph) {
+            return handles;
+        }
+        for (id, node) in graph.node_ids().zip(&graph.nodes) {
+            match &node.effect {
+                Effect::Set(set) | Effect::Write(set) if set.transfer != Transfer::Copy => {
+                    if let Some(from) = &set.from {
+                        handles.add(&set.place, from.clone(), Some(id));
+                    }
+                }
+                Effect::Call(site) => {
+                    for callee in site.targets.iter().filter_map(|target| summaries.get(*target)) {
+                        for borrow in callee.returns_at(site) {
+                            let from = argument(site, borrow.param).join(&steps_at(&borrow.steps, site));
+                            handles.add(&Place::var(site.result).join(&borrow.part), from, Some(id));
+                        }
+                        let at = |given: &Given| match given.base {
+                            GivenBase::Param(param) => argument(site, param).join(&steps_at(&given.steps, site)),
+                            GivenBase::Static(id) => {
+                                Place { base: Base::Static(id), steps: steps_at(&given.steps, site) }
+                            }
+                        };
+                        for (to, from) in &callee.puts {
+                            handles.add(&place_of(to, site).unwrap_or_else(|| at(to)), at(from), Some(id));
+                        }
+                    }
+                }
+                _ => {}
+            }
+        }
+        for (var, place) in graph.loops.iter().flat_map(|info| &info.items) {
+            handles.add(&Place::var(*var), place.clone(), None);
+        }
+        handles
+    }
+
+    fn add(&mut self, to: &Place, from: Place, at: Option<NodeId>) {
+        if let Some(var) = to.base_var()
+            && to.steps.len() <= MAX_STEPS
+        {
+            self.sources.entry(var).or_default().push(Source { steps: to.steps.clone(), from, at });
+        }
+    }
+
+    /// Where what lies at a place comes from, and the places on the way there; with what lies in it, if that is asked for.
+    fn origins(&self, place: &Place, with_parts: bool) -> Origins {
+        let mut found = Origins::default();
+        let mut open = vec![place.clone()];
+        while let Some(place) = open.pop() {
+            if found.on_the_way.len() > MAX_NAMES
+                || place.steps.len() > MAX_STEPS
+                || !found.on_the_way.insert(place.clone())
+            {
+                continue;
+            }
+            let mut is_first = true;
+            for source in place.base_var().and_then(|var| self.sources.get(&var)).into_iter().flatten() {
+                let is_part = source.steps.len() > place.steps.len();
+                if may_match(&source.steps, &place.steps) && (with_parts || !is_part) {
+                    is_first &= is_part;
+                    open.push(source.from.join(place.steps.get(source.steps.len()..).unwrap_or_default()));
+                }
+            }
+            if is_first {
+                found.first.insert(place);
+            }
+        }
+        found
+    }
+
+    /// Whether two different places may lead to one filter.
+    fn may_be_one(&self, left: &Place, right: &Place) -> bool {
+        self.origins(left, false).overlaps(&self.origins(right, false))
+    }
+
+    /// Whether a filter lies in several elements of a collection, through which something is updated.
+    fn is_repeated_in_a_collection(&self, graph: &ControlFlowGraph, place: &Place) -> bool {
+        let own = self.origins(place, false);
+        let is_element = |source: &&Source| source.steps.iter().any(|step| step.key().is_some());
+        self.sources.iter().any(|(var, sources)| {
+            let elements: Vec<&Source> = sources.iter().filter(is_element).collect();
+            let mut holding = elements.iter().filter(|source| self.origins(&source.from, true).overlaps(&own));
+            let (Some(first), Some(second)) = (holding.next(), holding.next()) else { return false };
+            let is_used =
+                |place: &Place| self.origins(place, false).on_the_way.iter().any(|on| on.base_var() == Some(*var));
+            first.at != second.at
+                && graph.nodes.iter().any(|node| match &node.effect {
+                    Effect::Update(update) => is_used(&update.place),
+                    Effect::Call(site) => site.args.iter().filter_map(|arg| arg.place.as_ref()).any(is_used),
+                    _ => false,
+                })
+        })
+    }
+}
+
+/// Where something comes from.
+#[derive(Default)]
+struct Origins {
+    /// What comes from nowhere else.
+    first: BTreeSet<Place>,
+    on_the_way: BTreeSet<Place>,
+}
+
+impl Origins {
+    fn overlaps(&self, other: &Self) -> bool {
+        self.first.iter().any(|place| other.first.iter().any(|other| place.overlaps(other)))
+    }
+}
+
+impl Joined {
+    /// Finds them in everything that is made of parts.
+    pub(super) fn of(index: &Index, facts: &[FunctionFacts<'_>]) -> Self {
+        let mut found = BTreeSet::new();
+        for facts in facts {
+            for var in facts.handles.sources.keys() {
+                let Ty::Adt(id, _) = facts.graph.var(*var).ty.peel() else { continue };
+                let mut shared = leaves(index, facts.graph.var(*var).ty.peel());
+                shared.retain(|leaf| leaf.is_shared);
+                for (at, left) in shared.iter().enumerate() {
+                    for right in shared[at + 1..].iter().filter(|right| right.ty == left.ty) {
+                        let [one, other] = [left, right].map(|leaf| Place::var(*var).join(&leaf.steps));
+                        if facts.handles.may_be_one(&one, &other) {
+                            found.insert((*id, left.steps.clone(), right.steps.clone()));
+                        }
+                    }
+                }
+            }
+        }
+        Self(found)
+    }
+
+    /// Whether two places are parts of one value that some code makes lead to one filter.
+    fn has(&self, index: &Index, graph: &ControlFlowGraph, left: &Place, right: &Place) -> bool {
+        let common = left.steps.iter().zip(&right.steps).take_while(|(left, right)| left == right).count();
+        left.base == right.base
+            && !self.0.is_empty()
+            && (0..=common).any(|at| {
+                let owner = Place { base: left.base, steps: left.steps[..at].to_vec() };
+                let Some(Ty::Adt(id, _)) = place_ty(index, graph, &owner) else { return false };
+                let [one, other] = [left, right].map(|place| place.steps[at..].to_vec());
+                self.0.contains(&(id, one.clone(), other.clone())) || self.0.contains(&(id, other, one))
+            })
+    }
+}
+
+/// What may be the same filter as another one that the cycle updates is not proved to be updated once.
+pub(super) fn settle(context: &Context<'_>, facts: &FunctionFacts<'_>, pairs: &mut BTreeMap<CycleId, Vec<Pair>>) {
+    let (index, graph) = (context.program.index, facts.graph);
+    let shared: BTreeMap<String, &Place> = facts
+        .updated
+        .iter()
+        .filter(|instance| is_shared(index, graph, &instance.place))
+        .map(|instance| (graph.place_name(index, &instance.place), &instance.place))
+        .collect();
+    if shared.is_empty() {
+        return;
+    }
+    for filters in pairs.values_mut() {
+        let doubts: Vec<Option<Cause>> = filters
+            .iter()
+            .map(|pair| {
+                let place = shared.get(&pair.name).filter(|_| pair.verdict != Verdict::Repeated)?;
+                let is_same = |other: &&Pair| {
+                    let is_alike = other.half == pair.half && other.filter_type == pair.filter_type;
+                    let other = shared.get(&other.name).filter(|other| is_alike && *other != place);
+                    other.is_some_and(|other| {
+                        facts.handles.may_be_one(place, other) || context.joined.has(index, graph, place, other)
+                    })
+                };
+                if let Some(other) = filters.iter().find(is_same) {
+                    return Some(Cause::Limit(format!("`{}` may be another handle to it", other.name)));
+                }
+                let is_repeated = facts.handles.is_repeated_in_a_collection(graph, place);
+                is_repeated.then(|| Cause::Limit("several elements of a collection are handles to it".to_owned()))
+            })
+            .collect();
+        for (pair, doubt) in filters.iter_mut().zip(doubts) {
+            if let Some(cause) = doubt {
+                *pair = pair.in_doubt(&cause);
+            }
+        }
+    }
+}
+
+impl Pair {
+    /// The same, where it is not known whether it is so.
+    fn in_doubt(&self, cause: &Cause) -> Self {
+        Self {
+            verdict: Verdict::Unproved,
+            gate: None,
+            rules: Verdict::Unproved.rule().into_iter().collect(),
+            cause: Some(cause.to_string()),
+            witness: Vec::new(),
+            primary: None,
+            through: Vec::new(),
+            others: Vec::new(),
+            skips: false,
+            ..self.clone()
+        }
+    }
+}
