@@ -130,8 +130,13 @@ fn sync(directory: &Path) {
 pub fn write(path: &Path, text: &str) -> io::Result<()> {
     // What a symbolic link leads to is written, and the link stays.
     let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    if fs::metadata(&path).is_ok_and(|old| old.permissions().readonly()) {
+    let old = fs::metadata(&path).ok();
+    if old.as_ref().is_some_and(|old| old.permissions().readonly()) {
         return Err(io::Error::new(io::ErrorKind::PermissionDenied, "the file is read-only"));
+    }
+    // A device or a pipe takes the text, and stays what it is: no file may have the place of `/dev/null`.
+    if old.is_some_and(|old| !old.is_file() && !old.is_dir()) {
+        return fs::write(&path, text);
     }
     let staged = stage(&path, text)?;
     replace(&staged, &path).inspect_err(|_| remove(&staged))
@@ -220,5 +225,14 @@ mod tests {
         assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o640);
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
         fs::remove_dir_all(&directory).unwrap();
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn a_device_stays_a_device() {
+        use std::os::unix::fs::FileTypeExt;
+        let full = Path::new("/dev/full");
+        assert!(write(full, "x").is_err(), "it has no room for anything");
+        assert!(fs::metadata(full).unwrap().file_type().is_char_device());
     }
 }

@@ -84,6 +84,7 @@ impl Builder<'_> {
             let value = args.get(number).cloned().unwrap_or_default();
             self.bind_pattern(*pat, &value);
             self.note_handed(*pat);
+            self.note_counter(*pat, &value);
         }
     }
 

@@ -1,9 +1,9 @@
 //! Comparisons of the counter of a loop whose rounds are known: which of its numbers they hold for.
 
-use super::Builder;
 use super::subjects::Pure;
-use crate::flow::{Head, Rounds, Var};
-use crate::syntax::tree::{ExprId, ExprKind};
+use super::{Builder, Value};
+use crate::flow::{Head, LoopId, Place, Rounds, Var};
+use crate::syntax::tree::{ExprId, ExprKind, PatId};
 
 /// How many rounds are told apart.
 const MAX_ROUNDS: u64 = 16;
@@ -35,6 +35,21 @@ impl Builder<'_> {
             heads.extend(holds.then(|| number.to_string()));
         }
         Some((counter, heads))
+    }
+
+    /// A parameter that gets the number of the round asks for that number under another name.
+    pub(super) fn note_counter(&mut self, pat: PatId, value: &Value) {
+        let Some(local) = self.typed().pat_local.get(&pat).copied() else { return };
+        let counts = |var: &Var| {
+            let is_it = |id: &LoopId| self.graph.loop_info(*id).counter.is_some_and(|(counter, _)| counter == *var);
+            self.loops.iter().any(is_it)
+        };
+        let counter = value.same_as.filter(counts);
+        let frame = &mut self.frames[self.frame];
+        match counter.filter(|_| !frame.mutated.contains(&local)) {
+            Some(counter) => frame.stand_ins.insert(local, Place::var(counter)),
+            None => frame.stand_ins.remove(&local),
+        };
     }
 
     /// An entry of a constant table, `WEIGHTS[i]`: the same as long as its number is.
