@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
 use super::derived::Derived;
+use super::fed::{passed_on, writes_fed};
 use super::functions::FunctionKind;
-use super::instances::may_hold_filter;
 use super::search::Search;
 use super::summary::Summaries;
 use super::waits;
-use crate::flow::{CallSite, Caller, Computed, ControlFlowGraph, Effect, IndexKey, LoopId, NodeId, Place, Rounds, Var};
+use crate::flow::{CallSite, Caller, Computed, ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Var};
 use crate::index::{FunctionId, Ty};
 use crate::syntax::CycleDirective;
 
@@ -341,90 +341,6 @@ pub(super) fn feeds(
     })
 }
 
-/// Whether a round writes something into memory that the law reads: what the loop binds, or a value that comes from that.
-fn writes_fed(
-    graph: &ControlFlowGraph,
-    aliases: &Aliases,
-    search: &Search<'_>,
-    id: LoopId,
-    from: &Computed,
-    (from_bound, sampled): (&Derived<'_>, &[&Place]),
-) -> bool {
-    let index = search.program.index;
-    let is_memory = |place: &Place| {
-        let var = place.base_var().filter(|_| place.steps.is_empty());
-        !place.overlaps(search.instance) && var.is_none_or(|var| !may_hold_filter(index, &graph.var(var).ty))
-    };
-    let read: Vec<Place> =
-        named(&from.places).into_iter().flat_map(|place| aliases.roots(place)).filter(|root| is_memory(root)).collect();
-    let feeds = |root: &Place| read.iter().any(|read| read.overlaps(root) && read.steps.len() <= root.steps.len());
-    // Of what has a sample in one of its parts, the other parts are none.
-    let is_sample = |place: &&Place| {
-        let is_in = |part: &&Place| {
-            let mut inside = part.steps.iter().skip(place.steps.len());
-            part.overlaps(place) && inside.all(|step| step.key().is_some())
-        };
-        let is_owner = sampled.iter().any(|part| part.base == place.base);
-        sampled.iter().any(is_in) || !is_owner && place.base_var().is_some_and(|var| from_bound.contains(var))
-    };
-    let gives_sample = |computed: &Computed| named(&computed.places).iter().any(is_sample);
-    let is_inside = |node: NodeId| graph.is_within(graph.node(node).in_loop, id);
-    let writes = |node: NodeId| {
-        let Effect::Write(write) = &graph.node(node).effect else { return false };
-        let var = write.place.base_var();
-        let is_bound = var.is_some_and(|var| from_bound.contains(var));
-        if !is_bound && !graph.changes.get(&node).is_some_and(|change| gives_sample(&change.computed)) {
-            return false;
-        }
-        // What a loop binds lies in what it runs over.
-        let loops = graph.loops_around(node).map(|id| graph.loop_info(id));
-        let binding = loops.filter(|info| var.is_some_and(|var| info.bound.contains(&var)));
-        let over = binding.flat_map(|info| info.over.iter().chain(&info.filled));
-        let over = over.flat_map(|place| aliases.roots(place)).map(|root| root.element(IndexKey::Each));
-        aliases.roots(&write.place).iter().any(feeds) || over.into_iter().any(|root| feeds(&root))
-    };
-    // What is put to what was there before is no sample alone.
-    let is_emptied = |place: &Place| graph.emptied.iter().any(|(node, emptied)| is_inside(*node) && emptied == place);
-    let fills = |(node, place, from): &(NodeId, Place, Computed)| {
-        is_inside(*node) && is_emptied(place) && gives_sample(from) && aliases.roots(place).iter().any(feeds)
-    };
-    graph.node_ids().any(|node| is_inside(node) && writes(node)) || graph.filled.iter().any(fills)
-}
-
-/// What some variables give in a round of a loop, and what comes out of what is set with that: `delay.set_time(lfo.update(rate));
-/// *sample = delay.run(*sample);`
-fn passed_on(graph: &ControlFlowGraph, aliases: &Aliases, search: &Search<'_>, given: &[Var], id: LoopId) -> Vec<Var> {
-    let from_given = aliases.derived_from(given);
-    let nodes = || graph.node_ids().filter(|node| graph.is_within(graph.node(*node).in_loop, id));
-    let calls = || {
-        nodes().filter_map(|node| match &graph.node(node).effect {
-            Effect::Call(site) if !receives(aliases, search, site) => {
-                Some((&**site, site.args.first().and_then(|arg| arg.place.as_ref())?))
-            }
-            _ => None,
-        })
-    };
-    let is_set = |(site, _): &(&CallSite, &Place)| site.fed.iter().any(|var| from_given.contains(*var));
-    let mut set: Vec<Place> = calls().filter(is_set).flat_map(|(_, place)| aliases.roots(place)).collect();
-    set.extend(nodes().filter_map(|node| match &graph.node(node).effect {
-        Effect::Write(write) => {
-            let mut read = graph.changes.get(&node)?.computed.places.iter().filter_map(Place::base_var);
-            let (_, owner) = write.place.steps.split_last().filter(|_| read.any(|var| from_given.contains(var)))?;
-            Some(Place { base: write.place.base, steps: owner.to_vec() })
-        }
-        _ => None,
-    }));
-    // Of what the function was lent, the one part says nothing of the others.
-    let is_part =
-        |place: &Place| !place.steps.is_empty() || place.base_var().is_some_and(|var| graph.var(var).param.is_none());
-    let is_of_set = |place: &Place| {
-        let roots = aliases.roots(place);
-        roots.iter().filter(|root| is_part(root)).any(|root| set.iter().any(|own| is_part(own) && own.overlaps(root)))
-    };
-    let given_by = calls().filter(|(_, place)| is_of_set(place)).flat_map(|(site, _)| &site.into);
-    given.iter().chain(given_by).copied().collect()
-}
-
 /// Whether what a write above an update gives comes from one of some variables: `kf.z = *z; kf.update()`.
 fn is_given(graph: &ControlFlowGraph, write: NodeId, update: NodeId, from: &Derived<'_>) -> bool {
     let is_before = graph.node(write).span.start < graph.node(update).span.start;
@@ -500,6 +416,6 @@ fn concerns(aliases: &Aliases, search: &Search<'_>, place: &Place) -> bool {
 }
 
 /// Whether the first argument of a call is the instance, a part of it, or its owner.
-fn receives(aliases: &Aliases, search: &Search<'_>, site: &CallSite) -> bool {
+pub(super) fn receives(aliases: &Aliases, search: &Search<'_>, site: &CallSite) -> bool {
     site.args.first().and_then(|arg| arg.place.as_ref()).is_some_and(|place| concerns(aliases, search, place))
 }

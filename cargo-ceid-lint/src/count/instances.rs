@@ -60,6 +60,13 @@ fn may_be(index: &Index, ty: &Ty, steps: &[Projection]) -> Vec<(Ty, Ty)> {
     index.types_behind(ty).into_iter().filter_map(with_part).collect()
 }
 
+/// Whether a place lies in an owner that the function was given by value: nothing else has it.
+pub(super) fn is_in_given(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
+    let info = place.base_var().map(|var| graph.var(var)).filter(|info| info.param.is_some() && info.name != "self");
+    let is_owner = info.is_some_and(|info| matches!(info.ty, Ty::Adt(..)));
+    is_owner && !place.steps.is_empty() && !is_lent(index, graph, place)
+}
+
 /// How far the steps of a place lead through types that are known, and where to.
 pub(super) fn known_steps(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Option<(Ty, usize)> {
     let ty = match place.base {

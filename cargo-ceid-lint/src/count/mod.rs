@@ -20,6 +20,7 @@ mod derived;
 mod dispatched;
 mod effort;
 mod entered;
+mod fed;
 mod fields;
 mod finished;
 mod functions;

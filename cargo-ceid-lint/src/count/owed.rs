@@ -16,7 +16,7 @@ use super::witness::OF_COPY;
 use crate::config::Multiplicity;
 use crate::diagnostic::WitnessStep;
 use crate::flow::{ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Transfer, Var};
-use crate::index::{Index, Ty, ValueId};
+use crate::index::{Ty, ValueId};
 use crate::source::Span;
 use crate::syntax::CycleDirective;
 
@@ -199,7 +199,7 @@ impl Context<'_> {
         let is_param = info.is_none_or(|info| info.param.is_some());
         // What lies in a static or behind a reference may be updated elsewhere; what lies in a local or in what the function was
         // given is updated here or handed on.
-        let is_local = !is_param || is_in_given(index, graph, place);
+        let is_local = !is_param || instances::is_in_given(index, graph, place);
         let is_touched = |fields: &Fields| !fields.laws(index, graph, place).is_empty();
         if !is_local && (is_touched(self.fields) || is_touched(self.anywhere) || self.lent.has(index, graph, place)) {
             return;
@@ -471,13 +471,6 @@ impl Context<'_> {
             cycle,
         });
     }
-}
-
-/// Whether a place lies in an owner that the function was given by value: nothing else has it.
-pub(super) fn is_in_given(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
-    let info = place.base_var().map(|var| graph.var(var)).filter(|info| info.param.is_some() && info.name != "self");
-    let is_owner = info.is_some_and(|info| matches!(info.ty, Ty::Adt(..)));
-    is_owner && !place.steps.is_empty() && !instances::is_lent(index, graph, place)
 }
 
 /// Whether a variable is given a clone of what has a name.

@@ -1,7 +1,7 @@
 //! Which of the cycles that update something in the same scope owes a filter its update.
 
 use super::analyse::{Context, CycleId, FunctionFacts};
-use super::owed::is_in_given;
+use super::instances::is_in_given;
 use crate::flow::{ControlFlowGraph, LoopId, Place, Rounds};
 
 impl Context<'_> {
