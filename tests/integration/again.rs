@@ -65,7 +65,7 @@ fn loaded(directory: &Path) -> Project {
 #[test]
 fn what_is_remembered_is_what_a_fresh_check_finds() {
     let (mut kept, mut taken_over) = (0, 0);
-    for seed in 0..6 {
+    for seed in 0..3 {
         let directory = generated(&format!("again_{seed}"), seed);
         let project = loaded(&directory);
         let open = OPEN.map(|name| directory.join(name).canonicalize().expect("it was written"));
@@ -95,6 +95,6 @@ fn what_is_remembered_is_what_a_fresh_check_finds() {
             kept += usize::from(!again.is_config_wrong);
         }
     }
-    assert!(kept > 100, "most of what is typed can be checked");
-    assert!(taken_over > 100, "parts in which nothing was typed stay as they are: {taken_over}");
+    assert!(kept > 50, "most of what is typed can be checked");
+    assert!(taken_over > 50, "parts in which nothing was typed stay as they are: {taken_over}");
 }

@@ -201,7 +201,7 @@ mod tests {
     }
 
     fn finding(line: usize, rule: &str) -> Finding {
-        Finding { file: "case.rs".to_owned(), line, rule: rule.to_owned(), message: String::new() }
+        Finding { file: "case.rs".to_owned(), line, rule: rule.to_owned(), message: String::new(), is_fixable: false }
     }
 
     #[test]

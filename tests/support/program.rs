@@ -18,6 +18,8 @@ pub(crate) struct Finding {
     pub(crate) rule: String,
     /// The message.
     pub(crate) message: String,
+    /// Whether it comes with a change of the text.
+    pub(crate) is_fixable: bool,
 }
 
 /// A cycle and one of its filters, as the proof report gives them.
@@ -212,5 +214,9 @@ fn finding(message: &Value) -> Option<Finding> {
         line: primary["line_start"].as_u64()? as usize,
         rule,
         message: message["message"].as_str().unwrap_or_default().to_owned(),
+        is_fixable: message["children"].as_array()?.iter().any(|child| {
+            let mut spans = child["spans"].as_array().into_iter().flatten();
+            spans.any(|span| span["suggested_replacement"].is_string())
+        }),
     })
 }

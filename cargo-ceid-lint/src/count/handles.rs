@@ -35,7 +35,7 @@ pub(super) struct Joined(BTreeSet<(TypeId, Vec<Projection>, Vec<Projection>)>);
 
 /// Whether a function has to do with handles of filters at all.
 pub(super) fn has_handles(index: &Index, graph: &ControlFlowGraph) -> bool {
-    graph.vars.iter().any(|info| leaves_and_payloads(index, &info.ty).iter().any(|leaf| leaf.is_shared))
+    graph.vars.iter().any(|info| index.may_share_filter(&info.ty))
 }
 
 /// Whether a filter lies behind a handle, as far as the type of what holds it tells.
@@ -45,6 +45,8 @@ pub(super) fn is_shared(index: &Index, graph: &ControlFlowGraph, place: &Place) 
         Base::Static(_) => place_ty(index, graph, &Place { base: place.base, steps: Vec::new() }),
     };
     let is_it = |steps: &[Projection]| steps.len() >= place.steps.len() && may_match(steps, &place.steps);
+    // Without a handle on the way there, the filters need not be told one by one.
+    let ty = ty.filter(|ty| index.may_share_filter(ty));
     let leaves = ty.map(|ty| leaves_and_payloads(index, &ty)).unwrap_or_default();
     leaves.iter().any(|leaf| leaf.is_shared && is_it(&leaf.steps))
 }

@@ -352,7 +352,7 @@ fn collect(index: &Index, ty: &Ty, steps: &mut Vec<Projection>, way: Way, found:
             } else if matches!(name, "Box" | "Pin" | "MutexGuard" | "RefMut" | "SharedResource") {
                 collect(index, first, steps, way.inside(), found);
             } else if is_transparent(name) {
-                let is_shared = way.is_shared || matches!(name, "Rc" | "Arc" | "Weak");
+                let is_shared = way.is_shared || ty.is_shared_pointer();
                 collect(index, first, steps, Way { is_shared, ..way.uncertain() }, found);
             }
         }

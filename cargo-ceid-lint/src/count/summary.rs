@@ -461,7 +461,7 @@ impl Summaries {
                 let is_uneven = uneven::is_uneven(&search, &given, &summary.taken);
                 summary.uneven.extend(is_uneven.then(|| given.clone()));
                 summary.halves[law].insert(given.clone(), outcomes);
-                summary.feeds.entry(given.clone()).or_default().extend(super::gates::fed_params(&search));
+                summary.feeds.entry(given.clone()).or_insert_with(|| super::gates::fed_params(&search));
                 summary.measures.entry(given.clone()).or_default().extend(super::gates::measured_by(&search));
             }
         }

@@ -230,7 +230,7 @@ impl Index {
 
     fn is_made_of_handles(&self, ty: &Ty, depth: u32) -> bool {
         match ty {
-            Ty::External(path, _) if matches!(path.rsplit("::").next(), Some("Rc" | "Arc" | "Weak")) => true,
+            _ if ty.is_shared_pointer() => true,
             Ty::Adt(..) if !self.derives(ty, "std::clone::Clone") => false,
             _ => self.is_all_of_filters(ty, depth, Self::is_made_of_handles),
         }

@@ -1,4 +1,4 @@
-//! What owning or borrowing a value of a type may lead to: destructors of the analysed code, and what can be called.
+//! What owning or borrowing a value of a type may lead to: destructors of the analysed code, what can be called, and what several own.
 
 use rustc_hash::FxHashSet;
 
@@ -9,6 +9,7 @@ use super::{Index, Ty, TypeId};
 pub(super) struct Leading {
     destructors: FxHashSet<TypeId>,
     callables: FxHashSet<TypeId>,
+    handles: FxHashSet<TypeId>,
 }
 
 impl Leading {
@@ -19,9 +20,15 @@ impl Leading {
             .iter()
             .filter(|def| def.implements.as_ref().is_some_and(|name| index.trait_text(name) == "Drop"));
         let destructors = of_drop.filter_map(|def| if let Ty::Adt(id, _) = &def.self_ty { Some(*id) } else { None });
-        let calls = |all: &[Ty]| all.iter().any(|ty| ty.has_part(&mut Ty::is_callable));
-        let callables = fields.iter().filter(|(_, all)| calls(all)).map(|(id, _)| *id).collect();
-        Self { destructors: holders(destructors.collect(), fields), callables: holders(callables, fields) }
+        let with_part = |is_such: fn(&Ty) -> bool| {
+            let has_such = |all: &[Ty]| all.iter().any(|ty| ty.has_part(&mut |part| is_such(part)));
+            holders(fields.iter().filter(|(_, all)| has_such(all)).map(|(id, _)| *id).collect(), fields)
+        };
+        Self {
+            destructors: holders(destructors.collect(), fields),
+            callables: with_part(Ty::is_callable),
+            handles: with_part(Ty::is_shared_pointer),
+        }
     }
 }
 
@@ -64,5 +71,14 @@ impl Index {
         ty.has_part(&mut |part| {
             part.is_callable() || matches!(part, Ty::Adt(id, _) if self.leading.callables.contains(id))
         })
+    }
+
+    /// Whether a value of the type may lead to a filter by a handle whose clones lead there as well.
+    #[must_use]
+    pub fn may_share_filter(&self, ty: &Ty) -> bool {
+        self.holds_filter(ty)
+            && ty.has_part(&mut |part| {
+                part.is_shared_pointer() || matches!(part, Ty::Adt(id, _) if self.leading.handles.contains(id))
+            })
     }
 }

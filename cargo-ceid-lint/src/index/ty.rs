@@ -156,6 +156,12 @@ impl Ty {
         is_such(self) || parts.iter().any(|part| part.has_part(is_such))
     }
 
+    /// Whether it is a pointer that several own: a clone of it leads to the same value.
+    #[must_use]
+    pub fn is_shared_pointer(&self) -> bool {
+        matches!(self.external_name(), Some("Rc" | "Arc" | "Weak"))
+    }
+
     /// Whether a value of the type is called by its name, whatever stands behind that.
     #[must_use]
     pub fn is_callable(&self) -> bool {

@@ -48,26 +48,22 @@ impl Gates<'_, '_> {
 
     /// What all that is fed is computed from, also where a method of the owner keeps it: `self.keep(z); f.update(self.kept)`.
     fn sources_of_fed(&self, fed: &mut Computed) -> Sources {
-        let mut open: Vec<&CallSite> = self.nodes().filter_map(|id| self.only_owner_call(id)).collect();
+        let writing = |id: NodeId| match &self.search.graph.node(id).effect {
+            Effect::Call(site) => Some((site, self.written_by(site).collect::<Vec<Place>>())),
+            _ => None,
+        };
+        let mut open: Vec<_> = self.nodes().filter_map(writing).filter(|(_, written)| !written.is_empty()).collect();
         loop {
             let sources = self.assignments().behind(fed);
-            let keeps = |site: &&CallSite| {
-                self.written_by(site).any(|written| sources.places.iter().any(|place| place.overlaps(&written)))
-            };
-            let (keeping, others): (Vec<&CallSite>, Vec<&CallSite>) = open.into_iter().partition(keeps);
+            let keeps =
+                |written: &Vec<Place>| sources.places.iter().any(|place| written.iter().any(|to| place.overlaps(to)));
+            let (mut keeping, others): (Vec<_>, Vec<_>) = open.into_iter().partition(|(_, written)| keeps(written));
+            keeping.retain(|(site, _)| self.leaves_alone(site, self.search.instance));
             if keeping.is_empty() {
                 return sources;
             }
-            keeping.iter().flat_map(|site| &site.args).for_each(|arg| extend(fed, &arg.from));
+            keeping.iter().flat_map(|(site, _)| &site.args).for_each(|arg| extend(fed, &arg.from));
             open = others;
-        }
-    }
-
-    /// A call in the node that gets what the filter is a part of, and does nothing with the filter itself.
-    fn only_owner_call(&self, id: NodeId) -> Option<&CallSite> {
-        match &self.search.graph.node(id).effect {
-            Effect::Call(site) => self.leaves_alone(site, self.search.instance).then_some(site),
-            _ => None,
         }
     }
 

@@ -398,7 +398,7 @@ impl Builder<'_> {
     /// Whether a value is a handle whose clones share one instance, or is made of such.
     pub(super) fn is_shared_handle(&self, id: ExprId) -> bool {
         let ty = self.ty(id).peel();
-        matches!(ty.external_name(), Some("Rc" | "Arc" | "Weak")) || self.program.index.is_handle(ty)
+        ty.is_shared_pointer() || self.program.index.is_handle(ty)
     }
 
     /// A path on which the value is absent ends here.
