@@ -276,7 +276,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.tells_time(test) {
             return Some(Gate::Time);
         }
-        if self.is_readiness(test) && !self.skips_ready(test, at, way) {
+        if self.asks_whether_new(test, way) || (self.is_readiness(test) && !self.skips_ready(test, at, way)) {
             return Some(Gate::Sample);
         }
         if test.subject.is_some() && (is_kept || self.is_unchanging(test)) {

@@ -50,6 +50,33 @@ const CERTAIN: usize = 6;
 const PARSING: &[&str] =
     &["push", "feed", "parse", "decode", "consume", "accept", "process", "put", "ingest", "digest", "add", "receive"];
 
+/// Words in the names of what numbers the samples, or tells when they were taken.
+const STAMPS: &[&str] = &[
+    "seq",
+    "sequence",
+    "stamp",
+    "timestamp",
+    "time",
+    "ts",
+    "t",
+    "tick",
+    "ticks",
+    "counter",
+    "count",
+    "epoch",
+    "tow",
+    "itow",
+    "generation",
+    "id",
+    "number",
+    "index",
+];
+
+/// Whether one of these words stands in a name.
+fn is_named(name: &str, words: &[&str]) -> bool {
+    words.iter().any(|word| has_word(name, word))
+}
+
 impl Gates<'_, '_> {
     /// `if ring.write != ring.read { f.update(ring.take()) }`: two numbers that count what is put into a buffer and what is taken
     /// from it, and the sample comes from there.
@@ -214,6 +241,42 @@ impl Gates<'_, '_> {
         let computed = self.search.graph.computed.get(&place.base_var().filter(|_| is_kept)?)?;
         let calls = computed.calls.iter().filter(|name| !matches!(name.as_str(), "unwrap" | "expect"));
         (calls.count() == 1).then_some(computed)
+    }
+
+    /// `if fix.seq != self.seq { self.seq = fix.seq; f.update(fix.x); }`: the sample is none if it is still the last one, whose number
+    /// or time is kept where a new one is fed.
+    pub(super) fn asks_whether_new(&self, test: &Test, way: &Way) -> bool {
+        let [first, second] = test.about.reads.as_slice() else { return false };
+        // `fix.seq()`, `last == Some(fix.seq)`
+        let mut called = test.about.names.iter().filter(|name| *name != "Some");
+        let called = (called.next(), called.next());
+        let (method, None) = called else { return false };
+        if !test.about.is_combined || test.about.is_remainder {
+            return false;
+        }
+        let is_new = |new: &Place, kept: &Place| {
+            let name = method.cloned().unwrap_or_else(|| self.last_name(new));
+            let is_from_new = |id: NodeId| {
+                let change = self.search.graph.changes.get(&id).map(|change| &change.computed);
+                change.is_some_and(|computed| {
+                    computed.places.contains(new)
+                        && computed.places.iter().all(|place| place.base == new.base)
+                        && computed.calls.iter().all(|call| call == "Some" || Some(call) == method)
+                })
+            };
+            let mut keeping = self.assigning(kept).peekable();
+            let is_kept = keeping.peek().is_some() && keeping.all(|id| is_from_new(id) && !way.nodes.contains(&id));
+            let is_fed = |other: &Place| match method {
+                Some(_) => other == new,
+                None => other.base == new.base && !other.steps.is_empty() && !other.overlaps(new),
+            };
+            !self.outlives(new)
+                && self.outlives(kept)
+                && is_named(&name, STAMPS)
+                && is_kept
+                && self.fed().places.iter().any(is_fed)
+        };
+        is_new(first, second) || is_new(second, first)
     }
 
     /// A truth value that came with the sample and says whether it is one: `if !packet.valid { continue; }`.
