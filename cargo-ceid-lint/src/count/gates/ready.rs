@@ -50,6 +50,30 @@ const CERTAIN: usize = 6;
 const PARSING: &[&str] =
     &["push", "feed", "parse", "decode", "consume", "accept", "process", "put", "ingest", "digest", "add", "receive"];
 
+/// Words in the names of truth values that come with a sample and are orders or states of the machine, not marks of the sample.
+const ORDERS: &[&str] = &[
+    "arm",
+    "armed",
+    "disarm",
+    "disarmed",
+    "enable",
+    "enabled",
+    "engage",
+    "engaged",
+    "estop",
+    "e_stop",
+    "emergency",
+    "kill",
+    "pause",
+    "paused",
+    "manual",
+    "obstacle",
+    "bypass",
+    "mute",
+    "muted",
+    "brake",
+];
+
 /// Words in the names of what numbers the samples, or tells when they were taken.
 const STAMPS: &[&str] = &[
     "seq",
@@ -284,7 +308,7 @@ impl Gates<'_, '_> {
         let graph = self.search.graph;
         let [place] = test.about.reads.as_slice() else { return false };
         let Some(var) = place.base_var() else { return false };
-        let is_truth = matches!(self.ty(place), Some(Ty::Bool));
+        let is_truth = matches!(self.ty(place), Some(Ty::Bool)) && !is_named(&self.last_name(place), ORDERS);
         let made_by = graph.computed.get(&var).filter(|computed| !computed.calls.is_empty());
         let Some(made_by) = made_by.filter(|_| is_truth && test.about.names.is_empty() && !self.outlives(place)) else {
             return false;
