@@ -177,7 +177,11 @@ impl Gates<'_, '_> {
                 let is_foreign = !graph.changes.contains_key(&id) || self.is_read_in_place(id);
                 is_foreign && matches!(&graph.node(id).effect, Effect::Write(write) if write.head.is_none())
             };
-            let mut filled = self.assigning(place).filter(|id| !self.is_set_back(*id, place)).peekable();
+            // `let mut buffer = [0; 4];`
+            let is_declared =
+                |id: &NodeId| matches!(&graph.node(*id).effect, Effect::Set(_)) && !graph.changes.contains_key(id);
+            let filled = self.assigning(place).filter(|id| !self.is_set_back(*id, place) && !is_declared(id));
+            let mut filled = filled.peekable();
             let is_filled = filled.peek().is_some() && filled.all(is_unseen);
             (is_filled || self.calls_write(place)) && self.fed().places.iter().any(|other| other.overlaps(place))
         };
