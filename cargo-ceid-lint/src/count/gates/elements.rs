@@ -249,8 +249,7 @@ impl Gates<'_, '_> {
         // An element that is given anew as a whole goes on with no state from before.
         let is_like = |given: &Given| given.steps.len() > owner && is_alike(given, &asked);
         let concerns = |summary: &Summary| {
-            let ways = summary.outcomes(self.search.law).filter(|(given, _)| is_alike(given, &filter));
-            ways.flat_map(|(_, ways)| ways).any(|way| way.reset || way.unknown.is_some())
+            summary.outcomes(self.search.law).any(|(given, _)| is_alike(given, &filter))
                 || summary.chosen_resets.iter().any(|given| is_alike(given, &filter))
         };
         self.set_by_others(|set, head| is_like(set) && resumes(head), concerns).next().is_some()

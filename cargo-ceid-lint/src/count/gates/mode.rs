@@ -3,6 +3,7 @@
 use std::cell::LazyCell;
 use std::collections::BTreeSet;
 
+use super::passed::TakenBack;
 use super::{Gates, Way};
 use crate::count::given::{Given, GivenBase, given, given_subject, place_of};
 use crate::count::search::{End, Mode, Region, Search};
@@ -90,15 +91,16 @@ impl Gates<'_, '_> {
             return false;
         }
         let leads_to = |steps: &[Projection], to: &Given| to.steps.starts_with(steps) || steps.starts_with(&to.steps);
-        // The cycle itself may reset the filter when it finds that the state has changed: `if self.mode != self.last { … }`.
-        let is_compared = || {
-            let mut pairs = graph.subjects.iter().filter_map(Subject::equals);
-            pairs.any(|(left, right)| [Some(left), Some(right)].contains(&subject.whole.as_ref()))
-        };
-        let mode = Mode { subject: id, updating, asked_by: None, foreign: subject.anything() };
-        let bears = LazyCell::new(|| match self.region {
-            Region::Function => self.search.resets_in_pauses(self.region, mode),
-            Region::Loop(_) => is_compared(),
+        // The cycle itself may reset the filter when it leaves the state, or when it finds another one: `if self.mode != self.last { … }`.
+        let bears = LazyCell::new(|| match (self.region, subject.whole.as_ref()) {
+            (Region::Function, Some(whole)) => {
+                let others = self.taken_back_elsewhere(subject, whole, updating);
+                let foreign = if others == TakenBack::Kept { subject.anything() } else { updating };
+                let mode = Mode { subject: id, updating, asked_by: None, foreign };
+                self.search.resets_in_pauses(self.region, mode)
+            }
+            // What others do between two blocks of samples is not followed.
+            _ => self.compares(subject) || self.nodes().any(|node| self.resets(node)),
         });
         let resumes = |set: &Given, head: Option<&Head>| {
             let is_updating = head.is_none_or(|head| subject.bit(head) & updating != 0);
@@ -120,6 +122,12 @@ impl Gates<'_, '_> {
             summaries.of.iter().any(called)
         };
         self.set_by_others(resumes, concerns).any(|function| !is_step(function))
+    }
+
+    /// Whether a state is compared with another one, such as the one before.
+    fn compares(&self, subject: &Subject) -> bool {
+        let mut pairs = self.search.graph.subjects.iter().filter_map(Subject::equals);
+        pairs.any(|(left, right)| [Some(left), Some(right)].contains(&subject.whole.as_ref()))
     }
 
     /// The other methods of the type whose cycle this is that set something with such a head, and nothing of which concerns the filter.

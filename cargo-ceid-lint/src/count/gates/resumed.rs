@@ -107,7 +107,7 @@ impl Gates<'_, '_> {
     }
 
     /// Whether a node resets the filter, or calls a function each of whose ways does.
-    fn resets(&self, node: NodeId) -> bool {
+    pub(super) fn resets(&self, node: NodeId) -> bool {
         match &self.search.graph.node(node).effect {
             Effect::Reset { place, full } => *full && self.is_held_by(place),
             // A name that is given to the filter replaces nothing: `for voice in &mut voices`.
