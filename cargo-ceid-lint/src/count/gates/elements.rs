@@ -4,6 +4,7 @@
 
 use super::{Gates, resumed};
 use crate::count::given::{Given, GivenBase, given, place_of};
+use crate::count::search::Search;
 use crate::count::summary::Summary;
 use crate::flow::{CallSite, Effect, Head, NodeId, Place, Projection, SubjectId, Transfer};
 
@@ -232,21 +233,24 @@ impl Gates<'_, '_> {
     }
 
     /// Whether another method of the type whose cycle this is may end a pause and leaves the filters alone.
-    fn is_written_elsewhere(&self, place: &Place, resumes: &dyn Fn(Option<&Head>) -> bool) -> bool {
-        let asked = given(self.search.graph, place).filter(|asked| asked.base == GivenBase::Param(0));
-        let Some(asked) = asked else { return false };
+    pub(super) fn is_written_elsewhere(&self, place: &Place, resumes: &dyn Fn(Option<&Head>) -> bool) -> bool {
+        let Search { graph, aliases, instance, .. } = self.search;
+        let roots = aliases.shared_roots(place);
+        let asked = roots.iter().find_map(|root| given(graph, root)).filter(|asked| asked.base == GivenBase::Param(0));
+        let Some((asked, filter)) = asked.and_then(|asked| Some((asked, given(graph, instance)?))) else {
+            return false;
+        };
         let owner = asked.steps.iter().rposition(|step| step.key().is_some()).map_or(0, |at| at + 1);
-        let is_like = |given: &Given| {
-            let mut steps = given.steps.iter().zip(&asked.steps);
-            // An element that is given anew as a whole goes on with no state from before.
-            given.base == asked.base
-                && given.steps.len() > owner
+        let is_alike = |given: &Given, other: &Given| {
+            let mut steps = given.steps.iter().zip(&other.steps);
+            given.base == other.base
                 && steps.all(|(left, right)| left == right || left.key().is_some() && right.key().is_some())
         };
+        // An element that is given anew as a whole goes on with no state from before.
+        let is_like = |given: &Given| given.steps.len() > owner && is_alike(given, &asked);
         let concerns = |summary: &Summary| {
-            let mut ways = summary.outcomes(self.search.law).flat_map(|(_, ways)| ways);
-            ways.any(|way| way.reset || way.unknown.is_some())
-                || summary.chosen_resets.iter().any(|given| given.base == asked.base)
+            summary.outcomes(self.search.law).any(|(given, _)| is_alike(given, &filter))
+                || summary.chosen_resets.iter().any(|given| is_alike(given, &filter))
         };
         self.set_by_others(|set, head| is_like(set) && resumes(head), concerns).next().is_some()
     }

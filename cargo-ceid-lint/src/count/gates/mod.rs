@@ -228,7 +228,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         let is_tried = about.names.iter().any(|name| name.starts_with("try_"));
         let is_there = about.is_presence && !is_tried && self.is_presence_of_filter(test);
         if is_there {
-            return Some(Gate::Config);
+            return Some(if self.changes_owner() { Gate::Mode } else { Gate::Config });
         }
         if let Some(gate) = self.own_state(test, at, way).or_else(|| self.asks_sibling_too(test, at, way)) {
             return Some(gate);
@@ -276,7 +276,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.tells_time(test) {
             return Some(Gate::Time);
         }
-        if self.is_readiness(test) && !self.skips_ready(test, at, way) {
+        if self.asks_whether_new(test, way) || (self.is_readiness(test) && !self.skips_ready(test, at, way)) {
             return Some(Gate::Sample);
         }
         if test.subject.is_some() && (is_kept || self.is_unchanging(test)) {

@@ -1,14 +1,16 @@
 //! Modes: states in which a filter pauses, with a reset before it runs again.
 
+use std::cell::LazyCell;
 use std::collections::BTreeSet;
 
+use super::passed::TakenBack;
 use super::{Gates, Way};
 use crate::count::given::{Given, GivenBase, given, given_subject, place_of};
 use crate::count::search::{End, Mode, Region, Search};
 use crate::count::summary::Summary;
 use crate::count::verdict::Gate;
 use crate::flow::{
-    CallSite, ChangeKind, Effect, Head, NodeId, OTHER_HEADS, Place, Projection, Subject, SubjectId, Test,
+    CallSite, ChangeKind, Effect, Head, NodeId, OTHER_HEADS, Place, Projection, Rounds, Subject, SubjectId, Test,
 };
 use crate::index::{FunctionId, Index, Owner, Ty, TypeId};
 use crate::syntax::tree::Receiver;
@@ -19,11 +21,13 @@ pub(in crate::count) struct KeptMode {
     place: Given,
     /// The heads that others may give it, so that each pause still goes with a reset.
     bears: Vec<Head>,
+    /// Whether others may give it whatever they like.
+    bears_all: bool,
 }
 
 impl KeptMode {
     fn bears_with(&self, head: Option<&Head>) -> bool {
-        head.is_some_and(|head| self.bears.contains(head))
+        head.map_or(self.bears_all, |head| self.bears.contains(head))
     }
 }
 
@@ -83,13 +87,27 @@ impl Gates<'_, '_> {
         let subject = &graph.subjects[id.0 as usize];
         let known = subject.whole.as_ref().and_then(|whole| Some((given(graph, whole)?, given(graph, instance)?)));
         let Some((asked, filter)) = known.filter(|(asked, filter)| asked.base == filter.base) else { return false };
-        if self.region != Region::Function || asked.base != GivenBase::Param(0) {
+        if !self.is_run_again() || asked.base != GivenBase::Param(0) {
             return false;
         }
         let leads_to = |steps: &[Projection], to: &Given| to.steps.starts_with(steps) || steps.starts_with(&to.steps);
+        // The cycle itself may reset the filter when it leaves the state, or when it finds another one: `if self.mode != self.last { … }`.
+        let bears = LazyCell::new(|| match (self.region, subject.whole.as_ref()) {
+            (Region::Function, Some(whole)) => {
+                let others = self.taken_back_elsewhere(subject, whole, updating);
+                let foreign = if others == TakenBack::Kept { subject.anything() } else { updating };
+                let mode = Mode { subject: id, updating, asked_by: None, foreign };
+                self.search.resets_in_pauses(self.region, mode)
+            }
+            // What others do between two blocks of samples is not followed.
+            _ => self.compares(subject) || self.nodes().any(|node| self.resets(node)),
+        });
         let resumes = |set: &Given, head: Option<&Head>| {
             let is_updating = head.is_none_or(|head| subject.bit(head) & updating != 0);
-            set.base == asked.base && leads_to(&set.steps, &asked) && is_updating
+            set.base == asked.base
+                && leads_to(&set.steps, &asked)
+                && is_updating
+                && !(set.steps == asked.steps && *bears)
         };
         // What it does to the filter, or may do to it, is more than to go on with the state from before.
         let concerns = |summary: &Summary| {
@@ -104,6 +122,12 @@ impl Gates<'_, '_> {
             summaries.of.iter().any(called)
         };
         self.set_by_others(resumes, concerns).any(|function| !is_step(function))
+    }
+
+    /// Whether a state is compared with another one, such as the one before.
+    fn compares(&self, subject: &Subject) -> bool {
+        let mut pairs = self.search.graph.subjects.iter().filter_map(Subject::equals);
+        pairs.any(|(left, right)| [Some(left), Some(right)].contains(&subject.whole.as_ref()))
     }
 
     /// The other methods of the type whose cycle this is that set something with such a head, and nothing of which concerns the filter.
@@ -184,19 +208,22 @@ impl Gates<'_, '_> {
                 None => given_subject(graph, subject)?,
             };
             let updating = self.updating(*id)?;
-            let bears = |head: &&Head| {
+            let bears_with = |foreign: u32| {
                 if element.is_some() {
-                    return subject.bit(head) & updating == 0;
+                    return foreign & updating == 0;
                 }
-                let mode = Mode { subject: *id, updating, asked_by: None, foreign: subject.bit(head) };
+                let mode = Mode { subject: *id, updating, asked_by: None, foreign };
                 self.search.resets_in_pauses(self.region, mode)
             };
-            Some(KeptMode { place, bears: subject.heads.iter().filter(bears).cloned().collect() })
+            let bears = subject.heads.iter().filter(|head| bears_with(subject.bit(head)));
+            let bears: Vec<Head> = bears.cloned().collect();
+            let bears_all = bears.len() == subject.heads.len() && bears_with(subject.anything());
+            Some(KeptMode { place, bears, bears_all })
         });
         // Whoever changes a filter's own state otherwise ends the pause without a reset, and who closes a latch begins one.
         let own_states = self.own_states.borrow();
         let own = own_states.iter().filter_map(|(place, bears)| Some((given(graph, place)?, bears)));
-        kept.chain(own.map(|(place, bears)| KeptMode { place, bears: bears.clone() })).collect()
+        kept.chain(own.map(|(place, bears)| KeptMode { place, bears: bears.clone(), bears_all: false })).collect()
     }
 
     /// Whether the cycle leaves the states alone for which a helper pauses, as far as that can do harm: it gives them only heads that
@@ -205,6 +232,9 @@ impl Gates<'_, '_> {
         self.modes_of(site).into_iter().all(|mode| {
             let Some(place) = place_of(&mode.place, site) else { return false };
             let ends = |head: Option<&Head>| !mode.bears_with(head);
+            if self.is_run_again() && self.is_written_elsewhere(&place, &ends) {
+                return false;
+            }
             let is_left = || self.leaves_elements(&place, at, &ends);
             let mut others = self.nodes().filter(|id| *id != at);
             others.all(|id| match &self.search.graph.node(id).effect {
@@ -212,13 +242,34 @@ impl Gates<'_, '_> {
                     (write.place == place && mode.bears_with(write.head.as_ref()))
                         || self.resets_around(id, &place, &ends)
                 }
-                Effect::Call(other) if self.call_writes(other, &place) => {
+                Effect::Call(other) if self.written_by(other).any(|written| self.is_at(&place, &written)) => {
                     let is_same = other.targets.iter().all(|target| site.targets.contains(target));
                     is_same || self.sets_only(other, &place, mode) || self.resets_around(id, &place, &ends)
                 }
                 _ => true,
             }) || is_left()
         })
+    }
+
+    /// Whether a place may be another one, by any of the names of both.
+    fn is_at(&self, place: &Place, written: &Place) -> bool {
+        written.overlaps(place) || self.search.aliases.shared_roots(place).iter().any(|root| self.is_of(root, written))
+    }
+
+    /// Whether the function of the cycle comes to its end and is called again, so that others may run between two iterations.
+    fn is_run_again(&self) -> bool {
+        let graph = self.search.graph;
+        let mut around = match self.region {
+            Region::Function => None,
+            Region::Loop(own) => Some(own),
+        };
+        while let Some(info) = around.map(|id| graph.loop_info(id)) {
+            if info.rounds == Rounds::Unbounded {
+                return false;
+            }
+            around = info.parent;
+        }
+        true
     }
 
     /// The states for which a helper pauses.
@@ -232,7 +283,7 @@ impl Gates<'_, '_> {
     fn sets_only(&self, site: &CallSite, place: &Place, mode: &KeptMode) -> bool {
         let mut summaries = site.targets.iter().filter_map(|target| self.search.summaries.get(*target));
         summaries.all(|summary| {
-            let is_it = |given: &Given| place_of(given, site).is_some_and(|written| written.overlaps(place));
+            let is_it = |given: &Given| place_of(given, site).is_some_and(|written| self.is_at(place, &written));
             summary.writes.iter().filter(|given| is_it(given)).all(|given| {
                 let mut heads = summary.sets.iter().filter(|(set, ..)| set == given).peekable();
                 heads.peek().is_some() && heads.all(|(_, head, _)| mode.bears_with(head.as_ref()))

@@ -50,6 +50,57 @@ const CERTAIN: usize = 6;
 const PARSING: &[&str] =
     &["push", "feed", "parse", "decode", "consume", "accept", "process", "put", "ingest", "digest", "add", "receive"];
 
+/// Words in the names of truth values that come with a sample and are orders or states of the machine, not marks of the sample.
+const ORDERS: &[&str] = &[
+    "arm",
+    "armed",
+    "disarm",
+    "disarmed",
+    "enable",
+    "enabled",
+    "engage",
+    "engaged",
+    "estop",
+    "e_stop",
+    "emergency",
+    "kill",
+    "pause",
+    "paused",
+    "manual",
+    "obstacle",
+    "bypass",
+    "mute",
+    "muted",
+    "brake",
+];
+
+/// Words in the names of what numbers the samples, or tells when they were taken.
+const STAMPS: &[&str] = &[
+    "seq",
+    "sequence",
+    "stamp",
+    "timestamp",
+    "time",
+    "ts",
+    "t",
+    "tick",
+    "ticks",
+    "counter",
+    "count",
+    "epoch",
+    "tow",
+    "itow",
+    "generation",
+    "id",
+    "number",
+    "index",
+];
+
+/// Whether one of these words stands in a name.
+fn is_named(name: &str, words: &[&str]) -> bool {
+    words.iter().any(|word| has_word(name, word))
+}
+
 impl Gates<'_, '_> {
     /// `if ring.write != ring.read { f.update(ring.take()) }`: two numbers that count what is put into a buffer and what is taken
     /// from it, and the sample comes from there.
@@ -126,7 +177,11 @@ impl Gates<'_, '_> {
                 let is_foreign = !graph.changes.contains_key(&id) || self.is_read_in_place(id);
                 is_foreign && matches!(&graph.node(id).effect, Effect::Write(write) if write.head.is_none())
             };
-            let mut filled = self.assigning(place).filter(|id| !self.is_set_back(*id, place)).peekable();
+            // `let mut buffer = [0; 4];`
+            let is_declared =
+                |id: &NodeId| matches!(&graph.node(*id).effect, Effect::Set(_)) && !graph.changes.contains_key(id);
+            let filled = self.assigning(place).filter(|id| !self.is_set_back(*id, place) && !is_declared(id));
+            let mut filled = filled.peekable();
             let is_filled = filled.peek().is_some() && filled.all(is_unseen);
             (is_filled || self.calls_write(place)) && self.fed().places.iter().any(|other| other.overlaps(place))
         };
@@ -216,12 +271,48 @@ impl Gates<'_, '_> {
         (calls.count() == 1).then_some(computed)
     }
 
+    /// `if fix.seq != self.seq { self.seq = fix.seq; f.update(fix.x); }`: the sample is none if it is still the last one, whose number
+    /// or time is kept where a new one is fed.
+    pub(super) fn asks_whether_new(&self, test: &Test, way: &Way) -> bool {
+        let [first, second] = test.about.reads.as_slice() else { return false };
+        // `fix.seq()`, `last == Some(fix.seq)`
+        let mut called = test.about.names.iter().filter(|name| *name != "Some");
+        let called = (called.next(), called.next());
+        let (method, None) = called else { return false };
+        if !test.about.is_combined || test.about.is_remainder {
+            return false;
+        }
+        let is_new = |new: &Place, kept: &Place| {
+            let name = method.cloned().unwrap_or_else(|| self.last_name(new));
+            let is_from_new = |id: NodeId| {
+                let change = self.search.graph.changes.get(&id).map(|change| &change.computed);
+                change.is_some_and(|computed| {
+                    computed.places.contains(new)
+                        && computed.places.iter().all(|place| place.base == new.base)
+                        && computed.calls.iter().all(|call| call == "Some" || Some(call) == method)
+                })
+            };
+            let mut keeping = self.assigning(kept).peekable();
+            let is_kept = keeping.peek().is_some() && keeping.all(|id| is_from_new(id) && !way.nodes.contains(&id));
+            let is_fed = |other: &Place| match method {
+                Some(_) => other == new,
+                None => other.base == new.base && !other.steps.is_empty() && !other.overlaps(new),
+            };
+            !self.outlives(new)
+                && self.outlives(kept)
+                && is_named(&name, STAMPS)
+                && is_kept
+                && self.fed().places.iter().any(is_fed)
+        };
+        is_new(first, second) || is_new(second, first)
+    }
+
     /// A truth value that came with the sample and says whether it is one: `if !packet.valid { continue; }`.
     fn is_marked(&self, test: &Test) -> bool {
         let graph = self.search.graph;
         let [place] = test.about.reads.as_slice() else { return false };
         let Some(var) = place.base_var() else { return false };
-        let is_truth = matches!(self.ty(place), Some(Ty::Bool));
+        let is_truth = matches!(self.ty(place), Some(Ty::Bool)) && !is_named(&self.last_name(place), ORDERS);
         let made_by = graph.computed.get(&var).filter(|computed| !computed.calls.is_empty());
         let Some(made_by) = made_by.filter(|_| is_truth && test.about.names.is_empty() && !self.outlives(place)) else {
             return false;

@@ -4,7 +4,7 @@ use super::Gates;
 use crate::count::given::{Given, given, place_of};
 use crate::count::search::{Region, Search};
 use crate::count::summary::{Outcome, Summary};
-use crate::flow::{CallSite, Effect, Head, NodeId, OTHER_HEADS, Place, Relation};
+use crate::flow::{CallSite, Effect, Head, NodeId, OTHER_HEADS, Place, Relation, Transfer};
 
 /// How many nodes that set something are looked at in one function. What is beyond goes with a reset, as far as is known.
 const MAX_SETTING: usize = 64;
@@ -107,10 +107,13 @@ impl Gates<'_, '_> {
     }
 
     /// Whether a node resets the filter, or calls a function each of whose ways does.
-    fn resets(&self, node: NodeId) -> bool {
+    pub(super) fn resets(&self, node: NodeId) -> bool {
         match &self.search.graph.node(node).effect {
             Effect::Reset { place, full } => *full && self.is_held_by(place),
-            Effect::Write(write) | Effect::Set(write) => self.is_held_by(&write.place),
+            // A name that is given to the filter replaces nothing: `for voice in &mut voices`.
+            Effect::Write(write) | Effect::Set(write) => {
+                write.transfer != Transfer::Borrow && self.is_held_by(&write.place)
+            }
             Effect::Call(site) => {
                 let summaries = site.targets.iter().filter_map(|target| self.search.summaries.get(*target));
                 let mut ways = summaries.flat_map(|summary| summary.outcomes(self.search.law));

@@ -126,6 +126,8 @@ impl Run<'_, '_> {
             None => true,
         };
         let known = self.masks.get(state.masks).clone();
+        let others = self.mode.filter(|mode| mode.foreign != 0);
+        let given = others.and_then(|mode| graph.subjects[mode.subject.0 as usize].whole.as_ref());
         let masks: Vec<u32> = self
             .tracked
             .subjects
@@ -135,6 +137,10 @@ impl Run<'_, '_> {
                 let subject = &graph.subjects[id.0 as usize];
                 // What the function only reads is for others to change between two calls.
                 let is_own = subject.reads.iter().all(outlives) && !self.search.writers_of(*id).is_empty();
+                // How it compares with another state is not known either once others have given it something.
+                let is_compared = subject.equals().is_some()
+                    && given.is_some_and(|given| subject.reads.iter().any(|place| place.overlaps(given)));
+                let is_own = is_own && !is_compared;
                 let foreign = self.mode.filter(|mode| mode.subject == *id).map_or(0, |mode| mode.foreign);
                 if is_own { mask | foreign } else { subject.anything() }
             })

@@ -446,6 +446,7 @@ impl Builder<'_> {
         if self.at.is_none() {
             return Value::default();
         }
+        self.derive_payload(closure, receiver);
         let payload = Value { head: None, same_as: None, ..value.clone() };
         let on_payload = |this: &mut Self| {
             let result = this.inline_closure(closure, std::slice::from_ref(&payload), span);

@@ -363,6 +363,7 @@ impl Builder<'_> {
         }
         let span = self.span(id);
         let closure = ClosureRef { frame: self.frame, expr: closure };
+        self.derive_payload(closure, receiver);
         let (present, absent) = self.branch_on_payload(receiver, closure, &value, span);
         let holds = self.add_node(crate::flow::Effect::Nothing, span);
         self.link(absent, if default { holds } else { no });

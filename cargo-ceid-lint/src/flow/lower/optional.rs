@@ -1,7 +1,7 @@
 //! Options that are made of other values, there or not by what is asked for them: `filter`, `zip`, `then`.
 
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Assignment, Change, ChangeKind, Computed, Effect, NodeId, Place, Transfer};
+use crate::flow::{Assignment, Change, ChangeKind, Computed, Effect, NodeId, Place, Transfer, Var};
 use crate::source::Span;
 use crate::syntax::tree::{Body, ExprId, ExprKind};
 
@@ -21,8 +21,7 @@ impl Builder<'_> {
         let Some(closure) = closure.filter(|_| self.at.is_some() && self.depth < super::MAX_INLINE) else {
             return Value { head: None, same_as: None, ..value.clone() };
         };
-        let vars = self.closure_vars(closure);
-        self.derive(&vars, receiver);
+        let vars = self.derive_payload(closure, receiver);
         let join = self.new_join(self.ty(id).clone(), span);
         let left_out = self.add_node(Effect::Nothing, span);
         let absent = self.add_node(Effect::Nothing, span);
@@ -55,6 +54,13 @@ impl Builder<'_> {
             self.end_absent(&join, none, span);
         }
         self.close_join(&join)
+    }
+
+    /// Notes what the names are computed from that a closure gives to what an option holds; answers these.
+    pub(super) fn derive_payload(&mut self, closure: ClosureRef, receiver: ExprId) -> Vec<Var> {
+        let vars = self.closure_vars(closure);
+        self.derive(&vars, receiver);
+        vars
     }
 
     /// `spare.take()`: what is there leaves its place, and there is something if there was.
