@@ -205,7 +205,8 @@ impl Builder<'_> {
     /// The question of which a method asks the opposite.
     fn opposite(&mut self, id: ExprId) -> Option<Pure> {
         let ExprKind::MethodCall { method, args, .. } = &self.body().expr(id).kind else { return None };
-        let (_, other) = OPPOSITES.iter().find(|(name, _)| name == method && args.is_empty())?;
+        let is_own = matches!(self.typed().callees.get(&id), Some(Callee::Resolved(_)));
+        let (_, other) = OPPOSITES.iter().find(|(name, _)| name == method && args.is_empty() && !is_own)?;
         let pure = self.pure(id)?;
         let key = format!("{}{other}()", pure.key.strip_suffix(&format!("{method}()"))?);
         Some(Pure { key, ..pure })

@@ -241,8 +241,11 @@ impl Builder<'_> {
             at = match &body.expr(at).kind {
                 ExprKind::Block(block) if block.stmts.is_empty() => block.tail?,
                 ExprKind::Reference { value: inner, .. } | ExprKind::Deref(inner) => *inner,
-                ExprKind::MethodCall { receiver, method, .. }
-                    if matches!(method.as_str(), "get_or_init" | "get" | "unwrap" | "expect") =>
+                ExprKind::MethodCall { receiver, method, args, .. }
+                    if matches!(
+                        (method.as_str(), args.len()),
+                        ("get" | "unwrap", 0) | ("get_or_init" | "expect", 1)
+                    ) =>
                 {
                     *receiver
                 }

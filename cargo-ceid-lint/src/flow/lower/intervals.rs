@@ -8,7 +8,7 @@ use super::closures::is_named;
 use super::questions::grouped;
 use super::subjects::Pure;
 use crate::flow::test::MAX_HEADS;
-use crate::flow::{About, Effect, Head, NodeId, Place, SubjectId};
+use crate::flow::{About, Effect, Head, NodeId, Place, SubjectId, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
@@ -143,6 +143,15 @@ impl Builder<'_> {
         }
     }
 
+    /// Whether a variable holds what something gave of which nothing is known.
+    fn is_unread(&self, var: Var) -> bool {
+        self.graph.nodes.iter().all(|node| match &node.effect {
+            Effect::Set(set) | Effect::Write(set) => set.place.base_var() != Some(var),
+            Effect::Call(site) => site.result != var || site.targets.is_empty(),
+            _ => true,
+        })
+    }
+
     /// The question which of several numbers a value is, where nothing gives it one of them.
     fn asked_for_numbers(&self, value: &Pure) -> Option<(SubjectId, Bound)> {
         let id = *self.subjects.get(&value.key)?;
@@ -150,7 +159,8 @@ impl Builder<'_> {
         let numbers: Vec<f64> = heads.iter().map(|head| head.parse().ok()).collect::<Option<_>>()?;
         let gives = |effect: &Effect| match (effect, &value.whole) {
             (Effect::Set(set) | Effect::Write(set), Some(whole)) => {
-                set.place.overlaps(whole) && (set.head.is_some() || set.same_as.is_some() || !set.rebinds)
+                let is_told = set.head.is_some() || set.same_as.is_some_and(|from| !self.is_unread(from));
+                set.place.overlaps(whole) && (is_told || !set.rebinds)
             }
             _ => false,
         };

@@ -109,7 +109,17 @@ const READING_VALUES: &[&str] = &[
     "to_uppercase",
     "to_string",
     "parse",
-    // Iterators.
+    // How two values stand to each other.
+    "is_lt",
+    "is_le",
+    "is_gt",
+    "is_ge",
+    "is_eq",
+    "is_ne",
+];
+
+/// Methods of iterators, which change one that has a name.
+const ITERATING: &[&str] = &[
     "all",
     "any",
     "count",
@@ -139,14 +149,6 @@ const READING_VALUES: &[&str] = &[
     "collect",
     "eq",
     "ne",
-    // How two values stand to each other.
-    "is_lt",
-    "is_le",
-    "is_gt",
-    "is_ge",
-    "is_eq",
-    "is_ne",
-    "reverse",
 ];
 
 /// The functions of the standard library that compute a number from numbers, by what stands before their names.
@@ -213,11 +215,12 @@ fn lends(own: Constants<'_>, arg: ExprId) -> bool {
 }
 
 fn reads_value(own: Constants<'_>, receiver: ExprId, method: &str) -> bool {
-    let is_known = READING_VALUES.contains(&method) || CHOOSING.contains(&method);
+    let reads = READING_VALUES.contains(&method) || CHOOSING.contains(&method);
+    let is_known = reads || ITERATING.contains(&method);
     match own.typed.ty(receiver).peel() {
         // Whatever a number is asked, it stays the same.
         Ty::Int | Ty::Float | Ty::Bool | Ty::Char => !matches!(method, "then" | "then_some"),
-        _ if is_value(own, receiver) => is_known,
+        _ if is_value(own, receiver) => reads,
         // An iterator that was just made is used up by nothing else.
         _ => match &own.body.expr(receiver).kind {
             ExprKind::Range { .. } => is_known,

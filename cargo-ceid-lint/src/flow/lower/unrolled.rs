@@ -95,7 +95,9 @@ impl Builder<'_> {
             return None;
         };
         let round = |element: &ExprId| match &body.expr(*element).kind {
-            ExprKind::Tuple(parts) if parts.len() == pats.len() => {
+            ExprKind::Tuple(parts)
+                if parts.len() == pats.len() && !parts.iter().any(|part| self.may_hold_filter(self.ty(*part))) =>
+            {
                 let head = |part: ExprId| self.constants().head(part).filter(|_| self.names_one(part));
                 Some(pats.iter().zip(parts).map(|(pat, part)| (*pat, head(*part), *part)).collect::<Round>())
             }
