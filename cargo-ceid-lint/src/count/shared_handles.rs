@@ -8,10 +8,8 @@ use crate::index::Index;
 
 /// The variables with a handle that goes to several places, so that all of these have the same instance, and those with its clones.
 pub(super) fn shared_handles(index: &Index, graph: &ControlFlowGraph, summaries: &Summaries) -> BTreeSet<Var> {
-    let handle = |place: &Place| {
-        let var = place.base_var().filter(|_| place.steps.is_empty())?;
-        index.is_handle(&graph.var(var).ty).then_some(var)
-    };
+    let handles: Vec<bool> = graph.vars.iter().map(|info| index.is_handle(&info.ty)).collect();
+    let handle = |place: &Place| place.base_var().filter(|var| place.steps.is_empty() && handles[var.0 as usize]);
     let mut given: BTreeMap<Var, BTreeSet<Place>> = BTreeMap::new();
     for node in &graph.nodes {
         match &node.effect {
