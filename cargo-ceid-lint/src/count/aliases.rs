@@ -99,7 +99,7 @@ const MAX_MOVES: usize = 64;
 
 impl Aliases {
     pub(super) fn of(index: &Index, graph: &ControlFlowGraph, summaries: &Summaries) -> Self {
-        let mut aliases = Self { handles: shared_handles(graph, summaries), ..Self::default() };
+        let mut aliases = Self { handles: shared_handles(index, graph, summaries), ..Self::default() };
         for (number, info) in (0u32..).zip(&graph.vars) {
             if info.name.is_empty() && info.param.is_none() {
                 aliases.unnamed.insert(Var(number));

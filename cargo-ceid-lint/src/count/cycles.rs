@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
 use super::derived::Derived;
-use super::fed::{passed_on, writes_fed};
+use super::fed::{passed_on, puts_aside, writes_fed};
 use super::functions::FunctionKind;
 use super::search::Search;
 use super::summary::Summaries;
@@ -317,6 +317,9 @@ pub(super) fn feeds(
     };
     let is_over_block = info.counter.is_some() && !info.has_constant_rounds();
     if is_over_block && !given.is_empty() && graph.node_ids().filter(inside).any(writes_sample) {
+        return true;
+    }
+    if !info.has_constant_rounds() && puts_aside(graph, aliases, search, node, id, &from_given) {
         return true;
     }
     graph.node_ids().filter(inside).any(|other| match &graph.node(other).effect {

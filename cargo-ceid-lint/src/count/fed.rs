@@ -58,6 +58,34 @@ pub(super) fn writes_fed(
     graph.node_ids().any(|node| is_inside(node) && writes(node)) || graph.filled.iter().any(fills)
 }
 
+/// Whether each round of a loop makes a sample of its own, and puts what the law gives for it behind those of the rounds before:
+/// `block.push(lowpass.update(noise()))`.
+pub(super) fn puts_aside(
+    graph: &ControlFlowGraph,
+    aliases: &Aliases,
+    search: &Search<'_>,
+    update: NodeId,
+    id: LoopId,
+    from_given: &Derived<'_>,
+) -> bool {
+    let is_inside = |in_loop: Option<LoopId>| graph.is_within(in_loop, id);
+    let (from, fed) = match &graph.node(update).effect {
+        Effect::Update(update) => (&update.from, &update.fed),
+        Effect::Call(site) => (&site.from, &site.fed),
+        _ => return false,
+    };
+    let is_made = !from.calls.is_empty() || fed.iter().any(|var| is_inside(graph.var(*var).in_loop));
+    let is_given = |place: &Place| {
+        let is_own = || aliases.roots(place).iter().any(|root| root.overlaps(search.instance));
+        place.base_var().is_some_and(|var| from_given.contains(var)) || is_own()
+    };
+    let keeps = |place: &Place| place.base_var().is_none_or(|var| !is_inside(graph.var(var).in_loop));
+    is_made
+        && graph.filled.iter().any(|(at, place, from)| {
+            is_inside(graph.node(*at).in_loop) && keeps(place) && from.places.iter().any(is_given)
+        })
+}
+
 /// What some variables give in a round of a loop, and what comes out of what is set with that: `delay.set_time(lfo.update(rate));
 /// *sample = delay.run(*sample);`
 pub(super) fn passed_on(

@@ -1,16 +1,15 @@
-//! Handles whose clones share one instance: `Rc`, `Arc`.
+//! Handles whose clones share one instance: `Rc`, `Arc`, and what is made of them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::summary::Summaries;
 use crate::flow::{ControlFlowGraph, Effect, Place, Var};
+use crate::index::Index;
 
 /// The variables with a handle that goes to several places, so that all of these have the same instance, and those with its clones.
-pub(super) fn shared_handles(graph: &ControlFlowGraph, summaries: &Summaries) -> BTreeSet<Var> {
-    let handle = |place: &Place| {
-        let var = place.base_var().filter(|_| place.steps.is_empty())?;
-        matches!(graph.var(var).ty.external_name(), Some("Rc" | "Arc")).then_some(var)
-    };
+pub(super) fn shared_handles(index: &Index, graph: &ControlFlowGraph, summaries: &Summaries) -> BTreeSet<Var> {
+    let handles: Vec<bool> = graph.vars.iter().map(|info| index.is_handle(&info.ty)).collect();
+    let handle = |place: &Place| place.base_var().filter(|var| place.steps.is_empty() && handles[var.0 as usize]);
     let mut given: BTreeMap<Var, BTreeSet<Place>> = BTreeMap::new();
     for node in &graph.nodes {
         match &node.effect {

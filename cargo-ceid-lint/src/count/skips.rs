@@ -76,6 +76,7 @@ fn is_empty_head(subject: &Subject, taken: u32) -> bool {
         key if key.ends_with(".len") => "0",
         key if key.ends_with(".len() <= 0") => "true",
         key if key.ends_with(".len() < 1") => "true",
+        key if key.contains(".len() among [0.0") => "At(0)",
         key if [".first_mut", ".last_mut", "split_first_mut", "split_last_mut"]
             .iter()
             .any(|end| key.ends_with(end)) =>

@@ -9,6 +9,8 @@ pub struct Change {
     pub computed: Computed,
     /// How the value goes on from the one before.
     pub kind: ChangeKind,
+    /// Whether it counts to where its type ends, and goes round there soon: `n = n.wrapping_add(1)` with a `u8`.
+    pub goes_round: bool,
     /// What a truth value was asked of, if it was asked of anything.
     pub about: Option<Box<About>>,
 }

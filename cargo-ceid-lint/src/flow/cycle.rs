@@ -114,7 +114,7 @@ pub struct LoopInfo {
     pub filled: Vec<Place>,
     /// Whether an item may be passed over (`filter`), so that its round does not take place.
     pub passes_over: bool,
-    /// Whether its items are the elements of a collection from the first one on, none left out.
+    /// Whether its items are the elements of a collection from the first one on, none left out, or its numbers follow one another.
     pub in_order: bool,
     /// Whether it is a `while let` or `for` that takes what is there from a queue.
     pub drains: bool,

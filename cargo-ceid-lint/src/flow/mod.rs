@@ -25,7 +25,7 @@ pub use program::Program;
 use steps::parameter_names;
 pub use steps::{Step, StepUnit, is_time_name, step_unit, takes_step};
 pub use strides::SampleWrite;
-pub use test::{About, Head, OTHER_HEADS, Subject, SubjectId, Test};
+pub use test::{About, Head, OTHER_HEADS, PAST, Subject, SubjectId, Test};
 pub use waits::{Wait, WaitKind};
 
 /// A node of a [`ControlFlowGraph`].

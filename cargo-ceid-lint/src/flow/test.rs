@@ -14,6 +14,9 @@ pub type Head = String;
 /// The bit for every head that is not in a subject's list.
 pub const OTHER_HEADS: u32 = 1 << 31;
 
+/// The head of a comparison of a loop's number that has held in an earlier round of the loop, and holds no more.
+pub const PAST: &str = "past";
+
 /// How many heads of a subject are told apart; the others are one.
 pub(super) const MAX_HEADS: usize = 31;
 

@@ -195,6 +195,8 @@ impl Infer<'_> {
             let inner = match ty {
                 // What makes a filter may have given a `Result` of it.
                 Ty::External(..) if self.index.law_spec(ty).is_some() && !path.ends_with("::Err") => ty.clone(),
+                // What was locked is there, too, where the one before panicked.
+                Ty::External(own, _) if own.ends_with("::LockResult") && path.ends_with("::Err") => ty.clone(),
                 Ty::External(_, args) => {
                     let at = usize::from(path.ends_with("::Err"));
                     args.get(at).cloned().unwrap_or(Ty::Unknown)

@@ -88,8 +88,18 @@ impl Gates<'_, '_> {
             let counts_on = self.counts_while_closed(place, at, way);
             // What counts up opens where it is large, what counts down where it is small.
             let opens = self.waits_below(test, at, place).is_none_or(|below| below == steps.up);
-            (steps.is_one_way() && test.about.is_comparison && counts_on && opens).then_some(Gate::Startup)
+            let is_for_good = !self.comes_round(place);
+            (steps.is_one_way() && test.about.is_comparison && counts_on && opens && is_for_good)
+                .then_some(Gate::Startup)
         })
+    }
+
+    /// Whether a count begins anew where its type ends, for it goes on whatever it has come to.
+    fn comes_round(&self, place: &Place) -> bool {
+        let before = self.before_asking(place);
+        let graph = self.search.graph;
+        let goes_round = |id: &NodeId| graph.changes.get(id).is_some_and(|change| change.goes_round);
+        self.assigning(place).filter(goes_round).any(|id| before[id.0 as usize])
     }
 
     /// Whether a comparison leads to no update where a number is below what it is compared with; `None` if the number is on

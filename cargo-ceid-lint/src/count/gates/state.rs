@@ -201,9 +201,10 @@ impl Gates<'_, '_> {
         // What a call gave back may be another value every time.
         let is_named = |place: &Place| place.base_var().is_none_or(|var| !graph.var(var).name.is_empty());
         let subject = test.subject.map(|id| &graph.subjects[id.0 as usize]);
+        // What a closure in the condition gets is no setting, and what it is taken from may be one.
+        let mut asked = [Some(&test.about.reads), subject.map(|subject| &subject.reads)].into_iter().flatten();
         subject.is_none_or(|subject| subject.reads.iter().all(is_named))
-            && !test.about.reads.is_empty()
-            && test.about.reads.iter().all(|place| self.is_invariant(place, 0))
+            && asked.any(|reads| !reads.is_empty() && reads.iter().all(|place| self.is_invariant(place, 0)))
     }
 
     /// Whether an option is asked for that was made before the loop and stays as it is: `if let Some(limit) = limit { … }`.

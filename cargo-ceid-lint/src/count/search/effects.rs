@@ -9,8 +9,8 @@ use crate::count::returned;
 use crate::count::summary::Outcome;
 use crate::count::verdict::Gate;
 use crate::flow::{
-    Assignment, CallSite, Cause, ChangeKind, LoopId, LoopInfo, OTHER_HEADS, Place, Relation, Rounds, Subject, Transfer,
-    Update, Var,
+    Assignment, CallSite, Cause, ChangeKind, LoopId, LoopInfo, OTHER_HEADS, PAST, Place, Relation, Rounds, Subject,
+    Transfer, Update, Var,
 };
 use crate::index::Ty;
 
@@ -221,11 +221,34 @@ impl Run<'_, '_> {
         for (at, id) in self.tracked.subjects.iter().enumerate() {
             if self.search.read_by(*id).is_changed_with(place) {
                 self.keep_assumed(&mut all, at);
-                all[at] = graph.subjects[id.0 as usize].anything();
+                let subject = &graph.subjects[id.0 as usize];
+                let is_past = all[at] & !(subject.bit("true") | subject.bit(PAST)) == 0;
+                let goes_on = self.counts_once(subject, place);
+                all[at] = if goes_on && is_past { subject.bit(PAST) } else { subject.anything() };
                 changed = true;
             }
         }
         if changed { self.masks.intern(all) } else { masks }
+    }
+
+    /// Whether a subject holds for one number at most of the loop that a place counts.
+    fn counts_once(&self, subject: &Subject, place: &Place) -> bool {
+        let counts = |info: &LoopInfo| info.counter.is_some_and(|(counter, _)| Place::var(counter) == *place);
+        subject.heads.iter().any(|head| head == PAST) && self.search.graph.loops.iter().any(counts)
+    }
+
+    /// A loop begins: what has held in one of its rounds may hold again.
+    pub(super) fn begun_anew(&mut self, masks: u32, id: LoopId) -> u32 {
+        let graph = self.search.graph;
+        let Some((counter, _)) = graph.loop_info(id).counter else { return masks };
+        let mut all = self.masks.get(masks).clone();
+        for (at, id) in self.tracked.subjects.iter().enumerate() {
+            let subject = &graph.subjects[id.0 as usize];
+            if subject.heads.iter().any(|head| head == PAST) && subject.reads.contains(&Place::var(counter)) {
+                all[at] = subject.anything();
+            }
+        }
+        self.masks.intern(all)
     }
 
     /// An update of a state that is a number, or an array of them, changes the value that conditions ask for.

@@ -258,7 +258,7 @@ impl<'s, 'a> Run<'s, 'a> {
                 let mut rounds = self.rounds.get(state.rounds).clone();
                 rounds.retain(|(open, _)| open != id);
                 let rounds = self.rounds.intern(rounds);
-                let mut next = State { rounds, ..state.clone() };
+                let mut next = State { rounds, masks: self.begun_anew(state.masks, *id), ..state.clone() };
                 if self.own.contains(id) && !next.in_sample {
                     self.begin_samples(&mut next);
                     self.wake(&mut next);

@@ -127,7 +127,7 @@ impl Builder<'_> {
                 self.assume_present(value, receiver, span);
                 self.copied_out(id, receiver, Value { head: None, same_as: None, ..value.clone() })
             }
-            "upgrade" if args.is_empty() && self.is_shared_handle(receiver) => {
+            "upgrade" | "into_inner" if args.is_empty() && self.hands_out(receiver, method) => {
                 Value { is_owned: false, head: None, same_as: None, ..value.clone() }
             }
             "as_mut" | "as_ref" | "as_deref_mut" | "as_deref" | "as_pin_mut" | "iter_mut" | "iter" | "as_mut_slice"
@@ -487,7 +487,7 @@ impl Builder<'_> {
     ) -> (NodeId, NodeId) {
         let binds = self.closure_vars(closure);
         let about = self.about_presence(receiver, binds);
-        match self.pure(receiver) {
+        match self.pure_option(receiver) {
             Some(pure) => {
                 let subject = self.subject(pure, Some(vec!["+".to_owned(), "-".to_owned()]));
                 self.head_bit(subject, "+");

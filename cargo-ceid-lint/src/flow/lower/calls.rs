@@ -26,6 +26,9 @@ impl Builder<'_> {
                     }
                 }
             }
+            Some(Callee::Resolved(_)) if let Some(lent) = self.static_lent(id) => {
+                Value { place: Some(lent), is_owned: false, ..Value::default() }
+            }
             Some(Callee::Resolved(resolved)) => {
                 let resolved = resolved.clone();
                 let values = self.values(args);

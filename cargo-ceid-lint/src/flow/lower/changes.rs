@@ -40,21 +40,29 @@ impl Builder<'_> {
         };
         let is_asked = op.is_none() && *self.ty(target).peel() == Ty::Bool && self.constant_head(value).is_none();
         let about = is_asked.then(|| Box::new(self.about(value)));
-        self.graph.changes.insert(at, Change { computed, kind, about });
+        let goes_round = kind == ChangeKind::CountsUp && self.goes_round(target, value);
+        self.graph.changes.insert(at, Change { computed, kind, goes_round, about });
+    }
+
+    /// Whether a count that goes up in a small number is not held where that ends.
+    fn goes_round(&self, target: ExprId, value: ExprId) -> bool {
+        let is_small = |int: String| matches!(int.trim_start_matches(['u', 'i']), "8" | "16");
+        let is_held = matches!(&self.body().expr(value).kind, ExprKind::MethodCall { method, .. } if !method.starts_with("wrapping"));
+        !is_held && self.int_of(target).is_some_and(is_small)
     }
 
     /// Notes that the last node gives a place the value of an expression: `mem::replace(&mut last, now)`.
     pub(super) fn note_given(&mut self, place: &Place, value: ExprId) {
         let Some(at) = self.at else { return };
-        let change =
-            Change { computed: self.computed_from(value), kind: self.change_kind(Some(place), value), about: None };
-        self.graph.changes.insert(at, change);
+        let (computed, kind) = (self.computed_from(value), self.change_kind(Some(place), value));
+        self.graph.changes.insert(at, Change { computed, kind, goes_round: false, about: None });
     }
 
     /// Notes that the last node puts the value of an expression into an option.
     pub(super) fn note_filled(&mut self, value: ExprId) {
         let Some(at) = self.at else { return };
-        let change = Change { computed: self.computed_from(value), kind: ChangeKind::Fills, about: None };
+        let (computed, kind) = (self.computed_from(value), ChangeKind::Fills);
+        let change = Change { computed, kind, goes_round: false, about: None };
         self.graph.changes.insert(at, change);
     }
 

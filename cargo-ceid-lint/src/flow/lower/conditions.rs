@@ -1,5 +1,6 @@
 //! Conditions: `if`, `&&`, `||`, `!`, comparisons, patterns in conditions, each leaf a branch of its own.
 
+use super::orders::{ORDERS, orders_asked};
 use super::subjects::Pure;
 use super::values::Join;
 use super::{Builder, ClosureRef, Value};
@@ -22,6 +23,10 @@ const RESTS: &[(&str, bool)] = &[
     ("is_at_rest", true),
     ("is_resting", true),
 ];
+
+/// Methods that ask the opposite of others.
+const OPPOSITES: &[(&str, &str)] =
+    &[("is_sign_positive", "is_sign_negative"), ("is_ge", "is_lt"), ("is_gt", "is_le"), ("is_ne", "is_eq")];
 
 /// What a comparison asks about, and all heads that it can have.
 type Compared = (Pure, Option<Vec<Head>>);
@@ -54,12 +59,13 @@ impl Builder<'_> {
             return;
         }
         let body = self.body();
+        let connective = self.connective(id);
         match &body.expr(id).kind {
-            ExprKind::Binary { op: "&&", lhs, rhs } => {
+            ExprKind::Binary { lhs, rhs, .. } if connective == Some("&&") => {
                 self.condition(*lhs, no);
                 self.condition(*rhs, no);
             }
-            ExprKind::Binary { op: "||", lhs, rhs } => {
+            ExprKind::Binary { lhs, rhs, .. } if connective == Some("||") => {
                 let span = self.span(id);
                 let holds = self.add_node(crate::flow::Effect::Nothing, span);
                 let second = self.add_node(crate::flow::Effect::Nothing, self.span(*rhs));
@@ -110,6 +116,7 @@ impl Builder<'_> {
             ExprKind::Binary { op, lhs, rhs } if matches!(*op, "==" | "!=" | "<" | "<=" | ">" | ">=") => {
                 self.comparison(id, op, *lhs, *rhs, no);
             }
+            ExprKind::Binary { lhs, rhs, .. } if connective == Some("!=") => self.comparison(id, "!=", *lhs, *rhs, no),
             ExprKind::MethodCall { receiver, method, args, .. }
                 if args.is_empty() && presence_head(method).is_some() =>
             {
@@ -122,6 +129,19 @@ impl Builder<'_> {
             ExprKind::Call { args, .. }
                 if args.split_first().is_some_and(|(first, more)| self.spoken_condition(id, *first, more, no)) => {}
             _ => self.truth(id, no),
+        }
+    }
+
+    /// How an operator connects two conditions: `a & b` is `a && b` where nothing happens in `b`.
+    fn connective(&mut self, id: ExprId) -> Option<&'static str> {
+        let ExprKind::Binary { op, lhs, rhs } = &self.body().expr(id).kind else { return None };
+        let are_conditions = [*lhs, *rhs].iter().all(|side| *self.ty(*side) == Ty::Bool);
+        match *op {
+            "&&" | "||" => Some(op),
+            "^" if are_conditions => Some("!="),
+            "&" if are_conditions && self.pure(*rhs).is_some() => Some("&&"),
+            "|" if are_conditions && self.pure(*rhs).is_some() => Some("||"),
+            _ => None,
         }
     }
 
@@ -139,7 +159,11 @@ impl Builder<'_> {
 
     /// A condition that is one value: a variable, a field, a call.
     fn truth(&mut self, id: ExprId, no: NodeId) {
-        let pure = self.pure(id);
+        let told = self.told_length(id).map(|length| (length, "0")).or_else(|| Some((self.opposite(id)?, "false")));
+        let (pure, head) = match told {
+            Some((pure, head)) => (Some(pure), head),
+            None => (self.pure(id), "true"),
+        };
         let about = About { rest: self.answer_at_rest(id), ..self.about(id) };
         let value = match &self.body().expr(id).kind {
             // What is a condition as a value is not asked for twice.
@@ -151,21 +175,41 @@ impl Builder<'_> {
         }
         let span = self.span(id);
         let text = self.text(id);
-        let total = Some(vec!["true".to_owned(), "false".to_owned()]);
+        let total = (head != "0").then(|| vec!["true".to_owned(), "false".to_owned()]);
         // The result of a call is a variable of its own, whose head the callee may know.
         let pure = pure.or_else(|| value.same_as.map(|var| self.pure_var(var)));
         let (yes, failed) = match pure {
             Some(pure) => {
                 let about = About { is_constant: pure.reads.is_empty(), ..about };
-                let id = self.subject(pure, total);
-                self.head_bit(id, "true");
-                self.head_bit(id, "false");
-                self.branch_on_subject(id, &["true".to_owned()], true, span, text, about)
+                let id = self.subject(pure, total.clone());
+                for head in total.iter().flatten() {
+                    self.head_bit(id, head);
+                }
+                self.branch_on_subject(id, &[head.to_owned()], true, span, text, about)
             }
             None => self.opaque_branch(span, text, about),
         };
         self.link(failed, no);
         self.resume(yes);
+    }
+
+    /// The length that is asked whether it is zero: `frame.is_empty()`.
+    fn told_length(&mut self, id: ExprId) -> Option<Pure> {
+        let ExprKind::MethodCall { method, .. } = &self.body().expr(id).kind else { return None };
+        let is_known = matches!(self.typed().callees.get(&id), Some(Callee::Builtin));
+        let empty = self.pure(id).filter(|_| method == "is_empty" && is_known)?;
+        let key = format!("{}.len()", empty.key.strip_suffix(".is_empty()")?);
+        Some(Pure { key, ..empty })
+    }
+
+    /// The question of which a method asks the opposite.
+    fn opposite(&mut self, id: ExprId) -> Option<Pure> {
+        let ExprKind::MethodCall { method, args, .. } = &self.body().expr(id).kind else { return None };
+        let is_own = matches!(self.typed().callees.get(&id), Some(Callee::Resolved(_)));
+        let (_, other) = OPPOSITES.iter().find(|(name, _)| name == method && args.is_empty() && !is_own)?;
+        let pure = self.pure(id)?;
+        let key = format!("{}{other}()", pure.key.strip_suffix(&format!("{method}()"))?);
+        Some(Pure { key, ..pure })
     }
 
     /// The answer that says that a filter is at rest, if that is what an expression asks it.
@@ -238,8 +282,12 @@ impl Builder<'_> {
             Some((pure, total)) => {
                 let about = About { is_constant: pure.reads.is_empty(), is_turned: negated, ..about };
                 let subject = self.subject(pure, total);
-                self.note_number(subject, op, lhs, rhs);
-                self.note_order(subject, op, lhs, rhs);
+                if self.holds_in_one_round(op, lhs, rhs) {
+                    self.note_one_round(subject);
+                } else {
+                    self.note_number(subject, op, lhs, rhs);
+                    self.note_order(subject, op, lhs, rhs);
+                }
                 self.branch_on_subject(subject, &heads, true, span, text, about)
             }
             None => self.opaque_branch(span, text, about),
@@ -312,7 +360,7 @@ impl Builder<'_> {
     /// `x.is_some()` and its kin.
     fn presence(&mut self, id: ExprId, receiver: ExprId, method: &str, no: NodeId) {
         let Some(head) = presence_head(method) else { return };
-        let pure = self.pure(receiver);
+        let pure = self.pure_option(receiver);
         let mut about = self.about(id);
         about.is_presence = true;
         let value = self.expr(receiver);
@@ -357,6 +405,7 @@ impl Builder<'_> {
         {
             return false;
         }
+        let asked = self.pure_option(receiver);
         let value = self.expr(receiver);
         if self.at.is_none() {
             return true;
@@ -371,6 +420,9 @@ impl Builder<'_> {
         self.depth += 1;
         if let Some((pat, _)) = code.params.first() {
             self.bind_pattern(*pat, &Value { head: None, same_as: None, ..value });
+            if let Some(asked) = asked {
+                self.note_held(*pat, &asked.part("0!"));
+            }
         }
         self.condition(code.body, no);
         self.depth -= 1;
@@ -395,20 +447,6 @@ impl Builder<'_> {
         self.resume_if_reached(no);
         self.end_branch(&join, &fails, span);
         self.close_join(&join)
-    }
-}
-
-/// How two floats may stand to each other: with NaN on a side, no comparison holds.
-const ORDERS: [&str; 4] = ["less", "equal", "greater", "unordered"];
-
-/// Of which orders a comparison of floats asks.
-fn orders_asked(op: &str) -> Option<&'static [&'static str]> {
-    match op {
-        "<" => Some(&["less"]),
-        "<=" => Some(&["less", "equal"]),
-        ">" => Some(&["greater"]),
-        ">=" => Some(&["equal", "greater"]),
-        _ => None,
     }
 }
 

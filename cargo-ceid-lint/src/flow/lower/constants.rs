@@ -2,7 +2,7 @@
 
 use super::Builder;
 use super::subjects::external_head;
-use crate::flow::{Head, Program};
+use crate::flow::{Head, Place, Program};
 use crate::index::{BodyOwner, Def, Shape, TraitId, TraitName, Ty, TypeId, ValueId};
 use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, Path, StmtKind, TypeRef};
 use crate::types::{Callee, TypedBody};
@@ -227,6 +227,35 @@ pub(super) fn referred(program: &Program<'_>, id: ValueId) -> ValueId {
     match in_constant(program, id, named).flatten() {
         Some(Def::Value(named)) if program.index.value(named).item.is_static => named,
         _ => id,
+    }
+}
+
+impl Builder<'_> {
+    /// The static that a call lends, if the function does nothing else: `fn depth() -> &'static Mutex<Pt1> { &DEPTH }`.
+    pub(super) fn static_lent(&self, call: ExprId) -> Option<Place> {
+        let target = self.only_target(call)?;
+        let body = self.program.index.function(target).function.body.as_ref().filter(|body| body.params.is_empty())?;
+        let typed = self.program.typed(target)?;
+        let mut at = body.root;
+        loop {
+            at = match &body.expr(at).kind {
+                ExprKind::Block(block) if block.stmts.is_empty() => block.tail?,
+                ExprKind::Reference { value: inner, .. } | ExprKind::Deref(inner) => *inner,
+                ExprKind::MethodCall { receiver, method, args, .. }
+                    if matches!(
+                        (method.as_str(), args.len()),
+                        ("get" | "unwrap", 0) | ("get_or_init" | "expect", 1)
+                    ) =>
+                {
+                    *receiver
+                }
+                _ => break,
+            };
+        }
+        let Some(Def::Value(value)) = typed.expr_def.get(&at) else { return None };
+        let named = referred(self.program, *value);
+        let is_lent = matches!(self.ty(call), Ty::Ref(..)) && self.may_hold_filter(self.ty(call));
+        (is_lent && self.program.index.value(named).item.is_static).then(|| Place::of_static(named))
     }
 }
 

@@ -1,8 +1,7 @@
 //! Comparisons of the counter of a loop whose rounds are known: which of its numbers they hold for.
 
-use super::subjects::Pure;
 use super::{Builder, Value};
-use crate::flow::{Head, LoopId, Place, Rounds, Var};
+use crate::flow::{CycleKind, Head, LoopId, PAST, Place, Rounds, SubjectId, Var};
 use crate::syntax::tree::{ExprId, ExprKind, PatId};
 
 /// How many rounds are told apart.
@@ -37,6 +36,31 @@ impl Builder<'_> {
         Some((counter, heads))
     }
 
+    /// Whether a comparison holds in one round at most of a loop around: the number of the round is asked for one that stays the
+    /// same, `i + 1 == n`.
+    pub(super) fn holds_in_one_round(&self, op: &str, lhs: ExprId, rhs: ExprId) -> bool {
+        let counters = self.loops.iter().filter_map(|id| {
+            let info = self.graph.loop_info(*id);
+            let (counter, _) = info.counter?;
+            (info.kind == CycleKind::For && info.in_order).then_some(counter)
+        });
+        let asks = |counter: Var, own: ExprId, other: ExprId| {
+            let mut read = self.body().within(other).into_iter();
+            self.counts_with(own, counter) && !read.any(|id| self.counts_with(id, counter))
+        };
+        matches!(op, "==" | "!=")
+            && counters.into_iter().any(|counter| asks(counter, lhs, rhs) || asks(counter, rhs, lhs))
+    }
+
+    /// Notes that a comparison holds in one round at most.
+    pub(super) fn note_one_round(&mut self, subject: SubjectId) {
+        let heads = ["true", "false", PAST].map(str::to_owned);
+        for head in &heads {
+            self.head_bit(subject, head);
+        }
+        self.graph.subjects[subject.0 as usize].total = Some(heads.to_vec());
+    }
+
     /// A parameter that gets the number of the round asks for that number under another name.
     pub(super) fn note_counter(&mut self, pat: PatId, value: &Value) {
         let Some(local) = self.typed().pat_local.get(&pat).copied() else { return };
@@ -52,21 +76,13 @@ impl Builder<'_> {
         };
     }
 
-    /// An entry of a constant table, `WEIGHTS[i]`: the same as long as its number is.
-    pub(super) fn entry_of_constant(&mut self, id: ExprId) -> Option<Pure> {
-        let ExprKind::Index { base, index } = self.body().expr(id).kind else { return None };
-        let (table, at) = (self.pure(base)?, self.pure(index)?);
-        let key = format!("{}[{}]", table.key, at.key);
-        table.reads.is_empty().then_some(Pure { key, reads: at.reads, whole: None })
-    }
-
     /// The counter of a loop around that an expression names.
     fn counter_in(&self, id: ExprId) -> Option<Var> {
         let body = self.body();
         match &body.expr(id).kind {
             ExprKind::Path(_) => {
                 let local = self.typed().expr_local.get(&id)?;
-                let var = *self.frames[self.frame].vars.get(local)?;
+                let var = self.number_behind(*self.frames[self.frame].vars.get(local)?);
                 let counts = |info: &crate::flow::LoopInfo| info.counter.is_some_and(|(counter, _)| counter == var);
                 self.loops.iter().any(|id| counts(self.graph.loop_info(*id))).then_some(var)
             }

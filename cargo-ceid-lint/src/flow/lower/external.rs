@@ -209,6 +209,7 @@ impl Builder<'_> {
         // What was there has another name now, and may come back; the place holds a new instance.
         let taken = self.temporary(self.ty(id).clone(), span);
         let is_truth = *self.ty(id) == Ty::Bool;
+        let is_state = self.is_state(self.ty(id)) && !self.may_hold_filter(self.ty(id));
         let same_as = content.same_as.filter(|_| is_truth);
         // What is put back where it was is the same instance all the time.
         let mut is_put_back = self.is_put_back(id, &place);
@@ -230,13 +231,13 @@ impl Builder<'_> {
             transfer: Transfer::Move,
             rebinds: false,
             head: new.head,
-            same_as: None,
+            same_as: new.same_as.filter(|_| is_state),
         };
         self.emit(Effect::Write(Box::new(writes)), span);
         if let Some(given) = given {
             self.note_given(&place, given);
         }
-        let same_as = (is_truth || is_put_back).then_some(taken);
+        let same_as = (is_state || is_put_back).then_some(taken);
         Value { place: Some(Place::var(taken)), is_owned: true, same_as, ..Value::default() }
     }
 

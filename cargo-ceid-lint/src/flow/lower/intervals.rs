@@ -2,26 +2,43 @@
 //! exclude one another are told to.
 
 use std::cmp::Ordering;
-use std::collections::BTreeMap;
 
 use super::Builder;
 use super::closures::is_named;
+use super::questions::grouped;
 use super::subjects::Pure;
 use crate::flow::test::MAX_HEADS;
-use crate::flow::{Effect, Head, SubjectId};
+use crate::flow::{About, Effect, Head, NodeId, Place, SubjectId, Var};
 use crate::index::Ty;
+use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
+use crate::types::Callee;
 
-/// A comparison of a value with a number.
+/// A question about a value that numbers answer.
 #[derive(Clone, Debug)]
 pub(super) struct Bound {
     value: Pure,
     is_float: bool,
-    number: f64,
-    /// Whether the number stands on the left.
-    is_turned: bool,
-    /// Whether a comparison of whole numbers holds where they are equal.
-    is_closed: bool,
+    /// Whether it is never less than zero.
+    is_natural: bool,
+    asks: Asks,
+}
+
+/// What is asked about a value.
+#[derive(Clone, Debug)]
+enum Asks {
+    /// How it stands to a number.
+    Order {
+        number: f64,
+        /// Whether the number stands on the left.
+        is_turned: bool,
+        /// Whether a comparison of whole numbers holds where they are equal.
+        is_closed: bool,
+    },
+    /// Whether it lies between two numbers, or is the last one.
+    Range { first: Option<f64>, last: Option<f64>, is_closed: bool },
+    /// Which of these numbers it is.
+    Number(Vec<f64>),
 }
 
 /// What a value may be: less than all numbers, one of them, more than one and less than the next, or no number.
@@ -53,101 +70,182 @@ impl Builder<'_> {
         if !self.is_plain_number(value) {
             return;
         }
+        let is_natural = self.is_length(value) || self.int_of(value).is_some_and(|int| int.starts_with('u'));
         let Some(value) = self.pure(value).filter(|value| !value.reads.is_empty()) else { return };
         // `a > b` is asked as `a <= b`.
         let is_closed = matches!(op, "<=" | ">");
-        self.bounds.insert(subject, Bound { value, is_float, number, is_turned, is_closed });
+        let asks = Asks::Order { number, is_turned, is_closed };
+        self.bounds.insert(subject, Bound { value, is_float, is_natural, asks });
     }
 
-    /// Whether an expression is a variable, a field or how far that is from zero: a cast may give another number.
+    /// Asks whether a value lies in the range of a pattern.
+    pub(super) fn ask_range(
+        &mut self,
+        range: &str,
+        value: &Pure,
+        about: &About,
+        (span, text): (Span, &str),
+        no: NodeId,
+    ) {
+        if self.at.is_none() {
+            return;
+        }
+        let heads = ["true", "false"].map(str::to_owned);
+        let asked = Pure { key: format!("({} in {range})", value.key), reads: value.reads.clone(), whole: None };
+        let id = self.subject(asked, Some(heads.to_vec()));
+        for head in &heads {
+            self.head_bit(id, head);
+        }
+        let (yes, failed) = self.branch_on_subject(id, &heads[..1], true, span, text.to_owned(), about.clone());
+        self.link(failed, no);
+        self.resume(yes);
+        let Some((first, last)) = range.split_once("..") else { return };
+        let (is_closed, last) = last.strip_prefix('=').map_or((false, last), |last| (true, last));
+        let [first, last] = [first, last].map(|end| if end.is_empty() { Ok(None) } else { end.parse().map(Some) });
+        if let (Ok(first), Ok(last)) = (first, last) {
+            let is_float = range.contains('.') && range.split("..").any(|end| end.contains('.'));
+            let asks = Asks::Range { first, last, is_closed };
+            self.bounds.insert(id, Bound { value: value.clone(), is_float, is_natural: false, asks });
+        }
+    }
+
+    /// Whether an expression is a variable, a field, a length or how far a number is from zero: a cast may give another number.
     fn is_plain_number(&self, id: ExprId) -> bool {
         match &self.body().expr(id).kind {
-            ExprKind::MethodCall { receiver, method, args, .. } => {
-                method == "abs" && args.is_empty() && self.is_plain_number(*receiver)
+            ExprKind::MethodCall { receiver, method, args, .. } if args.is_empty() => {
+                method == "abs" && self.is_plain_number(*receiver) || self.is_length(id)
             }
             _ => is_named(self.body(), id),
         }
     }
 
+    fn is_length(&self, id: ExprId) -> bool {
+        matches!(&self.body().expr(id).kind, ExprKind::MethodCall { method, .. } if method == "len")
+            && matches!(self.typed().callees.get(&id), Some(Callee::Builtin))
+    }
+
     /// Asks all comparisons of one value with several numbers in which of the intervals it is.
     pub(super) fn settle_bounds(&mut self) {
-        let mut of_value: BTreeMap<String, Vec<(SubjectId, Bound)>> = BTreeMap::new();
-        for (id, bound) in std::mem::take(&mut self.bounds) {
-            of_value.entry(bound.value.key.clone()).or_default().push((id, bound));
-        }
-        for bounds in of_value.into_values() {
+        let asked = std::mem::take(&mut self.bounds);
+        for mut bounds in grouped(asked, |bound| bound.value.key.clone()).into_values() {
+            let Some((_, Bound { value, is_float, .. })) = bounds.first().cloned() else { continue };
+            let is_natural = bounds.iter().any(|(_, bound)| bound.is_natural);
+            bounds.extend(self.asked_for_numbers(&value).filter(|_| !is_float));
             let Some(numbers) = several_numbers(&bounds) else { continue };
-            let Some((_, Bound { value, is_float, .. })) = bounds.first() else { continue };
-            let parts = parts(&numbers, *is_float);
+            let parts = parts(&numbers, is_float, is_natural);
             if parts.len() > MAX_HEADS {
                 continue;
             }
             let heads: Vec<Head> = parts.iter().map(|part| format!("{part:?}")).collect();
             let key = format!("({} among {numbers:?})", value.key);
-            let among = self.subject(Pure { key, reads: value.reads.clone(), whole: None }, Some(heads.clone()));
-            for head in &heads {
-                self.head_bit(among, head);
-            }
-            for (id, bound) in &bounds {
-                let own = self.graph.subjects[id.0 as usize].clone();
-                let of_parts: Vec<u32> = parts.iter().map(|part| own.bit(bound.head(&numbers, *part))).collect();
-                self.ask_instead(*id, among, &of_parts);
-            }
+            let among = Pure { key, reads: value.reads, whole: None };
+            self.ask_as_one(among, &heads, &bounds, |bound, at| bound.head(&numbers, parts[at]));
         }
     }
 
-    /// Lets all that asks for a subject ask for another one, of which each head stands for one of these of its own.
-    pub(super) fn ask_instead(&mut self, id: SubjectId, other: SubjectId, own: &[u32]) {
-        let translated = |mask: u32| -> u32 {
-            own.iter().enumerate().filter(|(_, own)| mask & **own != 0).map(|(at, _)| 1_u32 << at).sum()
-        };
-        for node in &mut self.graph.nodes {
-            if let Effect::Branch(test) = &mut node.effect
-                && test.subject == Some(id)
-            {
-                test.subject = Some(other);
-                (test.holds, test.fails) = (translated(test.holds), translated(test.fails));
+    /// Whether a variable holds what something gave of which nothing is known.
+    fn is_unread(&self, var: Var) -> bool {
+        self.graph.nodes.iter().all(|node| match &node.effect {
+            Effect::Set(set) | Effect::Write(set) => set.place.base_var() != Some(var),
+            Effect::Call(site) => site.result != var || site.targets.is_empty(),
+            _ => true,
+        })
+    }
+
+    /// The question which of several numbers a value is, where nothing gives it one of them.
+    fn asked_for_numbers(&self, value: &Pure) -> Option<(SubjectId, Bound)> {
+        let id = *self.subjects.get(&value.key)?;
+        let heads = &self.graph.subjects[id.0 as usize].heads;
+        let numbers: Vec<f64> = heads.iter().map(|head| head.parse().ok()).collect::<Option<_>>()?;
+        let gives = |effect: &Effect| match (effect, &value.whole) {
+            (Effect::Set(set) | Effect::Write(set), Some(whole)) => {
+                let is_told = set.head.is_some() || set.same_as.is_some_and(|from| !self.is_unread(from));
+                set.place.overlaps(whole) && (is_told || !set.rebinds)
             }
-        }
+            _ => false,
+        };
+        let is_counter = value.whole.as_ref().and_then(Place::base_var).is_some_and(|var| self.is_counter(var));
+        let is_given = is_counter || self.graph.nodes.iter().any(|node| gives(&node.effect));
+        let asks = Asks::Number(numbers);
+        let bound = Bound { value: value.clone(), is_float: false, is_natural: false, asks };
+        (!heads.is_empty() && !is_given).then_some((id, bound))
     }
 }
 
 impl Bound {
-    /// The head that the subject of the comparison has where the value is in a part of the numbers.
-    fn head(&self, numbers: &[f64], part: Part) -> &'static str {
-        let own = numbers.iter().position(|number| *number == self.number).unwrap_or_default();
-        let order = match part {
-            Part::Below => Ordering::Less,
-            Part::At(at) => at.cmp(&own),
-            Part::Above(at) if at >= own => Ordering::Greater,
-            Part::Above(_) => Ordering::Less,
-            Part::Unordered => return "unordered",
+    /// The spelling of the value that is asked about.
+    pub(super) fn key(&self) -> &str {
+        &self.value.key
+    }
+
+    /// The same question about another value.
+    pub(super) fn of(&self, value: Pure) -> Self {
+        Self { value, ..self.clone() }
+    }
+
+    /// The numbers that the answer depends on.
+    fn numbers(&self) -> Vec<f64> {
+        match &self.asks {
+            Asks::Order { number, .. } => vec![*number],
+            Asks::Range { first, last, .. } => first.iter().chain(last).copied().collect(),
+            Asks::Number(numbers) => numbers.clone(),
+        }
+    }
+
+    /// The head that the subject of the question has where the value is in a part of the numbers.
+    fn head(&self, numbers: &[f64], part: Part) -> Head {
+        let order = |number: f64| {
+            let own = numbers.iter().position(|known| *known == number).unwrap_or_default();
+            match part {
+                Part::Below => Some(Ordering::Less),
+                Part::At(at) => Some(at.cmp(&own)),
+                Part::Above(at) if at >= own => Some(Ordering::Greater),
+                Part::Above(_) => Some(Ordering::Less),
+                Part::Unordered => None,
+            }
         };
-        let order = if self.is_turned { order.reverse() } else { order };
-        match (self.is_float, order) {
-            (true, Ordering::Less) => "less",
-            (true, Ordering::Equal) => "equal",
-            (true, Ordering::Greater) => "greater",
-            (false, Ordering::Less) => "true",
-            (false, Ordering::Equal) if self.is_closed => "true",
-            (false, _) => "false",
+        match &self.asks {
+            Asks::Order { number, is_turned, is_closed } => {
+                let Some(order) = order(*number) else { return "unordered".to_owned() };
+                let order = if *is_turned { order.reverse() } else { order };
+                match (self.is_float, order) {
+                    (true, Ordering::Less) => "less".to_owned(),
+                    (true, Ordering::Equal) => "equal".to_owned(),
+                    (true, Ordering::Greater) => "greater".to_owned(),
+                    (false, Ordering::Less) => "true".to_owned(),
+                    (false, Ordering::Equal) => is_closed.to_string(),
+                    (false, Ordering::Greater) => "false".to_owned(),
+                }
+            }
+            Asks::Range { first, last, is_closed } => {
+                let begins = first.is_none_or(|first| order(first).is_some_and(Ordering::is_ge));
+                let is_before = |order: Ordering| order.is_lt() || *is_closed && order.is_eq();
+                (begins && last.is_none_or(|last| order(last).is_some_and(is_before))).to_string()
+            }
+            Asks::Number(own) => {
+                let is_it = |number: &&f64| order(**number) == Some(Ordering::Equal);
+                own.iter().find(is_it).map_or_else(String::new, f64::to_string)
+            }
         }
     }
 }
 
-/// The numbers that a value is compared with, in their order, where there are several. What differs by less than a small float can
-/// tell is not put in order.
+/// The numbers that a value is compared with, in their order, where there are several of them or several kinds of questions. What
+/// differs by less than a small float can tell is not put in order.
 fn several_numbers(bounds: &[(SubjectId, Bound)]) -> Option<Vec<f64>> {
-    let mut numbers: Vec<f64> = bounds.iter().map(|(_, bound)| bound.number).collect();
+    let mut numbers: Vec<f64> = bounds.iter().flat_map(|(_, bound)| bound.numbers()).collect();
     numbers.sort_by(f64::total_cmp);
     numbers.dedup();
     let is_apart = |pair: &[f64]| pair[1] - pair[0] > 1e-6 * pair[0].abs().max(pair[1].abs());
-    (numbers.len() > 1 && numbers.windows(2).all(is_apart)).then_some(numbers)
+    let is_order = |(_, bound): &(SubjectId, Bound)| matches!(bound.asks, Asks::Order { .. });
+    let are_several = bounds.len() > 1 && (numbers.len() > 1 || !bounds.iter().all(is_order));
+    (are_several && numbers.windows(2).all(is_apart)).then_some(numbers)
 }
 
 /// The parts into which numbers divide all that a value can be.
-fn parts(numbers: &[f64], is_float: bool) -> Vec<Part> {
-    let mut parts = vec![Part::Below];
+fn parts(numbers: &[f64], is_float: bool, is_natural: bool) -> Vec<Part> {
+    let is_least = is_natural && numbers.first().is_some_and(|first| *first == 0.0);
+    let mut parts: Vec<Part> = (!is_least).then_some(Part::Below).into_iter().collect();
     for (at, number) in numbers.iter().enumerate() {
         parts.push(Part::At(at));
         // There is no whole number between two that follow one another.

@@ -482,6 +482,9 @@ impl Builder<'_> {
         {
             return None;
         }
+        if self.at.is_some() && self.unrolled_closure(id, receiver, method, args) {
+            return Some(Value::default());
+        }
         let source = self.source(receiver);
         if self.at.is_none() {
             return Some(Value::default());

@@ -72,7 +72,8 @@ impl Builder<'_> {
             }
             false => (None, vec![Limit::Unknown]),
         };
-        WhileRounds { rounds, counter: Some((var, first)), limits, counts_down: !count.goes_up }
+        let in_order = count.goes_up && first.is_some() && !self.goes_on_in(label, body, 0..count.span.start);
+        WhileRounds { rounds, counter: Some((var, first)), limits, counts_down: !count.goes_up, in_order }
     }
 
     /// The value that a variable is declared with.
@@ -128,14 +129,19 @@ impl Builder<'_> {
         let is_filter = |id: &ExprId| self.program.index.holds_filter(self.ty(*id));
         let all = tree.within(body);
         let ends = all.iter().filter(|id| is_filter(id)).map(|id| tree.expr(*id).span.end);
-        let Some(first_use) = ends.min() else { return false };
+        ends.min().is_some_and(|first_use| self.goes_on_in(label, body, first_use..count.start))
+    }
+
+    /// Whether a `continue` of a loop stands in a part of its text.
+    fn goes_on_in(&self, label: Option<&String>, body: ExprId, part: std::ops::Range<u32>) -> bool {
+        let tree = self.body();
         let mut open = vec![(body, false)];
         while let Some((id, is_inner)) = open.pop() {
             let expr = tree.expr(id);
             let is_inner = match &expr.kind {
                 ExprKind::Continue { label: to } => {
                     let is_own = to.as_ref().map_or(!is_inner, |to| Some(to) == label);
-                    if is_own && (first_use..count.start).contains(&expr.span.start) {
+                    if is_own && part.contains(&expr.span.start) {
                         return true;
                     }
                     continue;

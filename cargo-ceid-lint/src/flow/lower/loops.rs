@@ -15,11 +15,13 @@ pub(super) struct WhileRounds {
     pub(super) counter: Option<(Var, Option<u64>)>,
     pub(super) limits: Vec<Limit>,
     pub(super) counts_down: bool,
+    /// Whether each round has the number that follows that of the one before.
+    pub(super) in_order: bool,
 }
 
 impl WhileRounds {
     pub(super) fn unbounded() -> Self {
-        Self { rounds: Rounds::Unbounded, counter: None, limits: Vec::new(), counts_down: false }
+        Self { rounds: Rounds::Unbounded, counter: None, limits: Vec::new(), counts_down: false, in_order: false }
     }
 }
 
@@ -147,16 +149,16 @@ impl Builder<'_> {
         {
             return value;
         }
-        let WhileRounds { rounds, counter, limits, counts_down } = self.rounds_of_while(label, condition, body);
+        let WhileRounds { rounds, counter, limits, counts_down, in_order } =
+            self.rounds_of_while(label, condition, body);
         let text = self.text(condition);
         let drains = self.is_drain(condition);
         let rounds = if drains { Rounds::Bounded } else { rounds };
         let this_loop = self.begin_loop(CycleKind::While, keyword, rounds, text);
-        self.graph.loops[this_loop.0 as usize].counter = counter;
-        self.graph.loops[this_loop.0 as usize].limits = limits;
-        self.graph.loops[this_loop.0 as usize].counts_down = counts_down;
-        self.graph.loops[this_loop.0 as usize].bound.extend(counter.map(|(var, _)| var));
-        self.graph.loops[this_loop.0 as usize].drains = drains;
+        let info = &mut self.graph.loops[this_loop.0 as usize];
+        info.bound.extend(counter.map(|(var, _)| var));
+        (info.counter, info.limits, info.counts_down) = (counter, limits, counts_down);
+        (info.in_order, info.drains) = (in_order, drains);
         let after = self.add_node(Effect::Nothing, self.span(id));
         self.loops.push(this_loop);
         let head = self.emit(Effect::LoopHead(this_loop), keyword);

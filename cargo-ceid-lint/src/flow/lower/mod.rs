@@ -29,6 +29,7 @@ mod given_away;
 mod guards;
 mod halves;
 mod heads;
+mod held;
 mod intervals;
 mod items;
 mod iterators;
@@ -48,6 +49,8 @@ mod patterns;
 mod places;
 mod presence;
 mod pure;
+mod questions;
+mod reading;
 mod reads;
 pub(super) mod received;
 mod resets;
@@ -63,6 +66,7 @@ mod ticks;
 mod unrolled;
 mod values;
 mod waits;
+mod widths;
 pub(super) mod written;
 
 use std::rc::Rc;
@@ -201,6 +205,10 @@ struct Builder<'a> {
     /// The names of adapted filters that a guard holds and that are fed.
     admitted: FxHashSet<Var>,
     subjects: FxHashMap<String, super::SubjectId>,
+    /// The parameters of closures that are asked whether they are pure.
+    inner: FxHashSet<LocalId>,
+    /// What patterns took out of values that conditions can ask for.
+    held: Vec<held::Held>,
     /// The comparisons of a value with a number, by their subjects.
     bounds: std::collections::BTreeMap<super::SubjectId, intervals::Bound>,
     orders: std::collections::BTreeMap<super::SubjectId, orders::Order>,
@@ -281,6 +289,8 @@ impl<'a> Builder<'a> {
             adapted_by: FxHashMap::default(),
             admitted: FxHashSet::default(),
             subjects: FxHashMap::default(),
+            inner: FxHashSet::default(),
+            held: Vec::new(),
             bounds: std::collections::BTreeMap::new(),
             orders: std::collections::BTreeMap::new(),
             inlining: vec![function],
@@ -336,6 +346,7 @@ impl<'a> Builder<'a> {
         self.settle_stored();
         self.settle_copies();
         self.settle_held_states();
+        self.settle_held_values();
         self.settle_bounds();
         self.settle_orders();
         self.copy_subjects();

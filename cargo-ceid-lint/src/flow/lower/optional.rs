@@ -82,7 +82,8 @@ impl Builder<'_> {
         let head = Some("-".to_owned());
         let nothing = Assignment { place, from: None, transfer: Transfer::Move, rebinds: false, head, same_as: None };
         let at = self.emit(Effect::Write(Box::new(nothing)), span);
-        let change = Change { computed: Computed::default(), kind: ChangeKind::Empties, about: None };
+        let change =
+            Change { computed: Computed::default(), kind: ChangeKind::Empties, goes_round: false, about: None };
         self.graph.changes.insert(at, change);
     }
 
@@ -141,7 +142,7 @@ impl Builder<'_> {
     /// Asks whether an option is there.
     fn branch_on_presence(&mut self, expr: ExprId, value: &Value, span: Span) -> (NodeId, NodeId) {
         let about = self.about_presence(expr, Vec::new());
-        match self.pure(expr) {
+        match self.pure_option(expr) {
             Some(pure) => {
                 let subject = self.subject(pure, Some(vec!["+".to_owned(), "-".to_owned()]));
                 self.head_bit(subject, "+");
@@ -169,6 +170,14 @@ impl Builder<'_> {
         self.end_branch(&join, &Value { head: Some("+".to_owned()), same_as: None, ..made }, span);
         self.end_absent(&join, fails, span);
         self.close_join(&join)
+    }
+
+    /// Whether a method hands out what a handle leads to, or what a lock holds where the one before panicked: that is there, too.
+    pub(super) fn hands_out(&self, receiver: ExprId, method: &str) -> bool {
+        match method {
+            "upgrade" => self.is_shared_handle(receiver),
+            _ => self.ty(receiver).peel().external_name() == Some("LockResult"),
+        }
     }
 
     /// Ends a branch on which nothing is there.

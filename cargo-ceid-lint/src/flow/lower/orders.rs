@@ -1,8 +1,7 @@
 //! Numbers that are compared with one another in several ways: `a < b`, `b <= a` and `a == b` are answers to one question.
 
-use std::collections::BTreeMap;
-
 use super::Builder;
+use super::questions::grouped;
 use super::subjects::Pure;
 use crate::flow::{Head, SubjectId};
 use crate::index::Ty;
@@ -27,8 +26,8 @@ enum Asks {
     Order,
 }
 
-/// How two numbers may stand to each other.
-const ORDERS: [&str; 4] = ["less", "equal", "greater", "unordered"];
+/// How two numbers may stand to each other: with NaN on a side, no comparison of floats holds.
+pub(super) const ORDERS: [&str; 4] = ["less", "equal", "greater", "unordered"];
 
 impl Builder<'_> {
     /// Notes that a comparison asks how two numbers stand to each other.
@@ -55,27 +54,17 @@ impl Builder<'_> {
 
     /// Asks all comparisons of the same two numbers how these stand to each other.
     pub(super) fn settle_orders(&mut self) {
-        let mut of_pair: BTreeMap<[String; 2], Vec<(SubjectId, Order)>> = BTreeMap::new();
-        for (id, order) in std::mem::take(&mut self.orders) {
+        let pair_of = |order: &Order| {
             let mut pair = [order.left.clone(), order.right.clone()];
             pair.sort();
-            of_pair.entry(pair).or_default().push((id, order));
-        }
-        for (pair, asked) in of_pair {
+            pair
+        };
+        for (pair, asked) in grouped(std::mem::take(&mut self.orders), pair_of) {
             let [(_, first), _, ..] = asked.as_slice() else { continue };
             let heads = ORDERS.map(str::to_owned);
-            let pure =
-                Pure { key: format!("({} against {})", pair[0], pair[1]), reads: first.reads.clone(), whole: None };
-            let between = self.subject(pure, Some(heads.to_vec()));
-            for head in &heads {
-                self.head_bit(between, head);
-            }
-            for (id, order) in &asked {
-                let own = self.graph.subjects[id.0 as usize].clone();
-                let is_turned = order.left != pair[0];
-                let bits = heads.each_ref().map(|head| own.bit(&order.head(head, is_turned)));
-                self.ask_instead(*id, between, &bits);
-            }
+            let key = format!("({} against {})", pair[0], pair[1]);
+            let between = Pure { key, reads: first.reads.clone(), whole: None };
+            self.ask_as_one(between, &heads, &asked, |order, at| order.head(&heads[at], order.left != pair[0]));
         }
     }
 }
@@ -96,5 +85,16 @@ impl Order {
             Asks::Equal => own == "equal",
         };
         holds.to_string()
+    }
+}
+
+/// Of which orders a comparison of floats asks.
+pub(super) fn orders_asked(op: &str) -> Option<&'static [&'static str]> {
+    match op {
+        "<" => Some(&["less"]),
+        "<=" => Some(&["less", "equal"]),
+        ">" => Some(&["greater"]),
+        ">=" => Some(&["equal", "greater"]),
+        _ => None,
     }
 }

@@ -95,7 +95,7 @@ impl Builder<'_> {
         // A number that was made of a truth value is as that is.
         let pure = match self.truth_of(scrutinee) {
             Some(_) => None,
-            None => self.pure(scrutinee),
+            None => self.pure_option(scrutinee),
         };
         let about = self.about(scrutinee);
         let mut value = self.expr(scrutinee);
@@ -132,7 +132,7 @@ impl Builder<'_> {
         }
         self.derive_pattern(pat, expr);
         let taken = self.taken_from(expr);
-        let pure = taken.as_ref().map(|(_, pure)| pure.clone()).or_else(|| self.pure(expr));
+        let pure = taken.as_ref().map(|(_, pure)| pure.clone()).or_else(|| self.pure_option(expr));
         let pure = pure.or_else(|| value.same_as.map(|var| self.pure_var(var)));
         let mut about = self.about(expr);
         about.is_presence = true;
@@ -193,6 +193,9 @@ impl Builder<'_> {
             self.ask(pat, &matched, no);
         }
         self.bind_pattern(pat, &matched.value);
+        if let Some(pure) = &matched.pure {
+            self.note_held(pat, pure);
+        }
     }
 
     fn ask(&mut self, pat: PatId, matched: &Matched, no: NodeId) {
@@ -236,7 +239,11 @@ impl Builder<'_> {
             PatKind::Slice(pats) => {
                 self.ask_slice(pats, matched, span, no);
             }
-            PatKind::Range(_) | PatKind::Unknown => self.ask_opaque(matched, span, no),
+            PatKind::Range(text) => match &matched.pure {
+                Some(pure) => self.ask_range(text, pure, &matched.about, (span, &matched.text), no),
+                None => self.ask_opaque(matched, span, no),
+            },
+            PatKind::Unknown => self.ask_opaque(matched, span, no),
         }
     }
 
@@ -351,11 +358,8 @@ impl Builder<'_> {
             matched.value.place.as_ref().map(|place| if is_transparent { place.clone() } else { place.field(name) });
         let Value { is_owned, leaves_by, .. } = matched.value;
         let value = Value { place, is_owned, leaves_by, ..Value::default() };
-        let pure = matched.pure.as_ref().map(|pure| Pure {
-            key: format!("{}.{name}{}", pure.key, if is_transparent { "!" } else { "" }),
-            reads: pure.reads.clone(),
-            whole: None,
-        });
+        let step = if is_transparent { format!("{name}!") } else { name.to_owned() };
+        let pure = matched.pure.as_ref().map(|pure| pure.part(&step));
         Matched { value, pure, total: None, ..matched.clone() }
     }
 
@@ -370,7 +374,7 @@ impl Builder<'_> {
         {
             let binds = self.vars_of(pat);
             self.derive(&binds, own);
-            part.pure = self.pure(own).or(part.pure);
+            part.pure = self.pure_option(own).or(part.pure);
             part.total = self.total_heads(self.ty(own)).map(Rc::from);
             // An answer that was kept is there whatever it is.
             part.about = match self.ty(own) {

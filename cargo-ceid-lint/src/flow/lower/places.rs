@@ -185,7 +185,7 @@ impl Builder<'_> {
     }
 
     /// The parameter or counter that a variable is another name of, or itself.
-    fn number_behind(&self, var: Var) -> Var {
+    pub(super) fn number_behind(&self, var: Var) -> Var {
         self.copies.get(&var).copied().unwrap_or(var)
     }
 

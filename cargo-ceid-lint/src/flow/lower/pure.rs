@@ -1,11 +1,12 @@
 //! Expressions that read places and do nothing else, in one spelling: they give the same as long as the places are not written.
 
 use super::Builder;
-use super::subjects::{Pure, lends_payload, pure_place};
+use super::reading::{chooses, computes, only_reads};
+use super::subjects::{Pure, lends_payload, place_key, pure_place};
 use crate::flow::Place;
 use crate::index::{Def, Ty};
-use crate::syntax::tree::{ExprId, ExprKind, Path, StmtKind, TypeRef};
-use crate::types::Callee;
+use crate::syntax::tree::{Closure, ExprId, ExprKind, Path, TypeRef};
+use crate::types::{Callee, LocalId};
 
 /// The field that a getter gives a value of.
 pub(super) struct FieldGiven {
@@ -22,8 +23,13 @@ impl Builder<'_> {
         match &body.expr(id).kind {
             ExprKind::Path(path) => self.pure_path(id, path),
             ExprKind::Literal(literal) => Some(Pure { key: literal.spelling(), ..Pure::default() }),
+            ExprKind::Field { base, name } if self.names_inner(id) => {
+                let base = self.pure(*base)?;
+                Some(Pure { key: format!("{}.{name}", base.key), reads: base.reads, whole: None })
+            }
             ExprKind::Field { .. } | ExprKind::Index { .. } => {
-                let Some(place) = self.static_place(id) else { return self.entry_of_constant(id) };
+                let place = if self.names_inner(id) { None } else { self.static_place(id) };
+                let Some(place) = place else { return self.pure_entry(id) };
                 let mut found = pure_place(place);
                 // Another number is another element.
                 let mut at = id;
@@ -68,42 +74,103 @@ impl Builder<'_> {
             {
                 self.pure(*receiver)
             }
-            ExprKind::MethodCall { receiver, method, args, .. } => {
-                if let Some(place) = self.state_behind(id) {
+            // What is made once is the same from then on.
+            ExprKind::MethodCall { receiver, method, .. }
+                if method == "get_or_init" && self.is_made_once(*receiver, &["OnceLock", "OnceCell"]) =>
+            {
+                let place = self.static_place(*receiver)?;
+                let reads = place.base_var().map(|_| place.clone()).into_iter().collect();
+                Some(Pure { key: format!("{}.{method}()", place_key(&place)), reads, whole: None })
+            }
+            ExprKind::MethodCall { receiver, method, turbofish, args, .. } => {
+                if !self.names_inner(*receiver)
+                    && let Some(place) = self.state_behind(id)
+                {
                     return Some(pure_place(place));
                 }
-                if !self.is_pure_method(id, method) {
+                if !only_reads(self.constants(), id, 0) {
                     return None;
                 }
                 let base = self.pure(*receiver)?;
-                let mut key = format!("{}.{method}(", base.key);
-                let mut reads = base.reads;
-                for arg in args {
-                    let arg = self.pure(*arg)?;
-                    key.push_str(&arg.key);
-                    key.push(',');
-                    reads.extend(arg.reads);
-                }
-                key.push(')');
-                Some(Pure { key, reads, whole: None })
+                let of = if turbofish.is_empty() { String::new() } else { format!("{turbofish:?}") };
+                self.pure_parts(format!("{}.{method}{of}(", base.key), base.reads, args)
             }
             // What is made of pure parts is another value only where they are.
             ExprKind::Call { callee, args }
                 if matches!(self.typed().callees.get(&id), Some(Callee::Constructor(_))) =>
             {
                 let ExprKind::Path(path) = &body.expr(*callee).kind else { return None };
-                let mut made = Pure { key: format!("{}(", path.last()), ..Pure::default() };
-                for arg in args {
-                    let arg = self.pure(*arg)?;
-                    made.key.push_str(&arg.key);
-                    made.key.push(',');
-                    made.reads.extend(arg.reads);
-                }
-                made.key.push(')');
-                Some(made)
+                self.pure_parts(format!("{}(", path.last()), Vec::new(), args)
             }
+            ExprKind::Call { callee, args } if only_reads(self.constants(), id, 0) => {
+                let called = match self.typed().callees.get(&id)? {
+                    Callee::Resolved(resolved) => format!("{:?}", resolved.targets),
+                    Callee::External(path) => path.clone(),
+                    _ => self.text(*callee),
+                };
+                self.pure_parts(format!("{called}("), Vec::new(), args)
+            }
+            ExprKind::Tuple(parts) | ExprKind::Array { elements: parts, is_vec: false } => {
+                self.pure_parts("(".to_owned(), Vec::new(), parts)
+            }
+            ExprKind::Closure(code) if !code.is_async && !super::optional::leaves(body, code.body) => {
+                self.pure_closure(code)
+            }
+            // What a closure gives may stand in a block.
+            ExprKind::Block(block) if block.stmts.is_empty() && block.label.is_none() => self.pure(block.tail?),
             _ => None,
         }
+    }
+
+    /// The value that is asked whether it is there, or is taken apart: what is chosen from another option is asked for that one.
+    pub(super) fn pure_option(&mut self, id: ExprId) -> Option<Pure> {
+        if chooses(self.constants(), id) { None } else { self.pure(id) }
+    }
+
+    /// What is pure if its parts are.
+    fn pure_parts(&mut self, mut key: String, mut reads: Vec<Place>, parts: &[ExprId]) -> Option<Pure> {
+        for part in parts {
+            let part = self.pure(*part)?;
+            key.push_str(&part.key);
+            key.push(',');
+            reads.extend(part.reads);
+        }
+        key.push(')');
+        Some(Pure { key, reads, whole: None })
+    }
+
+    /// A closure that only reads: two that are written alike give the same where what they name is the same.
+    fn pure_closure(&mut self, code: &Closure) -> Option<Pure> {
+        let body = self.body();
+        let mut key = "|".to_owned();
+        let params = code.params.iter().map(|(pat, _)| *pat);
+        for pat in params.clone() {
+            key.push_str(self.program.sources.snippet(body.pat(pat).span));
+            key.push(',');
+        }
+        let locals: Vec<LocalId> = params.flat_map(|pat| self.locals_of(pat)).collect();
+        self.inner.extend(&locals);
+        let given = self.pure(code.body);
+        self.inner.retain(|local| !locals.contains(local));
+        let given = given?;
+        Some(Pure { key: format!("{key}| {}", given.key), reads: given.reads, whole: None })
+    }
+
+    /// Whether an expression is a parameter of a closure that is asked whether it is pure, or a part of one.
+    fn names_inner(&self, id: ExprId) -> bool {
+        match &self.body().expr(id).kind {
+            ExprKind::Field { base, .. } | ExprKind::Index { base, .. } => self.names_inner(*base),
+            ExprKind::Deref(inner) | ExprKind::Reference { value: inner, .. } => self.names_inner(*inner),
+            _ => self.typed().expr_local.get(&id).is_some_and(|local| self.inner.contains(local)),
+        }
+    }
+
+    /// An entry of a table or a part of a slice: `WEIGHTS[i]`, `frame[1..]`.
+    fn pure_entry(&mut self, id: ExprId) -> Option<Pure> {
+        let ExprKind::Index { base, index } = self.body().expr(id).kind else { return None };
+        let (table, at) = (self.pure(base)?, self.pure(index)?);
+        let key = format!("{}[{}]", table.key, at.key);
+        Some(Pure { key, reads: [table.reads, at.reads].concat(), whole: None })
     }
 
     /// The place of the state that a getter gives: `self.mode()`.
@@ -172,14 +239,18 @@ impl Builder<'_> {
             return Some(pure_place(place));
         }
         if let Some(local) = self.typed().expr_local.get(&id).copied() {
+            if self.inner.contains(&local) {
+                return Some(Pure { key: format!("'{}", path.text()), ..Pure::default() });
+            }
             let var = self.var_of(local);
-            return Some(self.pure_var(var));
+            return Some(self.pure_var(self.number_behind(var)));
         }
         match self.typed().expr_def.get(&id) {
             Some(Def::Value(value)) => {
                 let item = &self.program.index.value(*value).item;
                 // A static may be changed by someone else, unless it holds nothing but a value.
-                let is_fixed = !item.is_static || (!item.is_mutable && self.is_plain_value(self.ty(id)));
+                let is_value = self.is_plain_value(self.ty(id)) || self.is_made_once(id, &["LazyLock", "Lazy"]);
+                let is_fixed = !item.is_static || (!item.is_mutable && is_value);
                 is_fixed.then(|| Pure { key: path.text(), ..Pure::default() })
             }
             Some(Def::Variant(..) | Def::External(_) | Def::Type(_)) => {
@@ -189,10 +260,21 @@ impl Builder<'_> {
                 Some(Pure { key: path.text(), ..Pure::default() })
             }
             // `P::HAS_INERTIA`, whatever `P` is.
-            None if path.segments.len() > 1 && is_constant_name(path.last()) => {
+            None if path.segments.len() > 1 && (is_constant_name(path.last()) || computes(path)) => {
                 Some(Pure { key: path.text(), ..Pure::default() })
             }
             _ => None,
+        }
+    }
+
+    /// Whether something is of a type whose plain value is made at the first use.
+    fn is_made_once(&self, id: ExprId, names: &[&str]) -> bool {
+        match self.ty(id).peel() {
+            Ty::External(_, args) => {
+                self.ty(id).peel().external_name().is_some_and(|name| names.contains(&name))
+                    && args.first().is_some_and(|value| self.is_plain_value(value))
+            }
+            _ => false,
         }
     }
 
@@ -209,100 +291,6 @@ impl Builder<'_> {
             _ => &[],
         };
         def.function.generics.params.iter().chain(of_impl).any(|param| param.is_const && param.name == name)
-    }
-
-    /// Methods that read a value and nothing else.
-    fn is_pure_method(&self, id: ExprId, method: &str) -> bool {
-        let known = matches!(
-            method,
-            "is_some"
-                | "is_none"
-                | "is_ok"
-                | "is_err"
-                | "is_empty"
-                | "len"
-                | "abs"
-                | "is_nan"
-                | "is_finite"
-                | "as_ref"
-                | "is_positive"
-                | "is_negative"
-                | "min"
-                | "max"
-                | "is_multiple_of"
-                | "as_deref"
-                | "signum"
-                | "get"
-                | "clone"
-                | "to_owned"
-                | "is_sign_negative"
-                | "is_sign_positive"
-                | "rem_euclid"
-                | "contains"
-                | "contains_key"
-                | "is_infinite"
-                | "cmp"
-                | "partial_cmp"
-                | "total_cmp"
-                | "starts_with"
-                | "ends_with"
-                | "first_mut"
-                | "last_mut"
-                | "split_first_mut"
-                | "split_last_mut"
-        );
-        match self.typed().callees.get(&id) {
-            Some(Callee::Builtin) => known,
-            Some(Callee::Resolved(resolved)) => match resolved.targets.as_slice() {
-                [target] => self.is_pure_function(*target, 0),
-                _ => false,
-            },
-            _ => known && method != "get",
-        }
-    }
-
-    /// Whether a function only reads what it is given: all that its body is made of is pure.
-    pub(super) fn is_pure_function(&self, id: crate::index::FunctionId, depth: u32) -> bool {
-        let def = self.program.index.function(id);
-        use crate::syntax::tree::Receiver;
-        if depth > 3 || def.function.receiver == Some(Receiver::Exclusive) {
-            return false;
-        }
-        let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(id)) else { return false };
-        let is_static = |id: ExprId| match typed.expr_def.get(&id) {
-            Some(Def::Value(value)) => self.program.index.value(*value).item.is_static,
-            _ => false,
-        };
-        let at = |number: usize| ExprId(u32::try_from(number).unwrap_or(u32::MAX));
-        body.exprs.iter().enumerate().all(|(number, expr)| match &expr.kind {
-            ExprKind::Path(_) => !is_static(at(number)),
-            ExprKind::Literal(_)
-            | ExprKind::Field { .. }
-            | ExprKind::Binary { .. }
-            | ExprKind::Not(_)
-            | ExprKind::Negate(_)
-            | ExprKind::Deref(_)
-            | ExprKind::Cast { .. }
-            | ExprKind::Let { .. }
-            | ExprKind::Match { .. }
-            | ExprKind::If { .. }
-            | ExprKind::Return(_)
-            | ExprKind::Reference { mutable: false, .. } => true,
-            ExprKind::Block(block) => {
-                block.stmts.iter().all(|stmt| matches!(stmt.kind, StmtKind::Let { .. } | StmtKind::Expr { .. }))
-            }
-            ExprKind::MethodCall { method, .. } => match typed.callees.get(&at(number)) {
-                Some(Callee::Resolved(resolved)) => match resolved.targets.as_slice() {
-                    [target] => self.is_pure_function(*target, depth + 1),
-                    _ => false,
-                },
-                Some(Callee::Builtin) => {
-                    matches!(method.as_str(), "is_some" | "is_none" | "is_ok" | "is_err" | "abs" | "is_empty" | "len")
-                }
-                _ => false,
-            },
-            _ => false,
-        })
     }
 }
 

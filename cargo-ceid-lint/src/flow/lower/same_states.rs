@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::Builder;
-use super::subjects::pure_place;
+use super::subjects::{Pure, pure_place};
+use crate::flow::OTHER_HEADS;
 use crate::flow::{ControlFlowGraph, Effect, NodeId, Place, SubjectId, Test, Transfer, Var};
 use crate::index::Ty;
 
@@ -29,34 +30,40 @@ impl Builder<'_> {
     }
 
     fn ask_for_state(&mut self, held: &Held) {
+        let same = same_at(&self.graph, held.at, std::slice::from_ref(&held.state));
+        self.ask_where(held.asked, &same, pure_place(held.state.clone()));
+    }
+
+    /// Lets all that asks for a subject ask for another value with the same heads, if that is so at each of the nodes; answers the
+    /// subject that is asked then.
+    pub(super) fn ask_where(&mut self, asked: SubjectId, same: &[bool], value: Pure) -> Option<SubjectId> {
         let graph = &self.graph;
-        let asks = |test: &Test| test.subject == Some(held.asked);
+        let asks = |test: &Test| test.subject == Some(asked);
         let asking: Vec<NodeId> = graph
             .node_ids()
             .filter(|id| matches!(&graph.node(*id).effect, Effect::Branch(test) if asks(test)))
             .collect();
-        let same = same_at(graph, held);
         let is_exact = |id: &NodeId| match &graph.node(*id).effect {
             Effect::Branch(test) => test.fails == !test.holds || test.fails == u32::MAX,
             _ => false,
         };
         if asking.is_empty() || !asking.iter().all(|id| same[id.0 as usize] && is_exact(id)) {
-            return;
+            return None;
         }
-        let subject = &graph.subjects[held.asked.0 as usize];
+        let subject = &graph.subjects[asked.0 as usize];
         let (heads, total) = (subject.heads.clone(), subject.total.clone());
-        let state = self.subject(pure_place(held.state.clone()), total);
-        let bits: Option<Vec<u32>> = heads.iter().map(|head| self.head_bit(state, head)).collect();
-        let Some(bits) = bits else { return };
+        let other = self.subject(value, total);
+        let bits: Vec<u32> = heads.iter().map(|head| self.head_bit(other, head)).collect::<Option<_>>()?;
         for id in asking {
             let Effect::Branch(test) = &mut self.graph.nodes[id.0 as usize].effect else { continue };
             let own = (0u32..).zip(&bits).filter(|(number, _)| test.holds & (1 << number) != 0);
-            let holds = own.fold(0, |all, (_, bit)| all | bit);
+            let holds = own.fold(test.holds & OTHER_HEADS, |all, (_, bit)| all | bit);
             if test.fails != u32::MAX {
                 test.fails = !holds;
             }
-            (test.subject, test.holds) = (Some(state), holds);
+            (test.subject, test.holds) = (Some(other), holds);
         }
+        Some(other)
     }
 }
 
@@ -93,11 +100,11 @@ fn held_states(graph: &ControlFlowGraph) -> Vec<Held> {
     held
 }
 
-/// The nodes at which a variable certainly holds what the state is.
-fn same_at(graph: &ControlFlowGraph, held: &Held) -> Vec<bool> {
-    let is_it = |place: &Place| place.overlaps(&held.state);
+/// The nodes at which what was held at a node is certainly the same, for none of the places that it depends on has changed.
+pub(super) fn same_at(graph: &ControlFlowGraph, at: NodeId, places: &[Place]) -> Vec<bool> {
+    let is_it = |place: &Place| places.iter().any(|held| place.overlaps(held));
     let changes = |id: NodeId| match &graph.node(id).effect {
-        Effect::Set(set) | Effect::Write(set) => id != held.at && is_it(&set.place),
+        Effect::Set(set) | Effect::Write(set) => id != at && is_it(&set.place),
         Effect::Call(site) => {
             site.args.iter().filter(|arg| !arg.is_shared).filter_map(|arg| arg.place.as_ref()).any(is_it)
         }
@@ -113,7 +120,7 @@ fn same_at(graph: &ControlFlowGraph, held: &Held) -> Vec<bool> {
     open.extend(graph.node_ids().filter(|id| changes(*id)).flat_map(|id| graph.node(id).next.clone()));
     differs.extend(open.iter().copied());
     while let Some(id) = open.pop() {
-        if id == held.at {
+        if id == at {
             continue;
         }
         for next in &graph.node(id).next {

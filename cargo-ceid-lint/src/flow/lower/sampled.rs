@@ -145,7 +145,7 @@ impl Builder<'_> {
         })
     }
 
-    /// Whether an expression is a counter, or a number away from it.
+    /// Whether an expression is a counter, a number away from it, or a window that begins or ends so: `frame[i..i + 4]`.
     pub(super) fn counts_with(&self, id: ExprId, counter: Var) -> bool {
         match &self.body().expr(id).kind {
             ExprKind::Path(_) => {
@@ -156,6 +156,7 @@ impl Builder<'_> {
             ExprKind::Binary { op: "+" | "-", lhs, rhs } => {
                 self.counts_with(*lhs, counter) || self.counts_with(*rhs, counter)
             }
+            ExprKind::Range { start, end, .. } => start.iter().chain(end).any(|end| self.counts_with(*end, counter)),
             _ => false,
         }
     }

@@ -15,6 +15,13 @@ pub(super) struct Pure {
     pub(super) whole: Option<Place>,
 }
 
+impl Pure {
+    /// A part of it, which changes with it.
+    pub(super) fn part(&self, step: &str) -> Self {
+        Self { key: format!("{}.{step}", self.key), reads: self.reads.clone(), whole: None }
+    }
+}
+
 impl Builder<'_> {
     /// The subject with that key; made when it is new.
     pub(super) fn subject(&mut self, pure: Pure, total: Option<Vec<Head>>) -> SubjectId {

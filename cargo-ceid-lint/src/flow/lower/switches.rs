@@ -2,6 +2,7 @@
 
 use rustc_hash::FxHashSet;
 
+use super::reading::is_pure_function;
 use super::{Builder, Frame, MAX_INLINE, Value};
 use crate::flow::{NodeId, Place};
 use crate::index::{FunctionId, Shape, Ty};
@@ -23,7 +24,7 @@ impl Builder<'_> {
         if *typed.ty(body.root) != Ty::Bool
             || self.depth >= MAX_INLINE
             || self.inlining.contains(&target)
-            || !(self.is_pure_function(target, 0) || self.takes_flag(body, typed) || self.asks_clock(target))
+            || !(is_pure_function(self.program, target, 0) || self.takes_flag(body, typed) || self.asks_clock(target))
             || self.static_place(receiver).is_none()
             || args.iter().any(|arg| self.is_constant(*arg))
         {
@@ -248,7 +249,7 @@ impl Builder<'_> {
             && !matches!(ty, Ty::Ref(..))
             && self.is_state(ty)
             && !self.inlining.contains(&id)
-            && self.is_pure_function(id, 0)
+            && is_pure_function(self.program, id, 0)
             && self.static_place(*receiver).is_some()
             && !args.iter().any(|arg| self.is_constant(*arg))
     }

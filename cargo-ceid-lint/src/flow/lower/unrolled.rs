@@ -2,15 +2,18 @@
 //! one behind another.
 
 use super::constants::{Constants, in_constant};
-use super::{Builder, Value};
+use super::{Builder, ClosureRef, MAX_INLINE, Value};
 use crate::flow::{Effect, Head};
 use crate::index::{Def, FunctionId, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{Body, ExprId, ExprKind, PatId};
+use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, PatId, PatKind};
 use crate::types::{Callee, LocalId};
 
 /// How many rounds are written out.
 const MAX_ROUNDS: u64 = 8;
+
+/// What a round binds: each part with its name, if it has one, and what it is computed from.
+type Round = Vec<(PatId, Option<Head>, ExprId)>;
 
 impl Builder<'_> {
     /// Writes out a loop whose rounds have names, or numbers, by which its body selects what it works on; answers whether it is one.
@@ -22,22 +25,16 @@ impl Builder<'_> {
         iterable: ExprId,
         inside: ExprId,
     ) -> bool {
-        let locals = self.locals_of(pat);
-        let [local] = locals.as_slice() else { return false };
-        let heads = match self.names(iterable) {
-            Some(heads) if self.selects(inside, *local) => heads,
-            None if self.lends_by(inside, *local) => match self.numbers_of(iterable) {
-                Some(heads) => heads,
-                None => return false,
-            },
-            _ => return false,
-        };
+        let Some(rounds) = self.written_rounds(pat, iterable, inside) else { return false };
         self.expr(iterable);
         let after = self.add_node(Effect::Nothing, keyword);
-        for head in heads {
+        for parts in rounds {
             let again = self.add_node(Effect::Nothing, keyword);
             self.push_loop_scope(label, after, again, keyword);
-            self.bind_pattern(pat, &Value { head: Some(head), ..Value::default() });
+            for (pat, head, from) in parts {
+                self.bind_pattern(pat, &Value { head, ..Value::default() });
+                self.derive_pattern(pat, from);
+            }
             self.expr(inside);
             self.pop_loop_scope();
             self.jump(again);
@@ -46,6 +43,79 @@ impl Builder<'_> {
         self.jump(after);
         self.resume_if_reached(after);
         true
+    }
+
+    /// The same for a closure that gets each name: `[Axis::Roll, Axis::Pitch].map(|axis| match axis { … })`. Answers whether it is one.
+    pub(super) fn unrolled_closure(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> bool {
+        let body = self.body();
+        let [closure] = args else { return false };
+        let ExprKind::Closure(code) = &body.expr(*closure).kind else { return false };
+        let ([(pat, _)], "map" | "for_each") = (code.params.as_slice(), method) else { return false };
+        if code.is_async || self.depth >= MAX_INLINE {
+            return false;
+        }
+        let Some(rounds) = self.written_rounds(*pat, receiver, code.body) else { return false };
+        self.expr(receiver);
+        for parts in rounds {
+            if let [(_, head, _)] = parts.as_slice() {
+                let given = Value { head: head.clone(), ..Value::default() };
+                self.inline_closure(ClosureRef { frame: self.frame, expr: *closure }, &[given], self.span(id));
+            }
+        }
+        true
+    }
+
+    /// What each round of such a loop binds.
+    fn written_rounds(&mut self, pat: PatId, iterable: ExprId, inside: ExprId) -> Option<Vec<Round>> {
+        let locals = self.locals_of(pat);
+        if let [local] = locals.as_slice() {
+            let heads = match self.names(iterable) {
+                Some(heads) => Some(heads).filter(|_| self.selects(inside, *local)),
+                None if self.lends_by(inside, *local) => self.numbers_of(iterable),
+                None => None,
+            };
+            return Some(heads?.into_iter().map(|head| vec![(pat, Some(head), iterable)]).collect());
+        }
+        let body = self.body();
+        let (PatKind::Tuple(pats), [first, _]) = (&body.pat(pat).kind, locals.as_slice()) else { return None };
+        let [number, item] = pats.as_slice() else { return None };
+        if let ExprKind::MethodCall { receiver, method, .. } = &body.expr(iterable).kind
+            && method == "enumerate"
+            && self.lends_by(inside, *first)
+        {
+            let Ty::Array(of, length) = self.ty(plain_items(body, *receiver)).peel() else { return None };
+            let length = length.value.filter(|length| *length <= MAX_ROUNDS && !self.may_hold_filter(of))?;
+            return Some(
+                (0..length)
+                    .map(|at| vec![(*number, Some(at.to_string()), iterable), (*item, None, iterable)])
+                    .collect(),
+            );
+        }
+        let ExprKind::Array { elements, is_vec: false } = &body.expr(plain_items(body, iterable)).kind else {
+            return None;
+        };
+        let round = |element: &ExprId| match &body.expr(*element).kind {
+            ExprKind::Tuple(parts)
+                if parts.len() == pats.len() && !parts.iter().any(|part| self.may_hold_filter(self.ty(*part))) =>
+            {
+                let head = |part: ExprId| self.constants().head(part).filter(|_| self.names_one(part));
+                Some(pats.iter().zip(parts).map(|(pat, part)| (*pat, head(*part), *part)).collect::<Round>())
+            }
+            _ => None,
+        };
+        let rounds: Vec<Round> = elements.iter().map(round).collect::<Option<_>>()?;
+        let is_short = u64::try_from(rounds.len()).is_ok_and(|len| len <= MAX_ROUNDS);
+        let is_named = |at: usize| {
+            let local = self.typed().pat_local.get(&pats[at]);
+            local.is_some_and(|local| self.selects(inside, *local)) && rounds.iter().all(|round| round[at].1.is_some())
+        };
+        (is_short && (0..pats.len()).any(is_named)).then_some(rounds)
+    }
+
+    /// Whether an expression is a variant or a text that is written out.
+    fn names_one(&self, id: ExprId) -> bool {
+        matches!(self.typed().expr_def.get(&id), Some(Def::Variant(..)))
+            || matches!(self.body().expr(id).kind, ExprKind::Literal(Literal::Str(_) | Literal::Char(_)))
     }
 
     /// The names that a loop goes over: variants of an enum, written there or in a constant.
