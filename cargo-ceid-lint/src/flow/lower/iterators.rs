@@ -139,6 +139,14 @@ impl Builder<'_> {
         Source { item, rounds, over, length, ..Source::bounded() }
     }
 
+    /// Whether lines that are read from an expression come one by one.
+    fn is_stream(&self, id: ExprId) -> bool {
+        match &self.body().expr(id).kind {
+            ExprKind::MethodCall { receiver, method, .. } if method == "lock" => self.is_stream(*receiver),
+            _ => matches!(self.ty(id).peel().external_name(), Some("Stdin" | "StdinLock" | "BufReader")),
+        }
+    }
+
     /// The first of the whole numbers in a row that an array lists: `for axis in [ROLL, PITCH, YAW]` counts as a range does.
     fn first_of_row(&mut self, elements: &[ExprId]) -> Option<u64> {
         let numbers: Vec<u64> = elements.iter().map(|element| self.number(*element)).collect::<Option<_>>()?;
@@ -415,6 +423,12 @@ impl Builder<'_> {
                 let source = self.source_of(receiver, true);
                 let item = source.item.values();
                 Source { item, ..source }
+            }
+            "lines" if self.is_stream(receiver) => {
+                self.expr(receiver);
+                let mut computed = self.computed_from(id);
+                computed.calls.push("recv".to_owned());
+                Source { item: Item::Drawn(self.reads_of(id), computed), ..Source::bounded() }
             }
             "values_mut" | "values" | "drain" | "keys" | "windows" | "lines" | "chars" | "bytes" | "split" => {
                 self.expr(receiver);
