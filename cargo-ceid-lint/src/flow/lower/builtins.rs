@@ -312,6 +312,7 @@ impl Builder<'_> {
                 let key = last.map_or_else(|| IndexKey::Data(format!("{method}()").into()), IndexKey::Number);
                 Value { place: value.place.as_ref().map(|place| place.element(key)), ..Value::default() }
             }
+            "peek" if self.may_look_ahead(receiver, value) => self.look_ahead(id, value),
             "next" | "next_back" | "nth"
                 if self.iterates(self.ty(receiver))
                     && (value.iterator.is_some() || self.may_hold_filter(self.ty(id))) =>

@@ -488,17 +488,20 @@ impl Builder<'_> {
         // `[&mut roll, &mut pitch].map(|axis| …)` takes each element at once.
         let maps_array = method == "map" && matches!(self.ty(receiver).peel(), Ty::Array(..));
         // `voices.retain(|voice| …)` asks each element, and keeps some.
-        let asks_each = matches!(method, "retain" | "retain_mut")
-            && !is_map(self.ty(receiver).peel())
-            && self.program.index.holds_filter(self.ty(receiver));
+        let asks_each = matches!(method, "retain" | "retain_mut") && self.may_hold_filter(self.ty(receiver));
         if !(maps_array || asks_each || consumes && self.is_iterator(receiver, method))
             || matches!(self.typed().callees.get(&id), Some(Callee::Resolved(resolved)) if !resolved.targets.is_empty())
         {
             return None;
         }
-        let source = self.source(receiver);
+        let mut source = self.source(receiver);
         if self.at.is_none() {
             return Some(Value::default());
+        }
+        // The closure gets the key and the value.
+        let is_keyed = asks_each && is_map(self.ty(receiver).peel());
+        if is_keyed {
+            source.item = source.item.values();
         }
         // One of the elements, data says which.
         let picked = match &source.item {
@@ -531,6 +534,7 @@ impl Builder<'_> {
         let state = match (method, args, values.as_slice()) {
             ("fold" | "rfold" | "try_fold", [first, _], [value, _]) => State::Carried(self.carried(*first, value)),
             ("fold" | "rfold" | "try_fold" | "reduce" | "for_each_init" | "for_each_with", ..) => State::Carried(None),
+            _ if is_keyed => State::Carried(None),
             _ => State::None,
         };
         let gathers = matches!(method, "collect" | "partition" | "unzip") || picks_one(method);
