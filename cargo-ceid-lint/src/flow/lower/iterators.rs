@@ -36,7 +36,12 @@ impl Builder<'_> {
     /// The same; a collection that is lent is not copied.
     fn source_of(&mut self, id: ExprId, is_lent: bool) -> Source {
         let body = self.body();
+        let row = self.row_of_variants(id);
         let mut source = match &body.expr(id).kind {
+            _ if row.is_some() => {
+                let (first, count) = row.unwrap_or_default();
+                Source { item: Item::Counter(Some(first)), rounds: Rounds::Constant(count), ..Source::bounded() }
+            }
             ExprKind::MethodCall { receiver, method, args, .. } => self.adaptor(id, *receiver, method, args),
             ExprKind::Range { start, end, inclusive } => self.range(*start, *end, *inclusive),
             ExprKind::Reference { value, mutable, .. } => {
