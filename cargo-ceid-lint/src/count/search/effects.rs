@@ -164,11 +164,15 @@ impl Run<'_, '_> {
                     next.names = self.names.intern(Vec::new());
                 }
                 if outcome.count == Count::Zero {
-                    next.helper_gate = outcome.gate;
-                    // What a helper would reset that runs no law is not there.
                     let is_skipped = next.count == Count::Zero && !next.reset && next.skipped_at.is_some();
-                    if is_skipped && outcome.gate == Some(Gate::Config) {
+                    // What a helper would reset that runs no law is not there.
+                    let is_absent = is_skipped && outcome.gate == Some(Gate::Config);
+                    if is_absent {
                         next.skipped_at = Some(next.node);
+                    }
+                    // A helper behind the one that skipped only resets, and says nothing of why.
+                    if is_absent || !is_skipped {
+                        next.helper_gate = outcome.gate;
                     }
                 }
                 if let Some((result, given)) = site.handed() {
