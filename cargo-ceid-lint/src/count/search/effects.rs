@@ -431,7 +431,14 @@ impl Run<'_, '_> {
         };
         let subject = &graph.subjects[self.tracked.subjects[at].0 as usize];
         let mut all = self.masks.get(masks).clone();
-        all[at] = subject.bit(&number.to_string());
+        // A counter that goes over variants has their names.
+        all[at] = match graph.var(counter).ty.peel() {
+            Ty::Adt(id, _) => match self.search.program.index.variant_numbered(*id, number) {
+                Some(variant) => subject.bit(variant),
+                None => return masks,
+            },
+            _ => subject.bit(&number.to_string()),
+        };
         self.masks.intern(all)
     }
 }

@@ -4,7 +4,7 @@
 use super::constants::{Constants, in_constant};
 use super::{Builder, Value};
 use crate::flow::{Effect, Head};
-use crate::index::{Def, FunctionId, Index, Shape, Ty, TypeId};
+use crate::index::{Def, FunctionId, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{Body, ExprId, ExprKind, PatId};
 use crate::types::{Callee, LocalId};
@@ -168,25 +168,11 @@ fn names_in(own: Constants<'_>, items: ExprId) -> Option<Vec<Head>> {
 fn row_in(own: Constants<'_>, items: ExprId) -> Option<(u64, u64)> {
     let ExprKind::Array { elements, is_vec: false } = &own.body.expr(items).kind else { return None };
     let number = |id: &ExprId| match own.typed.expr_def.get(id)? {
-        Def::Variant(ty, at) => number_of(own.program.index, *ty, *at),
+        Def::Variant(ty, at) => own.program.index.variant_number(*ty, *at),
         _ => None,
     };
     let numbers: Vec<u64> = elements.iter().map(number).collect::<Option<_>>()?;
     let first = *numbers.first()?;
     let is_row = (first..).zip(&numbers).all(|(next, number)| next == *number);
     is_row.then_some((first, numbers.len() as u64))
-}
-
-/// The number that a variant is as an integer.
-fn number_of(index: &Index, ty: TypeId, at: usize) -> Option<u64> {
-    let Shape::Enum(variants) = &index.type_def(ty).shape else { return None };
-    let mut next = Some(0);
-    for variant in variants.get(..=at)? {
-        next = match variant.number {
-            Some(written) => written,
-            None => next,
-        };
-        next = next.map(|number| number + 1);
-    }
-    next.map(|number| number - 1)
 }
