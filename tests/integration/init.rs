@@ -200,6 +200,21 @@ fn halves_are_told_by_nouns_as_well() {
 }
 
 #[test]
+fn a_whole_step_runs_both_halves() {
+    let inline = "pub fn estimate(&mut self, z: f64, dt: f64) {\n\
+        self.x += dt * self.p; self.p += self.q * dt; self.x += self.p * (z - self.x); self.p *= 0.5; }";
+    let calling = "pub fn estimate(&mut self, z: f64, dt: f64) {\n\
+        if z > 0.0 { self.predict(dt); self.correct(z); } }";
+    for (number, whole) in [inline, calling].into_iter().enumerate() {
+        let code = halves("Kalman", "kf.estimate(1.0, 0.01); kf.predict(0.01); kf.correct(1.0);");
+        let code = code.replace("}\npub fn run", &format!("{whole}\n}}\npub fn run"));
+        let file = written_for(&format!("init_whole_{number}"), &code);
+        let law = "[[\"estimate\", \"predict\"], [\"correct\", \"estimate\"]]";
+        assert!(file.contains(law), "{code}\n{file}");
+    }
+}
+
+#[test]
 fn what_is_given_a_function_is_set_up_with_it() {
     let directory = workspace::temporary("init_given_a_function");
     let manifest =

@@ -103,6 +103,11 @@ fn states_in_arguments() {
 }
 
 #[test]
+fn functions_that_change_one_state() {
+    check("configured_functions");
+}
+
+#[test]
 fn names_that_clash_and_names_for_the_same() {
     check("configured_names");
 }

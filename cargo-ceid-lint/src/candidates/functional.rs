@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use super::halves::groups;
 use super::judge::LEAST_WEIGHT;
-use super::laws::{Draft, Finder, Found, groups};
+use super::laws::{Draft, Finder, Found};
 use super::words::{law_strength, type_strength};
 use super::{Reason, Subject, Uses};
 use crate::config::{InstancePlace, Receiver as Taken, TimeBase};
@@ -45,7 +46,7 @@ impl Finder<'_> {
                 path: self.path_to(def.module, &def.name, def.span, Namespace::Type),
                 draft: Draft {
                     subject: Subject::Type,
-                    law: groups(&names),
+                    law: groups(&names, &[]),
                     instance: InstancePlace::Returned,
                     receiver: Taken::Shared,
                     resets: Vec::new(),

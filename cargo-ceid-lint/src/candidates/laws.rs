@@ -3,9 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::conduct::{Conduct, conduct};
+use super::halves::groups;
 use super::judge::{Judged, LEAST_WEIGHT, LIKELY_WEIGHT};
 use super::uses::{Calls, is_test};
-use super::words::{Half, half, is_other_verb, type_strength};
+use super::words::{Half, half, type_strength};
 use super::{Candidates, Certainty, CycleCandidate, FilterCandidate, Nameless, Reason, Subject, Uses};
 use crate::config::{InstancePlace, Multiplicity, Receiver as Taken, TimeBase};
 use crate::flow::{Program, takes_step};
@@ -209,9 +210,10 @@ impl<'a> Finder<'a> {
         // One argument means the same in all methods of the law.
         let mut selectors = ids.iter().map(|id| self.selector(*id));
         let key = selectors.next().flatten().filter(|key| selectors.all(|other| other == Some(*key)));
+        let law = groups(&names, &self.whole_steps(&ids));
         // Both halves of a law, each seen at work in a cycle, say as much as a law of one method.
         let are_at_work = laws.iter().all(|judged| !judged.carried.is_empty() && judged.uses.in_cycles > 0);
-        let is_one = names.len() == 1 || (names.len() == 2 && groups(&names).len() == 2 && are_at_work);
+        let is_one = names.len() == 1 || (names.len() == 2 && law.len() == 2 && are_at_work);
         let uses = laws.iter().fold(Uses::default(), |uses, judged| uses.and(judged.uses));
         let is_shared = laws.iter().all(|judged| judged.is_shared);
         Some(Found {
@@ -220,7 +222,7 @@ impl<'a> Finder<'a> {
             path: self.path_to(def.module, &def.name, def.span, Namespace::Type),
             draft: Draft {
                 subject: Subject::Type,
-                law: groups(&names),
+                law,
                 instance: InstancePlace::Receiver,
                 receiver: if is_shared { Taken::Shared } else { Taken::Exclusive },
                 resets,
@@ -246,7 +248,7 @@ impl<'a> Finder<'a> {
             found.laws.iter().map(|id| self.program.index.function(*id).name.clone()).collect();
         names.sort();
         names.dedup();
-        found.draft.law = groups(&names);
+        found.draft.law = groups(&names, &self.whole_steps(&found.laws));
         found.draft.is_plain = false;
     }
 
@@ -298,7 +300,8 @@ impl<'a> Finder<'a> {
         else {
             return Vec::new();
         };
-        let is_half = |name: &str| half(name).is_some();
+        let steps = self.whole_steps(&whole.iter().map(|judged| judged.id).collect::<Vec<_>>());
+        let is_half = |name: &String| half(name).is_some() || steps.contains(name);
         let has_halves = whole.iter().any(|judged| half(&judged.name) == Some(Half::Predict)) && whole.len() > 1;
         whole
             .iter()
@@ -448,17 +451,6 @@ impl<'a> Finder<'a> {
             .collect();
         names.into_iter().collect()
     }
-}
-
-/// The groups of a law: `predict` and what corrects it are halves, other methods are alternatives.
-pub(super) fn groups(names: &[String]) -> Vec<(Vec<String>, Multiplicity)> {
-    let is_predict = |name: &&String| half(name) == Some(Half::Predict);
-    let predicts: Vec<String> = names.iter().filter(is_predict).cloned().collect();
-    let others: Vec<String> = names.iter().filter(|name| !is_predict(name) && !is_other_verb(name)).cloned().collect();
-    if predicts.is_empty() || others.is_empty() {
-        return vec![(names.to_vec(), Multiplicity::Once)];
-    }
-    vec![(predicts, Multiplicity::Once), (others, Multiplicity::Any)]
 }
 
 fn is_reset(name: &str) -> bool {

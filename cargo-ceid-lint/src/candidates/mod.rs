@@ -5,6 +5,7 @@
 mod conduct;
 mod cycles;
 mod functional;
+mod halves;
 mod judge;
 mod laws;
 mod measured;

@@ -3,8 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::conduct::conduct_on;
+use super::halves::groups;
 use super::judge::{LEAST_WEIGHT, is_outside_law};
-use super::laws::{Draft, Finder, Found, groups};
+use super::laws::{Draft, Finder, Found};
 use super::measured::is_measured;
 use super::uses::{is_test, loops};
 use super::words::{law_strength, type_strength};
@@ -71,7 +72,7 @@ impl Finder<'_> {
                     path: self.path_to(def.module, &def.name, def.function.keyword, Namespace::Value),
                     draft: Draft {
                         subject: Subject::Function,
-                        law: groups(std::slice::from_ref(&def.name)),
+                        law: groups(std::slice::from_ref(&def.name), &[]),
                         instance: InstancePlace::Argument(position),
                         receiver: Receiver::Exclusive,
                         resets: Vec::new(),
@@ -143,7 +144,7 @@ impl Finder<'_> {
                 place: Span::new(FileId(0), 0, 0),
                 draft: Draft {
                     subject: Subject::Type,
-                    law: groups(&methods),
+                    law: groups(&methods, &[]),
                     instance: InstancePlace::Receiver,
                     receiver: Receiver::Exclusive,
                     resets: resets.into_iter().collect(),

@@ -97,6 +97,8 @@ impl Finder<'_> {
             alike().flat_map(|found| &found.draft.law).flat_map(|(methods, _)| methods).cloned().collect();
         names.sort();
         names.dedup();
+        let ids: Vec<FunctionId> = alike().flat_map(|found| found.laws.iter().copied()).collect();
+        let whole = self.whole_steps(&ids);
         let is_timed = alike().any(|found| found.draft.time_base == TimeBase::Passed);
         let mut resets: Vec<String> = alike().flat_map(|found| &found.draft.resets).cloned().collect();
         resets.sort();
@@ -108,7 +110,7 @@ impl Finder<'_> {
             path: self.path_to(def.module, &def.name, def.span, Namespace::Type),
             draft: Draft {
                 subject: Subject::Type,
-                law: super::laws::groups(&names),
+                law: super::halves::groups(&names, &whole),
                 instance: first.instance,
                 receiver: first.receiver,
                 resets,
@@ -199,7 +201,7 @@ impl Finder<'_> {
             path,
             draft: Draft {
                 subject: Subject::Trait,
-                law: super::laws::groups(&methods),
+                law: super::halves::groups(&methods, &[]),
                 instance: InstancePlace::Receiver,
                 receiver: Taken::Exclusive,
                 resets,

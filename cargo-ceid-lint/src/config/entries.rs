@@ -244,7 +244,16 @@ impl FilterEntry {
         if paths.is_empty() {
             return Err(value.error("the entry names nothing").help(format!("name at least one {key}")));
         }
-        paths.into_iter().map(|value| Self::read_one(table, key, path(value)?)).collect()
+        let mut entries: Vec<Self> =
+            paths.into_iter().map(|value| Self::read_one(table, key, path(value)?)).collect::<Result<_, _>>()?;
+        // Functions of one entry are alternatives.
+        if key == "function" {
+            let names: Vec<Word> = entries.iter().flat_map(|entry| entry.law.iter().flatten().cloned()).collect();
+            for entry in &mut entries {
+                entry.law = vec![names.clone()];
+            }
+        }
+        Ok(entries)
     }
 
     fn read_one(table: &Table<'_>, key: &str, path: Word) -> Result<Self, ConfigError> {

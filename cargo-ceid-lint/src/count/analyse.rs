@@ -27,7 +27,7 @@ use crate::config::Multiplicity;
 use crate::flow::{
     Base, Caller, Cause, ControlFlowGraph, CycleKind, Effect, LoopId, NodeId, Place, Program, Projection,
 };
-use crate::index::{FunctionId, Index, Shape, Ty, ValueId};
+use crate::index::{FunctionId, Index, Shape, Subject, Ty, ValueId};
 use crate::source::Span;
 
 /// A function with what is known of it.
@@ -166,15 +166,18 @@ fn function_facts<'a>(
     });
     let mut updated: Vec<Instance> = Vec::new();
     for place in settle_elements(program.index, graph, &places) {
-        let of_type =
-            place_ty(program.index, graph, &place).and_then(|ty| Some(program.index.filter_spec(&ty)?.law.len()));
-        let halves = of_type.or(hiding.contains(&place).then_some(1));
+        let ty = place_ty(program.index, graph, &place);
+        let spec = ty.as_ref().and_then(|ty| program.index.filter_spec(ty));
+        let halves = spec.map(|spec| spec.law.len()).or(hiding.contains(&place).then_some(1));
+        // A cycle that runs one of several functions on a state need not run the others.
+        let owes_all = halves.is_some()
+            && spec.is_none_or(|spec| spec.law.len() == 1 || !matches!(spec.subject, Subject::Function(_)));
         for law in 0..halves.unwrap_or_else(|| program.index.halves()) {
             let dependence = &dependence;
             let search = Search::with_dependence(program, graph, &aliases, summaries, &place, law, dependence);
             let instance = choose_cycles(graph, &aliases, summaries, &search, kind, in_cycle, &[]);
             // How many halves there are of a state that lies in an argument, its calls tell.
-            if halves.is_some() || !search.updating().is_empty() || !search.dropped().is_empty() {
+            if owes_all || !search.updating().is_empty() || !search.dropped().is_empty() {
                 updated.push(instance);
             }
         }

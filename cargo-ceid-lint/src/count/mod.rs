@@ -50,6 +50,7 @@ mod skips;
 mod slice;
 mod spare;
 mod stand_ins;
+mod stateless;
 mod summary;
 mod uneven;
 mod uses;

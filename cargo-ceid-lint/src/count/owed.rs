@@ -353,6 +353,9 @@ impl Context<'_> {
         };
         let mut decision = self.decide_unseen(facts, place, law, id, head);
         if decision.verdict == Verdict::Missed {
+            if self.keeps_nothing(facts, place, law) {
+                return;
+            }
             let of_copy = |span| WitnessStep { span, message: OF_COPY.to_owned() };
             decision.witness.extend(self.lost_update(facts, place).map(of_copy));
         }

@@ -47,8 +47,12 @@ pub(super) fn add(index: &Index, graph: &ControlFlowGraph, summary: &mut Summary
             let once = Outcome { count: Count::One, returned: passed, ..plain };
             let ways =
                 if is_told { [once].into_iter().chain(fails.then_some(failed)).collect() } else { vec![unknown()] };
-            if let Some(of_half) = summary.halves.get_mut(*half) {
-                of_half.insert(given, ways);
+            // What stands in several parts of the law runs all of them.
+            let further = (half + 1..spec.law.len()).filter(|part| spec.law[*part].methods.contains(&def.name));
+            for part in std::iter::once(*half).chain(further) {
+                if let Some(of_half) = summary.halves.get_mut(part) {
+                    of_half.insert(given.clone(), ways.clone());
+                }
             }
         }
         Own::Reset(full) => {

@@ -7,7 +7,7 @@ use super::gates::Asks;
 use super::given::place_of;
 use super::search::{End, Exploration, Region, Search};
 use super::verdict::Evidence;
-use crate::flow::{Effect, LoopId, Mark, NodeId, Place, Relation, Subject, Transfer};
+use crate::flow::{Effect, IndexKey, LoopId, Mark, NodeId, Place, Projection, Relation, Subject, Transfer};
 use crate::source::Span;
 
 /// The statement that skips: the way out that is taken, the arm, or the condition that fails. Where it is in a function that is
@@ -135,6 +135,12 @@ pub(super) fn skips_by_itself(search: &Search<'_>, exploration: &Exploration, en
 /// is asked for.
 pub(super) fn is_by_key(search: &Search<'_>, end: &End) -> bool {
     let graph = search.graph;
+    // A key that is the same in each iteration means one entry, which is there or not.
+    let is_fixed =
+        |key: &IndexKey| !matches!(key, IndexKey::Each | IndexKey::Data(_) | IndexKey::Slice(_) | IndexKey::EachIn(_));
+    if search.instance.steps.iter().filter_map(Projection::key).all(is_fixed) {
+        return false;
+    }
     let over_all = |node: NodeId| graph.loops_around(node).find(|id| search.covers(*id));
     let Some(decided) = end.state.skipped_at.filter(|_| search.updating().into_iter().all(|at| over_all(at).is_some()))
     else {

@@ -122,6 +122,7 @@ impl Index {
     /// Finds the types that hold filters. Has to be called again when a filter was added.
     pub fn find_holders(&mut self) {
         self.states = self.find_states();
+        self.share_laws();
         let mut fields: Vec<(TypeId, Vec<Ty>)> = Vec::new();
         for (number, def) in (0u32..).zip(&self.types) {
             let scope = self.scope(def.module, Owner::Module, Some(&def.generics));

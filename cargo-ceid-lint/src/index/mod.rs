@@ -376,6 +376,26 @@ impl Index {
         &self.types[id.0 as usize]
     }
 
+    /// The number that a variant of an enum is as an integer, if that is written or counted.
+    #[must_use]
+    pub fn variant_number(&self, id: TypeId, at: usize) -> Option<u64> {
+        let Shape::Enum(variants) = &self.type_def(id).shape else { return None };
+        let numbers = variants.get(..=at)?.iter().scan(Some(0_u64), |next, variant| {
+            let number = variant.number.unwrap_or(*next);
+            *next = number.and_then(|number| number.checked_add(1));
+            Some(number)
+        });
+        numbers.last().flatten()
+    }
+
+    /// The variant of an enum that is a number as an integer.
+    #[must_use]
+    pub fn variant_numbered(&self, id: TypeId, number: u64) -> Option<&str> {
+        let Shape::Enum(variants) = &self.type_def(id).shape else { return None };
+        let at = (0..variants.len()).find(|at| self.variant_number(id, *at) == Some(number))?;
+        Some(&variants[at].name)
+    }
+
     /// The trait with that id.
     #[must_use]
     pub fn trait_def(&self, id: TraitId) -> &TraitDef {

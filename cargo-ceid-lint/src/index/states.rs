@@ -1,6 +1,6 @@
 //! States of laws that have them in an argument: `fir(&mut state, x)`. The signatures of the laws tell which types they have.
 
-use super::{Def, FilterSpec, FunctionId, Index, Owner, Subject, Ty};
+use super::{Def, FilterSpec, FunctionId, Index, LawGroup, Owner, Subject, Ty};
 use crate::config::InstancePlace;
 
 /// The type of the states of a law.
@@ -39,6 +39,67 @@ impl Index {
         // Where several laws share a type, the one with the most halves tells how many there are.
         found.sort_by_key(|state| std::cmp::Reverse(self.specs[state.spec].law.len()));
         found
+    }
+
+    /// Makes the functions that change one state the parts of one law: those of one entry are alternatives, those of several entries
+    /// are a half each.
+    pub(super) fn share_laws(&mut self) {
+        let mut laws: Vec<(&Ty, Vec<LawGroup>, Vec<usize>)> = Vec::new();
+        // The entry that was written first stands last.
+        for state in self.states.iter().filter(|state| !state.is_returned).rev() {
+            let Some(own) = self.own_group(state.spec) else { continue };
+            let is_named = matches!(&state.ty, Ty::Adt(..))
+                || matches!(&state.ty, Ty::External(path, _) if !path.starts_with("std::"));
+            match laws.iter_mut().find(|(ty, ..)| is_named && is_like(ty, &state.ty)) {
+                Some((_, groups, specs)) => {
+                    if !groups.contains(&own) {
+                        groups.push(own);
+                    }
+                    specs.push(state.spec);
+                }
+                None => laws.push((&state.ty, vec![own], vec![state.spec])),
+            }
+        }
+        let laws: Vec<(Vec<LawGroup>, Vec<usize>)> =
+            laws.into_iter().map(|(_, groups, specs)| (groups, specs)).collect();
+        for (mut groups, specs) in laws {
+            // Functions of the entry that have other states have no part in it.
+            let names: Vec<String> = specs.iter().filter_map(|spec| self.own_name(*spec)).map(str::to_owned).collect();
+            for group in &mut groups {
+                group.methods.retain(|name| names.contains(name));
+            }
+            for spec in specs {
+                self.specs[spec].law.clone_from(&groups);
+            }
+        }
+    }
+
+    /// The part of a law that its own entry names, if a function is the law.
+    fn own_group(&self, spec: usize) -> Option<LawGroup> {
+        let name = self.own_name(spec)?;
+        self.specs[spec].law.iter().find(|group| group.methods.iter().any(|own| own == name)).cloned()
+    }
+
+    /// The name of the function that a law is.
+    fn own_name(&self, spec: usize) -> Option<&str> {
+        match &self.specs[spec].subject {
+            Subject::Function(def) => self.name_of_law(def),
+            _ => None,
+        }
+    }
+
+    fn name_of_law<'a>(&'a self, def: &'a Def) -> Option<&'a str> {
+        match def {
+            Def::Function(id) => Some(&self.function(*id).name),
+            Def::External(path) => path.rsplit("::").next(),
+            _ => None,
+        }
+    }
+
+    /// Which part of the law of a state a function runs.
+    #[must_use]
+    pub fn group_of(&self, spec: &FilterSpec, def: &Def) -> usize {
+        self.name_of_law(def).and_then(|name| spec.group(name)).unwrap_or(0)
     }
 
     /// The functions that a law runs, as far as they are read.

@@ -440,7 +440,7 @@ fn sequence_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty>
 fn map_method(key: &Ty, value: &Ty, method: &str) -> Option<Ty> {
     Some(match method {
         "get_mut" | "get" => option(reference(value.clone())),
-        "remove" | "insert" => option(value.clone()),
+        "remove" | "shift_remove" | "swap_remove" | "insert" => option(value.clone()),
         "values_mut" | "values" => iterator(lent(value.clone(), method)),
         "into_values" => iterator(value.clone()),
         "iter_mut" | "iter" | "par_iter_mut" | "par_iter" => {

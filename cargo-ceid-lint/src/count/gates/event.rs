@@ -15,6 +15,19 @@ const EVENT_WORDS: &[&str] = &["event", "evt", "message", "msg", "packet", "requ
 /// Parts of the names of what is an event, or the device that brings one, or a wish that lasts.
 const DOUBTFUL_WORDS: &[&str] = &["command", "cmd", "signal", "action", "key", "button", "note", "edge", "trigger"];
 
+/// What is asked of a line of text, and what is made of it before.
+const TEXT_QUESTIONS: &[&str] = &[
+    "trim",
+    "trim_start",
+    "trim_end",
+    "as_str",
+    "is_empty",
+    "starts_with",
+    "ends_with",
+    "contains",
+    "eq_ignore_ascii_case",
+];
+
 /// Whether what one thing answers is compared with something constant: `frame.id() == WHEEL_SPEED`.
 fn compares_answer(test: &Test) -> bool {
     let about = &test.about;
@@ -54,7 +67,44 @@ impl Gates<'_, '_> {
         if test.about.is_presence && test.about.names.iter().any(|name| is_receiving(name)) {
             return true;
         }
-        self.is_event_of(&test.about.reads, self.tells_apart(test)) || (is_choice && self.asks_message(test))
+        self.is_event_of(&test.about.reads, self.tells_apart(test))
+            || (is_choice && self.asks_message(test))
+            || self.asks_derived(test)
+    }
+
+    /// Whether it is asked which of several things a value is that is computed from nothing but what was received in this iteration:
+    /// `match line.trim() { … }`. A number may be a reading, which says nothing of whether there is one.
+    fn asks_derived(&self, test: &Test) -> bool {
+        let about = &test.about;
+        let asks_text = !about.names.is_empty()
+            && !about.is_combined
+            && about.names.iter().all(|name| TEXT_QUESTIONS.contains(&name.as_str()));
+        let tells = about.is_choice() || (!about.is_presence && (self.asks_kind(test) || asks_text));
+        let is_reading = |place: &Place| matches!(self.ty(place).as_ref().map(Ty::peel), Some(Ty::Float | Ty::Bool));
+        let is_derived = |place: &Place| place.base_var().is_some_and(|var| self.is_derived(var, 0));
+        let reads = &about.reads;
+        tells && !reads.is_empty() && reads.iter().all(|place| !is_reading(place) && is_derived(place))
+    }
+
+    fn is_derived(&self, var: Var, depth: u32) -> bool {
+        const MAX_DEPTH: u32 = 8;
+        let is_from = |place: &Place| {
+            place.base_var().is_some_and(|from| from != var && depth < MAX_DEPTH && self.is_derived(from, depth + 1))
+        };
+        let is_computed = || {
+            let computed = self.search.graph.computed.get(&var);
+            computed.is_some_and(|computed| !computed.places.is_empty() && computed.places.iter().all(is_from))
+        };
+        self.is_within(var) && (self.is_message(var) || is_computed())
+    }
+
+    /// Whether a variable begins anew in each iteration.
+    fn is_within(&self, var: Var) -> bool {
+        let info = self.search.graph.var(var);
+        match self.region {
+            Region::Loop(own) => self.search.graph.is_within(info.in_loop, own),
+            Region::Function => info.param.is_none(),
+        }
     }
 
     /// Whether a test asks what something is that was received in this iteration, which may have no name: `match next(&events)`.
@@ -236,11 +286,7 @@ impl Gates<'_, '_> {
         let mut seen = BTreeSet::new();
         let mut open = vec![var];
         while let Some(var) = open.pop() {
-            let is_inside = match self.region {
-                Region::Loop(own) => graph.is_within(graph.var(var).in_loop, own),
-                Region::Function => graph.var(var).param.is_none(),
-            };
-            if !is_inside || !seen.insert(var) {
+            if !self.is_within(var) || !seen.insert(var) {
                 continue;
             }
             let is_received = graph.computed.get(&var).is_some_and(|computed| {

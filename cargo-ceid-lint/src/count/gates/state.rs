@@ -273,7 +273,8 @@ impl Gates<'_, '_> {
     /// Whether nothing is asked but which number the element has that the instance is. A constant with a name is a setting.
     pub(super) fn asks_own_number(&self, test: &Test) -> bool {
         let about = &test.about;
-        let is_set = about.is_masked || !about.names.is_empty();
+        let are_variants = || about.reads.iter().all(|place| self.is_choice(place));
+        let is_set = about.is_masked || !(about.names.is_empty() || are_variants());
         !is_set && !about.reads.is_empty() && about.reads.iter().all(|place| self.is_own_number(place))
     }
 

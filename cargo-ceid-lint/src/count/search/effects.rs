@@ -164,11 +164,15 @@ impl Run<'_, '_> {
                     next.names = self.names.intern(Vec::new());
                 }
                 if outcome.count == Count::Zero {
-                    next.helper_gate = outcome.gate;
-                    // What a helper would reset that runs no law is not there.
                     let is_skipped = next.count == Count::Zero && !next.reset && next.skipped_at.is_some();
-                    if is_skipped && outcome.gate == Some(Gate::Config) {
+                    // What a helper would reset that runs no law is not there.
+                    let is_absent = is_skipped && outcome.gate == Some(Gate::Config);
+                    if is_absent {
                         next.skipped_at = Some(next.node);
+                    }
+                    // A helper behind the one that skipped only resets, and says nothing of why.
+                    if is_absent || !is_skipped {
+                        next.helper_gate = outcome.gate;
                     }
                 }
                 if let Some((result, given)) = site.handed() {
@@ -450,7 +454,14 @@ impl Run<'_, '_> {
         };
         let subject = &graph.subjects[self.tracked.subjects[at].0 as usize];
         let mut all = self.masks.get(masks).clone();
-        all[at] = subject.bit(&number.to_string());
+        // A counter that goes over variants has their names.
+        all[at] = match graph.var(counter).ty.peel() {
+            Ty::Adt(id, _) => match self.search.program.index.variant_numbered(*id, number) {
+                Some(variant) => subject.bit(variant),
+                None => return masks,
+            },
+            _ => subject.bit(&number.to_string()),
+        };
         self.masks.intern(all)
     }
 }

@@ -131,6 +131,7 @@ pub(super) fn changes_receiver(method: &str) -> bool {
                 | "reverse"
                 | "rotate_left"
                 | "rotate_right"
+                | "shift_remove"
                 | "sort"
                 | "sort_by"
                 | "sort_by_key"

@@ -278,8 +278,8 @@ impl Builder<'_> {
             }
             "get_mut" | "get" | "get_unchecked_mut" | "get_unchecked" if args.len() == 1 => {
                 self.expr(args[0]);
-                let is_map = self.ty(receiver).peel().external_name().is_some_and(|name| name.ends_with("Map"));
-                let key = if is_map { None } else { self.index_key(args[0]) };
+                let is_map = super::sources::is_map(self.ty(receiver).peel());
+                let key = if is_map { self.map_key(args[0]) } else { self.index_key(args[0]) };
                 let key = key.unwrap_or_else(|| IndexKey::Data(self.text(args[0]).into()));
                 let place = value.place.as_ref().map(|place| {
                     self.note_indexing(&key, place);
@@ -312,6 +312,7 @@ impl Builder<'_> {
                 let key = last.map_or_else(|| IndexKey::Data(format!("{method}()").into()), IndexKey::Number);
                 Value { place: value.place.as_ref().map(|place| place.element(key)), ..Value::default() }
             }
+            "peek" if self.may_look_ahead(receiver, value) => self.look_ahead(id, value),
             "next" | "next_back" | "nth"
                 if self.iterates(self.ty(receiver))
                     && (value.iterator.is_some() || self.may_hold_filter(self.ty(id))) =>
@@ -327,8 +328,8 @@ impl Builder<'_> {
                 for arg in args {
                     self.expr(*arg);
                 }
-                let key = args.first().map_or_else(String::new, |arg| self.text(*arg));
-                let place = value.place.as_ref().map(|place| place.element(IndexKey::Data(key.into())));
+                let key = self.entry_key(args);
+                let place = value.place.as_ref().map(|place| place.element(key));
                 Value { place, ..Value::default() }
             }
             // A clone of a handle is another name of what it shares.

@@ -40,9 +40,10 @@ impl Builder<'_> {
             }
             _ => {}
         }
-        if let Some(spec) = self.program.index.function_spec(&Def::External(path.to_owned())) {
-            let values = self.values(args);
-            return self.law_call(id, Law { spec, group: 0, targets: &[], has_receiver: false }, args, &values);
+        let def = Def::External(path.to_owned());
+        if let Some(spec) = self.program.index.function_spec(&def) {
+            let (values, group) = (self.values(args), self.program.index.group_of(spec, &def));
+            return self.law_call(id, Law { spec, group, targets: &[], has_receiver: false }, args, &values);
         }
         if is_spawn(last) {
             return self.spawn(id, path, None, args);

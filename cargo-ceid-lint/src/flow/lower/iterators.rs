@@ -36,7 +36,12 @@ impl Builder<'_> {
     /// The same; a collection that is lent is not copied.
     fn source_of(&mut self, id: ExprId, is_lent: bool) -> Source {
         let body = self.body();
+        let row = self.row_of_variants(id);
         let mut source = match &body.expr(id).kind {
+            _ if row.is_some() => {
+                let (first, count) = row.unwrap_or_default();
+                Source { item: Item::Counter(Some(first)), rounds: Rounds::Constant(count), ..Source::bounded() }
+            }
             ExprKind::MethodCall { receiver, method, args, .. } => self.adaptor(id, *receiver, method, args),
             ExprKind::Range { start, end, inclusive } => self.range(*start, *end, *inclusive),
             ExprKind::Reference { value, mutable, .. } => {
@@ -137,6 +142,14 @@ impl Builder<'_> {
             _ => None,
         };
         Source { item, rounds, over, length, ..Source::bounded() }
+    }
+
+    /// Whether lines that are read from an expression come one by one.
+    fn is_stream(&self, id: ExprId) -> bool {
+        match &self.body().expr(id).kind {
+            ExprKind::MethodCall { receiver, method, .. } if method == "lock" => self.is_stream(*receiver),
+            _ => matches!(self.ty(id).peel().external_name(), Some("Stdin" | "StdinLock" | "BufReader")),
+        }
     }
 
     /// The first of the whole numbers in a row that an array lists: `for axis in [ROLL, PITCH, YAW]` counts as a range does.
@@ -416,6 +429,12 @@ impl Builder<'_> {
                 let item = source.item.values();
                 Source { item, ..source }
             }
+            "lines" if self.is_stream(receiver) => {
+                self.expr(receiver);
+                let mut computed = self.computed_from(id);
+                computed.calls.push("recv".to_owned());
+                Source { item: Item::Drawn(self.reads_of(id), computed), ..Source::bounded() }
+            }
             "values_mut" | "values" | "drain" | "keys" | "windows" | "lines" | "chars" | "bytes" | "split" => {
                 self.expr(receiver);
                 for arg in args {
@@ -474,9 +493,7 @@ impl Builder<'_> {
         // `[&mut roll, &mut pitch].map(|axis| …)` takes each element at once.
         let maps_array = method == "map" && matches!(self.ty(receiver).peel(), Ty::Array(..));
         // `voices.retain(|voice| …)` asks each element, and keeps some.
-        let asks_each = matches!(method, "retain" | "retain_mut")
-            && !is_map(self.ty(receiver).peel())
-            && self.program.index.holds_filter(self.ty(receiver));
+        let asks_each = matches!(method, "retain" | "retain_mut") && self.may_hold_filter(self.ty(receiver));
         if !(maps_array || asks_each || consumes && self.is_iterator(receiver, method))
             || matches!(self.typed().callees.get(&id), Some(Callee::Resolved(resolved)) if !resolved.targets.is_empty())
         {
@@ -485,9 +502,14 @@ impl Builder<'_> {
         if self.at.is_some() && self.unrolled_closure(id, receiver, method, args) {
             return Some(Value::default());
         }
-        let source = self.source(receiver);
+        let mut source = self.source(receiver);
         if self.at.is_none() {
             return Some(Value::default());
+        }
+        // The closure gets the key and the value.
+        let is_keyed = asks_each && is_map(self.ty(receiver).peel());
+        if is_keyed {
+            source.item = source.item.values();
         }
         // One of the elements, data says which.
         let picked = match &source.item {
@@ -520,6 +542,7 @@ impl Builder<'_> {
         let state = match (method, args, values.as_slice()) {
             ("fold" | "rfold" | "try_fold", [first, _], [value, _]) => State::Carried(self.carried(*first, value)),
             ("fold" | "rfold" | "try_fold" | "reduce" | "for_each_init" | "for_each_with", ..) => State::Carried(None),
+            _ if is_keyed => State::Carried(None),
             _ => State::None,
         };
         let gathers = matches!(method, "collect" | "partition" | "unzip") || picks_one(method);

@@ -3,7 +3,7 @@
 use super::{Builder, Value};
 use crate::config::{InstancePlace, OnErr, Receiver};
 use crate::flow::{Advance, Cause, Computed, Effect, Head, IndexKey, Place, RunBy, Update, Var};
-use crate::index::{Def, FilterSpec, FunctionId, Ty, handed, is_number};
+use crate::index::{Def, FilterSpec, FunctionId, LawGroup, Ty, handed, is_number};
 use crate::syntax::tree::{ExprId, ExprKind};
 use crate::types::Resolved;
 
@@ -75,7 +75,14 @@ impl<'a> Builder<'a> {
                 into,
                 from,
             };
-            self.emit(Effect::Update(update), self.span(id));
+            // What stands in several parts of the law runs all of them.
+            let further = law.spec.law.iter().enumerate().skip(law.group + 1);
+            let runs = |part: &(usize, &LawGroup)| part.1.methods.contains(&update.method);
+            let updates: Vec<Update> =
+                further.filter(runs).map(|(half, _)| Update { law: half, ..update.clone() }).collect();
+            for update in std::iter::once(update).chain(updates) {
+                self.emit(Effect::Update(update), self.span(id));
+            }
         }
         if let Some(given) = receiver.and_then(|place| self.chained_law(id, &law, exprs[0], &place)) {
             return given;
@@ -215,7 +222,11 @@ impl<'a> Builder<'a> {
         let index = self.program.index;
         match (resolved.law, resolved.targets.as_slice()) {
             (Some(group), _) => Some((index.law_spec(&resolved.self_ty).unwrap_or(index.trait_spec()), group)),
-            (None, [target]) => Some((index.function_spec(&Def::Function(*target))?, 0)),
+            (None, [target]) => {
+                let def = Def::Function(*target);
+                let spec = index.function_spec(&def)?;
+                Some((spec, index.group_of(spec, &def)))
+            }
             _ => None,
         }
     }

@@ -112,6 +112,20 @@ impl Builder<'_> {
         Value { place: place.map(|place| place.element(key)), ..Value::default() }
     }
 
+    /// Whether the adaptors of an iterator only look at its items.
+    pub(super) fn may_look_ahead(&self, receiver: ExprId, value: &Value) -> bool {
+        self.iterates(self.ty(receiver)) && value.iterator.as_deref().is_none_or(Source::keeps_items)
+    }
+
+    /// `peek` on such an iterator. What it runs for the next item, the consumer does not run again.
+    pub(super) fn look_ahead(&mut self, id: ExprId, value: &Value) -> Value {
+        let stages = value.iterator.iter().flat_map(|source| &source.stages);
+        for closure in stages.filter_map(|stage| stage.closure()).collect::<Vec<_>>() {
+            self.closure_for_unseen(closure, Holder::Code(None), Cause::Call(self.text(id)), self.span(id));
+        }
+        Value::default()
+    }
+
     /// Notes that some items are taken of an iterator that has a name.
     pub(super) fn note_advanced(&mut self, id: ExprId) {
         let Some(local) = self.typed().expr_local.get(&id).copied() else { return };

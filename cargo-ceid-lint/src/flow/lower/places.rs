@@ -72,6 +72,25 @@ impl Builder<'_> {
         IndexKey::Named(format!("{}::{variant}", self.program.index.type_def(ty).name).into())
     }
 
+    /// The key of an entry of a map, if no data decides which one it is: what is written there, or a parameter as it was given.
+    pub(super) fn map_key(&mut self, id: ExprId) -> Option<IndexKey> {
+        let body = self.body();
+        match &body.expr(id).kind {
+            ExprKind::Reference { value, .. } => self.map_key(*value),
+            ExprKind::Literal(literal) => IndexKey::of_head(&literal.spelling()),
+            _ => self.index_key(id).filter(|key| match key {
+                IndexKey::Var(var) => self.graph.var(*var).param.is_some() && !self.is_assigned(*var),
+                key => matches!(key, IndexKey::Number(_) | IndexKey::Named(_)),
+            }),
+        }
+    }
+
+    /// The key of the entry that a method of a map gets.
+    pub(super) fn entry_key(&mut self, args: &[ExprId]) -> IndexKey {
+        let key = args.first().and_then(|arg| self.map_key(*arg));
+        key.unwrap_or_else(|| IndexKey::Data(args.first().map_or_else(String::new, |arg| self.text(*arg)).into()))
+    }
+
     fn index_path(&mut self, id: ExprId, path: &Path) -> IndexKey {
         if let Some(local) = self.typed().expr_local.get(&id).copied() {
             let var = self.var_of(local);

@@ -130,6 +130,17 @@ impl Builder<'_> {
         names_in(own, items)
     }
 
+    /// The first number and how many there are, if a loop goes over variants, written there or in a constant, whose numbers are in a
+    /// row: `for axis in Axis::ALL { self.pids[axis as usize].update() }` counts as a range does.
+    pub(super) fn row_of_variants(&self, iterable: ExprId) -> Option<(u64, u64)> {
+        let own = self.constants();
+        let items = plain_items(own.body, iterable);
+        let Some(Def::Value(value)) = own.typed.expr_def.get(&items) else { return row_in(own, items) };
+        let is_static = self.program.index.value(*value).item.is_static;
+        let written = |own: Constants<'_>| row_in(own, plain_items(own.body, own.body.root));
+        in_constant(self.program, *value, written).flatten().filter(|_| !is_static)
+    }
+
     /// The numbers of a range, as heads.
     fn numbers_of(&mut self, iterable: ExprId) -> Option<Vec<Head>> {
         let ExprKind::Range { start: Some(start), end: Some(end), inclusive } = self.body().expr(iterable).kind else {
@@ -221,4 +232,17 @@ fn names_in(own: Constants<'_>, items: ExprId) -> Option<Vec<Head>> {
     };
     let is_short = u64::try_from(elements.len()).is_ok_and(|len| len <= MAX_ROUNDS);
     elements.iter().map(name).collect::<Option<Vec<Head>>>().filter(|names| is_short && !names.is_empty())
+}
+
+/// The first number of the variants in an array, and how many they are, if each has the next number.
+fn row_in(own: Constants<'_>, items: ExprId) -> Option<(u64, u64)> {
+    let ExprKind::Array { elements, is_vec: false } = &own.body.expr(items).kind else { return None };
+    let number = |id: &ExprId| match own.typed.expr_def.get(id)? {
+        Def::Variant(ty, at) => own.program.index.variant_number(*ty, *at),
+        _ => None,
+    };
+    let numbers: Vec<u64> = elements.iter().map(number).collect::<Option<_>>()?;
+    let first = *numbers.first()?;
+    let is_row = (first..).zip(&numbers).all(|(next, number)| next == *number);
+    is_row.then_some((first, numbers.len() as u64))
 }

@@ -160,7 +160,14 @@ impl Lowerer<'_, '_> {
         let Some(head) = self.head_of(&item.attrs, Some(&item.vis), Some(&item.ident), start, end) else { return };
         let present = item.variants.iter().filter(|variant| self.is_part(&variant.attrs));
         let variants = present
-            .map(|variant| Variant { name: name(&variant.ident), fields: self.fields(&variant.fields) })
+            .map(|variant| Variant {
+                name: name(&variant.ident),
+                fields: self.fields(&variant.fields),
+                number: variant.discriminant.as_ref().map(|(_, value)| match value {
+                    syn::Expr::Lit(syn::ExprLit { lit: syn::Lit::Int(int), .. }) => int.base10_parse().ok(),
+                    _ => None,
+                }),
+            })
             .collect();
         self.push(out, head, ItemKind::Enum { generics: self.generics(&item.generics), variants });
     }

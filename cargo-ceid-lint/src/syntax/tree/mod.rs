@@ -204,6 +204,8 @@ pub struct Variant {
     pub name: String,
     /// Its fields.
     pub fields: Fields,
+    /// The number that is written behind it: `None` within if that is no literal.
+    pub number: Option<Option<u64>>,
 }
 
 /// One name brought in by `use`.

@@ -86,16 +86,38 @@ struct Indices<'s, 'l, 'a> {
 
 impl<'e> Visit<'e> for Indices<'_, '_, '_> {
     fn visit_expr_index(&mut self, expr: &'e syn::ExprIndex) {
-        let mut index = &*expr.index;
-        while let syn::Expr::Group(syn::ExprGroup { expr, .. }) | syn::Expr::Paren(syn::ExprParen { expr, .. }) = index
-        {
-            index = expr;
-        }
-        if !matches!(index, syn::Expr::Lit(_) | syn::Expr::Path(_) | syn::Expr::Range(_)) {
+        let index = ungrouped(&expr.index);
+        let is_told = match index {
+            syn::Expr::Lit(_) | syn::Expr::Path(_) | syn::Expr::Range(_) => true,
+            _ => is_variable(index),
+        };
+        if !is_told {
             let mut tokens = index.to_token_stream().into_iter();
             self.found |= tokens.any(|token| self.low.span(token.span()) == self.call);
         }
         syn::visit::visit_expr_index(self, expr);
+    }
+}
+
+/// An expression without what only holds it together.
+fn ungrouped(mut expr: &syn::Expr) -> &syn::Expr {
+    while let syn::Expr::Group(syn::ExprGroup { expr: inner, .. })
+    | syn::Expr::Paren(syn::ExprParen { expr: inner, .. }) = expr
+    {
+        expr = inner;
+    }
+    expr
+}
+
+/// Whether an index is a variable, whatever number type it is made: `i as usize`, `*i`.
+fn is_variable(index: &syn::Expr) -> bool {
+    match ungrouped(index) {
+        syn::Expr::Cast(cast) => is_variable(&cast.expr),
+        syn::Expr::Unary(syn::ExprUnary { op: syn::UnOp::Deref(_), expr, .. }) => is_variable(expr),
+        syn::Expr::Path(path) => {
+            path.path.get_ident().is_some_and(|name| name.to_string().starts_with(char::is_lowercase))
+        }
+        _ => false,
     }
 }
 

@@ -7,6 +7,7 @@
 mod code;
 mod hygiene;
 mod matcher;
+mod paste;
 mod rules;
 mod transcribe;
 
@@ -194,7 +195,10 @@ impl Lowerer<'_, '_> {
 
     /// The code that a call of one of the crate's own macros stands for.
     pub(super) fn expansion(&mut self, mac: &syn::Macro) -> Option<TokenStream> {
-        let rules = self.own_rules(&mac.path)?;
+        let rules = self.own_rules(&mac.path);
+        if rules.is_none() && !self.is_paste(&mac.path) {
+            return None;
+        }
         if self.progress.depth >= MAX_DEPTH {
             return None;
         }
@@ -202,10 +206,18 @@ impl Lowerer<'_, '_> {
             self.progress.tokens = 0;
         }
         let left = MAX_TOKENS.checked_sub(self.progress.tokens + 1)?;
-        let tokens = rules.expand(&mac.tokens, call_place(mac), left)?;
+        let tokens = match rules {
+            Some(rules) => rules.expand(&mac.tokens, call_place(mac), left)?,
+            None => paste::pasted(&mac.tokens)?,
+        };
         let (count, nesting) = size(&tokens);
         self.progress.tokens += count + 1;
         (nesting <= MAX_NESTING).then_some(tokens)
+    }
+
+    /// Whether a macro is the one that puts names together, of whatever crate.
+    fn is_paste(&self, path: &syn::Path) -> bool {
+        path.segments.last().is_some_and(|last| last.ident == "paste") && !self.loader.own_macros.contains("paste")
     }
 
     /// Lowers the code that a call stands for.
