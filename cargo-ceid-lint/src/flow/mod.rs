@@ -155,7 +155,7 @@ impl std::fmt::Display for Cause {
             Self::Closure(name) => {
                 write!(f, "a closure that updates it is handed to `{name}`, whose source cannot be seen")
             }
-            Self::Index(text) => write!(f, "which element `{text}` is depends on the data"),
+            Self::Index(text) => write!(f, "only data tells which element `{text}` is"),
             Self::Moved(name) => write!(f, "`{name}` puts it in another place"),
             Self::Code(what) => write!(f, "{what} cannot be followed"),
             Self::Limit(what) => write!(f, "{what}"),

@@ -286,7 +286,9 @@ impl<'s, 'a> Gates<'s, 'a> {
             return Some(Gate::Rate);
         }
         // A remainder is no state that anything is in.
-        (!about.is_remainder && self.is_mode(test.subject?)).then_some(Gate::Mode)
+        let asks_by_name = way.at != at && matches!(self.search.graph.node(way.at).effect, Effect::Branch(_));
+        let is_mode = |id| self.is_mode_asked_by(id, asks_by_name.then_some(way.at));
+        (!about.is_remainder && is_mode(test.subject?)).then_some(Gate::Mode)
     }
 
     /// The condition that gave a truth value which is asked for: the last one on the way that decides that the value is given.

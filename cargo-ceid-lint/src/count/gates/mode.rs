@@ -44,15 +44,23 @@ fn self_type(index: &Index, function: FunctionId) -> Option<TypeId> {
 impl Gates<'_, '_> {
     /// Whether a state decides over the updates, and every pause that it makes goes with a reset.
     pub(super) fn is_mode(&self, subject: SubjectId) -> bool {
+        self.is_mode_asked_by(subject, None)
+    }
+
+    /// The same where a node asks for the state by another name: `let held = n == 3; if held { continue; }`.
+    pub(super) fn is_mode_asked_by(&self, subject: SubjectId, asked_by: Option<NodeId>) -> bool {
+        if asked_by.is_some() {
+            return self.is_mode(subject) && (self.judge_mode(subject, asked_by) || self.is_mode_of_element(subject));
+        }
         if let Some(known) = self.modes.borrow().get(&subject) {
             return *known;
         }
-        let is_mode = self.judge_mode(subject) || self.is_mode_of_element(subject);
+        let is_mode = self.judge_mode(subject, None) || self.is_mode_of_element(subject);
         self.modes.borrow_mut().insert(subject, is_mode);
         is_mode
     }
 
-    fn judge_mode(&self, subject: SubjectId) -> bool {
+    fn judge_mode(&self, subject: SubjectId, asked_by: Option<NodeId>) -> bool {
         // A state that nothing here switches is no mode of this cycle.
         let reads = &self.search.graph.subjects[subject.0 as usize].reads;
         if reads.iter().all(|place| self.is_left_alone(place)) {
@@ -77,7 +85,7 @@ impl Gates<'_, '_> {
         self.updating(subject).is_some_and(|updating| {
             !self.pauses_for_good(subject, updating)
                 && !self.is_resumed_elsewhere(subject, updating)
-                && self.search.resets_in_pauses(self.region, Mode { subject, updating, asked_by: None, foreign: 0 })
+                && self.search.resets_in_pauses(self.region, Mode { subject, updating, asked_by, foreign: 0 })
         })
     }
 

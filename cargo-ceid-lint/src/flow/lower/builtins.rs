@@ -396,12 +396,6 @@ impl Builder<'_> {
                 if path.ends_with("::LockResult") && args.first().and_then(|inner| inner.peel().external_name()) == Some("Cell"))
     }
 
-    /// Whether a value is a handle whose clones share one instance, or is made of such.
-    pub(super) fn is_shared_handle(&self, id: ExprId) -> bool {
-        let ty = self.ty(id).peel();
-        ty.is_shared_pointer() || self.program.index.is_handle(ty)
-    }
-
     /// A path on which the value is absent ends here.
     fn assume_present(&mut self, value: &Value, receiver: ExprId, span: crate::source::Span) {
         if self.at.is_none() || value.same_as.is_none() {

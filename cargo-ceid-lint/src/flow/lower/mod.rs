@@ -69,6 +69,7 @@ mod waits;
 mod widths;
 pub(super) mod written;
 
+use std::cell::OnceCell;
 use std::rc::Rc;
 
 use closures::ClosureRef;
@@ -114,6 +115,8 @@ struct Frame<'a> {
     passed: FxHashSet<ExprId>,
     /// The locals that are given a value in several places.
     given_anew: FxHashSet<LocalId>,
+    /// The locals that are declared as whole numbers, as far as it was asked.
+    ints: OnceCell<FxHashMap<LocalId, String>>,
     /// What is followed by nothing but the end of an iteration.
     last: FxHashMap<ExprId, Vec<ExprId>>,
     /// Whether a closure is written in it.
@@ -131,6 +134,7 @@ impl<'a> Frame<'a> {
             mutated: borrowed::mutated_locals(body, typed),
             passed: borrowed::passed(body),
             given_anew: closures::given_anew(body, typed),
+            ints: OnceCell::new(),
             last: last::last_of_iterations(body),
             has_closures: body.exprs.iter().any(|expr| matches!(expr.kind, ExprKind::Closure(_))),
         }

@@ -172,6 +172,12 @@ impl Builder<'_> {
         self.close_join(&join)
     }
 
+    /// Whether a value is a handle whose clones share one instance, or is made of such.
+    pub(super) fn is_shared_handle(&self, id: ExprId) -> bool {
+        let ty = self.ty(id).peel();
+        ty.is_shared_pointer() || self.program.index.is_handle(ty)
+    }
+
     /// Whether a method hands out what a handle leads to, or what a lock holds where the one before panicked: that is there, too.
     pub(super) fn hands_out(&self, receiver: ExprId, method: &str) -> bool {
         match method {

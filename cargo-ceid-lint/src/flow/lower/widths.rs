@@ -1,46 +1,54 @@
 //! Whole numbers by the types that they are declared with: some are never less than zero, and some go round early.
 
+use rustc_hash::FxHashMap;
+
 use super::Builder;
 use crate::index::{Shape, Ty};
-use crate::syntax::tree::{ExprId, ExprKind, Literal, StmtKind, TypeRef};
+use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, StmtKind, TypeRef};
+use crate::types::LocalId;
 
 impl Builder<'_> {
     /// The name of the type that a variable or field is declared with, if it is a whole number: `u8`.
     pub(super) fn int_of(&self, id: ExprId) -> Option<String> {
-        let body = self.body();
-        let named = |ty: &TypeRef| int_named(ty).map(str::to_owned);
-        match &body.expr(id).kind {
+        match &self.body().expr(id).kind {
             ExprKind::Deref(inner) => self.int_of(*inner),
             ExprKind::Field { base, name } => {
                 let Ty::Adt(owner, _) = self.ty(*base).peel() else { return None };
                 let Shape::Struct(fields) = &self.program.index.type_def(*owner).shape else { return None };
-                fields.fields.iter().find(|field| field.name == *name).and_then(|field| named(&field.ty))
+                fields
+                    .fields
+                    .iter()
+                    .find(|field| field.name == *name)
+                    .and_then(|field| int_named(&field.ty))
+                    .map(str::to_owned)
             }
             ExprKind::Path(_) => {
                 let local = self.typed().expr_local.get(&id)?;
-                let is_it = |pat| self.typed().pat_local.get(pat) == Some(local);
-                let function = &self.program.index.function(self.frames[self.frame].function).function;
-                // `self` has no type of its own.
-                let own = body.params.iter().skip(usize::from(function.receiver.is_some()));
-                if let Some((_, ty)) = own.zip(&function.params).find(|(pat, _)| is_it(pat)) {
-                    return named(ty);
-                }
-                let declared = body.stmts().find_map(|stmt| match &stmt.kind {
-                    StmtKind::Let { pat, ty, init, .. } if is_it(pat) => Some((ty, init)),
-                    _ => None,
-                });
-                match declared? {
-                    (Some(ty), _) => named(ty),
-                    (None, Some(init)) => match &body.expr(*init).kind {
-                        ExprKind::Literal(Literal::Int(_, suffix)) if is_int(suffix) => Some(suffix.clone()),
-                        ExprKind::Cast { ty, .. } => named(ty),
-                        _ => None,
-                    },
-                    (None, None) => None,
-                }
+                self.frames[self.frame].ints.get_or_init(|| self.declared_ints()).get(local).cloned()
             }
             _ => None,
         }
+    }
+
+    /// The variables of a body that are declared as whole numbers, with the names of their types.
+    fn declared_ints(&self) -> FxHashMap<LocalId, String> {
+        let (body, typed) = (self.body(), self.typed());
+        let named = |pat: &PatId, name: Option<&str>| Some((typed.pat_local.get(pat).copied()?, name?.to_owned()));
+        let function = &self.program.index.function(self.frames[self.frame].function).function;
+        // `self` has no type of its own.
+        let own = body.params.iter().skip(usize::from(function.receiver.is_some()));
+        let params = own.zip(&function.params).filter_map(|(pat, ty)| named(pat, int_named(ty)));
+        let of_init = |init: ExprId| match &body.expr(init).kind {
+            ExprKind::Literal(Literal::Int(_, suffix)) if is_int(suffix) => Some(suffix.as_str()),
+            ExprKind::Cast { ty, .. } => int_named(ty),
+            _ => None,
+        };
+        let declared = body.stmts().filter_map(|stmt| match &stmt.kind {
+            StmtKind::Let { pat, ty: Some(ty), .. } => named(pat, int_named(ty)),
+            StmtKind::Let { pat, init: Some(init), .. } => named(pat, of_init(*init)),
+            _ => None,
+        });
+        params.chain(declared).collect()
     }
 }
 
