@@ -50,7 +50,8 @@ pub(super) struct Gates<'s, 'a> {
     fed: OnceCell<Sources>,
     step: OnceCell<Option<Sources>>,
     time_base: OnceCell<TimeBase>,
-    modes: RefCell<BTreeMap<SubjectId, bool>>,
+    /// See [`Self::is_mode_asked_by`].
+    modes: RefCell<BTreeMap<(SubjectId, Option<NodeId>), bool>>,
     /// What was asked of filters that only their updates and resets change, and latches, with the heads that others may give those.
     own_states: RefCell<BTreeMap<Place, Vec<Head>>>,
     /// Whether the cycle keeps a time in a place.

@@ -49,14 +49,12 @@ impl Gates<'_, '_> {
 
     /// The same where a node asks for the state by another name: `let held = n == 3; if held { continue; }`.
     pub(super) fn is_mode_asked_by(&self, subject: SubjectId, asked_by: Option<NodeId>) -> bool {
-        if asked_by.is_some() {
-            return self.is_mode(subject) && (self.judge_mode(subject, asked_by) || self.is_mode_of_element(subject));
-        }
-        if let Some(known) = self.modes.borrow().get(&subject) {
+        if let Some(known) = self.modes.borrow().get(&(subject, asked_by)) {
             return *known;
         }
-        let is_mode = self.judge_mode(subject, None) || self.is_mode_of_element(subject);
-        self.modes.borrow_mut().insert(subject, is_mode);
+        let may_be_mode = asked_by.is_none() || self.is_mode(subject);
+        let is_mode = may_be_mode && (self.judge_mode(subject, asked_by) || self.is_mode_of_element(subject));
+        self.modes.borrow_mut().insert((subject, asked_by), is_mode);
         is_mode
     }
 
@@ -208,7 +206,10 @@ impl Gates<'_, '_> {
             return passed_on.collect();
         }
         let modes = self.modes.borrow();
-        let kept = modes.iter().filter(|(_, is_mode)| **is_mode && gate == Some(Gate::Mode)).filter_map(|(id, _)| {
+        let is_kept = |((_, asked_by), is_mode): &(&(SubjectId, Option<NodeId>), &bool)| {
+            **is_mode && asked_by.is_none() && gate == Some(Gate::Mode)
+        };
+        let kept = modes.iter().filter(is_kept).filter_map(|((id, _), _)| {
             let subject = &graph.subjects[id.0 as usize];
             let element = self.element_state(*id).filter(|_| self.is_mode_of_element(*id));
             let place = match &element {

@@ -84,7 +84,7 @@ impl Gates<'_, '_> {
             TakenBack::Never => Some(Gate::Startup),
             TakenBack::WithReset => Some(Gate::Mode),
             TakenBack::Kept => {
-                self.modes.borrow_mut().insert(id, false);
+                self.modes.borrow_mut().insert((id, None), false);
                 None
             }
         }
