@@ -1,12 +1,15 @@
 //! Variables that hold what a pattern took out of a value: as long as that is not changed, a condition on one of them is a condition on
 //! what the others hold.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+
+use aho_corasick::AhoCorasick;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::Builder;
-use super::same_states::same_at;
+use super::same_states::{Questions, times_given};
 use super::subjects::{Pure, place_key};
-use crate::flow::{Effect, NodeId, Place, SubjectId, Var};
+use crate::flow::{NodeId, Place, Subject, SubjectId, Var};
 use crate::index::Def;
 use crate::syntax::tree::{PatId, PatKind};
 
@@ -53,45 +56,64 @@ impl Builder<'_> {
     }
 
     /// Conditions on what several variables hold, or that are asked of the value itself too, ask for the value.
-    pub(super) fn settle_held_values(&mut self) {
+    pub(super) fn settle_held_values(&mut self, questions: &mut Questions) {
         let held = std::mem::take(&mut self.held);
-        let reads = |this: &Self, id: usize, var: Var| this.graph.subjects[id].reads.contains(&Place::var(var));
-        let asked: Vec<(SubjectId, &Held)> = held
-            .iter()
-            .flat_map(|one| (0u32..).map(SubjectId).take(self.graph.subjects.len()).map(move |id| (id, one)))
-            .filter(|(id, one)| reads(self, id.0 as usize, one.var))
-            .collect();
-        for (id, one) in &asked {
-            let is_held_again = asked.iter().any(|(_, other)| other.var != one.var && other.part.key == one.part.key);
-            let is_named = self.graph.subjects.iter().any(|subject| subject.key.contains(&one.part.key));
-            if is_held_again || is_named {
-                self.ask_for_part(*id, one);
+        let given = times_given(&self.graph);
+        let mut reading: FxHashMap<Var, Vec<SubjectId>> = FxHashMap::default();
+        for (number, subject) in (0u32..).zip(&self.graph.subjects) {
+            for place in subject.reads.iter().filter(|place| place.steps.is_empty()) {
+                if let Some(var) = place.base_var() {
+                    reading.entry(var).or_default().push(SubjectId(number));
+                }
+            }
+        }
+        let asked: Vec<&Held> = held.iter().filter(|one| reading.contains_key(&one.var)).collect();
+        let asked_again = asked_again(&asked, &self.graph.subjects);
+        for one in asked {
+            if given.get(&one.var) != Some(&1) || !asked_again.contains(one.part.key.as_str()) {
+                continue;
+            }
+            for id in &reading[&one.var] {
+                self.ask_for_part(questions, *id, one);
             }
         }
     }
 
-    fn ask_for_part(&mut self, id: SubjectId, held: &Held) {
+    fn ask_for_part(&mut self, questions: &mut Questions, id: SubjectId, held: &Held) {
         let var = Place::var(held.var);
-        let sets = |effect: &Effect| match effect {
-            Effect::Set(set) | Effect::Write(set) => set.place.base_var() == Some(held.var),
-            _ => false,
-        };
-        if self.graph.nodes.iter().filter(|node| sets(&node.effect)).count() != 1 {
-            return;
-        }
         let depends_on: Vec<Place> = held.part.reads.iter().chain([&var]).cloned().collect();
-        let same = same_at(&self.graph, held.at, &depends_on);
         let own = self.graph.subjects[id.0 as usize].clone();
         let name = |key: &str| renamed(key, &place_key(&var), &held.part.key);
         let others = own.reads.iter().filter(|place| **place != var).cloned();
         let reads: BTreeSet<Place> = others.chain(held.part.reads.iter().cloned()).collect();
         let pure = Pure { key: name(&own.key), reads: reads.into_iter().collect(), whole: None };
-        let Some(other) = self.ask_where(id, &same, pure) else { return };
+        let Some(other) = self.ask_where(questions, id, held.at, &depends_on, pure) else { return };
         if let Some(bound) = self.bounds.remove(&id) {
             let reads = self.graph.subjects[other.0 as usize].reads.clone();
             self.bounds.entry(other).or_insert_with(|| bound.of(Pure { key: name(bound.key()), reads, whole: None }));
         }
     }
+}
+
+/// The keys of those parts that several variables hold, or that a subject asks for by itself.
+fn asked_again<'a>(held: &[&'a Held], subjects: &[Subject]) -> FxHashSet<&'a str> {
+    let mut holders: BTreeMap<&str, BTreeSet<Var>> = BTreeMap::new();
+    for one in held {
+        holders.entry(&one.part.key).or_default().insert(one.var);
+    }
+    let keys: Vec<&str> = holders.keys().copied().collect();
+    let mut found: FxHashSet<&str> = holders.iter().filter(|(_, vars)| vars.len() > 1).map(|(key, _)| *key).collect();
+    // One pass over each subject finds all the parts that it names.
+    if let Ok(named) = AhoCorasick::new(&keys) {
+        for subject in subjects {
+            found.extend(named.find_overlapping_iter(&subject.key).map(|part| keys[part.pattern().as_usize()]));
+        }
+        for key in &keys {
+            let parts = named.find_overlapping_iter(key).map(|part| keys[part.pattern().as_usize()]);
+            found.extend(parts.filter(|part| part != key));
+        }
+    }
+    found
 }
 
 /// A key with another name for a variable.

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use rustc_hash::{FxHashMap, FxHashSet};
+
 use super::Builder;
 use super::subjects::{Pure, pure_place};
 use crate::flow::OTHER_HEADS;
@@ -16,45 +18,54 @@ struct Held {
     asked: SubjectId,
 }
 
+/// Where a graph asks for its subjects, and the ways that lead there.
+pub(super) struct Questions {
+    asking: FxHashMap<SubjectId, Vec<NodeId>>,
+    before: Vec<Vec<NodeId>>,
+}
+
 impl Builder<'_> {
     /// Conditions on a variable that holds a state ask for the state itself, where it is still what it was at each of them.
-    pub(super) fn settle_held_states(&mut self) {
+    pub(super) fn settle_held_states(&mut self, questions: &mut Questions) {
         let held = held_states(&self.graph);
+        let mut holders: FxHashMap<&Place, BTreeSet<Var>> = FxHashMap::default();
         for one in &held {
-            let is_asked = self.graph.subjects.iter().any(|subject| subject.whole.as_ref() == Some(&one.state));
-            let is_held_again = held.iter().any(|other| other.var != one.var && other.state == one.state);
-            if is_asked || is_held_again {
-                self.ask_for_state(one);
+            holders.entry(&one.state).or_default().insert(one.var);
+        }
+        let asked: FxHashSet<Place> = self.graph.subjects.iter().filter_map(|subject| subject.whole.clone()).collect();
+        for one in &held {
+            if asked.contains(&one.state) || holders[&one.state].len() > 1 {
+                let value = pure_place(one.state.clone());
+                self.ask_where(questions, one.asked, one.at, std::slice::from_ref(&one.state), value);
             }
         }
     }
 
-    fn ask_for_state(&mut self, held: &Held) {
-        let same = same_at(&self.graph, held.at, std::slice::from_ref(&held.state));
-        self.ask_where(held.asked, &same, pure_place(held.state.clone()));
-    }
-
-    /// Lets all that asks for a subject ask for another value with the same heads, if that is so at each of the nodes; answers the
-    /// subject that is asked then.
-    pub(super) fn ask_where(&mut self, asked: SubjectId, same: &[bool], value: Pure) -> Option<SubjectId> {
+    /// Lets all that asks for a subject ask for another value with the same heads, if none of the places that it depends on has
+    /// changed since a node at any of them; answers the subject that is asked then.
+    pub(super) fn ask_where(
+        &mut self,
+        questions: &mut Questions,
+        asked: SubjectId,
+        since: NodeId,
+        depends_on: &[Place],
+        value: Pure,
+    ) -> Option<SubjectId> {
         let graph = &self.graph;
-        let asks = |test: &Test| test.subject == Some(asked);
-        let asking: Vec<NodeId> = graph
-            .node_ids()
-            .filter(|id| matches!(&graph.node(*id).effect, Effect::Branch(test) if asks(test)))
-            .collect();
+        let asking = questions.asking.get(&asked)?;
         let is_exact = |id: &NodeId| match &graph.node(*id).effect {
             Effect::Branch(test) => test.fails == !test.holds || test.fails == u32::MAX,
             _ => false,
         };
-        if asking.is_empty() || !asking.iter().all(|id| same[id.0 as usize] && is_exact(id)) {
+        if !asking.iter().all(is_exact) || !questions.is_same(graph, asking, since, depends_on) {
             return None;
         }
         let subject = &graph.subjects[asked.0 as usize];
         let (heads, total) = (subject.heads.clone(), subject.total.clone());
         let other = self.subject(value, total);
         let bits: Vec<u32> = heads.iter().map(|head| self.head_bit(other, head)).collect::<Option<_>>()?;
-        for id in asking {
+        let asking = questions.asking.remove(&asked).unwrap_or_default();
+        for id in &asking {
             let Effect::Branch(test) = &mut self.graph.nodes[id.0 as usize].effect else { continue };
             let own = (0u32..).zip(&bits).filter(|(number, _)| test.holds & (1 << number) != 0);
             let holds = own.fold(test.holds & OTHER_HEADS, |all, (_, bit)| all | bit);
@@ -63,36 +74,86 @@ impl Builder<'_> {
             }
             (test.subject, test.holds) = (Some(other), holds);
         }
+        questions.asking.entry(other).or_default().extend(asking);
         Some(other)
+    }
+}
+
+impl Questions {
+    pub(super) fn of(graph: &ControlFlowGraph) -> Self {
+        let mut found = Self { asking: FxHashMap::default(), before: vec![Vec::new(); graph.nodes.len()] };
+        for id in graph.node_ids() {
+            let node = graph.node(id);
+            if let Effect::Branch(Test { subject: Some(subject), .. }) = &node.effect {
+                found.asking.entry(*subject).or_default().push(id);
+            }
+            for next in &node.next {
+                found.before[next.0 as usize].push(id);
+            }
+        }
+        found
+    }
+
+    /// Whether what was held at a node is certainly the same at all of these: on no way to them has one of the places changed that it
+    /// depends on.
+    fn is_same(&self, graph: &ControlFlowGraph, asking: &[NodeId], since: NodeId, places: &[Place]) -> bool {
+        let mut open = asking.to_vec();
+        let mut seen: FxHashSet<NodeId> = open.iter().copied().collect();
+        while let Some(id) = open.pop() {
+            if id == NodeId(0) {
+                return false;
+            }
+            for before in &self.before[id.0 as usize] {
+                if changes(graph, *before, since, places) {
+                    return false;
+                }
+                if *before != since && seen.insert(*before) {
+                    open.push(*before);
+                }
+            }
+        }
+        true
     }
 }
 
 /// The variables that hold a state, if no reference to the state is made that something may be written through.
 fn held_states(graph: &ControlFlowGraph) -> Vec<Held> {
+    let mut asked: FxHashMap<&Place, SubjectId> = FxHashMap::default();
+    for (number, subject) in (0u32..).zip(&graph.subjects) {
+        if let Some(place) = &subject.whole {
+            asked.entry(place).or_insert(SubjectId(number));
+        }
+    }
+    let given = times_given(graph);
+    let mut handed_on: FxHashMap<Place, Vec<NodeId>> = FxHashMap::default();
+    let mut returned: FxHashSet<Var> = FxHashSet::default();
+    let mut lent: Vec<&Place> = Vec::new();
+    for id in graph.node_ids() {
+        if let Some(from) = graph.copied(id) {
+            handed_on.entry(from).or_default().push(id);
+        }
+        match &graph.node(id).effect {
+            Effect::Set(set) | Effect::Write(set) if set.transfer == Transfer::Borrow => {
+                let is_writable = |to: Var| matches!(graph.var(to).ty, Ty::Ref(true, _));
+                lent.extend(set.from.as_ref().filter(|_| set.place.base_var().is_some_and(is_writable)));
+            }
+            Effect::Return(value) => returned.extend(value.same_as),
+            _ => {}
+        }
+    }
     let mut held = Vec::new();
     for (at, state) in &graph.copies {
         let Effect::Set(set) = &graph.node(*at).effect else { continue };
         let Some(var) = set.place.base_var().filter(|_| set.place.steps.is_empty()) else { continue };
-        let gives = |id: &NodeId| match &graph.node(*id).effect {
-            Effect::Set(other) | Effect::Write(other) => other.place.base_var() == Some(var),
-            _ => false,
-        };
-        let hands_on = |id: &NodeId| *id != *at && graph.copied(*id) == Some(Place::var(var));
-        let lends = |id: &NodeId| match &graph.node(*id).effect {
-            Effect::Set(other) | Effect::Write(other) => {
-                let is_lent = other.transfer == Transfer::Borrow
-                    && matches!(other.place.base_var(), Some(to)
-                    if matches!(graph.var(to).ty, Ty::Ref(true, _)));
-                is_lent && other.from.as_ref().is_some_and(|from| from.overlaps(state))
-            }
-            Effect::Return(value) => value.same_as == Some(var),
-            _ => false,
-        };
-        let is_simple = graph.node_ids().filter(gives).count() == 1
-            && !graph.node_ids().any(|id| hands_on(&id) || lends(&id))
+        let place = Place::var(var);
+        let Some(asked) = asked.get(&place).copied() else { continue };
+        let is_handed_on = handed_on.get(&place).is_some_and(|nodes| nodes.iter().any(|id| id != at));
+        let is_simple = given.get(&var) == Some(&1)
+            && !is_handed_on
+            && !returned.contains(&var)
+            && !lent.iter().any(|from| from.overlaps(state))
             && state.base_var().is_some();
-        let asked = graph.subject_of(&Place::var(var));
-        if let Some(asked) = asked.filter(|_| is_simple) {
+        if is_simple {
             held.push(Held { at: *at, var, state: state.clone(), asked });
         }
     }
@@ -100,11 +161,24 @@ fn held_states(graph: &ControlFlowGraph) -> Vec<Held> {
     held
 }
 
-/// The nodes at which what was held at a node is certainly the same, for none of the places that it depends on has changed.
-pub(super) fn same_at(graph: &ControlFlowGraph, at: NodeId, places: &[Place]) -> Vec<bool> {
+/// How many nodes give something to each variable or a part of it.
+pub(super) fn times_given(graph: &ControlFlowGraph) -> FxHashMap<Var, usize> {
+    let mut given = FxHashMap::default();
+    for node in &graph.nodes {
+        if let Effect::Set(set) | Effect::Write(set) = &node.effect
+            && let Some(var) = set.place.base_var()
+        {
+            *given.entry(var).or_default() += 1;
+        }
+    }
+    given
+}
+
+/// Whether what was held at a node may be another one behind this node.
+fn changes(graph: &ControlFlowGraph, id: NodeId, since: NodeId, places: &[Place]) -> bool {
     let is_it = |place: &Place| places.iter().any(|held| place.overlaps(held));
-    let changes = |id: NodeId| match &graph.node(id).effect {
-        Effect::Set(set) | Effect::Write(set) => id != at && is_it(&set.place),
+    match &graph.node(id).effect {
+        Effect::Set(set) | Effect::Write(set) => id != since && is_it(&set.place),
         Effect::Call(site) => {
             site.args.iter().filter(|arg| !arg.is_shared).filter_map(|arg| arg.place.as_ref()).any(is_it)
         }
@@ -113,21 +187,5 @@ pub(super) fn same_at(graph: &ControlFlowGraph, at: NodeId, places: &[Place]) ->
         Effect::Reset { place, .. } => is_it(place),
         Effect::Advance(_) | Effect::Fork => true,
         _ => false,
-    };
-    // Where it is not the same on one way, it is not the same: what may differ is spread along the edges.
-    let mut differs: BTreeSet<NodeId> = BTreeSet::from([NodeId(0)]);
-    let mut open: Vec<NodeId> = vec![NodeId(0)];
-    open.extend(graph.node_ids().filter(|id| changes(*id)).flat_map(|id| graph.node(id).next.clone()));
-    differs.extend(open.iter().copied());
-    while let Some(id) = open.pop() {
-        if id == at {
-            continue;
-        }
-        for next in &graph.node(id).next {
-            if differs.insert(*next) {
-                open.push(*next);
-            }
-        }
     }
-    graph.node_ids().map(|id| !differs.contains(&id)).collect()
 }
