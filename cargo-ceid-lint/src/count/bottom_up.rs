@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::callgraph::{by_return, calls_itself, levels};
+use super::given::MAX_PLACES;
 use super::summary::{MAX_STATES, Outcome, Summaries};
 use crate::flow::{Cause, ControlFlowGraph, Program};
 use crate::index::FunctionId;
@@ -37,10 +38,12 @@ impl Summaries {
         let mut searched = 0;
         for round in 0..MAX_ROUNDS {
             let mut changed = false;
+            let mut is_too_wide = false;
             for id in &component {
                 let Some(graph) = &graphs[id.0 as usize] else { continue };
                 let summary = self.summarise(program, graph, &mut searched);
                 if self.of.get(id) != Some(&summary) {
+                    is_too_wide |= summary.given_places().count() > MAX_PLACES * summary.laws().max(1);
                     self.of.insert(*id, summary);
                     changed = true;
                 }
@@ -48,7 +51,8 @@ impl Summaries {
             if !changed {
                 break;
             }
-            if round + 1 == MAX_ROUNDS || searched > MAX_STATES {
+            // Types that hold each other have more places in each round: the next one has many times as many.
+            if round + 1 == MAX_ROUNDS || searched > MAX_STATES || is_too_wide {
                 self.give_up(&component);
                 break;
             }

@@ -13,6 +13,9 @@ pub fn commit(
     disk: &mut dyn Disk,
     check: impl FnOnce() -> Report,
 ) -> Result<(), String> {
+    if revision.changes.is_empty() {
+        return Ok(());
+    }
     write(&revision.changes, disk).map_err(|error| error.to_string())?;
     let news = news(before, &check());
     let Some(new) = news.first().map(|new| &new.words) else { return Ok(()) };

@@ -15,7 +15,7 @@ use super::sites::{Part, Site};
 use super::text::has_word;
 use crate::index::Ty;
 use crate::source::Span;
-use crate::syntax::tree::{BlockKind, ExprId, ExprKind, TypeRef};
+use crate::syntax::tree::{BlockKind, ExprId, ExprKind, Pat, PatKind, TypeRef};
 
 /// How a filter is lent to its guard.
 #[derive(Clone, Debug)]
@@ -241,6 +241,18 @@ pub(super) fn lent(own: &Guarded) -> Option<String> {
         Ty::Ref(true, inner) if is_box(inner) => Some(format!("&mut **{spelled}")),
         _ => None,
     }
+}
+
+/// Why a variable that is lent mutably cannot be: a law that takes `&self` does without.
+pub(super) fn is_not_mutable(of: &LoopBody<'_>, own: &Guarded) -> Option<Reason> {
+    let is_own = own.place.fields.is_empty() && own.place.element.is_none() && !matches!(own.ty, Ty::Ref(..));
+    let local = of.typed.local(own.place.local);
+    let binds =
+        |pat: &Pat| pat.span == local.span && matches!(pat.kind, PatKind::Bind { mutable: false, by_ref: false, .. });
+    let is_fixed = is_own && of.body.pats.iter().any(binds);
+    let text =
+        || format!("`{0}` is lent to the guard mutably, and is not declared so: write `mut {0}` here", local.name);
+    is_fixed.then(|| Reason { span: local.span, text: text() })
 }
 
 /// What stands around the loop in its statement, its head included, runs while the filter is lent, and may not name it; but the

@@ -30,8 +30,9 @@ fn are_apart(code: &str, filters: &[&str]) -> bool {
         return false;
     }
     words(&code, "cfg").all(|at| {
-        let Some(open) = code[..at].trim_end().strip_suffix('[').map(str::trim_end) else { return false };
-        let Some(before) = open.strip_suffix('#').map(str::trim_end) else { return false };
+        // A field or variable may have that name.
+        let Some(open) = code[..at].trim_end().strip_suffix('[').map(str::trim_end) else { return true };
+        let Some(before) = open.strip_suffix('#').map(str::trim_end) else { return !open.ends_with('!') };
         before.ends_with(['{', '}', ';'])
             && statement(&code[at..]).is_some_and(|stmt| goes_on(stmt) && filters.iter().all(|own| !names(stmt, own)))
     })

@@ -37,6 +37,7 @@ pub(super) struct Loops<'a> {
     strict: OnceCell<BTreeSet<FileId>>,
     /// The files that deny names that nothing uses.
     denying: OnceCell<BTreeSet<FileId>>,
+    packages: OnceCell<FxHashMap<FileId, BTreeSet<usize>>>,
     calls_beside_core: OnceCell<CallsBesideCore>,
     impls: OnceCell<Impls>,
     implicit: RefCell<FxHashMap<FunctionId, Rc<[FunctionId]>>>,
@@ -74,6 +75,7 @@ impl<'a> Loops<'a> {
             catching: OnceCell::new(),
             strict: OnceCell::new(),
             denying: OnceCell::new(),
+            packages: OnceCell::new(),
             calls_beside_core: OnceCell::new(),
             impls: OnceCell::new(),
             implicit: RefCell::default(),
@@ -89,6 +91,19 @@ impl<'a> Loops<'a> {
         let body = self.program.index.function(function).function.body.as_ref();
         let find = || body.map(Body::parents).unwrap_or_default().into();
         Rc::clone(self.parents.borrow_mut().entry(function).or_insert_with(find))
+    }
+
+    /// The packages that the code of a file belongs to, as indices into those of the project: `#[path]` may give it to several.
+    pub(super) fn packages_with(&self, file: FileId) -> BTreeSet<usize> {
+        let index = self.program.index;
+        let find = || {
+            let mut found: FxHashMap<FileId, BTreeSet<usize>> = FxHashMap::default();
+            for def in &index.functions {
+                found.entry(def.function.keyword.file).or_default().insert(index.crate_of(def.module).package);
+            }
+            found
+        };
+        self.packages.get_or_init(find).get(&file).cloned().unwrap_or_default()
     }
 
     /// The calls of laws by their names where ceid-core's trait is in scope.

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use super::adapt::is_not_mutable;
 use super::ambiguous::ambiguous;
 use super::body::LoopBody;
 use super::captures::captures;
@@ -22,7 +23,7 @@ use super::owned::is_owned;
 use super::partly::partly;
 use super::present::Present;
 use super::sites::{Site, owed, place_of, sites};
-use super::tails::{outlives_guard, without_name};
+use super::tails::{outlives_owner, without_name};
 use super::text::has_word;
 use super::twice::used_twice;
 use super::whole::{whole_function, whole_loop};
@@ -165,7 +166,7 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
     {
         return Err(reasons);
     }
-    if let Some(reason) = outlives_guard(&of, &guarded, edition) {
+    if let Some(reason) = outlives_owner(&of, &guarded, edition) {
         return Err(vec![reason]);
     }
     let exits = exits(&of);
@@ -214,7 +215,7 @@ impl Rewriter<'_> {
         let program = of.program;
         let mut reasons = self.unread();
         let mut edits = Vec::new();
-        let mut packages = BTreeSet::from([program.index.crate_of(of.def().module).package]);
+        let mut packages = self.loops.packages_with(of.file());
         let mut notes = Vec::new();
         let mut laws: Vec<(TypeId, FunctionId)> = Vec::new();
         let effects = Effects { loops: self.loops, of, exits: &self.exits, guarded: self.guarded, behind: self.behind };
@@ -238,6 +239,7 @@ impl Rewriter<'_> {
             changes.extend(changed);
             notes.extend(noted);
             if let Some(adaptation) = &own.adaptation {
+                reasons.extend(is_not_mutable(of, own));
                 edits.extend(adaptation.edits.iter().cloned());
                 changes.extend(adaptation.changes.iter().cloned());
                 notes.push(adaptation.note.clone());
@@ -256,7 +258,7 @@ impl Rewriter<'_> {
                 Ok(None) => {}
                 Ok(Some(new)) => {
                     reasons.extend(ambiguous(self.loops, of, self.guarded, law));
-                    packages.insert(program.index.crate_of(program.index.function(law).module).package);
+                    packages.extend(self.loops.packages_with(new.span.file));
                     edits.push((new.span, new.text));
                 }
                 Err(text) => reasons.push(Reason { span: of.span(own.at), text }),

@@ -31,7 +31,12 @@ impl Present {
             ExprKind::Macro(call) => matches!(call.kind, MacroKind::Ceid { .. } | MacroKind::EachCycle { .. }),
             _ => false,
         };
-        let guards: Vec<ExprId> = of.inside.iter().copied().filter(is_guard).collect();
+        // A guard of an inner loop ends with that one's iterations.
+        let is_inner = |id: &ExprId| {
+            of.ancestors_inside(*id)
+                .any(|at| matches!(of.kind(at), ExprKind::Loop { .. } | ExprKind::While { .. } | ExprKind::For { .. }))
+        };
+        let guards: Vec<ExprId> = of.inside.iter().copied().filter(|id| is_guard(id) && !is_inner(id)).collect();
         let Some(call) = guards.first().copied() else { return Ok(None) };
         let by_hand = |why: &str| {
             format!("a guard is there already, {why}: add the filter to its list, and delete the call of its law")

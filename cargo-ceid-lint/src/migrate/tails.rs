@@ -1,6 +1,8 @@
 //! The value at the end of a block: before edition 2024 what it borrows on the way lives longer than the variables of the block, and
 //! so longer than a guard.
 
+use std::collections::BTreeSet;
+
 use super::Reason;
 use super::body::LoopBody;
 use super::locks::lock_behind;
@@ -10,23 +12,62 @@ use super::purity::acts_when_dropped;
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{BlockKind, ExprId, ExprKind, MacroKind, Stmt, StmtKind};
+use crate::types::LocalId;
 
-/// What the end of the iteration borrows from a guarded place until after its guard is gone.
-pub(super) fn outlives_guard(of: &LoopBody<'_>, guarded: &[Guarded], edition: &str) -> Option<Reason> {
+/// What the end of the iteration borrows until after what it borrows from is gone: of a guarded place, whose guard goes, or of a
+/// variable of the iteration, if an update stands behind it today.
+pub(super) fn outlives_owner(of: &LoopBody<'_>, guarded: &[Guarded], edition: &str) -> Option<Reason> {
     if !matches!(edition, "2018" | "2021") {
         return None;
     }
-    let (at, own) = loan(of, guarded, last(of, guarded)?)?;
+    let last = last(of, guarded)?;
+    let loans = loans(of, last);
+    let names_guarded = |own: &Guarded, id: ExprId| is_about(of, &own.place, id);
+    let of_guarded = guarded.iter().find_map(|own| {
+        let what =
+            format!("is given back after the variables of the block, and so after the guard of `{}`", own.spelled);
+        Some((first_naming(of, &loans, |id| names_guarded(own, id))?, own.spelled.clone(), what))
+    });
+    let of_variable = || {
+        let local = own_locals(of).into_iter().filter(|_| is_shown_by_update(of, guarded, last)).find_map(|local| {
+            Some((first_naming(of, &loans, |id| of.typed.expr_local.get(&id) == Some(&local))?, local))
+        })?;
+        let name = of.typed.local(local.1).name.clone();
+        Some((local.0, name, "is given back after the variables of the block".to_owned()))
+    };
+    let (at, name, what) = of_guarded.or_else(of_variable)?;
     let text = format!(
-        "before edition 2024, what is borrowed of `{}` at the end of a block is given back after the variables of the block, and so \
-         after its guard: put `;` behind it, or give its value a name with `let` first",
-        own.spelled
+        "before edition 2024, what is borrowed of `{name}` at the end of a block {what}: put `;` behind it, or give its value a name \
+         with `let` first"
     );
     Some(Reason { span: of.span(at), text })
 }
 
-/// What an expression borrows from a guarded place until it has its value, and gives back only then.
-fn loan<'g>(of: &LoopBody<'_>, guarded: &'g [Guarded], id: ExprId) -> Option<(ExprId, &'g Guarded)> {
+/// The variables that are gone at the end of an iteration.
+fn own_locals(of: &LoopBody<'_>) -> Vec<LocalId> {
+    let ExprKind::Block(block) = of.kind(of.block) else { return Vec::new() };
+    let bound = block.stmts.iter().filter_map(|stmt| match &stmt.kind {
+        StmtKind::Let { pat, .. } => Some(of.body.pat(*pat).span),
+        _ => None,
+    });
+    let spans: Vec<Span> = bound.collect();
+    let is_bound = |local: &&LocalId| spans.iter().any(|span| span.contains(of.typed.local(**local).span));
+    of.typed.pat_local.values().collect::<BTreeSet<_>>().into_iter().filter(is_bound).copied().collect()
+}
+
+/// Whether an expression stands at the end of the iteration only once an update behind it is gone.
+fn is_shown_by_update(of: &LoopBody<'_>, guarded: &[Guarded], last: ExprId) -> bool {
+    let stmts = guarded.iter().flat_map(|own| &own.sites).filter_map(|site| site.stmt.as_ref());
+    let end = of.span(last).end as usize;
+    stmts.into_iter().any(|stmt| stmt.start >= end)
+}
+
+fn first_naming(of: &LoopBody<'_>, loans: &[ExprId], names: impl Fn(ExprId) -> bool) -> Option<ExprId> {
+    loans.iter().copied().find(|id| of.body.within(*id).into_iter().any(&names))
+}
+
+/// What an expression may borrow until it has its value, and give back only then.
+fn loans(of: &LoopBody<'_>, id: ExprId) -> Vec<ExprId> {
     let mut temporaries = Vec::new();
     collect(of, id, &mut temporaries);
     let index = of.program.index;
@@ -42,9 +83,8 @@ fn loan<'g>(of: &LoopBody<'_>, guarded: &'g [Guarded], id: ExprId) -> Option<(Ex
         let is_unknown = matches!(ty, Ty::Unknown | Ty::Var(_) | Ty::Opaque(_) | Ty::Param(_));
         (is_unknown || acts_when_dropped(index, ty)) && !is_owned(index, &scope, ty)
     };
-    let names = |id: &ExprId, own: &Guarded| of.body.within(*id).into_iter().any(|at| is_about(of, &own.place, at));
-    let named = |id: ExprId| guarded.iter().find(|own| names(&id, own)).map(|own| (id, own));
-    temporaries.into_iter().filter(lends).find_map(named)
+    temporaries.retain(lends);
+    temporaries
 }
 
 /// What becomes of `let y = kf.y; kf.update(); y`, so that the value has no name that nothing needs any more: what is written instead
@@ -63,7 +103,7 @@ pub(super) fn without_name(of: &LoopBody<'_>, guarded: &[Guarded]) -> Option<(Sp
         between = between.replace(of.text.get((*gone).clone())?, "");
     }
     let scope = of.program.index.scope_of(of.function);
-    let is_plain = is_owned(of.program.index, &scope, of.typed.ty(*init)) && loan(of, guarded, *init).is_none();
+    let is_plain = is_owned(of.program.index, &scope, of.typed.ty(*init)) && loans(of, *init).is_empty();
     let is_alone = bound.cfg.is_none() && between.trim().is_empty();
     let had_update = stmts.iter().any(|gone| gone.start >= bound.span.end as usize);
     let head = Span { end: of.span(*init).start, ..bound.span };

@@ -429,3 +429,73 @@ fn a_glob_of_tests_is_no_import_for_the_law() {
     said.assert_code(0).assert_stderr("migrated 1 of 2 loops");
     assert!(!said.stderr.contains("is imported"), "{}", said.stderr);
 }
+
+/// A loop whose type is given its law by the loop above it.
+const ONE_BEHIND_THE_OTHER: &str = "\
+trait SampledFilter { fn update(&mut self); }
+struct Ramp { input: f64, output: f64 }
+impl SampledFilter for Ramp { fn update(&mut self) { self.output = self.input; } }
+impl Ramp { fn update(&mut self) { self.output = self.input + 1.0; } }
+
+fn alone(ramp: &mut Ramp) {
+    for step in 0..3 {
+        ramp.input = f64::from(step);
+        ramp.update();
+    }
+}
+
+fn beside(ramp: &mut Ramp, other: &mut Ramp) {
+    for step in 0..3 {
+        ramp.input = f64::from(step);
+        other.input = f64::from(step);
+        ramp.update();
+        SampledFilter::update(other);
+    }
+}
+
+fn main() {
+    let (mut ramp, mut other) = (Ramp { input: 0.0, output: 0.0 }, Ramp { input: 0.0, output: 0.0 });
+    alone(&mut ramp);
+    beside(&mut ramp, &mut other);
+    println!(\"{} {}\", ramp.output, other.output);
+}
+";
+
+#[test]
+fn what_is_told_of_a_loop_is_what_was_done_to_it() {
+    let directory = package("migrate_told", &[("robot".to_owned(), ONE_BEHIND_THE_OTHER.to_owned())]);
+    let said = migrate(&directory, &["--all"]);
+    said.assert_code(0);
+    let text = binary(&directory, "robot");
+    let guards = text.matches("ceid!(").count();
+    said.assert_stderr(&format!("migrated {guards} of 2 loops"));
+    assert_eq!(said.stderr.contains("`beside`: not migrated"), guards < 2, "{}\n{text}", said.stderr);
+}
+
+#[test]
+fn a_law_that_takes_its_filter_shared_needs_a_variable_that_can_be_lent() {
+    let text = "\
+struct Pid(std::cell::Cell<f64>);
+impl Pid { fn compute(&self, error: f64) -> f64 { self.0.set(self.0.get() + error); self.0.get() } }
+fn main() {
+    let pid = Pid(std::cell::Cell::new(0.0));
+    for error in [1.0, 2.0] {
+        pid.compute(error);
+    }
+    println!(\"{}\", pid.0.get());
+}
+";
+    let check = |name: &str, text: String, said: &str| {
+        let directory = package(name, &[("robot".to_owned(), text)]);
+        let config = b"[[filter]]\ntype = \"robot::Pid\"\nlaw = \"compute\"\nreceiver = \"shared\"\n";
+        crate::support::workspace::write(&directory, "ceid-lint.toml", config);
+        migrate(&directory, &["--all"]).assert_code(0).assert_stderr(said);
+        super::compiled::cargo(&directory, &["check", "--quiet"]);
+    };
+    check("migrate_shared", text.to_owned(), "line 4: `pid` is lent to the guard mutably, and is not declared so");
+    check(
+        "migrate_shared_mut",
+        text.replace("let pid", "#[allow(unused_mut)]\n    let mut pid"),
+        "migrated 1 of 1 loop",
+    );
+}

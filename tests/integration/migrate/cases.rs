@@ -164,7 +164,7 @@ fn whole_workspaces_are_migrated() {
         files(&path.join("before"), &path.join("before"), &mut before);
         files(&directory, &directory, &mut after);
         for (file, text) in after {
-            let text = without_place(&text.replace(&core, "CEID_CORE"));
+            let text = without_place(&text).replace(&core, "CEID_CORE");
             let is_changed = !before.contains(&(file.clone(), text.clone()));
             let expected = path.join("after").join(&file);
             assert!(is_changed || !expected.exists(), "{name}: {file} did not change");

@@ -111,3 +111,53 @@ fn what_is_borrowed_at_the_end_of_a_block_outlives_a_guard_before_edition_2024()
         super::compiled::cargo(&directory, &["check", "--quiet"]);
     }
 }
+
+const VARIABLES: &str = "\
+use std::cell::RefCell;
+trait SampledFilter { fn update(&mut self); }
+struct Level(i64);
+impl SampledFilter for Level { fn update(&mut self) { self.0 += 1; } }
+
+fn of_the_iteration(level: &mut Level, readings: &[i64]) {
+    for reading in readings {
+        let seen = RefCell::new(vec![*reading]);
+        if let Some(first) = seen.borrow().first() {
+            println!(\"{first}\");
+        }
+        level.update();
+    }
+}
+
+fn above_the_loop(level: &mut Level, readings: &[i64]) {
+    let seen = RefCell::new(readings.to_vec());
+    for _ in readings {
+        if let Some(first) = seen.borrow().first() {
+            println!(\"{first}\");
+        }
+        level.update();
+    }
+}
+
+fn main() {
+    let mut level = Level(0);
+    of_the_iteration(&mut level, &[1, 2]);
+    above_the_loop(&mut level, &[1, 2]);
+    println!(\"{}\", level.0);
+}
+";
+
+#[test]
+fn what_borrows_from_a_variable_of_the_iteration_is_not_left_at_its_end_before_edition_2024() {
+    for (edition, migrated) in [("2018", 1), ("2021", 1), ("2024", 2)] {
+        let name = format!("migrate_variables_{edition}");
+        let directory = package(&name, &[("level".to_owned(), VARIABLES.to_owned())]);
+        with_edition(&directory, edition);
+        let said = migrate(&directory, &["--all"]);
+        said.assert_code(0);
+        said.assert_stderr(&format!("migrated {migrated} of 2 loops"));
+        if migrated == 1 {
+            said.assert_stderr("line 9: before edition 2024, what is borrowed of `seen` at the end of a block");
+        }
+        super::compiled::cargo(&directory, &["check", "--quiet"]);
+    }
+}

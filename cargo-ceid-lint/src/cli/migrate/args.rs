@@ -53,3 +53,40 @@ pub(in crate::cli) struct MigrateArgs {
     #[command(flatten)]
     pub(in crate::cli) talk: Talk,
 }
+
+/// What is to be migrated.
+pub(super) enum Asked {
+    /// Nothing yet: tell what could be.
+    Nothing,
+    All,
+    /// Files, each with a line of a loop.
+    At(Vec<(PathBuf, u32)>),
+}
+
+impl MigrateArgs {
+    /// What they ask for.
+    pub(super) fn asked(&self) -> Result<Asked, String> {
+        if self.places.is_empty() {
+            return Ok(if self.scope.workspace { Asked::All } else { Asked::Nothing });
+        }
+        if self.scope.workspace {
+            return Err("`--all` migrates every loop: leave out the places".to_owned());
+        }
+        let place = |text: &String| {
+            let mut parts: Vec<&str> = text.split(':').collect();
+            let mut numbers = Vec::new();
+            while let Some(number) = parts.last().and_then(|part| part.parse::<u32>().ok()) {
+                numbers.push(number);
+                parts.pop();
+            }
+            let line = numbers.last().copied().filter(|_| numbers.len() <= 2 && !parts.is_empty());
+            let line = line.ok_or_else(|| format!("`{text}` is not FILE:LINE, such as `src/main.rs:12`"))?;
+            let path = std::env::current_dir().unwrap_or_default().join(parts.join(":"));
+            if !path.is_file() {
+                return Err(format!("there is no file `{}`", parts.join(":")));
+            }
+            Ok((path, line))
+        };
+        self.places.iter().map(place).collect::<Result<_, String>>().map(Asked::At)
+    }
+}

@@ -4,7 +4,7 @@ mod args;
 mod core;
 
 use std::cell::RefCell;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -19,16 +19,8 @@ use crate::pipeline::{Options, Report};
 use crate::project::{Package, Project};
 use crate::report::count;
 use crate::source::{DiskSource, ReadSource, SourceMap, Span};
+use args::Asked;
 pub(super) use args::{AFTER_HELP, MigrateArgs};
-
-/// What is to be migrated.
-enum Asked {
-    /// Nothing yet: tell what could be.
-    Nothing,
-    All,
-    /// Files, each with a line of a loop.
-    At(Vec<(PathBuf, u32)>),
-}
 
 /// Plans, migrates and tells.
 ///
@@ -36,7 +28,7 @@ enum Asked {
 /// What is wrong with the arguments.
 pub(super) fn run(args: &MigrateArgs) -> Result<ExitStatus, String> {
     let console = Console::new(&args.talk);
-    let asked = asked(args)?;
+    let asked = args.asked()?;
     args.ceid_core_path.as_deref().map(core_directory).transpose()?;
     let mut selection = input::selection(&[], &args.scope, &args.build);
     selection.workspace = selection.packages.is_empty();
@@ -56,8 +48,15 @@ pub(super) fn run(args: &MigrateArgs) -> Result<ExitStatus, String> {
         );
         return Ok(ExitStatus::Incomplete);
     }
-    let run =
-        Run { args, project: &project, asked, console, touched: RefCell::default(), doubtful: RefCell::default() };
+    let run = Run {
+        args,
+        project: &project,
+        asked,
+        console,
+        touched: RefCell::default(),
+        offered: RefCell::default(),
+        doubtful: RefCell::default(),
+    };
     run.migrate(&first.report, |source| check(source).report)
 }
 
@@ -68,8 +67,16 @@ struct Run<'a> {
     console: Console,
     /// The files in which loops are migrated.
     touched: RefCell<BTreeSet<PathBuf>>,
+    /// What is told of each loop that gets a guard: by its file and title, from the report by which it was migrated.
+    offered: RefCell<BTreeMap<(String, String), Offered>>,
     /// The imports that may be idle in the newest text: file, line and name.
     doubtful: RefCell<Vec<(String, u32, String)>>,
+}
+
+/// What is told of a loop that gets a guard.
+struct Offered {
+    notes: Vec<String>,
+    changes: Vec<String>,
 }
 
 impl Run<'_> {
@@ -255,6 +262,12 @@ impl Run<'_> {
             {
                 // A type has one law for guards; what another loop would make of it shows once that is written.
                 laws.extend(&rewrite.laws);
+                let mut changes: Vec<String> =
+                    rewrite.changes.iter().map(|change| told(report, plan, change)).collect();
+                // Two calls in a line may have the same.
+                changes.dedup();
+                let offered = Offered { notes: rewrite.notes.clone(), changes };
+                self.offered.borrow_mut().insert(key(report, plan), offered);
                 self.touched.borrow_mut().extend(edits.iter().map(|edit| edit.path.clone()));
                 fixes.push(self.fix(report, plan.head, title_of(report, plan), edits));
             }
@@ -318,18 +331,16 @@ impl Run<'_> {
     /// Tells what was done and what was not, beside the loops without a plan, and how much was not.
     fn tell(&self, first: &Report, chosen: &[&Plan], revision: &Revision, unplanned: usize) -> usize {
         let is_of = |fix: &Fix, plan: &Plan| (&fix.file, &fix.title) == (&key(first, plan).0, &title_of(first, plan));
-        let is_made = |plan: &Plan| self.taken(plan).is_some() && revision.made.iter().any(|fix| is_of(fix, plan));
+        let is_made = |plan: &Plan| revision.made.iter().any(|fix| is_of(fix, plan));
         let (made, left): (Vec<&Plan>, Vec<&Plan>) = chosen.iter().partition(|plan| is_made(plan));
         let verb = if self.args.diff { "would migrate" } else { "migrated" };
         for plan in &made {
             self.console.say(&format!("{verb} {}", self.title(first, plan, self.going(plan))));
-            let Some(rewrite) = self.taken(plan) else { continue };
-            for note in &rewrite.notes {
+            let offered = self.offered.borrow();
+            let Some(Offered { notes, changes }) = offered.get(&key(first, plan)) else { continue };
+            for note in notes {
                 self.console.say(&format!("  {note}"));
             }
-            let mut changes: Vec<String> = rewrite.changes.iter().map(|change| told(first, plan, change)).collect();
-            // Two calls in a line may have the same.
-            changes.dedup();
             for change in changes {
                 self.console.say(&format!("  changed: {change}"));
             }
@@ -459,32 +470,6 @@ fn title_of(report: &Report, plan: &Plan) -> String {
 
 fn names(filters: &[String]) -> String {
     filters.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
-}
-
-/// What the arguments ask for.
-fn asked(args: &MigrateArgs) -> Result<Asked, String> {
-    if args.places.is_empty() {
-        return Ok(if args.scope.workspace { Asked::All } else { Asked::Nothing });
-    }
-    if args.scope.workspace {
-        return Err("`--all` migrates every loop: leave out the places".to_owned());
-    }
-    let place = |text: &String| {
-        let mut parts: Vec<&str> = text.split(':').collect();
-        let mut numbers = Vec::new();
-        while let Some(number) = parts.last().and_then(|part| part.parse::<u32>().ok()) {
-            numbers.push(number);
-            parts.pop();
-        }
-        let line = numbers.last().copied().filter(|_| numbers.len() <= 2 && !parts.is_empty());
-        let line = line.ok_or_else(|| format!("`{text}` is not FILE:LINE, such as `src/main.rs:12`"))?;
-        let path = std::env::current_dir().unwrap_or_default().join(parts.join(":"));
-        if !path.is_file() {
-            return Err(format!("there is no file `{}`", parts.join(":")));
-        }
-        Ok((path, line))
-    };
-    args.places.iter().map(place).collect::<Result<_, String>>().map(Asked::At)
 }
 
 fn same_file(one: &Path, other: &Path) -> bool {
