@@ -1,16 +1,20 @@
 //! In which order functions are summarised: callees first, those that do not call each other side by side, and those that do until
 //! they no longer change.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::callgraph::{by_return, calls_itself, levels};
-use super::given::MAX_PLACES;
-use super::summary::{MAX_STATES, Outcome, Summaries};
+use super::given::{Given, instance_of};
+use super::recursive::has_owner_twice;
+use super::summary::{MAX_STATES, Outcome, Summaries, Summary};
 use crate::flow::{Cause, ControlFlowGraph, Program};
 use crate::index::FunctionId;
 
 /// How often a cycle of calls is gone round.
 const MAX_ROUNDS: u32 = 8;
+
+/// How many places a function may have where types hold each other.
+const MAX_NESTED: usize = 32;
 
 impl Summaries {
     /// Computes the summaries of all functions, callees first; those that do not call each other side by side.
@@ -38,21 +42,25 @@ impl Summaries {
         let mut searched = 0;
         for round in 0..MAX_ROUNDS {
             let mut changed = false;
-            let mut is_too_wide = false;
+            let mut is_too_much = false;
             for id in &component {
                 let Some(graph) = &graphs[id.0 as usize] else { continue };
                 let summary = self.summarise(program, graph, &mut searched);
-                if self.of.get(id) != Some(&summary) {
-                    is_too_wide |= summary.given_places().count() > MAX_PLACES * summary.laws().max(1);
-                    self.of.insert(*id, summary);
-                    changed = true;
+                if self.of.get(id) == Some(&summary) {
+                    continue;
+                }
+                changed = true;
+                is_too_much |= searched > MAX_STATES || is_too_wide(program, graph, &summary);
+                self.of.insert(*id, summary);
+                // After the first round there is something of each to give up.
+                if is_too_much && round > 0 {
+                    break;
                 }
             }
             if !changed {
                 break;
             }
-            // Types that hold each other have more places in each round: the next one has many times as many.
-            if round + 1 == MAX_ROUNDS || searched > MAX_STATES || is_too_wide {
+            if is_too_much || round + 1 == MAX_ROUNDS {
                 self.give_up(&component);
                 break;
             }
@@ -70,6 +78,13 @@ impl Summaries {
             }
         }
     }
+}
+
+/// Whether types that hold each other have many places already: the next round finds many times as many.
+fn is_too_wide(program: &Program<'_>, graph: &ControlFlowGraph, summary: &Summary) -> bool {
+    let places: BTreeSet<&Given> = summary.given_places().collect();
+    places.len() > MAX_NESTED
+        && places.iter().any(|given| has_owner_twice(program.index, graph, &instance_of(graph, given)))
 }
 
 /// Why functions are not followed to their end: they call each other, or have to do with many filters on many paths.

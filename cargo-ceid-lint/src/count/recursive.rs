@@ -5,7 +5,7 @@ use super::bottom_up::too_many_ways;
 use super::cycles::Instance;
 use super::instances::{inner, place_ty};
 use super::verdict::{Pair, Verdict};
-use crate::flow::Place;
+use crate::flow::{ControlFlowGraph, Place};
 use crate::index::{Index, Ty};
 
 /// Whether nothing is known of a filter because a recursion comes to it, and the same is said of one that lies less deep.
@@ -19,16 +19,16 @@ pub(super) fn is_told_by_outer(index: &Index, facts: &FunctionFacts<'_>, instanc
     };
     pair.verdict == Verdict::Unproved
         && pair.cause.as_ref().is_some_and(|cause| *cause == too_many_ways(true).to_string())
-        && has_owner_twice(index, facts, place)
+        && has_owner_twice(index, facts.graph, place)
         && facts.updated.iter().any(is_less_deep)
 }
 
 /// Whether the way to a place leads twice through the same type.
-fn has_owner_twice(index: &Index, facts: &FunctionFacts<'_>, place: &Place) -> bool {
+pub(super) fn has_owner_twice(index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
     let mut owners = Vec::new();
     (0..place.steps.len()).any(|count| {
         let owner = Place { base: place.base, steps: place.steps[..count].to_vec() };
-        match place_ty(index, facts.graph, &owner).map(|ty| inner(&ty)) {
+        match place_ty(index, graph, &owner).map(|ty| inner(&ty)) {
             Some(Ty::Adt(id, _)) if owners.contains(&id) => true,
             Some(Ty::Adt(id, _)) => {
                 owners.push(id);
