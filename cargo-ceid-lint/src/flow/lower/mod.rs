@@ -54,6 +54,7 @@ mod reading;
 mod reads;
 pub(super) mod received;
 mod resets;
+mod results;
 mod same_states;
 mod sampled;
 mod sources;
