@@ -9,6 +9,7 @@ use super::gates::Gates;
 use super::instances;
 use super::oversampled::fills_in_samples;
 use super::returned;
+use super::own_cycles;
 use super::samples;
 use super::search::{End, EndKind, Exploration, Region, Search, Start};
 use super::skips::{
@@ -286,7 +287,11 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
     {
         return Decision { verdict: Verdict::PerSample, ..base };
     }
-    let decision = skipped(search, region, &exploration, &skipping, base);
+    let decision = skipped(search, region, &exploration, &skipping, base.clone());
+    // What a called function does in cycles of its own is owed nothing where it is not called.
+    if decision.verdict == Verdict::Skipped && own_cycles::are_called(search, region) {
+        return Decision { verdict: Verdict::PerSample, ..base };
+    }
     // A counter that never comes to its gate is no rate.
     let never_opens = decision.verdict == Verdict::Skipped || decision.gate == Some(Gate::Rate);
     if is_untouched && never_opens {

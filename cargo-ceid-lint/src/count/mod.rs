@@ -38,6 +38,7 @@ mod outside;
 mod oversampled;
 mod owed;
 mod own_methods;
+mod own_cycles;
 mod recursive;
 mod remarks;
 mod returned;
