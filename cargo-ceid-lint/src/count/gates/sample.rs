@@ -297,7 +297,7 @@ impl Gates<'_, '_> {
         }
         // `x.is_some()`, `x?`: the variable that is asked, or what the call's result goes into. `read()?` asks for nothing but a name.
         let into = graph.computed.iter().filter(|(_, computed)| {
-            !computed.calls.is_empty()
+            computed.calls.iter().any(|name| !is_question(name))
                 && holds_names(computed)
                 && about.reads.iter().all(|place| computed.places.contains(place))
                 && (!about.reads.is_empty() || (asks_name && computed.places.is_empty()))

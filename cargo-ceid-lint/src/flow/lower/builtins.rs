@@ -175,7 +175,10 @@ impl Builder<'_> {
             }
             "take" if args.is_empty() => Value { is_owned: true, head: None, ..value.clone() },
             "replace" | "insert" if args.len() == 1 && value.place.is_some() => {
-                let given = self.expr(args[0]);
+                let mut given = self.expr(args[0]);
+                if self.is_optional(receiver) {
+                    given.head = Some("+".to_owned());
+                }
                 self.write_whole(value, &given, span);
                 match &value.place {
                     Some(_) if self.is_optional(receiver) => self.note_filled(args[0]),

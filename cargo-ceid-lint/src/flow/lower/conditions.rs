@@ -464,7 +464,7 @@ fn makes_number(path: &str) -> bool {
 }
 
 /// What a method asks of an option or result.
-fn presence_head(method: &str) -> Option<&'static str> {
+pub(super) fn presence_head(method: &str) -> Option<&'static str> {
     match method {
         "is_some" | "is_ok" => Some("+"),
         "is_none" | "is_err" => Some("-"),
