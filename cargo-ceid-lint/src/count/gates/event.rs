@@ -6,6 +6,7 @@ use super::{Gates, Way, contains_any};
 use crate::count::search::Region;
 use crate::flow::{
     Base, Effect, NodeId, Place, Rounds, Test, Var, VarInfo, asks_state, is_receiving, is_receiving_something,
+    is_waiting,
 };
 use crate::index::{Shape, Ty};
 
@@ -64,7 +65,9 @@ impl Gates<'_, '_> {
             return false;
         }
         // `if let Event::Tick = rx.recv()?`
-        if test.about.is_presence && test.about.names.iter().any(|name| is_receiving(name)) {
+        let brings =
+            |name: &String| is_receiving(name) || is_choice && (is_receiving_something(name) || is_waiting(name));
+        if test.about.is_presence && test.about.names.iter().any(brings) {
             return true;
         }
         self.is_event_of(&test.about.reads, self.tells_apart(test))
@@ -293,8 +296,11 @@ impl Gates<'_, '_> {
                 let is_awaited = computed.calls.iter().any(|name| name == "await");
                 let is_answer = computed.calls.iter().any(|name| asks_state(name));
                 let awaits = is_awaited && !is_answer && self.is_choice(&Place::var(var));
-                let brings =
-                    |name: &String| is_receiving(name) || (is_receiving_something(name) && self.may_choose(var));
+                let brings = |name: &String| {
+                    is_receiving(name)
+                        || (is_receiving_something(name) && self.may_choose(var))
+                        || (is_waiting(name) && self.is_choice(&Place::var(var)))
+                };
                 awaits || computed.calls.iter().any(brings)
             });
             if is_received || self.is_bound_by_event(var) {
