@@ -71,8 +71,24 @@ impl Gates<'_, '_> {
             return true;
         }
         self.is_event_of(&test.about.reads, self.tells_apart(test))
-            || (is_choice && self.asks_message(test))
+            || (is_choice && (self.asks_message(test) || self.asks_frame(test)))
             || self.asks_derived(test)
+    }
+
+    /// `port.read_exact(&mut frame)?; match frame[0] { … }`: what was read into a buffer in this iteration.
+    fn asks_frame(&self, test: &Test) -> bool {
+        let reads = |name: &String| is_receiving(name) || is_receiving_something(name) || name.starts_with("read");
+        let is_filled = |place: &Place| {
+            self.nodes().any(|id| match &self.search.graph.node(id).effect {
+                Effect::Branch(read) => {
+                    read.about.is_presence
+                        && read.about.names.iter().any(reads)
+                        && read.about.lent.iter().any(|buffer| buffer.overlaps(place))
+                }
+                _ => false,
+            })
+        };
+        test.about.reads.iter().filter(|place| place.base_var().is_some()).any(is_filled)
     }
 
     /// Whether it is asked which of several things a value is that is computed from nothing but what was received in this iteration:
