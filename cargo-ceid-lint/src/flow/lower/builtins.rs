@@ -165,8 +165,10 @@ impl Builder<'_> {
                 self.write_whole(value, &given, span);
                 Value::default()
             }
-            // A collection without elements is a new one.
-            "clear" if args.is_empty() && self.is_collection_of_filters(receiver) => {
+            "clear" | "fill" if self.makes_anew(receiver, method) => {
+                for arg in args {
+                    self.expr(*arg);
+                }
                 self.write_whole(value, &Value::default(), span);
                 Value::default()
             }
@@ -386,11 +388,6 @@ impl Builder<'_> {
 
     pub(super) fn is_optional(&self, id: ExprId) -> bool {
         matches!(self.ty(id).peel().external_name(), Some("Option" | "Result" | "LockResult" | "Poll"))
-    }
-
-    fn is_collection_of_filters(&self, id: ExprId) -> bool {
-        let ty = self.ty(id).peel();
-        matches!(ty, Ty::External(..)) && self.may_hold_filter(ty) && self.program.index.law_spec(ty).is_none()
     }
 
     fn is_cell(&self, id: ExprId) -> bool {
