@@ -193,7 +193,9 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
     let (doubtful, certain): (Vec<&End>, Vec<&End>) =
         many.into_iter().partition(|end| search.asks_what_a_call_sets(&exploration, end.at));
     if !doubtful.is_empty() && certain.is_empty() {
-        let cause = Cause::Limit("whether a call updates it shows in what it sets, which is not followed".to_owned());
+        let cause = Cause::Limit(
+            "whether a call updates it shows in what it sets or gives back, which is not followed".to_owned(),
+        );
         return Decision { verdict: Verdict::Unproved, cause: Some(cause), ..base };
     }
     if let Some(end) = shortest(&exploration, certain.into_iter()) {
