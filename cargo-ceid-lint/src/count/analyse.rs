@@ -17,6 +17,7 @@ use super::given::place_of;
 use super::handles::{self, Handles, Joined};
 use super::instances::{leaves, place_ty, settle_elements};
 use super::lent::Lent;
+use super::missed;
 use super::recursive::is_told_by_outer;
 use super::remarks::{Steps, Waiting};
 use super::search::{Region, Search};
@@ -388,7 +389,7 @@ impl Context<'_> {
                 CycleId::Loop(id) => graph.loop_info(id).keyword,
                 CycleId::Function => self.program.index.function(graph.function).function.keyword,
             };
-            decide::decide_missed(search, region, head)
+            missed::decide_missed(search, region, head)
         } else {
             self.decide_behind(facts, instance, search, |search| decide::decide(search, region, by_framework))
         };
@@ -416,7 +417,7 @@ impl Context<'_> {
                 let cause = Cause::Limit(format!("{caller}, and whether one call is one cycle is not known"));
                 Decision { counts: decision.counts, law: decision.law, ..Decision::unproved(cause) }
             }
-            Verdict::Missed => decide::with_dropped(search, decision),
+            Verdict::Missed => missed::with_dropped(search, decision),
             _ => decision,
         };
         let is_here = |at: &NodeId| match id {

@@ -54,6 +54,11 @@ impl CalledPlace {
         self.is_among(summaries, |summary| &summary.uneven)
     }
 
+    /// Whether the target updates the place in nothing but cycles of its own.
+    pub(super) fn runs_own_cycles(&self, summaries: &Summaries) -> bool {
+        self.is_among(summaries, |summary| &summary.cycles)
+    }
+
     /// Whether the target tells this of the place.
     fn is_among(&self, summaries: &Summaries, told: impl Fn(&Summary) -> &BTreeSet<Given>) -> bool {
         summaries.get(self.target).is_some_and(|summary| {

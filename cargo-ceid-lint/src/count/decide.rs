@@ -7,7 +7,9 @@ use super::entered;
 use super::functions::brings_law;
 use super::gates::Gates;
 use super::instances;
+use super::missed::missed;
 use super::oversampled::fills_in_samples;
+use super::own_cycles;
 use super::returned;
 use super::samples;
 use super::search::{End, EndKind, Exploration, Region, Search, Start};
@@ -15,7 +17,6 @@ use super::skips::{
     is_behind_number, is_by_key, is_of_nothing, is_passed_by_search, is_passed_over, loop_left, skip_place,
     trades_places,
 };
-use super::stand_ins;
 use super::verdict::{Evidence, Gate, Verdict};
 use super::witness::{is_closure_call, steps, steps_inside};
 use crate::diagnostic::WitnessStep;
@@ -192,7 +193,9 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
     let (doubtful, certain): (Vec<&End>, Vec<&End>) =
         many.into_iter().partition(|end| search.asks_what_a_call_sets(&exploration, end.at));
     if !doubtful.is_empty() && certain.is_empty() {
-        let cause = Cause::Limit("whether a call updates it shows in what it sets, which is not followed".to_owned());
+        let cause = Cause::Limit(
+            "whether a call updates it shows in what it sets or gives back, which is not followed".to_owned(),
+        );
         return Decision { verdict: Verdict::Unproved, cause: Some(cause), ..base };
     }
     if let Some(end) = shortest(&exploration, certain.into_iter()) {
@@ -286,21 +289,17 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
     {
         return Decision { verdict: Verdict::PerSample, ..base };
     }
-    let decision = skipped(search, region, &exploration, &skipping, base);
+    let decision = skipped(search, region, &exploration, &skipping, base.clone());
+    // What a called function does in cycles of its own is owed nothing where it is not called.
+    if decision.verdict == Verdict::Skipped && own_cycles::are_called(search, region) {
+        return Decision { verdict: Verdict::PerSample, ..base };
+    }
     // A counter that never comes to its gate is no rate.
     let never_opens = decision.verdict == Verdict::Skipped || decision.gate == Some(Gate::Rate);
     if is_untouched && never_opens {
         return missed(search, region, head_of(search, region), Decision { gate: None, ..decision });
     }
     decision
-}
-
-fn missed(search: &Search<'_>, region: Region, head: Span, base: Decision) -> Decision {
-    if let Some(cause) = stand_ins::of(search, region) {
-        return Decision { primary: Some(head), counts: base.counts, law: base.law, ..Decision::unproved(cause) };
-    }
-    let begins = WitnessStep { span: head, message: "no path of this cycle updates it".to_owned() };
-    Decision { verdict: Verdict::Missed, witness: vec![begins], primary: Some(head), ..base }
 }
 
 fn skipped(
@@ -427,49 +426,8 @@ fn second_update(search: &Search<'_>, exploration: &Exploration, before: usize, 
     Some(span_of(call.filter(|_| is_again()).unwrap_or(before)))
 }
 
-/// Decides a pair that is owed an update and that nothing known updates.
-pub(super) fn decide_missed(search: &Search<'_>, region: Region, head: Span) -> Decision {
-    let exploration = explore(search, region);
-    let cause = exploration
-        .ends
-        .iter()
-        .find_map(|end| end.state.unknown)
-        .map(|cause| exploration.causes[cause as usize].clone());
-    let completes = exploration.limit || exploration.ends.iter().any(|end| end.kind == EndKind::Completes);
-    let base = Decision {
-        verdict: Verdict::Unproved,
-        counts: vec![0],
-        gate: None,
-        cause,
-        witness: Vec::new(),
-        primary: Some(head),
-        through: None,
-        others: Vec::new(),
-        skips: false,
-        law: law_name(search),
-    };
-    match (&base.cause, completes) {
-        (Some(_), _) => base,
-        (None, true) => missed(search, region, head, base),
-        // Only a path that completes owes an update.
-        (None, false) => Decision { verdict: Verdict::Once, counts: Vec::new(), ..base },
-    }
-}
-
-/// Where the law runs and what it gives back is dropped, what is missed is that.
-pub(super) fn with_dropped(search: &Search<'_>, mut decision: Decision) -> Decision {
-    let dropped = search.dropped().into_iter().next().map(|id| search.graph.node(id).span);
-    let message = "the state that the law gives back is dropped here".to_owned();
-    decision.witness.extend(dropped.map(|span| WitnessStep { span, message }));
-    decision
-}
-
-fn explore(search: &Search<'_>, region: Region) -> Exploration {
-    search.explore(region, &search.starts(region))
-}
-
 /// The name of the law that runs, as the source calls it.
-fn law_name(search: &Search<'_>) -> Option<String> {
+pub(super) fn law_name(search: &Search<'_>) -> Option<String> {
     search.updating().iter().find_map(|id| match &search.graph.node(*id).effect {
         Effect::Update(update) if update.given.is_some() => search.method_of_advance(),
         Effect::Update(update) if update.law == search.law => Some(update.method.clone()),

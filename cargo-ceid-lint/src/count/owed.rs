@@ -4,12 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::analyse::{Context, CycleId, FunctionFacts};
 use super::analysis::{Analysis, Unregistered};
-use super::decide::{self, Decision};
+use super::decide::Decision;
 use super::fields::Fields;
 use super::finished;
 use super::functions::FunctionKind;
 use super::given::place_of;
 use super::instances::{self, leaves, place_ty};
+use super::missed;
 use super::search::{Region, Search};
 use super::verdict::{Pair, Verdict};
 use super::witness::OF_COPY;
@@ -386,7 +387,7 @@ impl Context<'_> {
         };
         let decision = match self.limit(facts) {
             Some(cause) => Decision { primary: Some(head), ..Decision::unproved(cause) },
-            None => decide::decide_missed(&search, region, head),
+            None => missed::decide_missed(&search, region, head),
         };
         self.effort.add(facts.graph.nodes.len() / 8 + search.take_states());
         decision

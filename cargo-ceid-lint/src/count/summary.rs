@@ -21,6 +21,7 @@ use super::given::{
 use super::handed;
 use super::instances::{holds_filter_at, is_generic, replaces_generic};
 use super::kept;
+use super::own_cycles;
 use super::returned;
 use super::search::{Region, Search};
 use super::shown::Shown;
@@ -137,6 +138,8 @@ pub(super) struct Summary {
     pub(super) endless: BTreeSet<Given>,
     /// What loops of its own update.
     pub(super) looped: BTreeSet<Given>,
+    /// What nothing updates but loops that are cycles of their own.
+    pub(super) cycles: BTreeSet<Given>,
     /// What it advances otherwise than by its law, with the half of the law and how.
     pub(super) stand_ins: BTreeMap<(Given, usize), Cause>,
     /// What only a debug build updates, with the half of the law.
@@ -429,6 +432,7 @@ impl Summaries {
                 summary.insert(&given, &[Outcome::unknown(cause)]);
                 continue;
             }
+            let mut runs_cycles = None;
             for law in 0..program.index.halves() {
                 let search = Search::with_dependence(program, graph, aliases, self, &instance, law, &dependence);
                 let is_updated = !search.updating().is_empty();
@@ -440,6 +444,9 @@ impl Summaries {
                     if !holds_filter && !is_direct && !search.is_advanced() {
                         continue;
                     }
+                }
+                if is_updated {
+                    runs_cycles = Some(runs_cycles != Some(false) && own_cycles::runs(&search));
                 }
                 let outcomes = if *searched > MAX_STATES {
                     vec![Outcome::unknown(too_many_ways(self.is_recursion))]
@@ -464,6 +471,7 @@ impl Summaries {
                 summary.feeds.entry(given.clone()).or_insert_with(|| super::gates::fed_params(&search));
                 summary.measures.entry(given.clone()).or_default().extend(super::gates::measured_by(&search));
             }
+            summary.cycles.extend((runs_cycles == Some(true)).then_some(given));
         }
     }
 }

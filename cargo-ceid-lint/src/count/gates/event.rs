@@ -6,6 +6,7 @@ use super::{Gates, Way, contains_any};
 use crate::count::search::Region;
 use crate::flow::{
     Base, Effect, NodeId, Place, Rounds, Test, Var, VarInfo, asks_state, is_receiving, is_receiving_something,
+    is_waiting,
 };
 use crate::index::{Shape, Ty};
 
@@ -64,12 +65,30 @@ impl Gates<'_, '_> {
             return false;
         }
         // `if let Event::Tick = rx.recv()?`
-        if test.about.is_presence && test.about.names.iter().any(|name| is_receiving(name)) {
+        let brings =
+            |name: &String| is_receiving(name) || is_choice && (is_receiving_something(name) || is_waiting(name));
+        if test.about.is_presence && test.about.names.iter().any(brings) {
             return true;
         }
         self.is_event_of(&test.about.reads, self.tells_apart(test))
-            || (is_choice && self.asks_message(test))
+            || (is_choice && (self.asks_message(test) || self.asks_frame(test)))
             || self.asks_derived(test)
+    }
+
+    /// `port.read_exact(&mut frame)?; match frame[0] { … }`: what was read into a buffer in this iteration.
+    fn asks_frame(&self, test: &Test) -> bool {
+        let reads = |name: &String| is_receiving(name) || is_receiving_something(name) || name.starts_with("read");
+        let is_filled = |place: &Place| {
+            self.nodes().any(|id| match &self.search.graph.node(id).effect {
+                Effect::Branch(read) => {
+                    read.about.is_presence
+                        && read.about.names.iter().any(reads)
+                        && read.about.lent.iter().any(|buffer| buffer.overlaps(place))
+                }
+                _ => false,
+            })
+        };
+        test.about.reads.iter().filter(|place| place.base_var().is_some()).any(is_filled)
     }
 
     /// Whether it is asked which of several things a value is that is computed from nothing but what was received in this iteration:
@@ -293,8 +312,11 @@ impl Gates<'_, '_> {
                 let is_awaited = computed.calls.iter().any(|name| name == "await");
                 let is_answer = computed.calls.iter().any(|name| asks_state(name));
                 let awaits = is_awaited && !is_answer && self.is_choice(&Place::var(var));
-                let brings =
-                    |name: &String| is_receiving(name) || (is_receiving_something(name) && self.may_choose(var));
+                let brings = |name: &String| {
+                    is_receiving(name)
+                        || (is_receiving_something(name) && self.may_choose(var))
+                        || (is_waiting(name) && self.is_choice(&Place::var(var)))
+                };
                 awaits || computed.calls.iter().any(brings)
             });
             if is_received || self.is_bound_by_event(var) {

@@ -184,10 +184,15 @@ impl<'s, 'a> Gates<'s, 'a> {
         }
         let gate = self.of_test(test, at, way);
         // What a name tells of a time is worth less than the code that gave the answer: `fn is_due(&mut self)` may count.
-        if gate.is_some_and(|gate| gate != Gate::Time) {
+        if gate.is_some_and(|gate| !matches!(gate, Gate::Time | Gate::Mode)) {
             return gate;
         }
         match self.origin(test, at, way).filter(|_| origins < MAX_ORIGINS) {
+            // A state that has a name is a start if it comes once.
+            Some((origin, chosen_at)) if gate == Some(Gate::Mode) => {
+                let is_start = self.of_condition(origin, chosen_at, way, origins + 1) == Some(Gate::Startup);
+                if is_start { Some(Gate::Startup) } else { gate }
+            }
             Some((origin, chosen_at)) => self.of_condition(origin, chosen_at, way, origins + 1).or(gate),
             None => gate.or_else(|| self.of_carried(test, at, way)),
         }
@@ -234,8 +239,8 @@ impl<'s, 'a> Gates<'s, 'a> {
         if let Some(gate) = self.own_state(test, at, way).or_else(|| self.asks_sibling_too(test, at, way)) {
             return Some(gate);
         }
-        if self.is_latch(test, at) {
-            return self.of_latch(test, at);
+        if self.is_latch(test, at, way) {
+            return self.of_latch(test, at, way);
         }
         if self.is_start(test, at, way) {
             return Some(Gate::Startup);

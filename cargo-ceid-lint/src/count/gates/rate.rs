@@ -399,7 +399,8 @@ impl Gates<'_, '_> {
             });
             is_counter || (self.is_number(place) && self.outlives(place) && !self.is_given_anew(place, at))
         });
-        let is_told = |name: &String| contains_any(name, COUNTERS);
+        let is_told =
+            |name: &String| contains_any(name, COUNTERS) || matches!(name.as_str(), "fetch_add" | "fetch_sub");
         let is_reckoned = sources.calls.iter().all(|name| is_arithmetic(name))
             && !sources.places.iter().any(|place| self.is_number(place) && self.is_given_anew(place, at));
         counts || sources.calls.iter().any(is_told) || is_reckoned

@@ -265,8 +265,8 @@ impl Gates<'_, '_> {
             asks_name && holds_names(from) && about.reads.iter().all(|place| from.places.contains(place))
         };
         let direct = self.nodes().any(|id| match &graph.node(id).effect {
-            // `f.update(imu.read()?)`
-            Effect::Update(update) if self.is_instance(&update.place) => {
+            // `f.update(imu.read()?)`, `f.update(g.update(imu.read()?))`
+            Effect::Update(update) if self.is_instance(&update.place) || self.feeds_any(&update.into) => {
                 let reads = |place: &Place| update.from.places.iter().any(|other| other.overlaps(place));
                 asks_name && holds_names(&update.from) && about.reads.iter().all(reads)
             }
@@ -297,7 +297,7 @@ impl Gates<'_, '_> {
         }
         // `x.is_some()`, `x?`: the variable that is asked, or what the call's result goes into. `read()?` asks for nothing but a name.
         let into = graph.computed.iter().filter(|(_, computed)| {
-            !computed.calls.is_empty()
+            computed.calls.iter().any(|name| !is_question(name))
                 && holds_names(computed)
                 && about.reads.iter().all(|place| computed.places.contains(place))
                 && (!about.reads.is_empty() || (asks_name && computed.places.is_empty()))

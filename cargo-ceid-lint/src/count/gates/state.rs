@@ -5,7 +5,9 @@ use super::{Gates, Way, contains_any};
 use crate::count::instances::is_lent;
 use crate::count::search::Region;
 use crate::count::verdict::Gate;
-use crate::flow::{Base, ChangeKind, Computed, Effect, Flag, LoopId, NodeId, Place, Projection, Test, Var};
+use crate::flow::{
+    Base, ChangeKind, Computed, Effect, Flag, LoopId, NodeId, OTHER_HEADS, Place, Projection, Test, Var,
+};
 use crate::index::Ty;
 
 /// Parts of the names of parameters and types that hold settings.
@@ -35,7 +37,7 @@ fn is_pure(name: &str) -> bool {
 
 impl Gates<'_, '_> {
     /// A truth value or option that is set once and never taken back.
-    pub(super) fn is_latch(&self, test: &Test, at: NodeId) -> bool {
+    pub(super) fn is_latch(&self, test: &Test, at: NodeId, way: &Way) -> bool {
         let graph = self.search.graph;
         let [asked] = test.about.reads.as_slice() else { return false };
         let place = &self.copied_from(asked);
@@ -55,7 +57,7 @@ impl Gates<'_, '_> {
             }
         }
         // What is set opens the way to the update; a latch that closes it for good is no start-up.
-        let opens = self.opening_heads(test, at);
+        let opens = self.heads_past(test, at, way);
         let is_opened = match (heads.first(), opens.as_slice()) {
             (Some(first), _) => heads.iter().all(|head| head == first) && opens.iter().any(|head| head == first),
             (None, [_]) => !computed.is_empty(),
@@ -75,11 +77,11 @@ impl Gates<'_, '_> {
     }
 
     /// What a latch waits for: it is a mode where something else closes it and resets the filter, and neither where that does not.
-    pub(super) fn of_latch(&self, test: &Test, at: NodeId) -> Option<Gate> {
+    pub(super) fn of_latch(&self, test: &Test, at: NodeId, way: &Way) -> Option<Gate> {
         let graph = self.search.graph;
         let (Some(id), [asked]) = (test.subject, test.about.reads.as_slice()) else { return Some(Gate::Startup) };
         let subject = &graph.subjects[id.0 as usize];
-        let open = self.opening_heads(test, at).iter().fold(0, |open, head| open | subject.bit(head));
+        let open = self.heads_past(test, at, way).iter().fold(0, |open, head| open | subject.bit(head));
         match self.taken_back_elsewhere(subject, &self.copied_from(asked), open) {
             TakenBack::Never => Some(Gate::Startup),
             TakenBack::WithReset => Some(Gate::Mode),
@@ -186,10 +188,28 @@ impl Gates<'_, '_> {
 
     /// The heads of the subject with which an update can still be reached behind a branch.
     pub(super) fn opening_heads(&self, test: &Test, at: NodeId) -> Vec<String> {
+        let next = self.search.graph.node(at).next.first();
+        self.heads_of(test, next.is_some_and(|next| self.reach()[next.0 as usize]))
+    }
+
+    /// The same, where an answer that is kept for later is asked: the update is then behind what a way does not find.
+    fn heads_past(&self, test: &Test, at: NodeId, way: &Way) -> Vec<String> {
         let graph = self.search.graph;
-        let reach = self.reach();
+        let next = &graph.node(at).next;
+        if way.at == at || !next.iter().all(|next| self.reach()[next.0 as usize]) {
+            return self.opening_heads(test, at);
+        }
+        let holds = way.after(at) != next.first().copied();
+        let mask = if holds { test.holds } else { test.fails };
+        let anything = test.subject.map_or(OTHER_HEADS, |id| graph.subjects[id.0 as usize].anything());
+        // What may be any of many values is no one that is set once.
+        if mask & anything & OTHER_HEADS != 0 { Vec::new() } else { self.heads_of(test, holds) }
+    }
+
+    /// The heads of the subject with which a condition holds or fails.
+    fn heads_of(&self, test: &Test, holds: bool) -> Vec<String> {
+        let graph = self.search.graph;
         let Some(subject) = test.subject.map(|id| &graph.subjects[id.0 as usize]) else { return Vec::new() };
-        let holds = graph.node(at).next.first().is_some_and(|next| reach[next.0 as usize]);
         let mask = if holds { test.holds } else { test.fails };
         let listed = subject.heads.iter().enumerate().filter(|(number, _)| mask & (1 << number) != 0);
         listed.map(|(_, head)| head.clone()).collect()

@@ -3,8 +3,9 @@
 use super::sources::Sources;
 use super::{Gates, Way};
 use crate::config::TimeBase;
+use crate::count::cycles::named;
 use crate::count::verdict::Gate;
-use crate::flow::{ChangeKind, Effect, NodeId, Place, StepUnit, Test, is_time_name, step_unit};
+use crate::flow::{ChangeKind, Computed, Effect, NodeId, Place, StepUnit, Test, is_time_name, step_unit};
 use crate::index::{FunctionId, Ty};
 
 /// Names of methods and fields that tell the time.
@@ -67,16 +68,35 @@ impl Gates<'_, '_> {
             return true;
         }
         if !test.about.is_comparison {
-            return false;
+            return self.asks_whether_clock_moved(test);
         }
         if self.is_since_clock(test) {
             return true;
         }
         test.about.reads.iter().any(|place| {
-            let source = crate::flow::Computed { places: vec![place.clone()], calls: Vec::new() };
+            let source = Computed { places: vec![place.clone()], calls: Vec::new() };
             let is_told = place.steps.is_empty() && self.tells(&self.assignments().behind(&source));
             is_told || self.is_time(place) || self.is_accumulated_time(place)
         })
+    }
+
+    /// `if now != self.last { self.last = now; … }`: whether a clock has gone on since it was read the last time.
+    fn asks_whether_clock_moved(&self, test: &Test) -> bool {
+        let about = &test.about;
+        let [left, right] = named(&about.reads)[..] else { return false };
+        let is_reading = |place: &Place| {
+            let sources = Computed { places: vec![place.clone()], calls: Vec::new() };
+            !self.outlives(place) && self.tells(&self.assignments().behind(&sources))
+        };
+        let is_last = |place: &Place| self.outlives(place) && self.is_kept_time(place);
+        let is_plain = |place: &Place| self.is_number(place) || self.is_time(place);
+        about.is_combined
+            && !about.is_presence
+            && !about.is_masked
+            && !about.is_remainder
+            && is_plain(left)
+            && is_plain(right)
+            && (is_reading(left) && is_last(right) || is_last(left) && is_reading(right))
     }
 
     /// A comparison with what is named as a point of time: `now < self.deadline`.

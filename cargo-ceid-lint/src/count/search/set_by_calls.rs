@@ -1,4 +1,5 @@
-//! Truth values that a call sets beside an update of its own: what is asked of one behind the call tells whether the update ran.
+//! Truth values that a call sets or gives back beside an update of its own: what is asked of one behind the call tells whether the
+//! update ran.
 
 use std::collections::BTreeMap;
 
@@ -7,23 +8,31 @@ use super::{Search, State};
 use crate::count::counts::Count;
 use crate::count::given::{Given, place_of};
 use crate::count::instances::place_ty;
-use crate::flow::{CallSite, Effect, Head, Place};
-use crate::index::Ty;
+use crate::flow::{CallSite, Effect, Head, NodeId, Place, Test, Var};
+use crate::index::{Shape, Ty};
 
 impl Search<'_> {
     /// Whether a way comes to its second update only where a truth value is not what the call with the first one sets it to:
-    /// `self.poll(); if !self.done { f.update(x); }`.
+    /// `self.poll(); if !self.done { f.update(x); }`. The same for a truth value among others that the call gives back:
+    /// `let (done, level) = self.poll();`
     pub(in crate::count) fn asks_what_a_call_sets(&self, exploration: &Exploration, end: usize) -> bool {
         let path = exploration.path(end);
         let states: Vec<&State> = path.iter().map(|at| &exploration.states[*at]).collect();
         let mut flags: Vec<(Place, Vec<Head>)> = Vec::new();
+        let mut given: Vec<Var> = Vec::new();
+        let mut asked: Vec<NodeId> = Vec::new();
         for (state, next) in states.iter().zip(states.iter().skip(1)) {
             let node = self.graph.node(state.node);
+            if next.count == Count::Many && asked.iter().any(|branch| self.decides(*branch, state.node)) {
+                return true;
+            }
             match &node.effect {
                 Effect::Call(site) if state.count == Count::Zero && next.count == Count::One => {
                     flags = self.flags_of(site);
+                    given = self.parts_given(site);
                 }
                 Effect::Branch(test) if state.count == Count::One => {
+                    asked.extend(self.asks_truth_of(&given, test).then_some(state.node));
                     let Some(id) = test.subject else { continue };
                     let (subject, reads) = (&self.graph.subjects[id.0 as usize], self.read_by(id));
                     let taken = if node.next.first() == Some(&next.node) { test.holds } else { test.fails };
@@ -38,6 +47,42 @@ impl Search<'_> {
             }
         }
         false
+    }
+
+    /// The variables into which a call gives several values together: what is known of one of them is not followed.
+    fn parts_given(&self, site: &CallSite) -> Vec<Var> {
+        let index = self.program.index;
+        let is_optional = |ty: &Ty| matches!(ty.external_name(), Some("Option" | "Result"));
+        let has_several = |ty: &Ty| matches!(ty, Ty::Tuple(parts) if parts.len() > 1);
+        let has_parts = match self.graph.var(site.result).ty.peel() {
+            ty @ Ty::Tuple(_) => has_several(ty),
+            Ty::Adt(id, _) => matches!(index.type_def(*id).shape, Shape::Struct(_)),
+            ty @ Ty::External(_, args) => {
+                is_optional(ty) && args.first().is_some_and(|held| is_optional(held) || has_several(held))
+            }
+            _ => false,
+        };
+        let all = site.into.iter().copied().chain([site.result]);
+        all.filter(|_| has_parts).collect()
+    }
+
+    /// Whether a condition asks one of some variables for a truth value in it, or whether something is there.
+    fn asks_truth_of(&self, vars: &[Var], test: &Test) -> bool {
+        let about = &test.about;
+        let is_one = |place: &Place| {
+            place.base_var().is_some_and(|var| vars.contains(&var) || self.aliases.is_derived(var, vars))
+        };
+        let is_truth = |place: &Place| place_ty(self.program.index, self.graph, place) == Some(Ty::Bool);
+        let subject = test.subject.map(|id| &self.graph.subjects[id.0 as usize]);
+        // What is known of the value as a whole is followed.
+        let result = vars.last().map(|var| &self.graph.var(*var).ty);
+        let whole = subject.and_then(|subject| subject.whole.as_ref()).filter(|place| place.steps.is_empty());
+        let is_whole = whole.and_then(Place::base_var).is_some_and(|var| Some(&self.graph.var(var).ty) == result);
+        let reads = about.reads.iter().chain(subject.into_iter().flat_map(|subject| &subject.reads));
+        let mut reads = reads.filter(|place| is_one(place));
+        !vars.is_empty()
+            && !is_whole
+            && reads.any(|place| about.asks_presence() || !about.is_comparison && is_truth(place))
     }
 
     /// The truth values that a call sets to nothing but constants, with these.

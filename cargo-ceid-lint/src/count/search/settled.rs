@@ -8,6 +8,7 @@ use rustc_hash::FxHashSet;
 
 use super::{Region, Search};
 use crate::flow::{Effect, NodeId, Place, SubjectId};
+use crate::index::Ty;
 
 impl Search<'_> {
     /// The heads that a subject which never changes can have in a loop, for the branches on the way there:
@@ -79,7 +80,14 @@ impl Search<'_> {
             let unnamed = read.base_var().map(|var| self.graph.var(var)).filter(|var| var.name.is_empty());
             read.steps.is_empty() && unnamed.is_some_and(|var| var.ty.external_name() == Some("Option"))
         };
-        let shared = subject.reads.iter().filter(|read| !is_taken_out(read));
+        // A name for a copy keeps its value, whatever becomes of the place that was copied.
+        let is_copy = |read: &&Place| {
+            let named = read.base_var().map(|var| self.graph.var(var)).filter(|var| !var.name.is_empty());
+            named.is_some_and(|var| {
+                !matches!(var.ty, Ty::Ref(..) | Ty::Pointer(_)) && self.program.index.is_copy(&var.ty)
+            })
+        };
+        let shared = subject.reads.iter().filter(|read| !is_taken_out(read) && !is_copy(read));
         let roots = shared.flat_map(|read| self.aliases.shared_roots(read).to_vec());
         let places = subject.reads.iter().cloned().chain(roots).collect();
         let is_presence = subject.whole.is_some() && subject.heads.iter().all(|head| head == "+" || head == "-");

@@ -4,7 +4,7 @@ use rustc_hash::FxHashSet;
 
 use super::Builder;
 use crate::flow::IndexKey;
-use crate::syntax::tree::{Body, ExprId, ExprKind};
+use crate::syntax::tree::{Body, ExprId, ExprKind, PatId, PatKind, StmtKind};
 use crate::types::{LocalId, TypedBody};
 
 /// The locals of a body that are assigned or borrowed mutably somewhere.
@@ -17,18 +17,46 @@ pub(super) fn mutated_locals(body: &Body, typed: &TypedBody) -> FxHashSet<LocalI
     targets.filter_map(|target| typed.expr_local.get(&target).copied()).collect()
 }
 
-/// What is given to calls as it is, or taken apart by a pattern: what happens to it there is known.
-pub(super) fn passed(body: &Body) -> FxHashSet<ExprId> {
+/// What is given to calls as it is, or taken apart by a pattern or by its fields: what happens to it there is known.
+pub(super) fn passed(body: &Body, typed: &TypedBody) -> FxHashSet<ExprId> {
     let mut found = FxHashSet::default();
     for expr in &body.exprs {
         match &expr.kind {
             ExprKind::Call { args, .. } | ExprKind::MethodCall { args, .. } => found.extend(args.iter().copied()),
             ExprKind::Match { scrutinee, .. } => found.extend([*scrutinee]),
             ExprKind::Let { value, .. } => found.extend([*value]),
+            ExprKind::Block(block) => {
+                found.extend(block.stmts.iter().filter_map(|stmt| match stmt.kind {
+                    StmtKind::Let { pat, init, .. } => init.filter(|init| is_taken_apart(body, typed, pat, *init)),
+                    _ => None,
+                }));
+            }
             _ => {}
         }
     }
     found
+}
+
+/// Whether what is lent to a pattern has a name only for parts of it: `let config = &mut self.config; config.gain = gain;`
+fn is_taken_apart(body: &Body, typed: &TypedBody, pat: PatId, init: ExprId) -> bool {
+    if !matches!(body.expr(init).kind, ExprKind::Reference { mutable: true, .. }) {
+        return false;
+    }
+    match &body.pat(pat).kind {
+        PatKind::Struct(..) | PatKind::Tuple(_) | PatKind::TupleStruct(..) => true,
+        PatKind::Bind { sub: None, .. } => typed.pat_local.get(&pat).is_some_and(|local| {
+            let owners: FxHashSet<ExprId> = body
+                .exprs
+                .iter()
+                .filter_map(|expr| match expr.kind {
+                    ExprKind::Field { base, .. } => Some(base),
+                    _ => None,
+                })
+                .collect();
+            typed.expr_local.iter().filter(|(_, named)| *named == local).all(|(id, _)| owners.contains(id))
+        }),
+        _ => false,
+    }
 }
 
 impl Builder<'_> {

@@ -165,8 +165,10 @@ impl Builder<'_> {
                 self.write_whole(value, &given, span);
                 Value::default()
             }
-            // A collection without elements is a new one.
-            "clear" if args.is_empty() && self.is_collection_of_filters(receiver) => {
+            "clear" | "fill" if self.makes_anew(receiver, method) => {
+                for arg in args {
+                    self.expr(*arg);
+                }
                 self.write_whole(value, &Value::default(), span);
                 Value::default()
             }
@@ -175,7 +177,10 @@ impl Builder<'_> {
             }
             "take" if args.is_empty() => Value { is_owned: true, head: None, ..value.clone() },
             "replace" | "insert" if args.len() == 1 && value.place.is_some() => {
-                let given = self.expr(args[0]);
+                let mut given = self.expr(args[0]);
+                if self.is_optional(receiver) {
+                    given.head = Some("+".to_owned());
+                }
                 self.write_whole(value, &given, span);
                 match &value.place {
                     Some(_) if self.is_optional(receiver) => self.note_filled(args[0]),
@@ -383,11 +388,6 @@ impl Builder<'_> {
 
     pub(super) fn is_optional(&self, id: ExprId) -> bool {
         matches!(self.ty(id).peel().external_name(), Some("Option" | "Result" | "LockResult" | "Poll"))
-    }
-
-    fn is_collection_of_filters(&self, id: ExprId) -> bool {
-        let ty = self.ty(id).peel();
-        matches!(ty, Ty::External(..)) && self.may_hold_filter(ty) && self.program.index.law_spec(ty).is_none()
     }
 
     fn is_cell(&self, id: ExprId) -> bool {

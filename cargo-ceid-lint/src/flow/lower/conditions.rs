@@ -29,7 +29,7 @@ const OPPOSITES: &[(&str, &str)] =
     &[("is_sign_positive", "is_sign_negative"), ("is_ge", "is_lt"), ("is_gt", "is_le"), ("is_ne", "is_eq")];
 
 /// What a comparison asks about, and all heads that it can have.
-type Compared = (Pure, Option<Vec<Head>>);
+pub(super) type Compared = (Pure, Option<Vec<Head>>);
 
 impl Builder<'_> {
     pub(super) fn if_expr(&mut self, id: ExprId, condition: ExprId, then: ExprId, otherwise: Option<ExprId>) -> Value {
@@ -267,11 +267,14 @@ impl Builder<'_> {
         let about = self.about(id);
         let counted = self.counted(op, lhs, rhs);
         let (subject, heads, negated) = self.compared(op, lhs, rhs);
-        self.expr(lhs);
-        self.expr(rhs);
+        let sides = [(lhs, self.expr(lhs)), (rhs, self.expr(rhs))];
         if self.at.is_none() {
             return;
         }
+        let (subject, heads, negated) = match subject {
+            None => self.compared_result(op, &sides),
+            Some(subject) => (Some(subject), heads, negated),
+        };
         if let Some((counter, numbers)) = counted {
             let (yes, failed) = self.branch_on_number(counter, &numbers, span, text, about);
             self.link(failed, no);
@@ -281,7 +284,11 @@ impl Builder<'_> {
         let (yes, failed) = match subject {
             Some((pure, total)) => {
                 let about = About { is_constant: pure.reads.is_empty(), is_turned: negated, ..about };
+                let variants = self.told_variants(&pure, total.as_deref());
                 let subject = self.subject(pure, total);
+                for head in heads.iter().chain(&variants) {
+                    self.head_bit(subject, head);
+                }
                 if self.holds_in_one_round(op, lhs, rhs) {
                     self.note_one_round(subject);
                 } else {
@@ -457,7 +464,7 @@ fn makes_number(path: &str) -> bool {
 }
 
 /// What a method asks of an option or result.
-fn presence_head(method: &str) -> Option<&'static str> {
+pub(super) fn presence_head(method: &str) -> Option<&'static str> {
     match method {
         "is_some" | "is_ok" => Some("+"),
         "is_none" | "is_err" => Some("-"),

@@ -104,6 +104,20 @@ impl Builder<'_> {
         };
         self.emit(Effect::Write(Box::new(assignment)), span);
     }
+
+    /// Whether a method makes a collection of filters anew: one without elements is a new one, and so is one of which each element is.
+    pub(super) fn makes_anew(&self, receiver: ExprId, method: &str) -> bool {
+        let is_named = matches!(self.body().expr(receiver).kind, ExprKind::Path(_) | ExprKind::Field { .. });
+        match self.ty(receiver).peel() {
+            Ty::Array(element, _) => method == "fill" && is_named && self.may_hold_filter(element),
+            _ => (method == "clear" || is_named) && self.is_collection_of_filters(receiver),
+        }
+    }
+
+    fn is_collection_of_filters(&self, id: ExprId) -> bool {
+        let ty = self.ty(id).peel();
+        matches!(ty, Ty::External(..)) && self.may_hold_filter(ty) && self.program.index.law_spec(ty).is_none()
+    }
 }
 
 /// Whether a method of a slice puts its elements in another order, and none of them elsewhere.

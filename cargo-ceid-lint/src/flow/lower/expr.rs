@@ -1,5 +1,6 @@
 //! Expressions: what they do, in the order in which it happens.
 
+use super::conditions::presence_head;
 use super::{Builder, Value};
 use crate::flow::{Cause, Effect, IndexKey, Place, Projection, Transfer, Var};
 use crate::index::{Def, SHARED_RESOURCE, Shape, Ty};
@@ -38,6 +39,12 @@ impl Builder<'_> {
             ExprKind::Call { callee, args } => self.call_expr(id, *callee, args),
             ExprKind::MethodCall { method, .. }
                 if method == "is_multiple_of" && matches!(self.typed().callees.get(&id), Some(Callee::Builtin)) =>
+            {
+                self.condition_value(id)
+            }
+            // Whether something is there is a truth value that later conditions ask for.
+            ExprKind::MethodCall { receiver, method, args, .. }
+                if args.is_empty() && presence_head(method).is_some() && self.is_optional(*receiver) =>
             {
                 self.condition_value(id)
             }

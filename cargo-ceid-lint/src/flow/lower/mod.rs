@@ -54,6 +54,7 @@ mod reading;
 mod reads;
 pub(super) mod received;
 mod resets;
+mod results;
 mod same_states;
 mod sampled;
 mod sources;
@@ -132,7 +133,7 @@ impl<'a> Frame<'a> {
             vars: FxHashMap::default(),
             stand_ins: FxHashMap::default(),
             mutated: borrowed::mutated_locals(body, typed),
-            passed: borrowed::passed(body),
+            passed: borrowed::passed(body, typed),
             given_anew: closures::given_anew(body, typed),
             ints: OnceCell::new(),
             last: last::last_of_iterations(body),

@@ -42,6 +42,12 @@ pub fn is_receiving_something(name: &str) -> bool {
     ["recv_", "receive_"].iter().any(|verb| name.starts_with(verb))
 }
 
+/// Whether a method waits for something to come, as far as its name tells: what it gives may be an event, or a time that is up.
+#[must_use]
+pub fn is_waiting(name: &str) -> bool {
+    matches!(name, "wait" | "listen") || name.starts_with("wait_for_")
+}
+
 /// Whether a method says that it asks how something is, which is no event that it waits for: `mode.lock().await`,
 /// `status.flight_mode().await`, but not `next_state().await`.
 #[must_use]

@@ -1,0 +1,54 @@
+//! Filters that no path of a cycle updates.
+
+use super::decide::{Decision, law_name};
+use super::search::{EndKind, Region, Search};
+use super::stand_ins;
+use super::taken_out;
+use super::verdict::Verdict;
+use crate::diagnostic::WitnessStep;
+use crate::source::Span;
+
+/// Decides a pair that is owed an update and that nothing known updates.
+pub(super) fn decide_missed(search: &Search<'_>, region: Region, head: Span) -> Decision {
+    let exploration = search.explore(region, &search.starts(region));
+    let cause = exploration
+        .ends
+        .iter()
+        .find_map(|end| end.state.unknown)
+        .map(|cause| exploration.causes[cause as usize].clone());
+    let completes = exploration.limit || exploration.ends.iter().any(|end| end.kind == EndKind::Completes);
+    let base = Decision {
+        verdict: Verdict::Unproved,
+        counts: vec![0],
+        gate: None,
+        cause,
+        witness: Vec::new(),
+        primary: Some(head),
+        through: None,
+        others: Vec::new(),
+        skips: false,
+        law: law_name(search),
+    };
+    match (&base.cause, completes) {
+        (Some(_), _) => base,
+        (None, true) => missed(search, region, head, base),
+        // Only a path that completes owes an update.
+        (None, false) => Decision { verdict: Verdict::Once, counts: Vec::new(), ..base },
+    }
+}
+
+/// Where the law runs and what it gives back is dropped, what is missed is that.
+pub(super) fn with_dropped(search: &Search<'_>, mut decision: Decision) -> Decision {
+    let dropped = search.dropped().into_iter().next().map(|id| search.graph.node(id).span);
+    let message = "the state that the law gives back is dropped here".to_owned();
+    decision.witness.extend(dropped.map(|span| WitnessStep { span, message }));
+    decision
+}
+
+pub(super) fn missed(search: &Search<'_>, region: Region, head: Span, base: Decision) -> Decision {
+    if let Some(cause) = stand_ins::of(search, region).or_else(|| taken_out::of(search, region)) {
+        return Decision { primary: Some(head), counts: base.counts, law: base.law, ..Decision::unproved(cause) };
+    }
+    let begins = WitnessStep { span: head, message: "no path of this cycle updates it".to_owned() };
+    Decision { verdict: Verdict::Missed, witness: vec![begins], primary: Some(head), ..base }
+}
