@@ -9,7 +9,7 @@ use super::uses::{Calls, is_test};
 use super::words::{Half, half, type_strength};
 use super::{Candidates, Certainty, CycleCandidate, FilterCandidate, Nameless, Reason, Subject, Uses};
 use crate::config::{InstancePlace, Multiplicity, Receiver as Taken, TimeBase};
-use crate::flow::{Program, takes_step};
+use crate::flow::{Program, takes_moment, takes_step};
 use crate::index::{EntryScope, FunctionId, ModuleId, Namespace, Owner, Ty, TypeId};
 use crate::source::Span;
 use crate::syntax::tree::TypeRef;
@@ -200,7 +200,9 @@ impl<'a> Finder<'a> {
         if !tuned.is_empty() {
             reasons.push(Reason::Tuned(tuned));
         }
-        let time_base = if timed.is_some() {
+        let time_base = if ids.iter().any(|id| takes_moment(index, *id)) {
+            TimeBase::Inside
+        } else if timed.is_some() {
             TimeBase::Passed
         } else if ids.iter().any(|id| self.conduct(*id).reads_clock) {
             TimeBase::Inside

@@ -7,7 +7,7 @@ use super::laws::{Draft, Finder, Found};
 use super::words::{law_strength, type_strength};
 use super::{Reason, Subject, Uses};
 use crate::config::{InstancePlace, Multiplicity, Receiver as Taken, TimeBase};
-use crate::flow::takes_step;
+use crate::flow::{takes_moment, takes_step};
 use crate::index::{FunctionId, Namespace, Owner, TraitId, TraitName, Ty, TypeDef, TypeId};
 use crate::syntax::tree::{Receiver, TypeRef};
 
@@ -99,7 +99,9 @@ impl Finder<'_> {
         names.dedup();
         let ids: Vec<FunctionId> = alike().flat_map(|found| found.laws.iter().copied()).collect();
         let whole = self.whole_steps(&ids);
-        let is_timed = alike().any(|found| found.draft.time_base == TimeBase::Passed);
+        let bases = || alike().map(|found| found.draft.time_base);
+        let time_base =
+            bases().find(|base| *base == TimeBase::Inside).or_else(|| bases().find(|base| *base == TimeBase::Passed));
         let mut resets: Vec<String> = alike().flat_map(|found| &found.draft.resets).cloned().collect();
         resets.sort();
         resets.dedup();
@@ -116,7 +118,7 @@ impl Finder<'_> {
                 resets,
                 partial_resets: Vec::new(),
                 key: None,
-                time_base: if is_timed { TimeBase::Passed } else { TimeBase::Fixed },
+                time_base: time_base.unwrap_or(TimeBase::Fixed),
                 reasons: first.reasons.iter().filter(says).cloned().collect(),
                 uses: alike().fold(Uses::default(), |uses, found| uses.and(found.draft.uses)),
                 weight: first.weight,
@@ -187,6 +189,12 @@ impl Finder<'_> {
         if is_timed {
             reasons.push(Reason::Timed(method.clone()));
         }
+        let told = [*declared].into_iter().chain(good.iter().map(|judged| judged.id));
+        let time_base = match told.into_iter().any(|law| takes_moment(index, law)) {
+            true => TimeBase::Inside,
+            false if is_timed => TimeBase::Passed,
+            false => TimeBase::Fixed,
+        };
         let mut uses = Uses::default();
         for (method, ..) in laws.iter() {
             uses = uses.and(def.methods.get(method).map(|id| self.calls.uses(*id)).unwrap_or_default());
@@ -207,7 +215,7 @@ impl Finder<'_> {
                 resets,
                 partial_resets: Vec::new(),
                 key: None,
-                time_base: if is_timed { TimeBase::Passed } else { TimeBase::Fixed },
+                time_base,
                 reasons,
                 uses,
                 weight,

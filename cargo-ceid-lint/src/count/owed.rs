@@ -245,7 +245,9 @@ impl Context<'_> {
                 && self.is_sibling(facts, place, **id)
         };
         let siblings: Vec<CycleId> = pairs.iter().filter(owes).map(|(id, _)| *id).collect();
-        let using = self.using_loop(facts, place).filter(|id| scope(CycleId::Loop(*id)));
+        // Another handle to what it lies in may be the one by which some code updates it.
+        let has_another = leaf.is_shared && (is_touched(self.fields) || is_touched(self.anywhere));
+        let using = self.using_loop(facts, place).filter(|id| !has_another && scope(CycleId::Loop(*id)));
         if let Some(id) = self.owing(facts, place, &siblings, using) {
             self.push_missed(facts, place, 0, id, pairs);
             return;
@@ -262,7 +264,7 @@ impl Context<'_> {
             return;
         }
         let is_built = |var: &Var| self.is_built_here(graph, *var);
-        let Some(var) = var.filter(|var| !is_param && is_built(var) && !uses.copied) else { return };
+        let Some(var) = var.filter(|var| !is_param && is_built(var) && !uses.copied && !has_another) else { return };
         // Its scope holds a loop that never ends.
         let endless = (0u32..).map(LoopId).zip(&graph.loops).find(|(id, own)| {
             own.is_endless() && own.directive != Some(CycleDirective::NotACycle) && scope(CycleId::Loop(*id))

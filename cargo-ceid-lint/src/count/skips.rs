@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::counts::Count;
+use super::cycles::named;
 use super::gates::Asks;
 use super::given::place_of;
 use super::search::{End, Exploration, Region, Search};
@@ -54,7 +55,7 @@ pub(super) fn is_of_nothing(search: &Search<'_>, exploration: &Exploration, end:
     let Some(at) = end.state.skipped_at else { return false };
     let Effect::Branch(test) = &graph.node(at).effect else { return false };
     let Some(subject) = test.subject.map(|id| &graph.subjects[id.0 as usize]) else { return false };
-    let [collection] = subject.reads.as_slice() else { return false };
+    let [asked] = subject.reads.as_slice() else { return false };
     let mut path = exploration.path(end.at).into_iter().map(|at| exploration.states[at].node);
     if !path.any(|node| node == at) {
         return false;
@@ -66,12 +67,41 @@ pub(super) fn is_of_nothing(search: &Search<'_>, exploration: &Exploration, end:
             && instance.steps.starts_with(&root.steps)
             && instance.steps.get(root.steps.len()).is_some_and(|step| step.key().is_some())
     };
-    is_empty_head(subject, taken) && search.aliases.shared_roots(collection).iter().any(is_around)
+    let is_told = |key: &str, collection: &Place| {
+        is_empty_head(key, subject, taken) && search.aliases.shared_roots(collection).iter().any(is_around)
+    };
+    is_told(&subject.key, asked)
+        || length_asked_before(search, asked, at).is_some_and(|(name, collection)| {
+            let key =
+                format!(".{name}(){}", subject.key.trim_start_matches(|of: char| of == '(' || of.is_alphanumeric()));
+            is_told(&key, collection)
+        })
+}
+
+/// The collection whose length a variable is, and how it was asked, if nothing stands between that and a condition:
+/// `let count = self.filters.len(); if count == 0 { … }`.
+fn length_asked_before<'a>(search: &Search<'a>, asked: &Place, at: NodeId) -> Option<(&'a str, &'a Place)> {
+    let graph = search.graph;
+    let computed = graph.computed.get(&asked.base_var().filter(|_| asked.steps.is_empty())?)?;
+    let places = named(&computed.places);
+    let ([name], [collection]) = (computed.calls.as_slice(), places.as_slice()) else { return None };
+    let is_given = |id: &NodeId| match &graph.node(*id).effect {
+        Effect::Write(write) | Effect::Set(write) => write.place == *asked,
+        _ => false,
+    };
+    let mut given = graph.node_ids().filter(is_given);
+    let (Some(given), None) = (given.next(), given.next()) else { return None };
+    let (from, to) = (graph.node(given).span, graph.node(at).span);
+    let between = (from.file == to.file && from.end <= to.start).then(|| Span::new(from.file, from.end, to.start))?;
+    // Behind the end of the statement there is nothing but the word for the condition.
+    let (_, behind) = search.program.sources.snippet(between).split_once(';')?;
+    let is_plain = behind.split(['!', '(']).all(|word| matches!(word.trim(), "" | "if"));
+    (matches!(name.as_str(), "len" | "is_empty") && is_plain).then_some((name.as_str(), *collection))
 }
 
 /// Whether what is left of the answers says that a collection is empty: `is_empty()`, `len() == 0`, `len() > 0`, no `first_mut()`.
-fn is_empty_head(subject: &Subject, taken: u32) -> bool {
-    let empty = match subject.key.trim_end_matches([')', '(']) {
+fn is_empty_head(key: &str, subject: &Subject, taken: u32) -> bool {
+    let empty = match key.trim_end_matches([')', '(']) {
         key if key.ends_with(".is_empty") => "true",
         key if key.ends_with(".len") => "0",
         key if key.ends_with(".len() <= 0") => "true",

@@ -118,6 +118,8 @@ pub struct LoopInfo {
     pub in_order: bool,
     /// Whether it is a `while let` or `for` that takes what is there from a queue.
     pub drains: bool,
+    /// Whether it takes its items from an iterator that the caller lends, and nothing else in the function does.
+    pub is_lent: bool,
     /// Whether it can begin another round.
     pub goes_round: bool,
     /// Whether it stands in another function that was inlined here, so that it is that function's own.

@@ -23,7 +23,7 @@ pub use lower::{is_flag, lower_function};
 pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
 pub use program::Program;
 use steps::parameter_names;
-pub use steps::{Step, StepUnit, is_time_name, step_unit, takes_step};
+pub use steps::{Step, StepUnit, is_time_name, step_unit, takes_moment, takes_step};
 pub use strides::SampleWrite;
 pub use test::{About, Head, OTHER_HEADS, PAST, Subject, SubjectId, Test};
 pub use waits::{Wait, WaitKind};

@@ -126,6 +126,17 @@ pub fn takes_step(index: &Index, id: FunctionId) -> bool {
     by_type || function.body.iter().flat_map(parameter_names).any(is_time_name)
 }
 
+/// Whether a function is told the time that it is, from which it reckons by itself how much has passed.
+#[must_use]
+pub fn takes_moment(index: &Index, id: FunctionId) -> bool {
+    index
+        .function(id)
+        .function
+        .params
+        .iter()
+        .any(|ty| matches!(behind(ty), TypeRef::Path(path) if path.last() == "Instant" || path.last() == "SystemTime"))
+}
+
 /// Whether a name says that it tells a law how much time has passed.
 #[must_use]
 pub fn is_time_name(name: &str) -> bool {

@@ -141,7 +141,10 @@ impl<'s, 'a> Gates<'s, 'a> {
         };
         let gate = match ends_round {
             true => gate,
-            false => gate.or_else(|| self.of_payload(&way)).or_else(|| self.of_pause(&way)),
+            false => gate
+                .or_else(|| self.of_payload(&way))
+                .or_else(|| self.of_pause(&way))
+                .or_else(|| self.leaves_samples(&way).then_some(Gate::Sample)),
         };
         if let Some(gate) = gate
             && !self.loses_time(gate, &way)
@@ -257,9 +260,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.asks_whether_event(test) || self.is_flag_of_others(test) {
             return Some(Gate::Event);
         }
-        // `match port.read() { Reading::Fresh(sample) => …, Reading::Stale => … }`
-        let is_reading = !about.heads.is_empty() && !about.binds.is_empty() && !about.names.is_empty();
-        if is_reading && self.lacks_sample(test, at, way) {
+        if self.lacks_reading(test, at, way) {
             return Some(Gate::Sample);
         }
         if self.is_taken(test) {

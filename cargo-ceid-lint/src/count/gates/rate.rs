@@ -53,7 +53,7 @@ impl CountSteps {
 impl Gates<'_, '_> {
     /// A counter that is compared: set back or wrapped, it decimates; never set back, it counts a warm-up.
     pub(super) fn counter(&self, test: &Test, at: NodeId, way: &Way) -> Option<Gate> {
-        test.about.reads.iter().find_map(|place| {
+        self.asked(test).iter().find_map(|place| {
             if !self.outlives(place) {
                 return None;
             }
@@ -92,6 +92,22 @@ impl Gates<'_, '_> {
             (steps.is_one_way() && test.about.is_comparison && counts_on && opens && is_for_good)
                 .then_some(Gate::Startup)
         })
+    }
+
+    /// What a condition reads, and what the numbers of the iteration that it reads are reckoned from:
+    /// `let left = self.next - self.count; if left <= 0 { … }`.
+    fn asked(&self, test: &Test) -> Vec<Place> {
+        let mut asked = test.about.reads.clone();
+        for place in &test.about.reads {
+            let computed = place.base_var().and_then(|var| self.search.graph.computed.get(&var));
+            let Some(computed) = computed.filter(|_| place.steps.is_empty() && !self.outlives(place)) else { continue };
+            let mut given = self.assigning(place);
+            let is_reckoned = computed.calls.iter().all(|name| is_arithmetic(name));
+            if is_reckoned && given.next().is_some() && given.next().is_none() {
+                asked.extend(named(&computed.places).into_iter().cloned());
+            }
+        }
+        asked
     }
 
     /// Whether a count begins anew where its type ends, for it goes on whatever it has come to.
@@ -269,7 +285,7 @@ impl Gates<'_, '_> {
     /// The nodes that an iteration reaches without asking a place.
     fn before_asking(&self, place: &Place) -> Vec<bool> {
         self.reached(|node, _| {
-            !matches!(&self.search.graph.node(node).effect, Effect::Branch(test) if test.about.reads.contains(place))
+            !matches!(&self.search.graph.node(node).effect, Effect::Branch(test) if self.asked(test).contains(place))
         })
     }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::{Gates, Sources, Way};
 use crate::count::given::place_of;
 use crate::count::search::{Region, Search};
-use crate::flow::{CallSite, Computed, Effect, NodeId, Place, Test, Var};
+use crate::flow::{About, CallSite, Computed, Effect, LoopId, NodeId, Place, Test, Var};
 use crate::index::Ty;
 
 /// How many filters are followed that stand before another one: `b.update(a.value())`.
@@ -199,6 +199,42 @@ impl Gates<'_, '_> {
         let is_present = |head: &str| ((head == "+") != is_poll) == holds;
         let is_there = test.about.asks_presence() && test.about.heads.iter().all(|head| is_present(head));
         !is_there && self.feeds_sample(test)
+    }
+
+    /// The same for a reading that is one of several things, in whatever order these are asked for:
+    /// `match port.read() { Reading::Stale => …, Reading::Fresh(sample) => … }`.
+    pub(super) fn lacks_reading(&self, test: &Test, at: NodeId, way: &Way) -> bool {
+        let about = &test.about;
+        if about.heads.is_empty() || about.names.is_empty() {
+            return false;
+        }
+        if !about.binds.is_empty() {
+            return self.lacks_sample(test, at, way);
+        }
+        // What is told by being there or not is asked for that.
+        let is_kind = |about: &About| about.heads.iter().all(|head| head != "+" && head != "-");
+        let is_taken = way.after(at) == self.search.graph.node(at).next.first().copied();
+        if test.subject.is_none() || !is_taken || !is_kind(about) {
+            return false;
+        }
+        let bringing = |id: NodeId| match &self.search.graph.node(id).effect {
+            Effect::Branch(other) if other.subject == test.subject && !other.about.binds.is_empty() => Some(other),
+            _ => None,
+        };
+        let mut bringing = self.nodes().filter_map(bringing).peekable();
+        bringing.peek().is_some() && bringing.all(|other| other.about.heads != about.heads && self.feeds_sample(other))
+    }
+
+    /// Whether every update is for a sample that a loop takes out of an iterator of the caller's, and a way comes by none of these
+    /// loops: what it did not take is taken the next time.
+    pub(super) fn leaves_samples(&self, way: &Way) -> bool {
+        let graph = self.search.graph;
+        let takes = |id: &LoopId| self.search.sample_loops.contains(id) && graph.loop_info(*id).is_lent;
+        let comes_by = |id: LoopId| way.nodes.contains(&graph.loop_info(id).head);
+        let updating = self.search.updating();
+        let mut taking = updating.into_iter().filter(|node| self.is_inside(*node)).peekable();
+        taking.peek().is_some()
+            && taking.all(|node| graph.loops_around(node).find(takes).is_some_and(|id| !comes_by(id)))
     }
 
     /// Whether a condition is asked only where a sample is not there, why or for how long: `Err(Bus::Nack) => continue`,

@@ -6,7 +6,8 @@ use crate::count::instances::is_lent;
 use crate::count::search::Region;
 use crate::count::verdict::Gate;
 use crate::flow::{
-    Base, ChangeKind, Computed, Effect, Flag, LoopId, NodeId, OTHER_HEADS, Place, Projection, Test, Var,
+    Base, ChangeKind, Computed, Effect, Flag, IndexKey, LoopId, NodeId, OTHER_HEADS, Place, Projection, Test, Transfer,
+    Var,
 };
 use crate::index::Ty;
 
@@ -336,7 +337,7 @@ impl Gates<'_, '_> {
             })
         };
         let is_field = !place.steps.is_empty() || (!roots.is_empty() && roots.iter().all(is_beside));
-        if is_of_element && is_field && !roots.contains(place) {
+        if (is_of_element && is_field || self.is_lent_once(place)) && !roots.contains(place) {
             return roots.iter().all(|root| {
                 self.is_setting(root)
                     && !self.nodes().any(|id| match &graph.node(id).effect {
@@ -365,6 +366,30 @@ impl Gates<'_, '_> {
         // What a field of a caller's is between two calls is not known here.
         let is_given = self.is_helper && !place.steps.is_empty();
         !declared_inside && !is_written && !is_given && !self.is_reading(place) && !self.calls_write(place)
+    }
+
+    /// Whether a place is a part of what the iteration gives a name, always the same or the same one for each element:
+    /// `let channel = &mut self.channels[i]; if channel.is_on { … }`.
+    fn is_lent_once(&self, place: &Place) -> bool {
+        let graph = self.search.graph;
+        let Some(var) = place.base_var().filter(|var| !place.steps.is_empty() && graph.var(*var).param.is_none())
+        else {
+            return false;
+        };
+        let whole = Place::var(var);
+        let mut given = self.assignments().of(&whole).iter().filter(|id| self.assigns(**id, &whole));
+        let (Some(only), None, false) = (given.next(), given.next(), self.outlives(&whole)) else { return false };
+        let from = match &graph.node(*only).effect {
+            Effect::Set(set) | Effect::Write(set) if set.transfer == Transfer::Borrow => set.from.as_ref(),
+            _ => None,
+        };
+        let is_same = |key: &IndexKey| match key {
+            IndexKey::Number(_) | IndexKey::Named(_) | IndexKey::Literal(_) => true,
+            IndexKey::Var(number) => self.is_setting(&Place::var(*number)),
+            _ => false,
+        };
+        from.is_some_and(|from| from.steps.iter().filter_map(Projection::key).all(is_same))
+            && self.search.aliases.roots(place).len() == 1
     }
 
     /// Whether a place is a number or flag in a struct that a cycle function is called with, of readings rather than of settings.

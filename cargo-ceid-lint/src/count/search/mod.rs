@@ -204,17 +204,16 @@ impl<'a> Search<'a> {
         self.dependence.of_node(node).iter().copied().map(NodeId)
     }
 
-    /// Loops of a called function that are cycles of their own: those whose number of rounds no constant says, and those over samples.
+    /// Loops of a called function that are cycles of their own: those whose number of rounds no constant says, and those over samples,
+    /// however many these are.
     fn own_cycles(&self) -> BTreeSet<LoopId> {
-        let is_fed = |id: LoopId| self.updating().into_iter().any(|node| self.feeds(node, id));
-        let is_own = |id: LoopId| {
-            let info = self.graph.loop_info(id);
-            !info.has_constant_rounds() || (info.has_untold_rounds() && is_fed(id))
-        };
+        let updating = self.updating();
+        let is_fed = |id: LoopId| updating.iter().any(|node| self.feeds(*node, id));
+        let is_own = |id: LoopId| !self.graph.loop_info(id).has_constant_rounds() || is_fed(id);
         (0u32..)
             .zip(&self.graph.loops)
             .map(|(number, _)| LoopId(number))
-            .filter(|id| is_own(*id) && !self.covers(*id))
+            .filter(|id| !self.covers(*id) && is_own(*id))
             .collect()
     }
 

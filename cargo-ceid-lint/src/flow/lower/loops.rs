@@ -82,6 +82,7 @@ impl Builder<'_> {
             passes_over: false,
             in_order: false,
             drains: false,
+            is_lent: false,
             goes_round: self.is_foreign(),
             is_foreign: self.is_foreign(),
             closure: None,
@@ -286,6 +287,7 @@ impl Builder<'_> {
             this.note_sampled(this_loop, body);
             this.note_lent_to_rounds(this_loop, iterable);
             this.note_mirrored(this_loop, body);
+            this.graph.loops[this_loop.0 as usize].is_lent = this.is_lent_iterator(iterable);
             if is_mapped {
                 let names = this.vars_of(pat);
                 this.derive(&names, iterable);
@@ -293,6 +295,17 @@ impl Builder<'_> {
             this.expr(body);
         });
         Value::default()
+    }
+
+    /// Whether an expression is the only mention of an iterator that the function was lent: `audio: &mut impl Iterator<Item = f32>`.
+    fn is_lent_iterator(&self, iterable: ExprId) -> bool {
+        let typed = self.typed();
+        let Some(local) = typed.expr_local.get(&iterable) else { return false };
+        let is_param = self.body().params.iter().any(|pat| typed.pat_local.get(pat) == Some(local));
+        is_param
+            && matches!(self.ty(iterable), Ty::Ref(true, _))
+            && self.iterates(self.ty(iterable))
+            && typed.expr_local.values().filter(|other| *other == local).count() == 1
     }
 
     /// Notes whether the counter of a loop from zero is used in nothing but `a[last - i]`: that takes the same numbers the other way

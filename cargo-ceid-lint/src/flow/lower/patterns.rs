@@ -288,6 +288,7 @@ impl Builder<'_> {
         }
         let about = About {
             is_presence: matched.about.is_presence || heads.iter().any(|head| head == "+" || head == "-"),
+            is_constant: self.is_named_constant(matched),
             heads: heads.to_vec(),
             ..matched.about.clone()
         };
@@ -316,6 +317,12 @@ impl Builder<'_> {
         };
         self.link(failed, no);
         self.resume(yes);
+    }
+
+    /// Whether a name is matched that stands for the same value as long as the program runs: `match MODE { … }`.
+    fn is_named_constant(&self, matched: &Matched) -> bool {
+        let is_path = matched.expr.is_some_and(|expr| matches!(self.body().expr(expr).kind, ExprKind::Path(_)));
+        is_path && matched.pure.as_ref().is_some_and(|pure| pure.reads.is_empty())
     }
 
     fn ask_variant(&mut self, pat: PatId, inner: &[(String, PatId)], matched: &Matched, span: Span, no: NodeId) {

@@ -32,7 +32,7 @@ impl Builder<'_> {
                 ExprKind::Index { base, index } => (std::slice::from_ref(base), std::slice::from_ref(index)),
                 _ => continue,
             };
-            if !numbers.iter().any(|number| self.counts_with(*number, counter)) {
+            if !numbers.iter().any(|number| self.is_numbered_by(*number, counter)) {
                 continue;
             }
             for asked in asked {
@@ -143,6 +143,16 @@ impl Builder<'_> {
             ExprKind::MethodCall { receiver, args, .. } if args.iter().any(binds) => Some(*receiver),
             _ => None,
         })
+    }
+
+    /// Whether an expression is a number that a counter gives, turned round, or by a name: `let behind = -((LAST - i) as isize);`
+    fn is_numbered_by(&self, id: ExprId, counter: Var) -> bool {
+        let given = match &self.body().expr(id).kind {
+            ExprKind::Negate(value) => Some(*value),
+            ExprKind::Path(_) if *self.ty(id) == Ty::Int => self.constants().initial(id),
+            _ => None,
+        };
+        self.counts_with(id, counter) || given.is_some_and(|given| self.is_numbered_by(given, counter))
     }
 
     /// Whether an expression is a counter, a number away from it, or a window that begins or ends so: `frame[i..i + 4]`.

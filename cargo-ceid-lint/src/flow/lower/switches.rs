@@ -55,7 +55,7 @@ impl Builder<'_> {
         id: ExprId,
     ) -> Option<Value> {
         let [target] = resolved.targets.as_slice() else { return None };
-        if self.depth >= MAX_INLINE || !(self.switches_state(resolved, 0) || self.tells_state(*target, exprs)) {
+        if self.depth >= MAX_INLINE || !(self.switches_state(resolved, false, 0) || self.tells_state(*target, exprs)) {
             return None;
         }
         let typed = self.program.typed(*target)?;
@@ -187,8 +187,8 @@ impl Builder<'_> {
     }
 
     /// Whether a function is a small one that switches a state, itself or by another one, and runs no law: what it sets must be seen
-    /// by its callers.
-    fn switches_state(&self, resolved: &Resolved, depth: u32) -> bool {
+    /// by its callers. One that `answers` is called by a function that gives a truth value.
+    fn switches_state(&self, resolved: &Resolved, answers: bool, depth: u32) -> bool {
         let [target] = resolved.targets.as_slice() else { return false };
         let def = self.program.index.function(*target);
         let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(*target)) else { return false };
@@ -196,7 +196,7 @@ impl Builder<'_> {
             return false;
         }
         // A divider or timer of the code's own answers whether it is time.
-        let answers = *typed.ty(body.root).peel() == Ty::Bool;
+        let answers = answers || *typed.ty(body.root).peel() == Ty::Bool;
         let is_choice = |ty: &Ty| matches!(ty, Ty::Adt(..)) && self.is_state(ty);
         // What a function does for a state that it is given, its callers know by that state.
         let mut params = body.params.iter().filter_map(|pat| typed.pat_local.get(pat));
@@ -232,7 +232,7 @@ impl Builder<'_> {
                 if inner.targets.len() > 1 || inner.targets.contains(target) || self.may_run_law(inner, 0) {
                     return false;
                 }
-                switches = switches || depth < MAX_DEPTH && self.switches_state(inner, depth + 1);
+                switches = switches || depth < MAX_DEPTH && self.switches_state(inner, answers, depth + 1);
             }
         }
         switches && closures.iter().all(|id| of_filters.contains(id))

@@ -32,6 +32,8 @@ const KNOWN_CRATES: &[&str] = &[
     "color_eyre",
     "core",
     "cortex_m_semihosting",
+    "crossbeam",
+    "crossbeam_channel",
     "defmt",
     "esp_println",
     "eyre",
@@ -148,8 +150,12 @@ impl Lowerer<'_, '_> {
             }
             Some(last) => {
                 let loader = &self.loader;
-                let is_alias = loader.imported.is_crate(&first) && !loader.own_macros.contains(&last);
-                let is_known = has_known_macros(&first) || loader.renamed.contains(&first) || is_alias;
+                // `$crate::log::warn!`: a crate hands on what it has from another one.
+                let handed_on = mac.path.segments.iter().rev().nth(1).filter(|_| mac.path.segments.len() > 2);
+                let is_alias = loader.imported.is_crate(&first)
+                    || handed_on.is_some_and(|segment| has_known_macros(&name(&segment.ident)));
+                let is_own = loader.own_macros.contains(&last);
+                let is_known = has_known_macros(&first) || loader.renamed.contains(&first) || is_alias && !is_own;
                 is_known.then_some(last)
             }
         }

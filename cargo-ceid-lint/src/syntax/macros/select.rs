@@ -1,7 +1,8 @@
-//! The arms of `select!` as tokio and futures write them. Never says which arm runs.
+//! The arms of `select!` as tokio, futures and crossbeam write them. Never says which arm runs.
 
 use syn::parse::{Parse, ParseStream};
-use syn::{Expr, Ident, Pat, Token};
+use syn::punctuated::Punctuated;
+use syn::{Expr, ExprMethodCall, Ident, Pat, Token, parenthesized, token};
 
 use super::parse;
 use crate::syntax::lower::BodyLowerer;
@@ -44,6 +45,9 @@ impl Parse for Arm {
             }
             return Self::rest(None, None, None, input);
         }
+        if let Some(arm) = Self::of_channel(input)? {
+            return Ok(arm);
+        }
         let pat = Pat::parse_multi_with_leading_vert(input)?;
         input.parse::<Token![=]>()?;
         let future = input.parse()?;
@@ -57,6 +61,40 @@ impl Parse for Arm {
 }
 
 impl Arm {
+    /// `recv(channel) -> received => body`, `send(channel, value) -> sent => body` or `default(timeout) => body`.
+    fn of_channel(input: ParseStream<'_>) -> syn::Result<Option<Self>> {
+        let ahead = input.fork();
+        let word = ahead.parse::<Ident>().map(|word| word.to_string()).unwrap_or_default();
+        if !matches!(word.as_str(), "recv" | "send" | "default") || !ahead.peek(token::Paren) {
+            return Ok(None);
+        }
+        let operands;
+        parenthesized!(operands in ahead);
+        if !ahead.peek(Token![->]) && !ahead.peek(Token![=>]) {
+            return Ok(None);
+        }
+        let method: Ident = input.parse()?;
+        let content;
+        let paren_token = parenthesized!(content in input);
+        let mut args = Punctuated::<Expr, Token![,]>::parse_terminated(&content)?.into_iter();
+        let Some(channel) = args.next() else { return Err(content.error("expected a channel or a timeout")) };
+        if word == "default" {
+            return Self::rest(None, Some(channel), None, input).map(Some);
+        }
+        input.parse::<Token![->]>()?;
+        let pat = Pat::parse_multi_with_leading_vert(input)?;
+        let call = ExprMethodCall {
+            attrs: Vec::new(),
+            receiver: Box::new(channel),
+            dot_token: Token![.](method.span()),
+            method,
+            turbofish: None,
+            paren_token,
+            args: args.collect(),
+        };
+        Self::rest(Some(pat), Some(Expr::MethodCall(call)), None, input).map(Some)
+    }
+
     fn rest(
         pat: Option<Pat>,
         future: Option<Expr>,

@@ -76,7 +76,11 @@ fn select_arms() {
         "tokio::select!select(x=a.next() if b=>c(x), Some(y)=d=>{e}, _=g=>h, =>i)",
     );
     check("select! { () = a => b, complete => break, default => {} }", "select!select(()=a=>b, =>break , =>{})");
-    check("select! { recv(r) -> m => kf }", "select!opaque(recv r m kf)");
+    check(
+        "select! { recv(r) -> m => kf, send(s, v) -> _ => { e } default(t) => d }",
+        "select!select(m=r.recv()=>kf, _=s.send(v)=>{e}, t=>d)",
+    );
+    check("select! { take(r) -> m => kf }", "select!opaque(take r m kf)");
     check("join!(a, b); tokio::try_join!(biased; c, d)?;", "join!join(a, b);tokio::try_join!try_join(c, d)?;");
 }
 
