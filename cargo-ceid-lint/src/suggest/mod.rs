@@ -1,6 +1,7 @@
 //! The changes that would put a finding right, as edits of the text around it. Offers nothing where it is not certain that what is
 //! written compiles, where code comes from a macro, and where a comment would be lost.
 
+mod free;
 mod into_loop;
 mod loans;
 mod name_guard;

@@ -2,11 +2,13 @@
 
 use std::ops::Range;
 
+use super::free::is_free;
 use super::site::{Site, bytes};
 use crate::count::Pair;
 use crate::diagnostic::{Applicability, Suggestion};
-use crate::index::{Shape, Ty};
-use crate::syntax::tree::{Expr, ExprId, ExprKind, PatId, PatKind, StmtKind};
+use crate::index::{Shape, Ty, TypeId};
+use crate::syntax::tree::{Expr, ExprId, ExprKind, Field, PatId, PatKind, StmtKind};
+use crate::types::LocalId;
 
 type Edits = Vec<(Range<usize>, String)>;
 
@@ -119,6 +121,9 @@ fn declared(site: &Site<'_>, receiver: ExprId, name: &str) -> Option<Declared> {
             let Ty::Adt(id, _) = owner else { return None };
             let Shape::Struct(fields) = &site.program.index.type_def(*id).shape else { return None };
             let order = fields.fields.iter().position(|own| own.name == field)?;
+            if !is_usable(site, *id, &fields.fields, order) {
+                return None;
+            }
             (ty == *site.typed.ty(receiver) && !is_shared(&ty)).then_some(Declared { order, edits: Vec::new() })
         }
         ExprKind::Index { base, .. } => {
@@ -130,6 +135,20 @@ fn declared(site: &Site<'_>, receiver: ExprId, name: &str) -> Option<Declared> {
     }
 }
 
+/// Whether a field is there in all builds, and the function sees it.
+fn is_usable(site: &Site<'_>, owner: TypeId, fields: &[Field], order: usize) -> bool {
+    let own = fields[order].span;
+    let begin = match order.checked_sub(1) {
+        Some(before) => fields[before].span.end,
+        None => site.program.index.type_def(owner).span.end,
+    };
+    let text = &site.program.sources.file(own.file).text;
+    // The type of the field before it, its own attributes, and whether it is public.
+    let Some(above) = text.get(begin as usize..own.start as usize) else { return false };
+    let is_public = || above.rsplit([',', '{']).next().is_some_and(|own| own.trim_start().starts_with("pub"));
+    !above.contains("cfg") && (site.module == site.program.index.type_def(owner).module || is_public())
+}
+
 fn is_shared(ty: &Ty) -> bool {
     matches!(ty, Ty::Ref(false, _))
 }
@@ -137,9 +156,14 @@ fn is_shared(ty: &Ty) -> bool {
 /// A variable that can be updated at the site, perhaps with a `mut` where it is declared.
 fn local(site: &Site<'_>, receiver: ExprId, name: &str) -> Option<Declared> {
     let named = site.typed.pat_local.iter().filter(|(_, local)| site.typed.local(**local).name == name);
-    let declared: Vec<(PatId, Ty)> = named.map(|(pat, local)| (*pat, site.typed.local(*local).ty.clone())).collect();
+    let declared: Vec<(PatId, LocalId)> = named.map(|(pat, local)| (*pat, *local)).collect();
     // Of two variables with one name, the one that is meant would have to be found.
-    let [(pat, ty)] = declared.as_slice() else { return None };
+    let [(pat, local)] = declared.as_slice() else { return None };
+    let ty = &site.typed.local(*local).ty;
+    let is_it = site.typed.expr_local.get(&receiver) == Some(local);
+    if !is_it && !is_free(site, receiver, *local) {
+        return None;
+    }
     if ty.peel() != site.typed.ty(receiver).peel() || is_shared(ty) || !is_visible(site, *pat) {
         return None;
     }

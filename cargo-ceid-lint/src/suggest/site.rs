@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 
 use crate::diagnostic::{Applicability, Suggestion};
 use crate::flow::Program;
-use crate::index::FunctionId;
+use crate::index::{FunctionId, ModuleId};
 use crate::source::{FileId, Span};
 use crate::syntax::tree::{Block, Body, ExprId, ExprKind, Stmt};
 use crate::syntax::{Outline, Token};
@@ -27,6 +27,8 @@ pub(super) struct Site<'a> {
     outline: Rc<Outline>,
     /// The function, from its head to its end.
     pub(super) function: Range<usize>,
+    /// The module that it is declared in.
+    pub(super) module: ModuleId,
     pub(super) body: &'a Body,
     pub(super) typed: &'a TypedBody,
     /// The innermost block around the statement, and its braces.
@@ -123,6 +125,7 @@ impl<'a> Site<'a> {
             tokens,
             outline,
             function: bytes(whole),
+            module: program.index.function(id).module,
             body,
             typed: program.typed(id)?,
             block,

@@ -350,9 +350,7 @@ impl<'a> Builder<'a> {
     fn finish(mut self) -> ControlFlowGraph {
         self.settle_stored();
         self.settle_copies();
-        let mut questions = same_states::Questions::of(&self.graph);
-        self.settle_held_states(&mut questions);
-        self.settle_held_values(&mut questions);
+        self.settle_held();
         self.settle_bounds();
         self.settle_orders();
         self.copy_subjects();

@@ -25,8 +25,15 @@ pub(super) struct Questions {
 }
 
 impl Builder<'_> {
+    /// Conditions on variables that hold a state, or a part of a value, ask for what they hold.
+    pub(super) fn settle_held(&mut self) {
+        let mut questions = Questions::of(&self.graph);
+        self.settle_held_states(&mut questions);
+        self.settle_held_values(&mut questions);
+    }
+
     /// Conditions on a variable that holds a state ask for the state itself, where it is still what it was at each of them.
-    pub(super) fn settle_held_states(&mut self, questions: &mut Questions) {
+    fn settle_held_states(&mut self, questions: &mut Questions) {
         let held = held_states(&self.graph);
         let mut holders: FxHashMap<&Place, BTreeSet<Var>> = FxHashMap::default();
         for one in &held {
