@@ -21,6 +21,8 @@ pub struct Comparison {
     pub known: usize,
     /// How many findings cannot be known, because their rules are forbidden.
     pub forbidden: usize,
+    /// What these are counted by: they are there, and neither known nor fixed.
+    pub forbidden_keys: BTreeSet<Key>,
 }
 
 impl Comparison {
@@ -44,6 +46,7 @@ impl Comparison {
             // What is forbidden is hidden by nothing.
             if finding.level == Level::Forbid {
                 self.forbidden += 1;
+                self.forbidden_keys.extend(keys.iter().cloned());
                 continue;
             }
             for key in keys {
@@ -72,7 +75,7 @@ impl Comparison {
     /// How many findings of the baseline are fixed, as far as this run has looked.
     #[must_use]
     pub fn stale(&self) -> u32 {
-        let old = self.old.iter().flatten().filter(|(key, _)| self.checked.contains(key));
+        let old = self.old.iter().flatten().filter(|(key, _)| self.may_be_fixed(key));
         old.map(|(key, known)| known.saturating_sub(self.number_found(key))).sum()
     }
 
@@ -88,7 +91,7 @@ impl Comparison {
     pub fn updated(&self, accepts_new: bool, prunes: bool) -> Counts {
         let mut counts = self.old.clone().unwrap_or_default();
         if prunes {
-            for key in &self.checked {
+            for key in self.checked.iter().filter(|key| self.may_be_fixed(key)) {
                 if let Some(known) = counts.get_mut(key) {
                     *known = (*known).min(self.number_found(key));
                 }
@@ -102,6 +105,11 @@ impl Comparison {
             }
         }
         counts
+    }
+
+    /// Whether a finding of the baseline was looked for, and is not shown because its rule is forbidden.
+    fn may_be_fixed(&self, key: &Key) -> bool {
+        self.checked.contains(key) && !self.forbidden_keys.contains(key)
     }
 
     fn number_found(&self, key: &Key) -> u32 {
@@ -136,6 +144,14 @@ mod tests {
         let it = comparison(&[("a", 2), ("b", 1)], &[("a", 1)], &["a"]);
         assert_eq!((it.stale(), it.new_findings()), (1, 0));
         assert_eq!(it.updated(false, true), counts(&[("a", 1), ("b", 1)]));
+    }
+
+    #[test]
+    fn what_a_forbidden_rule_shows_is_not_fixed() {
+        let it = comparison(&[("a", 2), ("b", 1)], &[], &["a", "b"]);
+        let it = Comparison { forbidden: 2, forbidden_keys: [key("a")].into(), ..it };
+        assert_eq!(it.stale(), 1);
+        assert_eq!(it.updated(false, true), counts(&[("a", 2)]));
     }
 
     #[test]
