@@ -29,7 +29,10 @@ pub(super) fn outlives_owner(of: &LoopBody<'_>, guarded: &[Guarded], edition: &s
         Some((first_naming(of, &loans, |id| names_guarded(own, id))?, own.spelled.clone(), what))
     });
     let of_variable = || {
-        let local = own_locals(of).into_iter().filter(|_| is_shown_by_update(of, guarded, last)).find_map(|local| {
+        if !is_shown_by_update(of, guarded, last) {
+            return None;
+        }
+        let local = own_locals(of).into_iter().find_map(|local| {
             Some((first_naming(of, &loans, |id| of.typed.expr_local.get(&id) == Some(&local))?, local))
         })?;
         let name = of.typed.local(local.1).name.clone();

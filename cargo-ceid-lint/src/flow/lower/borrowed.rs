@@ -1,5 +1,7 @@
 //! What a body borrows by `&mut`, and what it does with it.
 
+use std::cell::OnceCell;
+
 use rustc_hash::FxHashSet;
 
 use super::Builder;
@@ -20,6 +22,8 @@ pub(super) fn mutated_locals(body: &Body, typed: &TypedBody) -> FxHashSet<LocalI
 /// What is given to calls as it is, or taken apart by a pattern or by its fields: what happens to it there is known.
 pub(super) fn passed(body: &Body, typed: &TypedBody) -> FxHashSet<ExprId> {
     let mut found = FxHashSet::default();
+    let whole = OnceCell::new();
+    let is_apart = |local: &LocalId| !whole.get_or_init(|| named_as_a_whole(body, typed)).contains(local);
     for expr in &body.exprs {
         match &expr.kind {
             ExprKind::Call { args, .. } | ExprKind::MethodCall { args, .. } => found.extend(args.iter().copied()),
@@ -27,7 +31,9 @@ pub(super) fn passed(body: &Body, typed: &TypedBody) -> FxHashSet<ExprId> {
             ExprKind::Let { value, .. } => found.extend([*value]),
             ExprKind::Block(block) => {
                 found.extend(block.stmts.iter().filter_map(|stmt| match stmt.kind {
-                    StmtKind::Let { pat, init, .. } => init.filter(|init| is_taken_apart(body, typed, pat, *init)),
+                    StmtKind::Let { pat, init, .. } => {
+                        init.filter(|init| is_taken_apart(body, typed, pat, *init, &is_apart))
+                    }
                     _ => None,
                 }));
             }
@@ -38,25 +44,28 @@ pub(super) fn passed(body: &Body, typed: &TypedBody) -> FxHashSet<ExprId> {
 }
 
 /// Whether what is lent to a pattern has a name only for parts of it: `let config = &mut self.config; config.gain = gain;`
-fn is_taken_apart(body: &Body, typed: &TypedBody, pat: PatId, init: ExprId) -> bool {
+fn is_taken_apart(
+    body: &Body,
+    typed: &TypedBody,
+    pat: PatId,
+    init: ExprId,
+    is_apart: &impl Fn(&LocalId) -> bool,
+) -> bool {
     if !matches!(body.expr(init).kind, ExprKind::Reference { mutable: true, .. }) {
         return false;
     }
     match &body.pat(pat).kind {
         PatKind::Struct(..) | PatKind::Tuple(_) | PatKind::TupleStruct(..) => true,
-        PatKind::Bind { sub: None, .. } => typed.pat_local.get(&pat).is_some_and(|local| {
-            let owners: FxHashSet<ExprId> = body
-                .exprs
-                .iter()
-                .filter_map(|expr| match expr.kind {
-                    ExprKind::Field { base, .. } => Some(base),
-                    _ => None,
-                })
-                .collect();
-            typed.expr_local.iter().filter(|(_, named)| *named == local).all(|(id, _)| owners.contains(id))
-        }),
+        PatKind::Bind { sub: None, .. } => typed.pat_local.get(&pat).is_some_and(is_apart),
         _ => false,
     }
+}
+
+/// The locals that are named somewhere for more than a field of them.
+fn named_as_a_whole(body: &Body, typed: &TypedBody) -> FxHashSet<LocalId> {
+    let owner = |kind: &ExprKind| if let ExprKind::Field { base, .. } = kind { Some(*base) } else { None };
+    let owners: FxHashSet<ExprId> = body.exprs.iter().filter_map(|expr| owner(&expr.kind)).collect();
+    typed.expr_local.iter().filter(|(id, _)| !owners.contains(id)).map(|(_, local)| *local).collect()
 }
 
 impl Builder<'_> {
