@@ -7,7 +7,7 @@ use super::closure::Closure;
 use super::each::{each, has_vec};
 use super::halves::{halves, kept};
 use super::inputs::{Input, input, is_generic};
-use super::law::{ceid_core_name, delegation};
+use super::law::{ceid_core_name, core_name, delegation};
 use super::loops::Loops;
 use super::mentions::{Guarded, is_about, is_for_references};
 use super::outputs::instead;
@@ -327,7 +327,8 @@ fn cell(of: &LoopBody<'_>, own: &Guarded, inputs: &[(String, Option<String>)]) -
     let is_annotated = inputs.iter().any(|(_, ty)| ty.is_some());
     let types = tuple(inputs.iter().map(|(_, ty)| ty.as_deref().unwrap_or("_")));
     let ty = if is_annotated { format!("::<{types}>") } else { String::new() };
-    let made = format!("let {name} = core::cell::Cell::new(None{ty});");
+    let core = core_name(of.program.index, of.function);
+    let made = format!("let {name} = {core}::cell::Cell::new(None{ty});");
     Ok((name, made))
 }
 

@@ -96,10 +96,12 @@ impl Effects<'_> {
             own.sites.iter().any(|site| of.may_follow(**id, site.call))
                 && !of.ancestors_inside(**id).any(|at| is_later(&at))
         };
+        // Above the guard, nothing runs it.
+        let is_above = |id: ExprId| self.behind.is_some_and(|before| of.span(id).end <= before.end);
         let first = of
             .inside
             .iter()
-            .filter(|id| !is_fed && panics(self.loops, of.body, of.typed, **id, which))
+            .filter(|id| !is_fed && !is_above(**id) && panics(self.loops, of.body, of.typed, **id, which))
             .filter(is_before);
         if let Some(first) = first.min_by_key(|id| of.span(**id)) {
             found.push((*first, format!("the law of `{}` runs as well where the iteration panics", own.spelled)));

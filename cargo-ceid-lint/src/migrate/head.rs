@@ -7,11 +7,12 @@ use super::exits::Exits;
 use super::law::ceid_core_name;
 use super::mentions::{Guarded, is_about, is_about_owner, is_glance};
 use super::observed::{is_dropped_at, is_observed, outlives_future};
+use super::owned::is_owned;
 use super::present::Present;
 use super::text::{Style, above, begins_line, has_word, indentation, line_stop, without_comments};
 use crate::index::Def;
 use crate::source::Span;
-use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, Stmt};
+use crate::syntax::tree::{Block, Body, ExprId, ExprKind, Literal, Stmt, StmtKind};
 
 /// The rate that stands in the rewritten code where the loop does not tell its own.
 pub(super) const UNKNOWN_RATE: u64 = 1000;
@@ -120,7 +121,7 @@ fn list(of: &LoopBody<'_>, guarded: &[Guarded], (core, clock): (&str, &str), ind
 }
 
 /// The statement behind which the guard stands: the one that locks its filter, or the last of the first ones by which the loop is
-/// left before anything is done with a filter, or that use what the filter is a part of. `is_exact` says that each filter is updated
+/// left before anything is done with a filter, or the last one that uses what the filter is a part of. `is_exact` says that each filter is updated
 /// exactly once today: only then no path goes on from what stands above the guard to the next iteration.
 pub(super) fn behind(of: &LoopBody<'_>, guarded: &[Guarded], exits: &Exits, is_exact: bool) -> Option<Span> {
     if let Some(lock) = guarded.iter().find_map(|own| own.locked) {
@@ -152,13 +153,39 @@ pub(super) fn behind(of: &LoopBody<'_>, guarded: &[Guarded], exits: &Exits, is_e
     let ends: Vec<ExprId> = exits.left_at.iter().chain(waits).copied().filter(is_seen_at).collect();
     let uses_owner = |id: &ExprId| guarded.iter().any(|own| is_about_owner(of, &own.place, *id));
     let comes_first = |stmt: &&Stmt| within(stmt).into_iter().any(|id| ends.contains(id) || uses_owner(id));
-    let last = block.stmts.iter().take_while(is_apart).filter(comes_first).last()?.span;
+    let early = block.stmts.iter().take_while(is_apart).filter(comes_first).last();
+    let late = if is_exact { behind_owner(of, guarded, block) } else { None };
+    let last = early.into_iter().chain(late).max_by_key(|stmt| stmt.span.end)?.span;
     // Behind everything, it would be no better than a call.
     let is_gone = |stmt: &Stmt| {
         sites().filter_map(|site| site.stmt.as_ref()).any(|gone| gone.contains(&(stmt.span.start as usize)))
     };
     let stays = |stmt: &Stmt| stmt.span.start >= last.end && !is_gone(stmt);
     (block.tail.is_some() || block.stmts.iter().any(stays)).then_some(last)
+}
+
+/// The last of the statements above all updates that uses what a filter is a part of, if what feeds a filter up to there keeps no part
+/// of it.
+fn behind_owner<'b>(of: &LoopBody<'_>, guarded: &[Guarded], block: &'b Block) -> Option<&'b Stmt> {
+    let index = of.program.index;
+    let scope = index.scope_of(of.function);
+    let uses = |stmt: &Stmt, what: &dyn Fn(&Guarded, ExprId) -> bool| {
+        let ids = || of.inside.iter().filter(|id| stmt.span.contains(of.span(**id)));
+        guarded.iter().any(|own| ids().any(|id| what(own, *id)))
+    };
+    let is_update = |own: &Guarded, id: ExprId| own.sites.iter().any(|site| site.call == id);
+    let is_unread = |_: &Guarded, id: ExprId| matches!(of.kind(id), ExprKind::Opaque(_) | ExprKind::Unknown { .. });
+    let is_above = |stmt: &&Stmt| stmt.cfg.is_none() && !uses(stmt, &is_update) && !uses(stmt, &is_unread);
+    let above: Vec<&Stmt> = block.stmts.iter().take_while(is_above).collect();
+    let last = above.iter().rposition(|stmt| uses(stmt, &|own, id| is_about_owner(of, &own.place, id)))?;
+    let keeps = |stmt: &&Stmt| {
+        let StmtKind::Let { pat, .. } = &stmt.kind else { return false };
+        let around = of.body.pat(*pat).span;
+        let mut bound = of.typed.locals.iter().filter(|local| around.contains(local.span));
+        bound.any(|local| !is_owned(index, &scope, &local.ty)) && uses(stmt, &|own, id| is_about(of, &own.place, id))
+    };
+    let is_free = !guarded.iter().any(Guarded::is_lent_above) && !above[..=last].iter().any(keeps);
+    is_free.then(|| above[last])
 }
 
 /// Where the statement begins that the loop is or lies in.

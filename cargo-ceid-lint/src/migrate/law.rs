@@ -184,6 +184,14 @@ pub(super) fn ceid_core_name(index: &Index, function: FunctionId) -> String {
     if is_core { name.to_owned() } else { format!("::{name}") }
 }
 
+/// How code beside a function names the library `core`, which a module of that name would hide.
+pub(super) fn core_name(index: &Index, function: FunctionId) -> &'static str {
+    match index.resolve(index.function(function).module, &["core".to_owned()], Namespace::Type) {
+        None | Some(Def::External(_)) => "core",
+        Some(_) => "::core",
+    }
+}
+
 /// Whether ceid-core can be named where a function stands.
 pub(super) fn has_ceid_core(index: &Index, function: FunctionId) -> bool {
     extern_name(index, function).is_some()

@@ -26,7 +26,7 @@ pub fn dependency(text: &str, workspace: Option<&str>, wanted: &Wanted) -> Resul
     let table: Table = text.parse().map_err(|_| "the manifest cannot be parsed".to_owned())?;
     let workspace: Option<Table> = workspace.and_then(|text| text.parse().ok());
     let shared = workspace.as_ref().unwrap_or(&table).get("workspace").and_then(|root| root.get("dependencies"));
-    if let Some(found) = section(&table, "dependencies").and_then(|section| find(section, shared)) {
+    if let Some((_, found)) = section(&table, "dependencies").and_then(|section| find(section, shared)) {
         return suits(found, shared, wanted).map(|()| None);
     }
     let of_targets = table.get("target").and_then(Value::as_table).into_iter().flat_map(Table::values);
@@ -37,7 +37,13 @@ pub fn dependency(text: &str, workspace: Option<&str>, wanted: &Wanted) -> Resul
     {
         return Err("`ceid-core` is a dependency for some targets only".to_owned());
     }
-    let line = line(text, shared.and_then(Value::as_table), wanted)?;
+    let line = match tests_entry(&table, shared) {
+        Some((NAME, value)) => format!("{NAME} = {}", as_tests_have_it(value, wanted)),
+        Some((name, _)) => {
+            return Err(format!("`{NAME}` is a dependency of the tests only, as `{name}`: make it one of the package"));
+        }
+        None => line(text, shared.and_then(Value::as_table), wanted)?,
+    };
     let (at, inserted) = insertion(text, &table, &line)?;
     let mut changed = text.to_owned();
     changed.insert_str(at, &inserted);
@@ -62,19 +68,47 @@ fn section<'t>(table: &'t Table, name: &str) -> Option<&'t Table> {
     table.get(name).and_then(Value::as_table)
 }
 
-/// The entry for `ceid-core`, under whatever name.
-fn find<'t>(section: &'t Table, shared: Option<&Value>) -> Option<&'t Value> {
+/// The entry for `ceid-core`, under whatever name, and that name.
+fn find<'t>(section: &'t Table, shared: Option<&Value>) -> Option<(&'t str, &'t Value)> {
     let is_it = |(key, value): &(&String, &Value)| {
         let value = in_workspace(key, value, shared).unwrap_or(value);
         value.get("package").and_then(Value::as_str).unwrap_or(key) == NAME
     };
-    section.iter().find(is_it).map(|(_, value)| value)
+    section.iter().find(is_it).map(|(key, value)| (key.as_str(), value))
 }
 
 /// The entry of the workspace that an entry stands for.
 fn in_workspace<'t>(key: &str, value: &Value, shared: Option<&'t Value>) -> Option<&'t Value> {
     let is_shared = value.get("workspace").and_then(Value::as_bool) == Some(true);
     is_shared.then(|| shared?.get(key)).flatten()
+}
+
+/// The entry by which only tests, examples and build scripts have `ceid-core`, with its name. Cargo takes no package from two places.
+fn tests_entry<'t>(table: &'t Table, shared: Option<&Value>) -> Option<(&'t str, &'t Value)> {
+    let sections = ["dev-dependencies", "build-dependencies"].into_iter().filter_map(|name| section(table, name));
+    sections.filter_map(|section| find(section, shared)).next()
+}
+
+/// The same entry with the features that the package itself needs.
+fn as_tests_have_it(value: &Value, wanted: &Wanted) -> Value {
+    let of_workspace = value.get("workspace").is_some();
+    if !wanted.is_no_std || of_workspace {
+        return value.clone();
+    }
+    let mut entry = match value {
+        Value::Table(entry) => entry.clone(),
+        version => Table::from_iter([("version".to_owned(), version.clone())]),
+    };
+    entry.insert("default-features".to_owned(), Value::Boolean(false));
+    let features = entry.remove("features").and_then(|features| features.as_array().cloned()).unwrap_or_default();
+    let mut features: Vec<Value> = features.into_iter().filter(|feature| feature.as_str() != Some("std")).collect();
+    if wanted.needs_alloc && !features.iter().any(|feature| feature.as_str() == Some("alloc")) {
+        features.push(Value::String("alloc".to_owned()));
+    }
+    if !features.is_empty() {
+        entry.insert("features".to_owned(), Value::Array(features));
+    }
+    Value::Table(entry)
 }
 
 /// Whether the dependency that is there is enough.
@@ -261,6 +295,16 @@ mod tests {
     }
 
     #[test]
+    fn what_the_tests_have_comes_from_the_same_place() {
+        let dev = "[dev-dependencies]\nceid-core = { path = \"../core\" }\n";
+        check(dev, None, &PLAIN, &format!("{dev}\n[dependencies]\nceid-core = {{ path = \"../core\" }}\n"));
+        let bare = Wanted { is_no_std: true, ..PLAIN };
+        let line = "ceid-core = { default-features = false, version = \"0.1.2\" }";
+        let dev = "[build-dependencies]\nceid-core = \"0.1.2\"\n";
+        check(dev, None, &bare, &format!("{dev}\n[dependencies]\n{line}\n"));
+    }
+
+    #[test]
     fn its_source_and_features_are_those_that_are_wanted() {
         let wanted = Wanted { path: Some("../core".to_owned()), is_no_std: true, needs_alloc: true };
         let line = "ceid-core = { path = \"../core\", default-features = false, features = [\"alloc\"] }\n";
@@ -275,6 +319,7 @@ mod tests {
             ("[dependencies]\nceid-core = { version = \"0.1\", default-features = false }\n", &alloc),
             ("[target.'cfg(unix)'.dependencies]\nceid-core = \"0.1\"\n", &PLAIN),
             ("dependencies = {}\n", &PLAIN),
+            ("[dev-dependencies]\nguard = { package = \"ceid-core\", version = \"0.1\" }\n", &PLAIN),
             ("[workspace.dependencies]\nguard = { package = \"ceid-core\", version = \"0.1\" }\n", &PLAIN),
         ] {
             assert!(dependency(text, None, wanted).is_err(), "{text}");

@@ -1,6 +1,7 @@
 //! What forbids a guard in a loop or function as a whole, whatever its filters are.
 
 use super::body::LoopBody;
+use super::text::without_comments;
 use crate::index::Owner;
 use crate::syntax::Outline;
 
@@ -16,6 +17,13 @@ pub(super) fn whole_loop(of: &LoopBody<'_>, outline: &Outline, edition: &str) ->
         || outline.around(span.start as usize).any(|around| around.is_macro)
     {
         return Err("the loop is written in a macro".to_owned());
+    }
+    let code = without_comments(of.program.sources.snippet(span));
+    if code[1..].trim_start().starts_with("#!") {
+        return Err(
+            "its block begins with an attribute `#![…]`, which has to stay the first: write `#[…]` above the block"
+                .to_owned(),
+        );
     }
     Ok(())
 }
