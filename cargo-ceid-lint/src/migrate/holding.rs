@@ -197,6 +197,12 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
             Ty::External(path, args) if path == "std::boxed::Box" => args.first().unwrap_or(owner),
             other => other,
         };
+        if matches!(owner, Ty::Ref(false, _)) {
+            return Err(format!(
+                "`{}` is a shared reference, and a guard changes what it holds: let the function take it by `&mut`",
+                of.written(*base)
+            ));
+        }
         if !matches!(owner, Ty::Adt(..) | Ty::Tuple(_)) {
             let advice = lending(of, *base);
             return Err(format!(

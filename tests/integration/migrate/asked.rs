@@ -498,4 +498,8 @@ fn main() {
         text.replace("let pid", "#[allow(unused_mut)]\n    let mut pid"),
         "migrated 1 of 1 loop",
     );
+    let owned = "impl Own { fn run(&self) { for error in [1.0, 2.0] { self.pid.compute(error); } } }\n";
+    let main = "struct Own { pid: Pid }\nfn main() { Own { pid: Pid(std::cell::Cell::new(0.0)) }.run(); }\n";
+    let text = format!("{}{owned}{main}", &text[..text.find("fn main").unwrap_or_default()]);
+    check("migrate_shared_owner", text, "`self` is a shared reference, and a guard changes what it holds");
 }

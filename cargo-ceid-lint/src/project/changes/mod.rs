@@ -106,6 +106,12 @@ fn check_form(revision: &str) -> Result<(), LoadError> {
         let help = "for the point where two branches part: `--since $(git merge-base origin/main HEAD)`";
         return Err(LoadError::new(message).help(help));
     }
+    // In braces stands what git searches for: `HEAD@{12:30}`, `HEAD^{/fix: gain}`; `:/text` searches as well.
+    let bare = revision.split('{').next().unwrap_or_default();
+    if bare.find(':').is_some_and(|at| at > 0) {
+        let message = format!("`{revision}` is a directory or file of a revision, and `--since` wants all of the revision");
+        return Err(LoadError::new(message).help("to see only some packages, add `--package NAME`"));
+    }
     Ok(())
 }
 
@@ -158,6 +164,7 @@ mod tests {
         let message = |text: &str| check_form(text).unwrap_err().message;
         assert_eq!(message("--output=x"), "`--output=x` is no git revision");
         assert!(message("main..HEAD").contains("is a range"));
+        assert!(message("HEAD:src").contains("a directory or file of a revision"));
         assert!(
             check_form("origin/main").is_ok() && check_form("HEAD~1").is_ok() && check_form("@{1 day ago}").is_ok()
         );
