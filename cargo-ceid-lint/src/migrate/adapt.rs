@@ -13,9 +13,9 @@ use super::mentions::{Guarded, is_about, is_for_references};
 use super::outputs::instead;
 use super::sites::{Part, Site};
 use super::text::has_word;
-use crate::index::Ty;
+use crate::index::{FunctionId, Ty};
 use crate::source::Span;
-use crate::syntax::tree::{BlockKind, ExprId, ExprKind, Pat, PatKind, TypeRef};
+use crate::syntax::tree::{BlockKind, ExprId, ExprKind, Pat, PatKind, Receiver, TypeRef};
 
 /// How a filter is lent to its guard.
 #[derive(Clone, Debug)]
@@ -88,6 +88,13 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
             "`{}` is {} today, and a guard can run a law that takes an input only on the one input of its cycle",
             own.spelled,
             verdict.name()
+        )));
+    }
+    let takes_value = |law: &FunctionId| of.program.index.function(*law).function.receiver == Some(Receiver::Value);
+    if own.laws().iter().any(takes_value) {
+        return Err(refuse(format!(
+            "the law takes `{}` by value, and a guard runs one that takes `&mut self`: write a method that does, and call that here",
+            own.spelled
         )));
     }
     if each.as_ref().is_some_and(|each| each.is_vec && (of.is_function || !has_vec(of))) {
@@ -378,7 +385,7 @@ fn is_value(of: &LoopBody<'_>, own: &Guarded) -> bool {
 
 /// Whether what a law gives back is a plain value, which may as well be kept.
 fn is_number_or_unit(of: &LoopBody<'_>, own: &Guarded) -> bool {
-    let is_plain = |law: &crate::index::FunctionId| {
+    let is_plain = |law: &FunctionId| {
         let output = &of.program.index.function(*law).function.output;
         *output == TypeRef::unit() || matches!(output, TypeRef::Path(path) if is_number(path.last()))
     };

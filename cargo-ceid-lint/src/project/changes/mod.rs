@@ -109,7 +109,8 @@ fn check_form(revision: &str) -> Result<(), LoadError> {
     // In braces stands what git searches for: `HEAD@{12:30}`, `HEAD^{/fix: gain}`; `:/text` searches as well.
     let bare = revision.split('{').next().unwrap_or_default();
     if bare.find(':').is_some_and(|at| at > 0) {
-        let message = format!("`{revision}` is a directory or file of a revision, and `--since` wants all of the revision");
+        let message =
+            format!("`{revision}` is a directory or file of a revision, and `--since` wants all of the revision");
         return Err(LoadError::new(message).help("to see only some packages, add `--package NAME`"));
     }
     Ok(())
