@@ -12,7 +12,7 @@ const PINNED: &str = "rustc 1.95.";
 
 #[test]
 fn rejected_programs_are_rejected_with_their_error_codes() {
-    let library = compile_library();
+    let library = compile_library("metadata");
     for case in rejected() {
         let output = compile(&library, &case);
         let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -43,10 +43,28 @@ fn is_quoted_more_fully(case: &Path) -> bool {
     ["$RUST/", "std::"].iter().any(|name| recorded.contains(name)) && source.exists()
 }
 
+/// All twins in one program, each in a module of its own: a program is linked in seconds, and there are some fifty.
 #[test]
 fn their_twins_compile_and_run() {
-    let cases = trybuild::TestCases::new();
-    cases.pass("tests/ui/pass/*.rs");
+    let library = compile_library("link");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let twins = sources(&root().join("pass"));
+    let names = twins.iter().map(|twin| twin.file_stem().and_then(|name| name.to_str()).expect("it has a name"));
+    let (mut modules, mut calls) = (String::new(), String::new());
+    for (twin, name) in twins.iter().zip(names) {
+        let text = fs::read_to_string(twin).expect("a twin can be read");
+        modules += &format!("mod {name} {{\n{text}\npub fn run() {{ main() }}\n}}\n");
+        calls += &format!("    println!(\"{name}\");\n    {name}::run();\n");
+    }
+    let source = folder.join("twins.rs");
+    fs::write(&source, format!("{modules}fn main() {{\n{calls}}}\n")).expect("the folder can be written to");
+    let program = folder.join("twins");
+    let output = program_of(&library, &source, "link").arg("-o").arg(&program).output().expect("rustc can be started");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = Command::new(&program).output().expect("the program can be started");
+    let (said, why) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{} fails:\n{why}", said.lines().last().unwrap_or_default());
+    assert_eq!(said.lines().count(), twins.len(), "{said}");
 }
 
 #[test]
@@ -108,12 +126,21 @@ fn rustc_says(question: &str) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// The library has no dependencies, so one call of the compiler builds it.
-fn compile_library() -> PathBuf {
-    let library = Path::new(env!("CARGO_TARGET_TMPDIR")).join("libceid_core.rmeta");
+/// The library has no dependencies without its features for other crates, so one call of the compiler builds it. What is left out
+/// of it is what is not asked of the tests either.
+fn compile_library(emit: &str) -> PathBuf {
+    let name = if emit == "link" { "libceid_core.rlib" } else { "libceid_core.rmeta" };
+    let library = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs");
+    let features = [("std", cfg!(feature = "std")), ("alloc", cfg!(feature = "alloc"))];
+    let features = features.into_iter().chain([("must-register", cfg!(feature = "must-register"))]);
+    // The words of the compiler are those for a library without features.
+    let features = features.filter(|(_, is_there)| *is_there && emit == "link");
     let output = rustc()
-        .args(["--edition=2024", "--crate-type=lib", "--crate-name=ceid_core", "--emit=metadata", "-o"])
+        .args(["--edition=2024", "--crate-type=lib", "--crate-name=ceid_core"])
+        .args(features.flat_map(|(name, _)| ["--cfg".to_owned(), format!("feature=\"{name}\"")]))
+        .arg(format!("--emit={emit}"))
+        .arg("-o")
         .args([&library, &source])
         .output()
         .expect("rustc can be started");
@@ -123,12 +150,17 @@ fn compile_library() -> PathBuf {
 
 /// Checks a program as `cargo check` does, without generating code.
 fn compile(library: &Path, case: &Path) -> Output {
-    rustc()
-        .args(["--edition=2024", "--crate-type=bin", "--crate-name=case", "--emit=metadata", "--extern"])
+    let mut rustc = program_of(library, case, "metadata");
+    rustc.arg("--out-dir").arg(env!("CARGO_TARGET_TMPDIR")).output().expect("rustc can be started")
+}
+
+fn program_of(library: &Path, source: &Path, emit: &str) -> Command {
+    let mut rustc = rustc();
+    rustc
+        .args(["--edition=2024", "--crate-type=bin", "--crate-name=case"])
+        .arg(format!("--emit={emit}"))
+        .arg("--extern")
         .arg(format!("ceid_core={}", library.display()))
-        .arg("--out-dir")
-        .arg(env!("CARGO_TARGET_TMPDIR"))
-        .arg(case)
-        .output()
-        .expect("rustc can be started")
+        .arg(source);
+    rustc
 }
