@@ -35,7 +35,7 @@ fn cases(directory: &Path, found: &mut Vec<PathBuf>) {
 }
 
 /// Whether a case speaks of its crate, so that it has to be one.
-fn is_crate(text: &str) -> bool {
+pub(crate) fn is_crate(text: &str) -> bool {
     let of_crate = ["crate::", "extern crate", "macro_export"];
     text.lines().any(|line| line.starts_with("#![")) || of_crate.iter().any(|word| text.contains(word))
 }
