@@ -54,9 +54,13 @@ impl Index {
                     self.impls_of_external.entry(path.clone()).or_default().push(id);
                     self.traits_of_external.entry(path.clone()).or_default().extend(implements.clone());
                 }
-                Ty::Param(_) | Ty::Array(..) | Ty::Slice(_) | Ty::Tuple(_) | Ty::Opaque(_) => {
-                    self.impls_of_any.push(id);
+                Ty::Param(_) => {
+                    self.blankets.push(id);
+                    if let Some(of) = &implements {
+                        self.blankets_of_trait.entry(of.clone()).or_default().push(id);
+                    }
                 }
+                Ty::Array(..) | Ty::Slice(_) | Ty::Tuple(_) | Ty::Opaque(_) => self.impls_of_shapes.push(id),
                 Ty::Ref(mutable, inner) => {
                     if let Ty::Adt(ty, _) = **inner {
                         self.impls_of_reference.entry((*mutable, ty)).or_default().push(id);
@@ -95,6 +99,7 @@ impl Index {
     /// The impls whose type this is, blanket impls included whose bounds hold.
     #[must_use]
     pub fn impls_of(&self, ty: &Ty) -> Vec<ImplId> {
+        let several = if matches!(ty, Ty::Adt(..) | Ty::External(..)) { &self.blankets } else { &self.impls_of_shapes };
         let mut impls = match ty {
             Ty::Adt(id, _) => self.impls_of_type.get(id).cloned().unwrap_or_default(),
             Ty::External(path, _) => self.impls_of_external.get(path).cloned().unwrap_or_default(),
@@ -104,7 +109,7 @@ impl Index {
             },
             _ => Vec::new(),
         };
-        impls.extend(self.impls_of_any.iter().filter(|id| self.blanket_holds(**id, ty)));
+        impls.extend(several.iter().filter(|id| self.blanket_holds(**id, ty)));
         impls
     }
 
@@ -137,9 +142,8 @@ impl Index {
                     Ty::External(path, _) => self.traits_of_external.get(path),
                     _ => None,
                 };
-                let of_trait = |id: &ImplId| self.impl_def(*id).implements.as_ref() == Some(name);
                 own.is_some_and(|traits| traits.contains(name))
-                    || self.impls_of_any.iter().any(|id| of_trait(id) && self.blanket_holds(*id, ty))
+                    || self.blankets_of(name).iter().any(|id| self.blanket_holds(*id, ty))
                     || matches!(name, TraitName::External(path) if is_auto(path) || self.derives(ty, path))
             }
             _ => false,
@@ -158,12 +162,12 @@ impl Index {
     /// Whether an impl for a type parameter has a method of that name: which types it covers may not be seen.
     #[must_use]
     pub fn has_blanket_method(&self, name: &str) -> bool {
-        self.impls_of_any.iter().map(|id| self.impl_def(*id)).any(|def| {
+        self.blankets.iter().map(|id| self.impl_def(*id)).any(|def| {
             let of_trait = match &def.implements {
                 Some(TraitName::Local(of)) => self.trait_def(*of).methods.contains_key(name),
                 _ => false,
             };
-            matches!(def.self_ty, Ty::Param(_)) && (of_trait || def.methods.contains_key(name))
+            of_trait || def.methods.contains_key(name)
         })
     }
 
@@ -182,13 +186,16 @@ impl Index {
         })
     }
 
+    /// The impls of the trait for a type parameter.
+    fn blankets_of(&self, name: &TraitName) -> &[ImplId] {
+        self.blankets_of_trait.get(name).map_or(&[], Vec::as_slice)
+    }
+
     /// Whether a blanket impl gives the trait to everything that has these bounds.
     fn blanket_gives(&self, bounds: &[TraitRef], name: &TraitName) -> bool {
-        self.impls_of_any.iter().any(|id| {
-            let def = self.impl_def(*id);
-            let Ty::Param(param) = &def.self_ty else { return false };
-            def.implements.as_ref() == Some(name)
-                && !param.bounds.is_empty()
+        self.blankets_of(name).iter().any(|id| {
+            let Ty::Param(param) = &self.impl_def(*id).self_ty else { return false };
+            !param.bounds.is_empty()
                 && param.bounds.iter().all(|asked| self.bounds_imply(bounds, &asked.name))
         })
     }
@@ -278,7 +285,7 @@ impl Index {
                     let supertraits = self.lower_bounds(&def.supertraits, &scope, 0);
                     found.extend(self.bound_methods(&supertraits, name, depth + 1));
                     // A blanket impl gives its methods to everything that has the bound.
-                    for blanket in &self.impls_of_any {
+                    for blanket in &self.blankets {
                         let def = self.impl_def(*blanket);
                         if let (Ty::Param(param), Some(implements)) = (&def.self_ty, &def.implements)
                             && param.bounds.iter().any(|asked| asked.name == bound.name)

@@ -94,8 +94,11 @@ pub struct Index {
     impls_of_reference: FxHashMap<(bool, TypeId), Vec<ImplId>>,
     traits_of_type: FxHashMap<TypeId, FxHashSet<TraitName>>,
     traits_of_external: FxHashMap<String, FxHashSet<TraitName>>,
-    /// The impls that can cover several types.
-    impls_of_any: Vec<ImplId>,
+    /// The impls for a type parameter, and those of each trait among them.
+    blankets: Vec<ImplId>,
+    blankets_of_trait: FxHashMap<TraitName, Vec<ImplId>>,
+    /// Those for arrays, slices, tuples and `impl Trait`.
+    impls_of_shapes: Vec<ImplId>,
     impls_of_trait: FxHashMap<TraitId, Vec<ImplId>>,
     /// The traits that each trait asks for, at any depth.
     implied: Vec<FxHashSet<TraitName>>,

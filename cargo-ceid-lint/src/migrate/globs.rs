@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::imports::{IdleImports, Import, Scope, Sought, segment_before, to_u32};
+use super::imports::{IdleImports, Import, Scope, Sought, segment_before, to_u32, written_in};
 use super::macros::Macros;
 use super::takers::Takers;
 use super::text::{without_comments, words};
@@ -21,8 +21,9 @@ pub(super) fn idle(
     found: &mut IdleImports,
 ) {
     let index = program.index;
-    let functions = index.functions.iter().filter(|def| def.function.keyword.file == file);
-    let crates: BTreeSet<_> = functions.map(|def| index.module(def.module).krate).collect();
+    let declared = index.functions.iter().filter(|def| def.function.keyword.file == file);
+    let crates: BTreeSet<_> = declared.map(|def| index.module(def.module).krate).collect();
+    let functions = &written_in(program, file)[..];
     let code = without_comments(text);
     for (at, _) in code.match_indices("::*") {
         let Some(glob) = Glob::of(&code, at) else { continue };
@@ -36,7 +37,7 @@ pub(super) fn idle(
         let range = around.map_or(0..text.len(), |around| around.brackets.clone());
         let scopes = traits.0.iter().map(|(name, module, members)| {
             let (name, module) = (name.as_str(), *module);
-            Scope { program, file, text, outline, name, module, methods: members, macros }
+            Scope { program, file, functions, text, outline, name, module, methods: members, macros }
         });
         let scopes: Vec<Scope<'_>> = scopes.collect();
         let is_needed = |names: &str, calls: &str| {

@@ -61,9 +61,10 @@ pub fn idle_imports(program: &Program<'_>, cycles: &[Cycle]) -> IdleImports {
     for file in files {
         let text = &*program.sources.file(file).text;
         let outline = Outline::of(text);
+        let functions = written_in(program, file);
         for (name, module, methods) in &named {
-            let scope =
-                Scope { program, file, text, outline: &outline, name, module: *module, methods, macros: &macros };
+            let (outline, functions, macros) = (&outline, &functions[..], &macros);
+            let scope = Scope { program, file, functions, text, outline, name, module: *module, methods, macros };
             for at in words(text, name) {
                 match scope.import(at) {
                     Some(edits) => found.removals.push(edits),
@@ -83,6 +84,13 @@ fn has_ceid(program: &Program<'_>, file: FileId) -> bool {
     exprs.any(|expr| matches!(&expr.kind, ExprKind::Macro(call) if matches!(call.kind, MacroKind::Ceid { .. })))
 }
 
+/// The functions whose bodies stand in a file.
+pub(super) fn written_in(program: &Program<'_>, file: FileId) -> Vec<FunctionId> {
+    let index = program.index;
+    let body = |id: &FunctionId| index.function(*id).function.body.as_ref();
+    index.function_ids().filter(|id| body(id).is_some_and(|body| body.expr(body.root).span.file == file)).collect()
+}
+
 pub(super) fn to_u32(at: usize) -> u32 {
     u32::try_from(at).unwrap_or(u32::MAX)
 }
@@ -98,6 +106,8 @@ pub(super) enum Sought {
 pub(super) struct Scope<'a> {
     pub(super) program: &'a Program<'a>,
     pub(super) file: FileId,
+    /// The functions in it.
+    pub(super) functions: &'a [FunctionId],
     pub(super) text: &'a str,
     pub(super) outline: &'a Outline,
     pub(super) name: &'a str,
@@ -238,7 +248,7 @@ impl Scope<'_> {
             });
             others.count()
         };
-        written > 0 && written != index.function_ids().map(is_other).sum::<usize>() || self.macros.call(method, part)
+        written > 0 && written != self.functions.iter().copied().map(is_other).sum::<usize>() || self.macros.call(method, part)
     }
 }
 
