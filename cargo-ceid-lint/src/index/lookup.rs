@@ -195,8 +195,7 @@ impl Index {
     fn blanket_gives(&self, bounds: &[TraitRef], name: &TraitName) -> bool {
         self.blankets_of(name).iter().any(|id| {
             let Ty::Param(param) = &self.impl_def(*id).self_ty else { return false };
-            !param.bounds.is_empty()
-                && param.bounds.iter().all(|asked| self.bounds_imply(bounds, &asked.name))
+            !param.bounds.is_empty() && param.bounds.iter().all(|asked| self.bounds_imply(bounds, &asked.name))
         })
     }
 

@@ -248,7 +248,8 @@ impl Scope<'_> {
             });
             others.count()
         };
-        written > 0 && written != self.functions.iter().copied().map(is_other).sum::<usize>() || self.macros.call(method, part)
+        written > 0 && written != self.functions.iter().copied().map(is_other).sum::<usize>()
+            || self.macros.call(method, part)
     }
 }
 
