@@ -319,7 +319,10 @@ pub(super) fn feeds(
     if is_over_block && !given.is_empty() && graph.node_ids().filter(inside).any(writes_sample) {
         return true;
     }
-    if !info.has_constant_rounds() && puts_aside(graph, aliases, search, node, id, &from_given) {
+    if !info.has_constant_rounds()
+        && (puts_aside(graph, aliases, search, node, id, &from_given)
+            || graph.node_ids().filter(inside).any(|other| fills(graph, other, &sampled, &from_given)))
+    {
         return true;
     }
     graph.node_ids().filter(inside).any(|other| match &graph.node(other).effect {
@@ -342,6 +345,18 @@ pub(super) fn feeds(
         }
         _ => false,
     })
+}
+
+/// Whether a round puts what a law gives to its number in a block that the filter's owner has: `self.block[i] = gain * level`.
+fn fills(graph: &ControlFlowGraph, node: NodeId, blocks: &[&Place], from_given: &Derived<'_>) -> bool {
+    let Effect::Write(write) = &graph.node(node).effect else { return false };
+    let is_in = |block: &&Place| {
+        write.place.base == block.base
+            && write.place.steps.len() > block.steps.len()
+            && write.place.steps.starts_with(&block.steps)
+    };
+    let Some(change) = graph.changes.get(&node).filter(|_| blocks.iter().any(is_in)) else { return false };
+    change.computed.places.iter().filter_map(Place::base_var).any(|var| from_given.contains(var))
 }
 
 /// Whether what a write above an update gives comes from one of some variables: `kf.z = *z; kf.update()`.

@@ -72,6 +72,9 @@ const MAX_STEPS: usize = 8;
 /// How many places a summary tells apart; beyond that they are taken together.
 pub(super) const MAX_PLACES: usize = 64;
 
+/// The same for numbers that were passed on by value, of which there are more.
+pub(super) const MAX_NUMBERS: usize = 512;
+
 /// Takes places together by their parameters where there are too many.
 pub(super) fn bound(places: &mut BTreeSet<Given>) {
     if places.len() > MAX_PLACES {
@@ -80,8 +83,8 @@ pub(super) fn bound(places: &mut BTreeSet<Given>) {
 }
 
 /// The same for what is told of each place: what holds for the whole is told of none of its parts.
-pub(super) fn with_wholes<T>(mut places: BTreeMap<Given, T>) -> BTreeMap<Given, T> {
-    if places.len() > MAX_PLACES {
+pub(super) fn with_wholes<T>(mut places: BTreeMap<Given, T>, most: usize) -> BTreeMap<Given, T> {
+    if places.len() > most {
         places = places.into_iter().rev().map(|(given, told)| (given.whole(), told)).collect();
     }
     let is_part = |given: &&Given| !given.steps.is_empty() && places.contains_key(&given.whole());

@@ -342,7 +342,8 @@ fn collect(index: &Index, ty: &Ty, steps: &mut Vec<Projection>, way: Way, found:
                 steps.pop();
                 return;
             }
-            if matches!(name, "Vec" | "VecDeque" | "ArrayVec" | "SmallVec" | "Deque") {
+            if matches!(name, "Vec" | "VecDeque" | "ArrayVec" | "SmallVec" | "Deque" | "GenericArray" | "NumericArray")
+            {
                 steps.push(Projection::Index(IndexKey::Each));
                 // A vector may be empty.
                 collect(index, first, steps, way.uncertain(), found);

@@ -15,8 +15,8 @@ use super::debug_only::{self, DebugOnly};
 use super::finished;
 use super::gates::KeptMode;
 use super::given::{
-    Given, GivenBase, MAX_PLACES, bound, given, instance_of, is_moved, is_put_in_place, note, note_unknown, place_of,
-    steps_at, with_wholes,
+    Given, GivenBase, MAX_NUMBERS, MAX_PLACES, bound, given, instance_of, is_moved, is_put_in_place, note,
+    note_unknown, place_of, steps_at, with_wholes,
 };
 use super::handed;
 use super::instances::{holds_filter_at, is_generic, replaces_generic};
@@ -379,7 +379,11 @@ impl Summaries {
                 unknown.insert(given.clone(), cause.clone());
             }
         }
-        for (given, cause) in with_wholes(unknown) {
+        // What may have happened to one of many numbers says nothing of the filters beside it.
+        let is_number = |given: &Given| ty_of(given).is_some_and(|ty| crate::index::is_number(&ty));
+        let (numbers, others): (BTreeMap<_, _>, BTreeMap<_, _>) =
+            unknown.into_iter().partition(|(given, _)| is_number(given));
+        for (given, cause) in with_wholes(others, MAX_PLACES).into_iter().chain(with_wholes(numbers, MAX_NUMBERS)) {
             if !touched.contains(&given) {
                 summary.insert(&given, &[Outcome::unknown(cause)]);
             }

@@ -32,6 +32,9 @@ pub fn is_pointer(name: &str) -> bool {
             | "LazyCell"
             | "CachePadded"
             | "SharedResource"
+            | "ResMut"
+            | "NonSendMut"
+            | "Mut"
     )
 }
 
@@ -198,9 +201,10 @@ pub(super) fn item_of(ty: &Ty, by_ref: bool) -> Option<Ty> {
         Ty::Ref(_, inner) => item_of(inner, true),
         Ty::Array(inner, _) | Ty::Slice(inner) => Some(wrap((**inner).clone())),
         Ty::External(path, args) => match family(path.rsplit("::").next().unwrap_or("")) {
-            "Iterator" | "Range" | "Receiver" | "UnboundedReceiver" => Some(arg(args, 0)),
+            // What Bevy's query asks for is what it lends: `Query<(&mut Pid, &Target)>`.
+            "Iterator" | "Range" | "Receiver" | "UnboundedReceiver" | "Query" => Some(arg(args, 0)),
             "Vec" | "VecDeque" | "ArrayVec" | "SmallVec" | "Option" | "HashSet" | "BTreeSet" | "LinkedList"
-            | "BinaryHeap" | "Deque" => Some(wrap(arg(args, 0))),
+            | "BinaryHeap" | "Deque" | "GenericArray" | "NumericArray" => Some(wrap(arg(args, 0))),
             "HashMap" | "BTreeMap" | "IndexMap" | "LinearMap" => {
                 Some(Ty::Tuple(vec![wrap(arg(args, 0)), wrap(arg(args, 1))]))
             }
@@ -241,8 +245,12 @@ pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&
                     optional_method(name, &inner, params, method, args, closure)
                 }
                 "Iterator" | "Range" => iterator_method(&inner, method, args, closure),
+                "Query" if matches!(method, "iter" | "iter_mut") => Some(iterator(inner)),
+                "Query" if method == "get_mut" => Some(Ty::std("std::result::Result", vec![inner, Ty::Unknown])),
                 "Receiver" => receiver_method(path, &inner, method),
-                "Vec" | "VecDeque" | "ArrayVec" | "SmallVec" | "Deque" => sequence_method(&inner, method, closure),
+                "Vec" | "VecDeque" | "ArrayVec" | "SmallVec" | "Deque" | "GenericArray" | "NumericArray" => {
+                    sequence_method(&inner, method, closure)
+                }
                 "HashMap" | "BTreeMap" | "IndexMap" | "LinearMap" => map_method(&inner, &arg(params, 1), method),
                 "Entry" => matches!(method, "or_insert" | "or_insert_with" | "or_default" | "or_insert_with_key")
                     .then(|| reference(inner)),

@@ -53,6 +53,7 @@ mod questions;
 mod reading;
 mod reads;
 pub(super) mod received;
+mod renewed;
 mod resets;
 mod results;
 mod same_states;

@@ -304,6 +304,7 @@ impl Builder<'_> {
             return Value::default();
         }
         self.assign_to(target, &given, value, span);
+        self.renew_states(target, value, span);
         self.note_change(target, value, None);
         self.note_sample_write(target, value);
         Value::default()

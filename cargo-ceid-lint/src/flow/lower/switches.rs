@@ -12,6 +12,9 @@ use crate::types::{Callee, Resolved, TypedBody};
 /// How many expressions a function may have to be read where it is called.
 const MAX_EXPRESSIONS: usize = 96;
 
+/// The same for one that answers whether it is time: what it does besides, such as taking a statistic, may be long.
+const MAX_ANSWERING: usize = 256;
+
 /// How many functions deep a switch may lie in the one that is read where it is called.
 const MAX_DEPTH: u32 = 2;
 
@@ -192,11 +195,13 @@ impl Builder<'_> {
         let [target] = resolved.targets.as_slice() else { return false };
         let def = self.program.index.function(*target);
         let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(*target)) else { return false };
-        if body.exprs.len() > MAX_EXPRESSIONS || self.inlining.contains(target) {
+        // A divider or timer of the code's own answers whether it is time.
+        let is_answer = *typed.ty(body.root).peel() == Ty::Bool;
+        let answers = answers || is_answer;
+        if body.exprs.len() > if is_answer { MAX_ANSWERING } else { MAX_EXPRESSIONS } || self.inlining.contains(target)
+        {
             return false;
         }
-        // A divider or timer of the code's own answers whether it is time.
-        let answers = answers || *typed.ty(body.root).peel() == Ty::Bool;
         let is_choice = |ty: &Ty| matches!(ty, Ty::Adt(..)) && self.is_state(ty);
         // What a function does for a state that it is given, its callers know by that state.
         let mut params = body.params.iter().filter_map(|pat| typed.pat_local.get(pat));
@@ -262,7 +267,7 @@ impl Builder<'_> {
         call.targets.iter().any(|target| {
             let def = self.program.index.function(*target);
             let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(*target)) else { return false };
-            body.exprs.len() > MAX_EXPRESSIONS
+            body.exprs.len() > MAX_ANSWERING
                 || (0u32..).map(ExprId).take(body.exprs.len()).any(|id| {
                     matches!(typed.callees.get(&id), Some(Callee::Resolved(inner)) if self.may_run_law(inner, depth + 1))
                 })

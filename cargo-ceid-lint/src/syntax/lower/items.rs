@@ -141,7 +141,9 @@ impl Lowerer<'_, '_> {
         };
         if let Some(head) = self.head_of(&item.attrs, Some(&item.vis), Some(&item.ident), start, end) {
             let (generics, fields) = (self.generics(&item.generics), self.fields(&item.fields));
+            let derived = self.derived_derefs(item, &head.attrs.kept);
             self.push(out, head, ItemKind::Struct { generics, fields });
+            out.extend(derived);
         }
     }
 

@@ -4,6 +4,7 @@
 mod assoc;
 pub(super) mod attrs;
 mod control;
+mod derived;
 mod expr;
 mod function;
 mod items;

@@ -84,3 +84,22 @@ fn attributes_are_kept_but_for_docs() {
     );
     check("mod a { #![allow(x)] }", "@allow(x) mod a {}");
 }
+
+#[test]
+fn derived_derefs_are_the_impls_that_they_write() {
+    check(
+        "#[derive(Clone, Deref)] struct A<T: C>(B<T>);",
+        "@derive(Clone, Deref) struct A<T:C> {0:B<T>}, \
+         impl<T:C> ::core::ops::Deref for A<T> {type Target:=B<T>, fn deref(&self )->&Self::Target {&self.0}}",
+    );
+    check(
+        "#[derive(Deref, DerefMut)] struct A { b: B, #[deref] c: C }",
+        "@derive(Deref, DerefMut) struct A {b:B, c:C}, \
+         impl ::core::ops::Deref for A {type Target:=C, fn deref(&self )->&Self::Target {&self.c}}, \
+         impl ::core::ops::DerefMut for A {fn deref_mut(&mut self )->&mut Self::Target {&mut self.c}}",
+    );
+    for unknown in ["struct A(B, C);", "#[deref(forward)] struct A(B);", "struct A(#[deref(ignore)] B);"] {
+        let item = format!("#[derive(Deref)] {unknown}");
+        assert_eq!(super::parse_ok(&item).len(), 1, "{unknown}");
+    }
+}

@@ -1,0 +1,67 @@
+//! States inside of what is assigned anew: after `runner = Runner::new()` the phase is the one that the constructor writes.
+
+use super::Builder;
+use super::constants::Constants;
+use crate::flow::{Assignment, Effect, Head, Transfer};
+use crate::index::{Def, Ty};
+use crate::source::Span;
+use crate::syntax::tree::{Body, ExprId, ExprKind};
+
+impl Builder<'_> {
+    /// A place has got a new value: the states in it are known as far as the code that makes the value writes them.
+    pub(super) fn renew_states(&mut self, target: ExprId, value: ExprId, span: Span) {
+        if self.at.is_none() || !matches!(self.ty(target), Ty::Adt(..)) {
+            return;
+        }
+        let states = self.made_states(value);
+        let Some(whole) = self.static_place(target).filter(|_| !states.is_empty()) else { return };
+        for (name, head) in states {
+            let written = Assignment {
+                place: whole.field(&name),
+                from: None,
+                transfer: Transfer::Move,
+                rebinds: false,
+                head: Some(head),
+                same_as: None,
+            };
+            self.emit(Effect::Write(Box::new(written)), span);
+        }
+    }
+
+    /// The fields of a struct that are states, with the heads that its literal gives them: here, or at the end of the function that
+    /// is called.
+    fn made_states(&self, value: ExprId) -> Vec<(String, Head)> {
+        let here = self.constants();
+        if matches!(here.body.expr(value).kind, ExprKind::Struct { .. }) {
+            return self.written_states(here, value);
+        }
+        let Some(target) = self.only_target(value) else { return Vec::new() };
+        let function = &self.program.index.function(target).function;
+        let (Some(body), Some(typed)) = (&function.body, self.program.typed(target)) else { return Vec::new() };
+        if function.is_async || may_end_early(body) {
+            return Vec::new();
+        }
+        let mut at = body.root;
+        while let ExprKind::Block(block) = &body.expr(at).kind {
+            let Some(tail) = block.tail else { return Vec::new() };
+            at = tail;
+        }
+        self.written_states(Constants { program: self.program, body, typed }, at)
+    }
+
+    fn written_states(&self, of: Constants<'_>, literal: ExprId) -> Vec<(String, Head)> {
+        let ExprKind::Struct { fields, .. } = &of.body.expr(literal).kind else { return Vec::new() };
+        // The fields of a variant lie behind its name.
+        if matches!(of.typed.expr_def.get(&literal), Some(Def::Variant(..))) {
+            return Vec::new();
+        }
+        let states = fields.iter().filter(|(_, field)| self.is_state(of.typed.ty(*field)));
+        states.filter_map(|(name, field)| Some((name.clone(), of.head(*field)?))).collect()
+    }
+}
+
+/// Whether a function may give back something else than what stands at its end.
+fn may_end_early(body: &Body) -> bool {
+    let ends = |kind: &ExprKind| matches!(kind, ExprKind::Return(_) | ExprKind::Try(_) | ExprKind::Break { .. });
+    body.exprs.iter().any(|expr| ends(&expr.kind) || matches!(expr.kind, ExprKind::Opaque(_)))
+}
