@@ -21,6 +21,7 @@ use super::given::{
 use super::handed;
 use super::instances::{holds_filter_at, is_generic, replaces_generic};
 use super::kept;
+use super::only_with;
 use super::own_cycles;
 use super::returned;
 use super::search::{Region, Search};
@@ -104,6 +105,8 @@ pub(super) struct Summary {
     pub(super) chosen_resets: BTreeSet<Given>,
     /// What it writes, for conditions that read it.
     pub(super) writes: BTreeSet<Given>,
+    /// What of it it leaves alone where it gives back `None` or `Err`.
+    pub(super) writes_if_present: BTreeSet<Given>,
     /// With which heads, where they are known, and how these values go on from those before.
     pub(super) sets: BTreeSet<(Given, Option<Head>, Option<ChangeKind>)>,
     /// What of it goes without a reset of a filter that it resets on other ways.
@@ -294,6 +297,7 @@ impl Summaries {
         summary.chosen = chosen_returns::find(program, graph, self, &summary.returns);
         bound(&mut summary.uses);
         bound(&mut summary.writes);
+        summary.writes_if_present = only_with::present(graph, &aliases, self, &summary.writes);
         if summary.sets.len() > MAX_PLACES {
             summary.sets = summary.writes.iter().map(|given| (given.clone(), None, None)).collect();
         }
