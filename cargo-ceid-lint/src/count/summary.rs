@@ -131,6 +131,8 @@ pub(super) struct Summary {
     pub(super) shown: Shown,
     /// The parameters that it puts into what another one of them leads to.
     pub(super) keeps: BTreeSet<usize>,
+    /// The filters that it takes out of what it was lent.
+    pub(super) takes_out: BTreeSet<Given>,
     /// Where it puts what it is given: the place, and what is there from then on.
     pub(super) puts: BTreeSet<(Given, Given)>,
     /// The functions that it calls.
@@ -287,6 +289,7 @@ impl Summaries {
             }
         }
         summary.keeps = kept::params(program.index, graph, &aliases, self);
+        summary.takes_out = kept::taken_out(program.index, graph, &aliases, self);
         summary.puts = kept::handles(program.index, graph, &aliases, self);
         summary.uses.retain(|given| holds_filter_at(program.index, graph, &instance_of(graph, given)));
         if summary.returns.len() > MAX_PLACES {
