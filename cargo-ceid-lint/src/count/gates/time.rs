@@ -72,7 +72,7 @@ impl Gates<'_, '_> {
         if !test.about.is_comparison {
             return self.asks_whether_clock_moved(test);
         }
-        if self.is_since_clock(test) {
+        if self.is_since_clock(test) || self.is_put_off(test) {
             return true;
         }
         test.about.reads.iter().any(|place| {
@@ -99,6 +99,33 @@ impl Gates<'_, '_> {
             && is_plain(left)
             && is_plain(right)
             && (is_reading(left) && is_last(right) || is_last(left) && is_reading(right))
+    }
+
+    /// `if t >= self.next { self.next = t + PERIOD; … }`: a number that the function is given and feeds to no filter, compared with one
+    /// that nothing else puts off.
+    fn is_put_off(&self, test: &Test) -> bool {
+        let [Some(left), Some(right)] = &test.about.compared else { return false };
+        let graph = self.search.graph;
+        let is_given = |place: &Place| {
+            let var = place.base_var().filter(|_| place.steps.is_empty() && self.is_number(place));
+            var.is_some_and(|var| graph.var(var).param.is_some() && !self.feeds_any(&[var]))
+        };
+        let is_next = |next: &Place, moment: &Place| {
+            let puts_off = |id: NodeId| {
+                graph.changes.get(&id).is_some_and(|change| {
+                    let places = named(&change.computed.places);
+                    let is_period = |place: &&Place| *place != moment && self.is_left_alone(place);
+                    change.kind == ChangeKind::Other
+                        && places.contains(&moment)
+                        && places.iter().all(|place| *place == moment || is_period(place))
+                        && places.iter().any(is_period)
+                        && change.computed.calls.iter().all(|name| name.ends_with("_add"))
+                })
+            };
+            let mut given = self.assigning(next).peekable();
+            self.is_number(next) && self.outlives(next) && given.peek().is_some() && given.all(puts_off)
+        };
+        is_given(left) && is_next(right, left) || is_given(right) && is_next(left, right)
     }
 
     /// A comparison with what is named as a point of time: `now < self.deadline`.
