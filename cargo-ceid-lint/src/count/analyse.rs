@@ -5,6 +5,7 @@ use std::sync::Mutex;
 
 use super::aliases::Aliases;
 use super::analysis::{Analysis, Presumed};
+use super::chosen_resets;
 use super::cycles::{Instance, choose_cycles};
 use super::debug_only;
 use super::decide::{self, Decision};
@@ -165,6 +166,7 @@ fn function_facts<'a>(
             && is_instance(program.index, graph, place, states.contains(place))
             && !is_debug_only(graph, place)
     });
+    places.extend(chosen_resets::one_by_one(program.index, graph, &aliases, &places));
     let mut updated: Vec<Instance> = Vec::new();
     for place in settle_elements(program.index, graph, &places) {
         let ty = place_ty(program.index, graph, &place);

@@ -5,10 +5,10 @@ use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
 use super::given::{Given, MAX_PLACES, given, place_of};
-use super::instances::holds_filter_at;
+use super::instances::{holds_filter_at, place_ty};
 use super::summary::Summaries;
 use crate::flow::{ControlFlowGraph, Effect, IndexKey, Place, Transfer};
-use crate::index::Index;
+use crate::index::{Index, Ty};
 
 /// The places of filters that a function resets where data chooses them.
 pub(super) fn find(
@@ -44,4 +44,32 @@ pub(super) fn find(
         }
     }
     if found.len() > MAX_PLACES { BTreeSet::new() } else { found }
+}
+
+/// The elements of an array that are updated together and reset one by one, if all of them are: each is an instance then.
+pub(super) fn one_by_one(
+    index: &Index,
+    graph: &ControlFlowGraph,
+    aliases: &Aliases,
+    places: &BTreeSet<Place>,
+) -> Vec<Place> {
+    let mut reset: BTreeSet<Place> = BTreeSet::new();
+    for node in &graph.nodes {
+        if let Effect::Reset { place, full: true } = &node.effect {
+            reset.extend(aliases.roots(place));
+        }
+    }
+    let has_all = |place: &Place| {
+        let at = place.steps.iter().position(|step| matches!(step.key(), Some(IndexKey::Number(_))))?;
+        let collection = Place { base: place.base, steps: place.steps[..at].to_vec() };
+        let Some(Ty::Array(_, length)) = place_ty(index, graph, &collection) else { return None };
+        let element = |number| {
+            let mut element = place.clone();
+            element.steps[at] = place.steps[at].with_key(IndexKey::Number(number));
+            element
+        };
+        Some((0..length.value?).all(|number| reset.contains(&element(number))))
+    };
+    let is_updated = |place: &Place| places.iter().any(|updated| updated.overlaps(place));
+    reset.iter().filter(|place| is_updated(place) && has_all(place) == Some(true)).cloned().collect()
 }

@@ -1,14 +1,14 @@
 //! What a function puts into what its callers lent it.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::aliases::Aliases;
 use super::given::{Given, GivenBase, MAX_PLACES, given, place_of};
 use super::handles::{has_handles, is_shared};
 use super::summary::Summaries;
 use super::uses::is_plain;
-use crate::flow::{ControlFlowGraph, Effect, Place};
-use crate::index::Index;
+use crate::flow::{Base, ControlFlowGraph, Effect, Place, Transfer};
+use crate::index::{Index, Ty};
 
 /// The parameters that a function puts into what another one of them leads to: `self.all.push(filter)`.
 pub(super) fn params(
@@ -22,21 +22,31 @@ pub(super) fn params(
         bases.filter_map(|base| if let GivenBase::Param(param) = base { Some(param) } else { None }).collect()
     };
     let mut kept = BTreeSet::new();
+    // What a new value has a copy of: `Channel { filter, gain }`.
+    let mut copies: BTreeMap<Base, BTreeSet<usize>> = BTreeMap::new();
     for node in &graph.nodes {
         match &node.effect {
-            Effect::Set(set) | Effect::Write(set) if !set.place.steps.is_empty() => {
+            Effect::Set(set) | Effect::Write(set) => {
                 let Some(from) = set.from.as_ref().filter(|from| !is_plain(index, graph, from)) else { continue };
                 let owner = Place { base: set.place.base, steps: Vec::new() };
                 let owners = params(&mut aliases.roots(&owner).into_iter());
-                let given = params(&mut aliases.parts(from).into_iter().map(|(_, root)| root));
+                let mut given = params(&mut aliases.parts(from).into_iter().map(|(_, root)| root));
+                given.extend(copies.get(&from.base).into_iter().flatten());
+                if owners.is_empty() && set.transfer != Transfer::Borrow {
+                    copies.entry(set.place.base).or_default().extend(&given);
+                }
+                if set.place.steps.is_empty() {
+                    continue;
+                }
                 if !owners.is_empty() {
                     kept.extend(given.difference(&owners));
                 }
             }
             Effect::Call(site) => {
                 let callees = site.targets.iter().filter_map(|target| summaries.get(*target));
-                for place in callees.flat_map(|callee| &callee.keeps).filter_map(|number| site.args.get(*number)) {
-                    let moved = place.place.iter().filter(|place| !is_plain(index, graph, place));
+                for arg in callees.flat_map(|callee| &callee.keeps).filter_map(|number| site.args.get(*number)) {
+                    let copied = arg.value_of.iter().filter(|_| arg.is_copy);
+                    let moved = arg.place.iter().chain(copied).filter(|place| !is_plain(index, graph, place));
                     kept.extend(moved.flat_map(|place| params(&mut aliases.roots(place).into_iter())));
                 }
             }
@@ -44,6 +54,40 @@ pub(super) fn params(
         }
     }
     kept
+}
+
+/// The filters that a function takes out of what its callers lent it: `let mut job = self.queue.pop()?;`.
+pub(super) fn taken_out(
+    index: &Index,
+    graph: &ControlFlowGraph,
+    aliases: &Aliases,
+    summaries: &Summaries,
+) -> BTreeSet<Given> {
+    let mut found = BTreeSet::new();
+    let is_lent = |place: &Place| place.base_var().is_some_and(|var| matches!(graph.var(var).ty, Ty::Ref(true, _)));
+    let has_name = |place: &Place| {
+        let var = place.base_var().map(|var| graph.var(var));
+        !place.steps.is_empty() || var.is_some_and(|var| !var.name.is_empty() && !var.name.starts_with('_'))
+    };
+    let mut add = |place: &Place| {
+        let lent = aliases.roots(place).into_iter().filter(&is_lent);
+        found.extend(lent.filter_map(|root| given(graph, &root)));
+    };
+    for node in &graph.nodes {
+        match &node.effect {
+            Effect::Set(set) | Effect::Write(set) if set.transfer == Transfer::Move && has_name(&set.place) => {
+                set.from.iter().filter(|from| !is_plain(index, graph, from)).for_each(&mut add);
+            }
+            Effect::Call(site) => {
+                let callees = site.targets.iter().filter_map(|target| summaries.get(*target));
+                let taken = callees.flat_map(|callee| &callee.takes_out);
+                taken.filter_map(|given| place_of(given, site)).for_each(|place| add(&place));
+            }
+            _ => {}
+        }
+    }
+    graph.taken_out.iter().for_each(&mut add);
+    if found.len() > MAX_PLACES { BTreeSet::new() } else { found }
 }
 
 /// Where a function puts the handles of filters that it is given, itself or by a call.

@@ -35,6 +35,7 @@ mod kept;
 mod lent;
 mod missed;
 mod monomorphise;
+mod only_with;
 mod outside;
 mod oversampled;
 mod owed;

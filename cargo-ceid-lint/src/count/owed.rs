@@ -12,7 +12,7 @@ use super::instances::{self, leaves, place_ty};
 use super::search::{Region, Search};
 use super::verdict::{Pair, Verdict};
 use super::witness::OF_COPY;
-use super::{finished, missed};
+use super::{finished, missed, taken_out};
 use crate::config::Multiplicity;
 use crate::diagnostic::WitnessStep;
 use crate::flow::{ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Transfer, Var};
@@ -193,8 +193,7 @@ impl Context<'_> {
         pairs: &mut BTreeMap<CycleId, Vec<Pair>>,
         analysis: &mut Analysis,
     ) {
-        let graph = facts.graph;
-        let index = self.program.index;
+        let (graph, index) = (facts.graph, self.program.index);
         let info = var.map(|var| graph.var(var));
         let is_param = info.is_none_or(|info| info.param.is_some());
         // What lies in a static or behind a reference may be updated elsewhere; what lies in a local or in what the function was
@@ -355,7 +354,7 @@ impl Context<'_> {
         };
         let mut decision = self.decide_unseen(facts, place, law, id, head);
         if decision.verdict == Verdict::Missed {
-            if self.keeps_nothing(facts, place, law) {
+            if self.keeps_nothing(facts, place, law) || taken_out::by_callees(self, facts, place) {
                 return;
             }
             let of_copy = |span| WitnessStep { span, message: OF_COPY.to_owned() };

@@ -21,6 +21,7 @@ use super::given::{
 use super::handed;
 use super::instances::{holds_filter_at, is_generic, replaces_generic};
 use super::kept;
+use super::only_with;
 use super::own_cycles;
 use super::returned;
 use super::search::{Region, Search};
@@ -104,6 +105,8 @@ pub(super) struct Summary {
     pub(super) chosen_resets: BTreeSet<Given>,
     /// What it writes, for conditions that read it.
     pub(super) writes: BTreeSet<Given>,
+    /// What of it it leaves alone where it gives back `None` or `Err`.
+    pub(super) writes_if_present: BTreeSet<Given>,
     /// With which heads, where they are known, and how these values go on from those before.
     pub(super) sets: BTreeSet<(Given, Option<Head>, Option<ChangeKind>)>,
     /// What of it goes without a reset of a filter that it resets on other ways.
@@ -128,6 +131,8 @@ pub(super) struct Summary {
     pub(super) shown: Shown,
     /// The parameters that it puts into what another one of them leads to.
     pub(super) keeps: BTreeSet<usize>,
+    /// The filters that it takes out of what it was lent.
+    pub(super) takes_out: BTreeSet<Given>,
     /// Where it puts what it is given: the place, and what is there from then on.
     pub(super) puts: BTreeSet<(Given, Given)>,
     /// The functions that it calls.
@@ -284,6 +289,7 @@ impl Summaries {
             }
         }
         summary.keeps = kept::params(program.index, graph, &aliases, self);
+        summary.takes_out = kept::taken_out(program.index, graph, &aliases, self);
         summary.puts = kept::handles(program.index, graph, &aliases, self);
         summary.uses.retain(|given| holds_filter_at(program.index, graph, &instance_of(graph, given)));
         if summary.returns.len() > MAX_PLACES {
@@ -294,6 +300,7 @@ impl Summaries {
         summary.chosen = chosen_returns::find(program, graph, self, &summary.returns);
         bound(&mut summary.uses);
         bound(&mut summary.writes);
+        summary.writes_if_present = only_with::present(graph, &aliases, self, &summary.writes);
         if summary.sets.len() > MAX_PLACES {
             summary.sets = summary.writes.iter().map(|given| (given.clone(), None, None)).collect();
         }

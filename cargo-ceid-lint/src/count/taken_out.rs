@@ -1,5 +1,8 @@
 //! Filters that a call takes out of their place to give them back: `self.state = self.next_state();`
 
+use super::analyse::{Context, FunctionFacts};
+use super::given::place_of;
+use super::instances;
 use super::search::{Region, Search};
 use crate::flow::{Assignment, CallSite, Cause, Effect, Node, Place, Var};
 
@@ -54,5 +57,26 @@ fn is_put_back(search: &Search<'_>, nodes: &[&Node], site: &CallSite) -> bool {
     names.extend(sets().filter(|set| is_from(set, site.result)).filter_map(|set| set.place.base_var()));
     sets().any(|set| {
         !set.place.steps.is_empty() && holds(search, &set.place) && names.iter().any(|var| is_from(set, *var))
+    })
+}
+
+/// Whether a function that is called takes the filter at a place, where none need be, out of it, whatever it does with it then:
+/// `while let Some(mut job) = self.queue.pop() { … }`.
+pub(super) fn by_callees(context: &Context<'_>, facts: &FunctionFacts<'_>, place: &Place) -> bool {
+    let whole = Place { base: place.base, steps: Vec::new() };
+    if instances::is_always_in(context.program.index, facts.graph, &whole, &place.steps) {
+        return false;
+    }
+    let leads_to = |taken: &Place| {
+        let roots = facts.aliases.shared_roots(taken);
+        roots.iter().any(|root| root.overlaps(place) && root.steps.len() <= place.steps.len())
+    };
+    facts.graph.nodes.iter().any(|node| match &node.effect {
+        Effect::Call(site) => {
+            let callees = site.targets.iter().filter_map(|target| context.summaries.get(*target));
+            let mut taken = callees.flat_map(|callee| &callee.takes_out);
+            taken.any(|given| place_of(given, site).is_some_and(|taken| leads_to(&taken)))
+        }
+        _ => false,
     })
 }

@@ -97,15 +97,18 @@ impl Context<'_> {
                             let made = &facts.graph.var(site.result).ty;
                             arg.is_copy && instances::may_hold_filter(self.program.index, made)
                         };
-                        uses.leaves |= arg.value_of.as_ref().is_some_and(&holds) && makes();
+                        let keeps = |target: &FunctionId| {
+                            self.summaries.get(*target).is_some_and(|callee| callee.keeps.contains(&number))
+                        };
+                        let is_kept = site.targets.iter().any(keeps);
+                        let is_value = arg.value_of.as_ref().is_some_and(&holds);
+                        uses.leaves |= is_value && makes();
+                        uses.is_assigned |= is_value && arg.is_copy && is_kept;
                         let Some(own) = &arg.place else { continue };
                         if !holds(own) {
                             continue;
                         }
-                        let keeps = |target: &FunctionId| {
-                            self.summaries.get(*target).is_some_and(|callee| callee.keeps.contains(&number))
-                        };
-                        if (!is_lent && self.takes_by_value(site, number)) || site.targets.iter().any(keeps) {
+                        if (!is_lent && self.takes_by_value(site, number)) || is_kept {
                             uses.leaves = true;
                         } else if arg.is_shared || self.reads_only(site, number) {
                             uses.read = true;

@@ -87,6 +87,8 @@ pub struct ControlFlowGraph {
     pub lent: Vec<Place>,
     /// The values that something unseen gets for good, to do with them what their types offer, by the nodes where it does.
     pub given_away: std::collections::BTreeSet<(NodeId, Place)>,
+    /// Elements of collections that a method takes out: `queue.pop()`.
+    pub taken_out: std::collections::BTreeSet<Place>,
     /// The nodes of code that runs elsewhere or later, outside every loop of its own, with the forks at which it begins.
     pub elsewhere: std::collections::BTreeMap<NodeId, NodeId>,
     /// Elements of blocks that are written at a multiple of a number.

@@ -46,6 +46,11 @@ pub(super) fn prelude(name: &str) -> Option<&'static str> {
     })
 }
 
+/// Whether a name of the prelude is that of a value.
+pub(super) fn is_prelude_value(name: &str) -> bool {
+    matches!(name, "Some" | "None" | "Ok" | "Err" | "drop")
+}
+
 /// One spelling for paths that mean the same: `core` and `alloc` are `std`, ceid-core's names stand at its root.
 pub(super) fn canonical(path: &str) -> String {
     let mut parts: Vec<&str> = path.split("::").collect();

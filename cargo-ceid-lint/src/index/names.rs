@@ -180,7 +180,9 @@ impl Index {
         {
             return Some(def);
         }
-        known::prelude(name).map(|path| Def::External(path.to_owned()))
+        // `Eq { … }` is no trait of the prelude where a type has that name: its traits and types are no values.
+        let is_there = namespace == Namespace::Type || known::is_prelude_value(name);
+        known::prelude(name).filter(|_| is_there).map(|path| Def::External(path.to_owned()))
     }
 
     fn resolve_rest(&self, start: Def, rest: &[String], namespace: Namespace, trail: &mut Trail) -> Option<Def> {

@@ -15,6 +15,9 @@ impl Gates<'_, '_> {
         }
         let opens = self.opening_heads(test, at);
         let skips = way.after(at)?;
+        if self.stays_open(flag, at, skips) {
+            return None;
+        }
         // What follows in this round is of the next one.
         let asked_at = way.nodes.iter().position(|node| *node == at)?;
         let before = Way { nodes: way.nodes[..=asked_at].to_vec(), at };
@@ -27,6 +30,17 @@ impl Gates<'_, '_> {
             }
         }
         found
+    }
+
+    /// Whether a round that finds a flag open may update and leave the flag as it is: that is a state, which something else ends.
+    fn stays_open(&self, flag: &Place, at: NodeId, skips: NodeId) -> bool {
+        let keeps = |node: NodeId, _: usize| !self.assigns(node, flag);
+        let before = self.reached(keeps);
+        self.search.graph.node(at).next.iter().filter(|next| **next != skips && before[at.0 as usize]).any(|open| {
+            let reached = self.reached_from(*open, keeps);
+            let updating = self.search.updating();
+            updating.iter().any(|node| reached[node.0 as usize] && self.completes(*node, keeps))
+        })
     }
 
     /// Whether a way that finds its flag closed opens it for the next round.

@@ -4,6 +4,8 @@ use super::sources::Sources;
 use super::{Gates, Way};
 use crate::config::TimeBase;
 use crate::count::cycles::named;
+use crate::count::given::place_of;
+use crate::count::summary::Summary;
 use crate::count::verdict::Gate;
 use crate::flow::{ChangeKind, Computed, Effect, NodeId, Place, StepUnit, Test, is_time_name, step_unit};
 use crate::index::{FunctionId, Ty};
@@ -70,7 +72,7 @@ impl Gates<'_, '_> {
         if !test.about.is_comparison {
             return self.asks_whether_clock_moved(test);
         }
-        if self.is_since_clock(test) {
+        if self.is_since_clock(test) || self.is_put_off(test) {
             return true;
         }
         test.about.reads.iter().any(|place| {
@@ -97,6 +99,33 @@ impl Gates<'_, '_> {
             && is_plain(left)
             && is_plain(right)
             && (is_reading(left) && is_last(right) || is_last(left) && is_reading(right))
+    }
+
+    /// `if t >= self.next { self.next = t + PERIOD; … }`: a number that the function is given and feeds to no filter, compared with one
+    /// that nothing else puts off.
+    fn is_put_off(&self, test: &Test) -> bool {
+        let [Some(left), Some(right)] = &test.about.compared else { return false };
+        let graph = self.search.graph;
+        let is_given = |place: &Place| {
+            let var = place.base_var().filter(|_| place.steps.is_empty() && self.is_number(place));
+            var.is_some_and(|var| graph.var(var).param.is_some() && !self.feeds_any(&[var]))
+        };
+        let is_next = |next: &Place, moment: &Place| {
+            let puts_off = |id: NodeId| {
+                graph.changes.get(&id).is_some_and(|change| {
+                    let places = named(&change.computed.places);
+                    let is_period = |place: &&Place| *place != moment && self.is_left_alone(place);
+                    change.kind == ChangeKind::Other
+                        && places.contains(&moment)
+                        && places.iter().all(|place| *place == moment || is_period(place))
+                        && places.iter().any(is_period)
+                        && change.computed.calls.iter().all(|name| name.ends_with("_add"))
+                })
+            };
+            let mut given = self.assigning(next).peekable();
+            self.is_number(next) && self.outlives(next) && given.peek().is_some() && given.all(puts_off)
+        };
+        is_given(left) && is_next(right, left) || is_given(right) && is_next(left, right)
     }
 
     /// A comparison with what is named as a point of time: `now < self.deadline`.
@@ -226,21 +255,52 @@ impl Gates<'_, '_> {
     /// Whether a way sets one of these clocks.
     pub(super) fn sets_clock(&self, sources: &Sources, way: &Way) -> bool {
         let clocks: Vec<&Place> = self.clocks(sources).collect();
-        way.nodes.iter().any(|id| clocks.iter().any(|place| self.renews(*id, place)) || self.laps(*id, sources))
+        way.nodes.iter().any(|id| {
+            let goes_on = |place: &Place| !self.leaves_where_absent(*id, way, place);
+            clocks.iter().any(|place| self.renews(*id, place) && goes_on(place))
+                || self.lapped(*id, sources).iter().any(goes_on)
+        })
+    }
+
+    /// Whether a call had nothing to give on a way, and writes a place only where it has: `fn fix(&mut self) -> Option<f32>` that
+    /// notes when the last fix came.
+    fn leaves_where_absent(&self, id: NodeId, way: &Way, place: &Place) -> bool {
+        let graph = self.search.graph;
+        let Effect::Call(site) = &graph.node(id).effect else { return false };
+        let is_result = |asked: &Test| {
+            let whole = asked.subject.and_then(|id| graph.subjects[id.0 as usize].whole.as_ref());
+            let var = whole.filter(|whole| whole.steps.is_empty()).and_then(Place::base_var);
+            var.is_some_and(|var| var == site.result || site.into.contains(&var))
+        };
+        let asked = way.nodes.iter().skip_while(|node| **node != id);
+        let is_absent = asked.zip(way.nodes.iter().skip_while(|node| **node != id).skip(1)).any(|(node, next)| {
+            let Effect::Branch(test) = &graph.node(*node).effect else { return false };
+            let holds = graph.node(*node).next.first() == Some(next);
+            test.about.asks_presence() && is_result(test) && test.about.heads.iter().all(|head| (head == "+") != holds)
+        });
+        let leaves = |summary: &Summary| {
+            let written = summary.writes.difference(&summary.writes_if_present);
+            !written.filter_map(|given| place_of(given, site)).any(|written| written.overlaps(place))
+        };
+        is_absent && site.targets.iter().all(|target| self.search.summaries.get(*target).is_some_and(leaves))
     }
 
     /// A helper that keeps the time, and whose result the value is computed from: `let dt = self.lap();`, `update(error, watch.lap())`
     pub(super) fn laps(&self, id: NodeId, sources: &Sources) -> bool {
-        let Effect::Call(site) = &self.search.graph.node(id).effect else { return false };
+        !self.lapped(id, sources).is_empty()
+    }
+
+    /// The times that such a helper keeps.
+    fn lapped(&self, id: NodeId, sources: &Sources) -> Vec<Place> {
+        let Effect::Call(site) = &self.search.graph.node(id).effect else { return Vec::new() };
         let name = |target: &FunctionId| &self.search.program.index.function(*target).name;
         let asked = site.args.first().and_then(|arg| arg.place.as_ref());
         let is_result = site.into.iter().any(|var| sources.has_var(*var))
             || asked.is_some_and(|place| sources.places.contains(place))
                 && site.targets.iter().any(|target| sources.calls.contains(name(target)));
-        is_result
-            && self
-                .written_by(site)
-                .any(|place| self.outlives(&place) && (is_clock_name(&self.last_name(&place)) || self.is_time(&place)))
+        let is_clock =
+            |place: &Place| self.outlives(place) && (is_clock_name(&self.last_name(place)) || self.is_time(place));
+        if is_result { self.written_by(site).filter(is_clock).collect() } else { Vec::new() }
     }
 
     /// Whether the time goes on without the filter, so that a gate is no excuse.

@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 
 use rustc_hash::FxHashSet;
 
-use super::Builder;
+use super::{Builder, Value};
 use crate::flow::IndexKey;
 use crate::syntax::tree::{Body, ExprId, ExprKind, PatId, PatKind, StmtKind};
 use crate::types::{LocalId, TypedBody};
@@ -94,6 +94,15 @@ impl Builder<'_> {
         {
             // Which elements change is not known; what they belong to is still the same.
             self.written_unseen(place.element(IndexKey::Data(method.into())), self.span(receiver));
+        }
+    }
+
+    /// What becomes of the elements that a method takes out of a collection is no business of the collection's.
+    pub(super) fn note_taken_out(&mut self, method: &str, collection: &Value) {
+        let takes = method.starts_with("pop")
+            || matches!(method, "remove" | "remove_entry" | "swap_remove" | "dequeue" | "drain");
+        if let Some(place) = collection.place.as_ref().filter(|_| takes) {
+            self.graph.taken_out.insert(place.element(IndexKey::Each));
         }
     }
 }

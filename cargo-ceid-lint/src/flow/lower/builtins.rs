@@ -42,6 +42,7 @@ impl Builder<'_> {
             None => self.give_away(id, &[], args, &values),
         }
         self.note_put_into(method, receiver, args);
+        self.note_taken_out(method, &value);
         match method {
             // `push(value)`, `map.insert(key, value)`, `bank.resize(4, value)`
             "push" | "push_back" | "push_front" | "insert" | "resize" => {

@@ -436,7 +436,8 @@ impl Builder<'_> {
                 Source { item: Item::Drawn(self.reads_of(id), computed), ..Source::bounded() }
             }
             "values_mut" | "values" | "drain" | "keys" | "windows" | "lines" | "chars" | "bytes" | "split" => {
-                self.expr(receiver);
+                let collection = self.expr(receiver);
+                self.note_taken_out(method, &collection);
                 for arg in args {
                     self.expr(*arg);
                 }

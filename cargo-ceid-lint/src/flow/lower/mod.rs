@@ -258,6 +258,7 @@ impl<'a> Builder<'a> {
             cloned: Vec::new(),
             lent: Vec::new(),
             given_away: std::collections::BTreeSet::new(),
+            taken_out: std::collections::BTreeSet::new(),
             elsewhere: std::collections::BTreeMap::new(),
             sample_writes: Vec::new(),
             filled: Vec::new(),

@@ -135,7 +135,8 @@ impl Builder<'_> {
         let pure = taken.as_ref().map(|(_, pure)| pure.clone()).or_else(|| self.pure_option(expr));
         let pure = pure.or_else(|| value.same_as.map(|var| self.pure_var(var)));
         let mut about = self.about(expr);
-        about.is_presence = true;
+        // A number is there, whichever it is: `matches!(level, 3..=9)` compares.
+        about.is_presence = !matches!(self.ty(expr), Ty::Bool | Ty::Int | Ty::Float | Ty::Char);
         let total = self.total_heads(self.ty(expr)).map(Rc::from);
         let text = format!("let {} = {}", self.pattern_text(pat), self.text(expr));
         let matched = Matched { value: value.clone(), pure, total, about, text, span: Some(span), expr: Some(expr) };
