@@ -19,8 +19,9 @@ pub(super) fn present(
     if writes.is_empty() || !heads().any(is_present) {
         return BTreeSet::new();
     }
+    let leads_to_nothing = leading_to_nothing(graph);
     let mut without: BTreeSet<Given> = BTreeSet::new();
-    for id in graph.node_ids() {
+    for id in graph.node_ids().filter(|id| leads_to_nothing[id.0 as usize]) {
         let mut written = BTreeSet::new();
         match &graph.node(id).effect {
             Effect::Write(write) => note(graph, aliases, &write.place, &mut written),
@@ -32,9 +33,7 @@ pub(super) fn present(
             }
             _ => continue,
         }
-        if written.iter().any(|given| !without.contains(given)) && leads_to_nothing(graph, id) {
-            without.extend(written);
-        }
+        without.extend(written);
     }
     let is_part = |own: &Given, other: &Given| own.base == other.base && own.steps.starts_with(&other.steps);
     let is_without = |given: &Given| without.iter().any(|other| is_part(given, other) || is_part(other, given));
@@ -53,8 +52,8 @@ fn is_present(head: &Head) -> bool {
     head == "+"
 }
 
-/// Whether a way from a node may end with a result that is not known to hold something.
-fn leads_to_nothing(graph: &ControlFlowGraph, from: NodeId) -> bool {
+/// Of each node, whether a way behind it may end with a result that is not known to hold something.
+fn leading_to_nothing(graph: &ControlFlowGraph) -> Vec<bool> {
     let returned = |effect: &Effect| match effect {
         Effect::Return(value) => value.same_as,
         _ => None,
@@ -67,29 +66,43 @@ fn leads_to_nothing(graph: &ControlFlowGraph, from: NodeId) -> bool {
         });
         graph.var(var).param.is_none() && sets.all(|set| set.head.as_ref().is_some_and(is_present))
     };
-    let mut seen = BTreeSet::new();
-    let mut open: Vec<(NodeId, bool)> = graph.node(from).next.iter().map(|next| (*next, false)).collect();
-    while let Some((id, mut is_there)) = open.pop() {
-        if !seen.insert((id, is_there)) {
-            continue;
-        }
+    let always: BTreeSet<Var> = results.iter().copied().filter(|var| is_always_present(*var)).collect();
+    // Each node stands here twice: where the result is not known to hold something before it, and where it is.
+    let number = |id: NodeId, is_there: bool| id.0 as usize * 2 + usize::from(is_there);
+    let mut before: Vec<Vec<usize>> = vec![Vec::new(); graph.nodes.len() * 2];
+    let mut leads = vec![false; before.len()];
+    let mut open = Vec::new();
+    for (id, is_there) in graph.node_ids().flat_map(|id| [(id, false), (id, true)]) {
+        let own = number(id, is_there);
+        let mut after = is_there;
         match &graph.node(id).effect {
             Effect::Return(value) => {
-                let is_there = match (&value.head, value.same_as) {
+                let holds = match (&value.head, value.same_as) {
                     (Some(head), _) => is_present(head),
-                    (None, Some(var)) => is_there || is_always_present(var),
+                    (None, Some(var)) => is_there || always.contains(&var),
                     (None, None) => false,
                 };
-                if !is_there {
-                    return true;
+                if !holds {
+                    leads[own] = true;
+                    open.push(own);
                 }
             }
             Effect::Set(set) if results.iter().any(|var| set.place == Place::var(*var)) => {
-                is_there = set.head.as_ref().is_some_and(is_present);
+                after = set.head.as_ref().is_some_and(is_present);
             }
             _ => {}
         }
-        open.extend(graph.node(id).next.iter().map(|next| (*next, is_there)));
+        for next in &graph.node(id).next {
+            before[number(*next, after)].push(own);
+        }
     }
-    false
+    while let Some(at) = open.pop() {
+        for from in std::mem::take(&mut before[at]) {
+            if !std::mem::replace(&mut leads[from], true) {
+                open.push(from);
+            }
+        }
+    }
+    let behind = |id: NodeId| graph.node(id).next.iter().any(|next| leads[number(*next, false)]);
+    graph.node_ids().map(behind).collect()
 }

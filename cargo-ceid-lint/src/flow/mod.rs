@@ -45,7 +45,7 @@ pub struct LoopId(pub u32);
 pub struct GuardId(pub u32);
 
 /// The control flow of one function.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct ControlFlowGraph {
     /// The function.
     pub function: FunctionId,

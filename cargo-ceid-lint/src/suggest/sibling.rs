@@ -1,5 +1,6 @@
 //! A missed sibling put in the place of the filter that is updated twice: a line that was pasted and not changed in full.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::free::is_free;
@@ -22,6 +23,8 @@ struct Call<'a> {
 struct Declared {
     order: usize,
     edits: Edits,
+    /// The types of numbers that a generic variable is declared with: `f32` in `Lag::<f32>::new()`.
+    numbers: BTreeSet<String>,
 }
 
 /// The receivers changed to the siblings that the cycle misses.
@@ -37,7 +40,8 @@ pub(super) fn suggestion(site: &Site<'_>, pair: &Pair, missed: &[String]) -> Opt
     }
     names.sort_by_key(|(_, declared)| declared.order);
     let all: Vec<&str> = names.iter().map(|(name, _)| *name).collect();
-    if calls.len() != all.len() {
+    let is_alike = names.iter().all(|(_, own)| own.numbers == names[0].1.numbers);
+    if calls.len() != all.len() || !is_alike {
         return None;
     }
     let given = given_out(site, &calls, &all)?;
@@ -114,7 +118,7 @@ fn parts(text: &str) -> impl Iterator<Item = &str> {
 fn declared(site: &Site<'_>, receiver: ExprId, name: &str) -> Option<Declared> {
     match &site.body.expr(receiver).kind {
         ExprKind::Path(_) => local(site, receiver, name),
-        ExprKind::Field { base, .. } => {
+        ExprKind::Field { base, name: own } => {
             let field = name.strip_prefix(&site.spelled(*base))?.strip_prefix('.')?;
             let owner = site.typed.ty(*base).peel();
             let ty = site.program.index.field_ty(owner, None, field)?;
@@ -124,12 +128,16 @@ fn declared(site: &Site<'_>, receiver: ExprId, name: &str) -> Option<Declared> {
             if !is_usable(site, *id, &fields.fields, order) {
                 return None;
             }
-            (ty == *site.typed.ty(receiver) && !is_shared(&ty)).then_some(Declared { order, edits: Vec::new() })
+            // As types of the analysis, those of `f32` and `f64` are one.
+            let is_alike = fields.fields.iter().any(|of| of.name == *own && of.ty == fields.fields[order].ty);
+            let is_it = is_alike && ty == *site.typed.ty(receiver) && !is_shared(&ty);
+            is_it.then_some(Declared { order, edits: Vec::new(), numbers: BTreeSet::new() })
         }
         ExprKind::Index { base, .. } => {
             let index = name.strip_prefix(&site.spelled(*base))?.strip_prefix('[')?.strip_suffix(']')?;
             let is_array = matches!(site.typed.ty(*base).peel(), Ty::Array(..));
-            index.parse().ok().filter(|_| is_array).map(|order| Declared { order, edits: Vec::new() })
+            let order = index.parse().ok().filter(|_| is_array)?;
+            Some(Declared { order, edits: Vec::new(), numbers: BTreeSet::new() })
         }
         _ => None,
     }
@@ -173,7 +181,28 @@ fn local(site: &Site<'_>, receiver: ExprId, name: &str) -> Option<Declared> {
     let is_written = site.snippet(own.span).split_whitespace().next_back() == Some(name);
     let needs_mut = !mutable && !matches!(ty, Ty::Ref(..));
     let edits = if needs_mut { vec![(start..start, "mut ".to_owned())] } else { Vec::new() };
-    is_written.then_some(Declared { order: start, edits })
+    let lets = site
+        .body
+        .exprs
+        .iter()
+        .filter_map(|expr| if let ExprKind::Block(block) = &expr.kind { Some(block) } else { None });
+    let mut lets = lets.flat_map(|block| &block.stmts);
+    let declaration = lets.find(|stmt| matches!(stmt.kind, StmtKind::Let { pat: whole, .. } if whole == *pat));
+    let numbers = declaration.map_or_else(BTreeSet::new, |stmt| numbers(ty, site.snippet(stmt.span)));
+    is_written.then_some(Declared { order: start, edits, numbers })
+}
+
+/// The types of numbers that are named where something of a generic type is declared.
+fn numbers(ty: &Ty, declaration: &str) -> BTreeSet<String> {
+    let is_generic = matches!(ty.peel(), Ty::Adt(_, args) if !args.is_empty());
+    let is_number = |word: &&str| {
+        let width = word.strip_prefix(['f', 'i', 'u']);
+        width.is_some_and(|width| {
+            width == "size" || !width.is_empty() && width.chars().all(|digit| digit.is_ascii_digit())
+        })
+    };
+    let words = declaration.split(|letter: char| !(letter.is_alphanumeric() || letter == '_'));
+    words.filter(is_number).filter(|_| is_generic).map(str::to_owned).collect()
 }
 
 /// Whether a pattern binds its names for the site: it is a parameter, or a `let` before it in a block around it.

@@ -237,35 +237,7 @@ struct Builder<'a> {
 
 impl<'a> Builder<'a> {
     fn new(program: &'a Program<'a>, function: FunctionId, body: &'a Body, typed: &'a TypedBody) -> Self {
-        let graph = ControlFlowGraph {
-            function,
-            nodes: Vec::new(),
-            vars: Vec::new(),
-            params: Vec::new(),
-            loops: Vec::new(),
-            subjects: Vec::new(),
-            guards: Vec::new(),
-            derived: Vec::new(),
-            read_at: std::collections::BTreeMap::new(),
-            received: std::collections::BTreeSet::new(),
-            handed: std::collections::BTreeSet::new(),
-            computed: std::collections::BTreeMap::new(),
-            changes: std::collections::BTreeMap::new(),
-            copies: std::collections::BTreeMap::new(),
-            waits: Vec::new(),
-            steps: std::collections::BTreeMap::new(),
-            kept: Vec::new(),
-            cloned: Vec::new(),
-            lent: Vec::new(),
-            given_away: std::collections::BTreeSet::new(),
-            taken_out: std::collections::BTreeSet::new(),
-            elsewhere: std::collections::BTreeMap::new(),
-            sample_writes: Vec::new(),
-            filled: Vec::new(),
-            emptied: Vec::new(),
-            read_here: std::collections::BTreeSet::new(),
-            truncated: None,
-        };
+        let graph = ControlFlowGraph { function, ..ControlFlowGraph::default() };
         Self {
             program,
             graph,
