@@ -1,4 +1,4 @@
-//! What a function puts into what its callers lent it.
+//! What a function puts into what its callers lent it, and what it takes out of that.
 
 use std::collections::{BTreeMap, BTreeSet};
 
