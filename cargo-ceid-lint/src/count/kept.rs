@@ -32,13 +32,11 @@ pub(super) fn params(
                 let owners = params(&mut aliases.roots(&owner).into_iter());
                 let mut given = params(&mut aliases.parts(from).into_iter().map(|(_, root)| root));
                 given.extend(copies.get(&from.base).into_iter().flatten());
-                if owners.is_empty() && set.transfer != Transfer::Borrow {
-                    copies.entry(set.place.base).or_default().extend(&given);
-                }
-                if set.place.steps.is_empty() {
-                    continue;
-                }
-                if !owners.is_empty() {
+                if owners.is_empty() {
+                    if set.transfer != Transfer::Borrow {
+                        copies.entry(set.place.base).or_default().extend(&given);
+                    }
+                } else if !set.place.steps.is_empty() {
                     kept.extend(given.difference(&owners));
                 }
             }
@@ -79,9 +77,7 @@ pub(super) fn taken_out(
                 set.from.iter().filter(|from| !is_plain(index, graph, from)).for_each(&mut add);
             }
             Effect::Call(site) => {
-                let callees = site.targets.iter().filter_map(|target| summaries.get(*target));
-                let taken = callees.flat_map(|callee| &callee.takes_out);
-                taken.filter_map(|given| place_of(given, site)).for_each(|place| add(&place));
+                summaries.places(site, |callee| &callee.takes_out).for_each(|place| add(&place));
             }
             _ => {}
         }

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
-use super::given::{Given, note, place_of};
+use super::given::{Given, note};
 use super::summary::Summaries;
 use crate::flow::{ControlFlowGraph, Effect, Head, NodeId, Place, Var};
 
@@ -26,8 +26,7 @@ pub(super) fn present(
         match &graph.node(id).effect {
             Effect::Write(write) => note(graph, aliases, &write.place, &mut written),
             Effect::Call(site) => {
-                let callees = site.targets.iter().filter_map(|target| summaries.get(*target));
-                for place in callees.flat_map(|callee| &callee.writes).filter_map(|given| place_of(given, site)) {
+                for place in summaries.places(site, |callee| &callee.writes) {
                     note(graph, aliases, &place, &mut written);
                 }
             }

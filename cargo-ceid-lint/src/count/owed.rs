@@ -107,8 +107,7 @@ impl Context<'_> {
             let places: Vec<Place> = match &node.effect {
                 Effect::Use { place } => vec![place.clone()],
                 Effect::Call(site) => {
-                    let callees = site.targets.iter().filter_map(|target| self.summaries.get(*target));
-                    let used = callees.flat_map(|callee| &callee.uses).filter_map(|given| place_of(given, site));
+                    let used = self.summaries.places(site, |callee| &callee.uses);
                     site.args.iter().filter_map(|arg| arg.place.clone()).chain(used).collect()
                 }
                 _ => continue,
@@ -282,11 +281,7 @@ impl Context<'_> {
     fn is_run_for_good(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
         let is_it = |other: &Place| facts.aliases.shared_roots(other).contains(place);
         facts.graph.nodes.iter().any(|node| match &node.effect {
-            Effect::Call(site) => {
-                let callees = site.targets.iter().filter_map(|target| self.summaries.get(*target));
-                let mut endless = callees.flat_map(|callee| &callee.endless);
-                endless.any(|given| place_of(given, site).is_some_and(|place| is_it(&place)))
-            }
+            Effect::Call(site) => self.summaries.places(site, |callee| &callee.endless).any(|place| is_it(&place)),
             _ => false,
         })
     }

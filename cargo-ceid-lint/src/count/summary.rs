@@ -213,6 +213,16 @@ impl Summaries {
         self.open.contains(&id) && !self.of.contains_key(&id)
     }
 
+    /// The places at a call that the summaries of its callees tell of.
+    pub(super) fn places<'a>(
+        &'a self,
+        site: &'a CallSite,
+        what: impl Fn(&'a Summary) -> &'a BTreeSet<Given> + 'a,
+    ) -> impl Iterator<Item = Place> + 'a {
+        let summaries = site.targets.iter().filter_map(|target| self.of.get(target));
+        summaries.flat_map(what).filter_map(|given| place_of(given, site))
+    }
+
     /// What the result of a call may borrow or be made of: the steps into the result, and the place.
     pub(super) fn borrows<'a>(&'a self, site: &'a CallSite) -> impl Iterator<Item = (&'a [Projection], Place)> + 'a {
         self.gives(site).map(|(part, place, _)| (part, place))

@@ -1,7 +1,6 @@
 //! Filters that a call takes out of their place to give them back: `self.state = self.next_state();`
 
 use super::analyse::{Context, FunctionFacts};
-use super::given::place_of;
 use super::instances;
 use super::search::{Region, Search};
 use crate::flow::{Assignment, CallSite, Cause, Effect, Node, Place, Var};
@@ -72,11 +71,7 @@ pub(super) fn by_callees(context: &Context<'_>, facts: &FunctionFacts<'_>, place
         roots.iter().any(|root| root.overlaps(place) && root.steps.len() <= place.steps.len())
     };
     facts.graph.nodes.iter().any(|node| match &node.effect {
-        Effect::Call(site) => {
-            let callees = site.targets.iter().filter_map(|target| context.summaries.get(*target));
-            let mut taken = callees.flat_map(|callee| &callee.takes_out);
-            taken.any(|given| place_of(given, site).is_some_and(|taken| leads_to(&taken)))
-        }
+        Effect::Call(site) => context.summaries.places(site, |callee| &callee.takes_out).any(|taken| leads_to(&taken)),
         _ => false,
     })
 }

@@ -153,10 +153,8 @@ impl Index {
     /// Whether a type derives a trait of the standard library.
     pub(super) fn derives(&self, ty: &Ty, path: &str) -> bool {
         let (Ty::Adt(id, _), Some(path)) = (ty, path.strip_prefix("std::")) else { return false };
-        self.type_def(*id).attributes.iter().any(|attribute| {
-            let mut names = attribute.arguments.split(|letter: char| !letter.is_alphanumeric());
-            attribute.path == "derive" && names.any(|name| path.rsplit("::").next() == Some(name))
-        })
+        let name = path.rsplit("::").next().unwrap_or_default();
+        self.type_def(*id).attributes.iter().any(|attribute| attribute.derives(name))
     }
 
     /// Whether an impl for a type parameter has a method of that name: which types it covers may not be seen.

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use super::imports::{IdleImports, Import, Scope, Sought, segment_before, to_u32, written_in};
+use super::imports::{IdleImports, Import, Scope, Sought, segment_before, to_u32};
 use super::macros::Macros;
 use super::takers::Takers;
 use super::text::{without_comments, words};
 use crate::flow::Program;
-use crate::index::{Globbed, Owner};
+use crate::index::{FunctionId, Globbed, Owner};
 use crate::source::{FileId, Span};
 use crate::syntax::Outline;
 
@@ -17,13 +17,13 @@ pub(super) fn idle(
     file: FileId,
     text: &str,
     outline: &Outline,
+    functions: &[FunctionId],
     macros: &Macros<'_>,
     found: &mut IdleImports,
 ) {
     let index = program.index;
     let declared = index.functions.iter().filter(|def| def.function.keyword.file == file);
     let crates: BTreeSet<_> = declared.map(|def| index.module(def.module).krate).collect();
-    let functions = &written_in(program, file)[..];
     let code = without_comments(text);
     for (at, _) in code.match_indices("::*") {
         let Some(glob) = Glob::of(&code, at) else { continue };

@@ -121,8 +121,8 @@ fn list(of: &LoopBody<'_>, guarded: &[Guarded], (core, clock): (&str, &str), ind
 }
 
 /// The statement behind which the guard stands: the one that locks its filter, or the last of the first ones by which the loop is
-/// left before anything is done with a filter, or the last one that uses what the filter is a part of. `is_exact` says that each filter is updated
-/// exactly once today: only then no path goes on from what stands above the guard to the next iteration.
+/// left before anything is done with a filter, or the last one that uses what the filter is a part of. `is_exact` says that each
+/// filter is updated exactly once today: only then no path goes on from what stands above the guard to the next iteration.
 pub(super) fn behind(of: &LoopBody<'_>, guarded: &[Guarded], exits: &Exits, is_exact: bool) -> Option<Span> {
     if let Some(lock) = guarded.iter().find_map(|own| own.locked) {
         return Some(lock);

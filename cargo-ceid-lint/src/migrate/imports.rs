@@ -72,7 +72,7 @@ pub fn idle_imports(program: &Program<'_>, cycles: &[Cycle]) -> IdleImports {
                 }
             }
         }
-        globs::idle(program, file, text, &outline, &macros, &mut found);
+        globs::idle(program, file, text, &outline, &functions, &macros, &mut found);
     }
     found
 }
@@ -85,7 +85,7 @@ fn has_ceid(program: &Program<'_>, file: FileId) -> bool {
 }
 
 /// The functions whose bodies stand in a file.
-pub(super) fn written_in(program: &Program<'_>, file: FileId) -> Vec<FunctionId> {
+fn written_in(program: &Program<'_>, file: FileId) -> Vec<FunctionId> {
     let index = program.index;
     let body = |id: &FunctionId| index.function(*id).function.body.as_ref();
     index.function_ids().filter(|id| body(id).is_some_and(|body| body.expr(body.root).span.file == file)).collect()

@@ -120,10 +120,7 @@ fn has_default(index: &Index, ty: &Ty) -> bool {
         Ty::Array(inner, length) => length.value.is_some_and(|length| length <= 32) && has_default(index, inner),
         Ty::Adt(id, _) => {
             let def = index.type_def(*id);
-            let is_derived = def.attributes.iter().any(|attribute| {
-                let mut names = attribute.arguments.split(|letter: char| !letter.is_alphanumeric());
-                attribute.path == "derive" && names.any(|name| name == "Default")
-            });
+            let is_derived = def.attributes.iter().any(|attribute| attribute.derives("Default"));
             let is_written = index.impls_of(ty).iter().any(|id| {
                 let implemented = &index.impl_def(*id).implements;
                 matches!(implemented, Some(TraitName::External(path)) if path == "std::default::Default")

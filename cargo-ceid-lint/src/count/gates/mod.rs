@@ -29,7 +29,6 @@ pub(super) use sample::fed_params;
 use sources::{Assignments, Sources};
 pub(super) use step::measured_by;
 
-use super::given::place_of;
 use super::search::{End, Exploration, Region, Search};
 use super::skips::counted_past;
 use super::verdict::Gate;
@@ -443,8 +442,7 @@ impl<'s, 'a> Gates<'s, 'a> {
 
     /// The places that a call writes.
     fn written_by<'b>(&'b self, site: &'b CallSite) -> impl Iterator<Item = Place> + 'b {
-        let summaries = site.targets.iter().filter_map(|target| self.search.summaries.get(*target));
-        summaries.flat_map(|summary| &summary.writes).filter_map(|given| place_of(given, site))
+        self.search.summaries.places(site, |summary| &summary.writes)
     }
 
     /// Whether a place is there before and after the iteration.

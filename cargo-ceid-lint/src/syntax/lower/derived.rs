@@ -10,10 +10,7 @@ use crate::syntax::tree::{Attribute, Item};
 impl Lowerer<'_, '_> {
     /// The impls that a struct derives, from its attributes as they are kept.
     pub(super) fn derived_derefs(&mut self, item: &syn::ItemStruct, kept: &[Attribute]) -> Vec<Item> {
-        let derives = |name: &str| {
-            let mut lists = kept.iter().filter(|attribute| attribute.path == "derive");
-            lists.any(|list| list.arguments.split(|letter: char| !is_word(letter)).any(|own| own == name))
-        };
+        let derives = |name: &str| kept.iter().any(|attribute| attribute.derives(name));
         let mut derived = Vec::new();
         let code = derives("Deref").then(|| impls(item, derives("DerefMut"))).flatten();
         if let Some(Ok(written)) = code.map(syn::parse2::<syn::File>) {
@@ -21,10 +18,6 @@ impl Lowerer<'_, '_> {
         }
         derived
     }
-}
-
-fn is_word(letter: char) -> bool {
-    letter.is_alphanumeric() || letter == '_'
 }
 
 /// The impls; `None` if it is not certain which field is handed out.

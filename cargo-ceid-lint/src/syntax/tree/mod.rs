@@ -42,6 +42,15 @@ pub struct Attribute {
     pub span: Span,
 }
 
+impl Attribute {
+    /// Whether it derives something of that name.
+    #[must_use]
+    pub fn derives(&self, name: &str) -> bool {
+        let mut names = self.arguments.split(|letter: char| !(letter.is_alphanumeric() || letter == '_'));
+        self.path == "derive" && names.any(|own| own == name)
+    }
+}
+
 /// An item that `cfg` did not remove.
 #[derive(Clone, Debug)]
 pub struct Item {
