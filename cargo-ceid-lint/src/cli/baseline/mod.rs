@@ -11,7 +11,7 @@ use super::{Console, ExitStatus, levels};
 use crate::baseline::{self, Comparison};
 use crate::pipeline::{BaselineChoice, Options};
 use crate::report::{count, short, stale};
-use crate::source;
+use crate::source::{self, DiskSource, ReadSource as _};
 
 /// Checks, and writes the file of each workspace.
 ///
@@ -65,9 +65,12 @@ fn write(comparison: &Comparison, args: &BaselineArgs, checked: &Checked, consol
     if let Some(directory) = comparison.path.parent() {
         source::remove_abandoned(directory, std::time::SystemTime::now());
     }
-    if is_changed && let Err(error) = source::write(&comparison.path, &baseline::text(&counts)) {
-        console.error(&format!("cannot write `{path}`: {error}"), None);
-        return ExitStatus::Incomplete;
+    if is_changed {
+        let old = DiskSource.read(&comparison.path).unwrap_or_default();
+        if let Err(error) = source::write(&comparison.path, &baseline::text(&counts, &old)) {
+            console.error(&format!("cannot write `{path}`: {error}"), None);
+            return ExitStatus::Incomplete;
+        }
     }
     let total: u32 = counts.values().sum();
     let added = if args.accept_new || is_first { comparison.new_findings() } else { 0 };
