@@ -257,7 +257,7 @@ fn missing(cycle: &Cycle, pairs: &[&Pair]) -> Option<Diagnostic> {
             }
         };
         finding.notes.push(stands.to_owned());
-        finding.helps.push(format!("update {them} once in every cycle, or {GUARD_HELP}"));
+        finding.helps.push(format!("update {them} once in every cycle, or {}", GUARD_HELP.replacen("it", them, 1)));
     }
     finding.notes.extend(others(pairs));
     finding.helps.push(suppression(rule));
