@@ -9,12 +9,13 @@ use cargo_ceid_lint::report::text;
 use cargo_ceid_lint::source::{DiskSource, MemorySource, ReadSource};
 
 use crate::gate::{Choices, generated};
+use crate::support::workspace::committed;
 
 /// The files that are open.
 const OPEN: [&str; 4] = ["filters/src/lib.rs", "middle/src/lib.rs", "application/src/lib.rs", "alike/src/lib.rs"];
 
 /// What is typed.
-const LINES: [&str; 14] = [
+const LINES: [&str; 16] = [
     "",
     "// ceid: cycle",
     "pub struct Other(pub f64);",
@@ -26,6 +27,8 @@ const LINES: [&str; 14] = [
     "include!(\"../../filters/src/lib.rs\");",
     "pub mod gone;",
     "macro_rules! twice { ($e:expr) => { $e; $e; } }",
+    "#[macro_export] macro_rules! again { ($e:expr) => { $crate::step($e); $crate::step($e); } }",
+    "pub fn by_macro(kf: &mut filters::Kf) { loop { filters::again!(kf); } }",
     "#![cfg(test)]",
     "/* ",
     "pub trait SampledFilter { fn update(&mut self, x: f64); }",
@@ -97,4 +100,32 @@ fn what_is_remembered_is_what_a_fresh_check_finds() {
     }
     assert!(kept > 50, "most of what is typed can be checked");
     assert!(taken_over > 50, "parts in which nothing was typed stay as they are: {taken_over}");
+}
+
+#[test]
+fn what_calls_a_macro_of_another_crate_changes_with_it() {
+    let directory = committed("macros_between_crates");
+    let project = loaded(&directory);
+    let path = |name: &str| directory.join(name).canonicalize().expect("it is there");
+    let opened = [path("control/src/macros.rs"), path("plant/src/imported.rs")];
+    let mut texts = opened.map(|path| (path.clone(), std::fs::read_to_string(&path).expect("it is there")));
+    let law = "$crate::within(|| $crate::SampledFilter::update(&mut $filter, $z))";
+    let macros = texts[0].1.clone();
+    let mut memory = Memory::default();
+    let mut told_of = |macros: String| {
+        texts[0].1 = macros;
+        let again = check_again(&project, &Options::default(), source(&texts), &mut memory);
+        let fresh = check_configured(&project, &Options::default(), source(&texts));
+        let report = Report::of_parts(again.parts, project.root.clone());
+        assert_eq!(told(&report), told(&fresh.report));
+        let imported = report
+            .diagnostics
+            .iter()
+            .filter(|finding| report.sources.file(finding.primary.span.file).name.ends_with("imported.rs"));
+        imported.map(|finding| finding.rule).collect::<Vec<_>>()
+    };
+    assert_eq!(told_of(macros.clone()), ["repeated_update"; 2]);
+    let nothing = macros.replace(law, "{ let _ = (&$filter, $z); }");
+    assert_eq!(told_of(nothing), ["missed_update"; 3]);
+    assert_eq!(told_of(macros), ["repeated_update"; 2]);
 }

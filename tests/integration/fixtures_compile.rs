@@ -85,6 +85,7 @@ fn workspaces_compile() {
         "figure3_legacy",
         "figure3_guarded",
         "two_crates",
+        "macros_between_crates",
         "path_modules",
         "configured_laws",
         "configured_instances",

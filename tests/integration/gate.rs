@@ -74,7 +74,8 @@ pub(crate) fn generated(name: &str, seed: u64) -> std::path::PathBuf {
     let filter = "pub struct Kf(pub f64);
         impl SampledFilter for Kf { fn update(&mut self) { self.0 += 1.0; } }
         pub trait SampledFilter { fn update(&mut self); }
-        pub fn step(kf: &mut impl SampledFilter) { kf.update(); }\n";
+        pub fn step(kf: &mut impl SampledFilter) { kf.update(); }
+        #[macro_export] macro_rules! stepped { ($kf:expr) => { $crate::step(&mut $kf) } }\n";
     let middle = choices.one(&[
         "pub use filters::*; pub struct Robot { pub kf: Kf }",
         "use filters::Kf as Estimator; pub type Alias = Estimator; pub struct Robot { pub kf: Alias }",
@@ -85,6 +86,7 @@ pub(crate) fn generated(name: &str, seed: u64) -> std::path::PathBuf {
         "use filters::SampledFilter; self.kf.update(); self.kf.update();",
         "use filters::SampledFilter as _; if self.kf.0 > 1.0 { self.kf.update(); }",
         "twice!(filters::step(&mut self.kf));",
+        "filters::stepped!(self.kf);",
     ]);
     let tick = format!(
         "{middle}\nmacro_rules! twice {{ ($e:expr) => {{ $e; $e; }} }}

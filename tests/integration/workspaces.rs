@@ -54,6 +54,11 @@ fn finding_across_two_crates() {
 }
 
 #[test]
+fn macros_that_other_crates_give() {
+    check_with("macros_between_crates", "expected.txt", &["--all-targets", "-W", "unproved_update"]);
+}
+
+#[test]
 fn modules_by_path_and_by_feature() {
     check("path_modules");
     check_with("path_modules", "expected.turbo.txt", &["--features", "turbo"]);

@@ -3,6 +3,7 @@
 mod configured;
 mod entries;
 mod known;
+mod macros;
 mod memory;
 mod parse;
 mod prospect;

@@ -4,15 +4,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::macros::{self, Macros};
 use super::{CheckedCrate, Gate, Memory, Steps};
 use crate::diagnostic::Problem;
 use crate::index::CrateInput;
 use crate::parallel::biggest_first;
-use crate::project::{CfgValues, Dependency, Package, Project, TargetKind};
-use crate::relevance::{Component, Names, Sets};
+use crate::project::{CfgValues, Project, TargetKind};
+use crate::relevance::{Component, Names, Sets, exports_macros};
 use crate::source::{FileId, FileSet, ReadSource, SourceMap};
 use crate::syntax::tree::{Item, ItemKind};
-use crate::syntax::{RootModule, has_known_macros, parse_root, survey_root};
+use crate::syntax::{Neighbours, RootModule, parse_root, survey_root};
 
 /// How much code without any filter is parsed all the same, in bytes: as long as that takes less time than to start cargo, what
 /// is broken in it is told.
@@ -35,6 +36,10 @@ pub(super) struct Part {
     pub(super) checked: Vec<CheckedCrate>,
     /// The files that were read.
     pub(super) read: BTreeSet<PathBuf>,
+    /// The macros that the libraries of its packages give to others.
+    exports: Macros,
+    /// The macros that others gave to them.
+    given: Macros,
     /// Whether it is to be analysed.
     pub(super) can_matter: bool,
 }
@@ -84,31 +89,44 @@ pub(super) fn parts(
     for component in &components {
         steps.expect(component.bytes(), component.can_matter);
     }
-    let packages = components.iter().flat_map(|own| own.packages.iter().map(move |package| (*package, *own)));
-    let packages: Vec<(usize, &Component)> = packages.collect();
-    let sizes: Vec<u64> = components.iter().flat_map(|own| own.sizes.iter().copied()).collect();
-    let parsed = biggest_first(&sizes, |at| {
-        let (package, component) = packages[at];
-        if let Some(part) = known.filter(|_| component.is_named).and_then(|known| known.tree(package)) {
+    let packages = components.iter().flat_map(|own| own.packages.iter().zip(&own.sizes).map(move |of| (of, *own)));
+    let packages: BTreeMap<usize, (u64, &Component)> =
+        packages.map(|((package, size), own)| (*package, (*size, own))).collect();
+    let held = source.held().into_iter().filter(|file| source.read(file).is_ok_and(|it| exports_macros(it.as_bytes())));
+    let held: BTreeSet<usize> = held.filter_map(|file| project.owner(&file)).collect();
+    let exports = |package: usize| {
+        held.contains(&package) || packages.get(&package).is_some_and(|(_, own)| own.exporters.contains(&package))
+    };
+    let order = macros::Order::of(project);
+    let mut parsed: BTreeMap<usize, Part> = BTreeMap::new();
+    for round in order.rounds(packages.keys().copied(), exports) {
+        let sizes: Vec<u64> = round.iter().map(|package| packages[package].0).collect();
+        let known_macros: Macros = parsed.values().flat_map(|part| part.exports.clone()).collect();
+        let parts = biggest_first(&sizes, |at| {
+            let (package, component) = (round[at], packages[&round[at]].1);
+            let given = order.given_to(package, &known_macros);
+            let tree = known.filter(|_| component.is_named).and_then(|known| known.tree(package));
+            if let Some(part) = tree.filter(|part| part.given == given) {
+                steps.add(sizes[at]);
+                return part;
+            }
+            let mut part = parse_as(project, source, &[package], given, parser_of(component));
+            if !component.can_matter {
+                part.drop_texts();
+            }
             steps.add(sizes[at]);
-            return part;
-        }
-        let mut part = parse_as(project, source, &[package], parser_of(component));
-        if !component.can_matter {
-            part.drop_texts();
-        }
-        steps.add(sizes[at]);
-        part
-    });
+            part
+        });
+        parsed.extend(round.into_iter().zip(parts));
+    }
     if let Some(memory) = memory {
         let owners: Vec<usize> = source.held().iter().filter_map(|file| project.owner(file)).collect();
         let is_open =
             |component: &Component| component.is_named && owners.iter().any(|owner| component.packages.contains(owner));
-        for ((package, _), part) in packages.iter().zip(&parsed).filter(|((_, component), _)| is_open(component)) {
+        for (package, part) in parsed.iter().filter(|(package, _)| is_open(packages[package].1)) {
             memory.learn_tree(*package, part);
         }
     }
-    let mut parsed: BTreeMap<usize, Part> = packages.iter().map(|(package, _)| *package).zip(parsed).collect();
     let mut parts: Vec<Part> = Vec::new();
     for component in components {
         let own = component.packages.iter().filter_map(|package| parsed.remove(package)).collect();
@@ -153,7 +171,7 @@ fn together(project: &Project, source: &Arc<dyn ReadSource>, parts: Vec<Part>, p
     let files: usize = parts.iter().map(|part| part.read.len()).sum();
     let different: BTreeSet<&PathBuf> = parts.iter().flat_map(|part| &part.read).collect();
     if different.len() < files {
-        return parse_as(project, source, &packages, parse_root);
+        return parse_as(project, source, &packages, Macros::new(), parse_root);
     }
     let mut whole = Part { packages, sources: SourceMap::new(project.root.clone()), ..Part::default() };
     for part in parts {
@@ -163,16 +181,17 @@ fn together(project: &Project, source: &Arc<dyn ReadSource>, parts: Vec<Part>, p
         whole.left_out.extend(part.left_out);
         whole.checked.extend(part.checked);
         whole.read.extend(part.read);
+        whole.exports.extend(part.exports);
     }
     whole
 }
 
 /// Reads a crate with its modules.
-type ParseRoot = fn(&Path, &str, &CfgValues, &BTreeSet<String>, &mut FileSet, &mut Vec<Problem>) -> RootModule;
+type ParseRoot = fn(&Path, &str, &CfgValues, &Neighbours, &mut FileSet, &mut Vec<Problem>) -> RootModule;
 
 /// Parses the crates of some packages with their modules, one after the other.
 pub(super) fn parse(project: &Project, source: &Arc<dyn ReadSource>, packages: &[usize]) -> Part {
-    parse_as(project, source, packages, parse_root)
+    parse_as(project, source, packages, Macros::new(), parse_root)
 }
 
 /// Only where a filter may be are the items of use.
@@ -180,31 +199,48 @@ fn parser_of(component: &Component) -> ParseRoot {
     if component.is_named { parse_root } else { survey_root }
 }
 
-fn parse_as(project: &Project, source: &Arc<dyn ReadSource>, packages: &[usize], parse_root: ParseRoot) -> Part {
+fn parse_as(
+    project: &Project,
+    source: &Arc<dyn ReadSource>,
+    packages: &[usize],
+    given: Macros,
+    parse_root: ParseRoot,
+) -> Part {
     let mut files = FileSet::new(SourceMap::new(project.root.clone()), Arc::clone(source));
     let mut part = Part { packages: packages.to_vec(), ..Part::default() };
     // Each package has a range of numbers of its own.
     let stride = u32::MAX as usize / project.packages.len().max(1);
-    for number in packages {
-        let package = &project.packages[*number];
+    let order = macros::Order::of(project);
+    let mut known_macros = given.clone();
+    for number in order.rounds(packages.iter().copied(), |_| true).into_iter().flatten() {
+        let package = &project.packages[number];
         files.begin(FileId(u32::try_from(number * stride).expect("it is smaller than the last number")));
-        let renamed = renamed(package);
-        for (target_number, target) in package.targets.iter().enumerate() {
+        let mut neighbours = macros::neighbours(package, &order.given_to(number, &known_macros));
+        // The other targets of a package may call the macros of its library.
+        let (libs, others): (Vec<_>, Vec<_>) =
+            package.targets.iter().enumerate().partition(|(_, target)| target.kind == TargetKind::Lib);
+        for (target_number, target) in libs.into_iter().chain(others) {
             let mut cfg = package.cfg.clone();
             if target.cfg_test {
                 cfg.flags.insert("test".to_owned());
             }
-            let root = parse_root(&target.src_path, &target.edition, &cfg, &renamed, &mut files, &mut part.problems);
+            let root = parse_root(&target.src_path, &target.edition, &cfg, &neighbours, &mut files, &mut part.problems);
             if root.is_absent && package.is_reported && matches!(target.kind, TargetKind::Lib | TargetKind::Bin) {
                 part.problems.push(absent(files.map().display_name(&target.src_path)));
             }
             part.left_out.extend(root.left_out);
             let is_reported = target.is_reported && package.is_reported;
             if is_reported {
-                part.checked.push(CheckedCrate { package: *number, files: root.files, removed: root.removed.clone() });
+                part.checked.push(CheckedCrate { package: number, files: root.files, removed: root.removed.clone() });
+            }
+            if target.kind == TargetKind::Lib && !root.exports.is_empty() {
+                let exports = Arc::new(root.exports);
+                neighbours.exports.insert(target.crate_name.clone(), Arc::clone(&exports));
+                known_macros.insert(number, Arc::clone(&exports));
+                part.exports.insert(number, exports);
             }
             part.inputs.push(CrateInput {
-                package: *number,
+                package: number,
                 target: target_number,
                 name: target.crate_name.clone(),
                 package_name: package.name.replace('-', "_"),
@@ -216,18 +252,10 @@ fn parse_as(project: &Project, source: &Arc<dyn ReadSource>, packages: &[usize],
             });
         }
     }
+    part.inputs.sort_by_key(|input| (input.package, input.target));
+    part.given = given;
     (part.sources, part.read) = files.into_parts();
     part
-}
-
-/// The names that a manifest gives to crates whose macros are known by another one.
-fn renamed(package: &Package) -> BTreeSet<String> {
-    let own_name = |dependency: &Dependency| dependency.package_name.replace('-', "_");
-    let is_renamed = |dependency: &&Dependency| {
-        let name = own_name(dependency);
-        dependency.extern_name != name && has_known_macros(&name)
-    };
-    package.dependencies.iter().filter(is_renamed).map(|dependency| dependency.extern_name.clone()).collect()
 }
 
 /// A crate that is for another target than the one that is checked.

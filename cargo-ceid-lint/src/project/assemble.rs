@@ -113,11 +113,16 @@ fn cfg_of(found: &Found, cfg: &CfgValues) -> CfgValues {
 
 fn dependencies(workspace: &Workspace, found: &Found, by_id: &BTreeMap<&str, usize>) -> Vec<Dependency> {
     let mut dependencies = BTreeSet::new();
+    let is_dev = |name: &str| {
+        let mut own = found.dependencies.iter().filter(|own| own.package_name == name).peekable();
+        own.peek().is_some() && own.all(|own| own.is_dev)
+    };
     if workspace.is_resolved {
         for (extern_name, id) in &found.resolved {
             let package = by_id.get(id.as_str()).copied();
             let package_name = package.map_or_else(|| name_in_id(id), |at| workspace.packages[at].name.clone());
-            dependencies.insert(Dependency { extern_name: extern_name.clone(), package_name, package });
+            let is_dev = is_dev(&package_name);
+            dependencies.insert(Dependency { extern_name: extern_name.clone(), package_name, package, is_dev });
         }
         return dependencies.into_iter().collect();
     }
@@ -132,7 +137,9 @@ fn dependencies(workspace: &Workspace, found: &Found, by_id: &BTreeMap<&str, usi
             (None, Some(library)) => library.crate_name(),
             _ => dependency.key().replace('-', "_"),
         };
-        dependencies.insert(Dependency { extern_name, package_name: dependency.package_name.clone(), package });
+        let package_name = dependency.package_name.clone();
+        let is_dev = is_dev(&package_name);
+        dependencies.insert(Dependency { extern_name, package_name, package, is_dev });
     }
     dependencies.into_iter().collect()
 }

@@ -123,6 +123,8 @@ pub struct Dependency {
     pub package_name: String,
     /// Index of the package if its sources are read.
     pub package: Option<usize>,
+    /// Whether only tests, examples and benchmarks depend on it.
+    pub is_dev: bool,
 }
 
 /// A crate root.

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 
+use memchr::memmem;
 use rustc_hash::FxHashMap;
 
 use super::files::{is_code, is_left_out, read};
@@ -18,13 +19,20 @@ pub(super) struct FileFacts {
     /// Whether one of the words that matter by themselves is in it.
     pub(super) has_word: bool,
     pub(super) links: Vec<Link>,
+    /// Whether it may give macros to other crates.
+    pub(super) exports: bool,
     pub(super) bytes: u64,
 }
 
 impl FileFacts {
     pub(super) fn of(path: &Path, text: &[u8], has_word: bool) -> Self {
-        Self { has_word, links: links(path, text), bytes: text.len() as u64 }
+        Self { has_word, links: links(path, text), exports: exports_macros(text), bytes: text.len() as u64 }
     }
+}
+
+/// Whether a text may give macros to other crates.
+pub fn exports_macros(text: &[u8]) -> bool {
+    memmem::find(text, b"macro_export").is_some()
 }
 
 /// The files that were read before they were asked for.

@@ -14,7 +14,7 @@ mod names;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-pub use ahead::{ReadAhead, Reader};
+pub use ahead::{ReadAhead, Reader, exports_macros};
 pub use names::Names;
 
 use self::ahead::FileFacts;
@@ -24,7 +24,7 @@ use crate::parallel::in_parallel;
 use crate::project::Project;
 
 /// Packages that dependencies or common files link.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Component {
     /// Indices into the project's packages, in their order.
     pub packages: Vec<usize>,
@@ -34,6 +34,8 @@ pub struct Component {
     pub is_named: bool,
     /// How many bytes of code each of them has.
     pub sizes: Vec<u64>,
+    /// Those that may give macros to other crates.
+    pub exporters: BTreeSet<usize>,
 }
 
 impl Component {
@@ -53,6 +55,7 @@ struct Facts {
     uses: Vec<usize>,
     /// Whether it may read files that were not looked at.
     is_open: bool,
+    exports: bool,
     bytes: u64,
 }
 
@@ -84,13 +87,14 @@ pub fn components(project: &Project, names: &Names, ahead: &ReadAhead) -> Vec<Co
         let root = sets.root(number);
         if place[root] == usize::MAX {
             place[root] = components.len();
-            components.push(Component { packages: Vec::new(), can_matter: false, is_named: false, sizes: Vec::new() });
+            components.push(Component::default());
             found.push(vec![false; names.needles.len()]);
         }
         let at = place[root];
         components[at].packages.push(number);
         components[at].can_matter |= facts.is_open;
         components[at].sizes.push(facts.bytes);
+        components[at].exporters.extend(facts.exports.then_some(number));
         for (whole, own) in found[at].iter_mut().zip(&facts.found) {
             *whole |= own;
         }
@@ -131,6 +135,7 @@ fn scan(project: &Project, names: &Names, ahead: &ReadAhead) -> Vec<Facts> {
                     FileFacts::of(path, &text, facts.found[0])
                 });
                 facts.bytes = own.bytes;
+                facts.exports = own.exports;
                 facts.found[0] = own.has_word;
                 let mut includes = Vec::new();
                 for link in own.links {
@@ -156,6 +161,7 @@ fn scan(project: &Project, names: &Names, ahead: &ReadAhead) -> Vec<Facts> {
             let package: &mut Facts = &mut facts[number];
             package.is_open |= own.is_open;
             package.bytes += own.bytes;
+            package.exports |= own.exports;
             package.uses.extend(own.uses);
             for (whole, own) in package.found.iter_mut().zip(&own.found) {
                 *whole |= own;

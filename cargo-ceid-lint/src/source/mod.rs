@@ -87,7 +87,10 @@ impl SourceFile {
 /// read side by side has a range for each part, so that the numbers do not tell which part was faster.
 #[derive(Clone, Debug, Default)]
 pub struct SourceMap {
+    /// By their first numbers.
     ranges: Vec<FileRange>,
+    /// The first number of the range that files are added to.
+    open: u32,
     root: PathBuf,
 }
 
@@ -102,12 +105,19 @@ impl SourceMap {
     /// An empty map whose files are shown relative to `root`.
     #[must_use]
     pub fn new(root: PathBuf) -> Self {
-        Self { ranges: Vec::new(), root }
+        Self { ranges: Vec::new(), open: 0, root }
     }
 
-    /// Gives the next file the number `first`, which is greater than all before it.
+    /// Gives the next file the number `first`, and those behind it the numbers from there on, which no file has.
     pub fn begin(&mut self, first: FileId) {
-        self.ranges.push(FileRange { first: first.0, files: Vec::new() });
+        self.open = first.0;
+        let at = self.behind(first);
+        self.ranges.insert(at, FileRange { first: first.0, files: Vec::new() });
+    }
+
+    /// How many ranges begin at that number or before it.
+    fn behind(&self, id: FileId) -> usize {
+        self.ranges.partition_point(|range| range.first <= id.0)
     }
 
     /// Adds the files of another map, whose ranges lie apart from those of this one.
@@ -135,7 +145,8 @@ impl SourceMap {
         if self.ranges.is_empty() {
             self.begin(FileId(0));
         }
-        let range = self.ranges.last_mut().expect("a range was begun");
+        let open = self.behind(FileId(self.open));
+        let range = self.ranges[..open].last_mut().expect("a range was begun");
         let number = u32::try_from(range.files.len()).expect("fewer than 2^32 files");
         range.files.push(SourceFile { path: path.to_owned(), name, text, lines: LineIndex::default(), dropped: None });
         FileId(range.first + number)
@@ -160,8 +171,7 @@ impl SourceMap {
     /// The file with that id, if it comes from this map.
     #[must_use]
     pub fn get(&self, id: FileId) -> Option<&SourceFile> {
-        let after = self.ranges.partition_point(|range| range.first <= id.0);
-        let range = self.ranges.get(after.checked_sub(1)?)?;
+        let range = self.ranges[..self.behind(id)].last()?;
         range.files.get((id.0 - range.first) as usize)
     }
 

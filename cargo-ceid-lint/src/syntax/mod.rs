@@ -30,7 +30,7 @@ use crate::source::{FileId, FileSet, MemorySource, SourceMap};
 pub use depth::{Excess, MAX_LINKS, MAX_NESTING, TooDeep, check_depth};
 pub use directives::{CycleDirective, Directive, DirectiveKind, Directives, NearMiss, Site, Suppression};
 pub(crate) use lex::{Lexer, Token, TokenKind};
-pub use macros::{has_known_macros, spelled};
+pub use macros::{Exports, Neighbours, has_known_macros, spelled};
 use modules::Loader;
 pub use outline::{Enclosure, Outline};
 use tree::{Attribute, Item};
@@ -53,6 +53,8 @@ pub struct RootModule {
     pub attributes: Vec<Attribute>,
     /// Its items.
     pub items: Vec<Item>,
+    /// The macros among them that other crates may call.
+    pub exports: Exports,
     /// Whether the crate as a whole is not there under this `cfg`: `#![cfg(target_os = "none")]`.
     pub is_absent: bool,
     /// The names of items and methods, of all its modules, that are not there under this `cfg`.
@@ -74,20 +76,19 @@ pub fn parse_crate(
     files: &mut FileSet,
     problems: &mut Vec<Problem>,
 ) -> Vec<Item> {
-    parse_root(root_file, edition, cfg, &BTreeSet::new(), files, problems).items
+    parse_root(root_file, edition, cfg, &Neighbours::default(), files, problems).items
 }
 
-/// As [`parse_crate`], with the attributes of the crate. `renamed` are the names that its manifest gives to crates of which
-/// [`has_known_macros`].
+/// As [`parse_crate`], with the attributes of the crate, and with what it knows of the crates that it depends on.
 pub fn parse_root(
     root_file: &Path,
     edition: &str,
     cfg: &CfgValues,
-    renamed: &BTreeSet<String>,
+    neighbours: &Neighbours,
     files: &mut FileSet,
     problems: &mut Vec<Problem>,
 ) -> RootModule {
-    deeply(|| Loader::new(cfg, edition, renamed, files, problems).root(root_file))
+    deeply(|| Loader::new(cfg, edition, neighbours, files, problems).root(root_file))
 }
 
 /// As [`parse_root`], without any items: no more than the tree of one file is in memory at a time.
@@ -95,11 +96,11 @@ pub fn survey_root(
     root_file: &Path,
     edition: &str,
     cfg: &CfgValues,
-    renamed: &BTreeSet<String>,
+    neighbours: &Neighbours,
     files: &mut FileSet,
     problems: &mut Vec<Problem>,
 ) -> RootModule {
-    deeply(|| Loader::new(cfg, edition, renamed, files, problems).without_items().root(root_file))
+    deeply(|| Loader::new(cfg, edition, neighbours, files, problems).without_items().root(root_file))
 }
 
 /// Parses a crate. Its tree has spans of its own: the parser's, with its copies of all texts, are done with.

@@ -1,4 +1,4 @@
-//! Macros, read as code: known ones by what they do, the crate's own by their rules. A known one whose tokens do not have
+//! Macros, read as code: known ones by what they do, those of the crates that are read by their rules. A known one whose tokens do not have
 //! the expected shape is opaque. Never takes one of the crate's own for a known one of the same name.
 
 mod ceid;
@@ -18,7 +18,7 @@ use super::text::{captures, mentions};
 use super::tree::{Arm, ExprId, ExprKind, Item, Literal, MacroExpr, MacroKind, OpaqueMacro, PatKind, Path};
 use crate::source::Span;
 pub(super) use cfg_if::CfgBranch;
-pub use expand::spelled;
+pub use expand::{Exports, Neighbours, spelled};
 pub(super) use expand::{OwnMacros, Progress};
 pub(super) use imported::Imported;
 
@@ -144,8 +144,9 @@ impl Lowerer<'_, '_> {
         match last {
             None => {
                 let is_common = shape(&first).is_some_and(Shape::is_common);
-                let is_other =
-                    self.loader.own_macros.contains(&first) || is_common && !self.loader.imported.has(&first);
+                let is_other = self.loader.own_macros.contains(&first)
+                    || self.loader.imported.is_of_neighbour(&first)
+                    || is_common && !self.loader.imported.has(&first);
                 (!is_other).then_some(first)
             }
             Some(last) => {
@@ -155,7 +156,8 @@ impl Lowerer<'_, '_> {
                 let is_alias = loader.imported.is_crate(&first)
                     || handed_on.is_some_and(|segment| has_known_macros(&name(&segment.ident)));
                 let is_own = loader.own_macros.contains(&last);
-                let is_known = has_known_macros(&first) || loader.renamed.contains(&first) || is_alias && !is_own;
+                let is_known =
+                    has_known_macros(&first) || loader.neighbours.renamed.contains(&first) || is_alias && !is_own;
                 is_known.then_some(last)
             }
         }

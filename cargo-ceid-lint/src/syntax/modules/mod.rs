@@ -17,7 +17,7 @@ use super::lex::{Lexer, Token, TokenKind};
 use super::lower::Lowerer;
 use super::lower::attrs::Attrs;
 use super::lower::silent;
-use super::macros::{Imported, OwnMacros};
+use super::macros::{Exports, Imported, Neighbours, OwnMacros};
 use super::tree::Item;
 use crate::diagnostic::Problem;
 use crate::project::CfgValues;
@@ -33,8 +33,8 @@ const MAX_FILE_DEPTH: usize = 200;
 pub(super) struct Loader<'a> {
     pub(super) cfg: &'a CfgValues,
     pub(super) edition: &'a str,
-    /// Other names of the crates whose macros are known.
-    pub(super) renamed: &'a BTreeSet<String>,
+    /// What it knows of the crates that it depends on.
+    pub(super) neighbours: &'a Neighbours,
     /// What the files import from crates whose macros are known.
     pub(super) imported: Imported,
     files: &'a mut FileSet,
@@ -104,14 +104,14 @@ impl<'a> Loader<'a> {
     pub(super) fn new(
         cfg: &'a CfgValues,
         edition: &'a str,
-        renamed: &'a BTreeSet<String>,
+        neighbours: &'a Neighbours,
         files: &'a mut FileSet,
         problems: &'a mut Vec<Problem>,
     ) -> Self {
         Self {
             cfg,
             edition,
-            renamed,
+            neighbours,
             imported: Imported::default(),
             files,
             problems,
@@ -137,7 +137,16 @@ impl<'a> Loader<'a> {
         let files = std::mem::take(&mut self.read);
         match loaded {
             Some(LoadedFile { attrs, items }) => {
-                RootModule { is_absent: !attrs.is_there(), attributes: attrs.kept, items, removed, left_out, files }
+                let exports = Exports::of(&items, self.files.map());
+                RootModule {
+                    is_absent: !attrs.is_there(),
+                    attributes: attrs.kept,
+                    items,
+                    exports,
+                    removed,
+                    left_out,
+                    files,
+                }
             }
             None => RootModule { left_out, files, ..RootModule::default() },
         }
@@ -274,7 +283,7 @@ impl<'a> Loader<'a> {
         });
         match parsed {
             Ok(tree) => {
-                self.imported.note(&tree.items);
+                self.imported.note(&tree.items, self.neighbours);
                 Some(Lowerer::new(self, file, text, base, dir).file(&tree))
             }
             Err(_) if conflict(code).is_some() => {

@@ -5,12 +5,12 @@ use crate::source::DiskSource;
 
 type Survey = (BTreeSet<String>, BTreeSet<PathBuf>, BTreeSet<FileId>, Vec<Attribute>, Vec<Problem>);
 
-type Look = fn(&Path, &str, &CfgValues, &BTreeSet<String>, &mut FileSet, &mut Vec<Problem>) -> RootModule;
+type Look = fn(&Path, &str, &CfgValues, &Neighbours, &mut FileSet, &mut Vec<Problem>) -> RootModule;
 
 fn looked_at(root: &Path, files: &mut FileSet, look: Look) -> Survey {
     let mut problems = Vec::new();
     let RootModule { attributes, removed, left_out, files, .. } =
-        look(root, "2021", &values(), &BTreeSet::new(), files, &mut problems);
+        look(root, "2021", &values(), &Neighbours::default(), files, &mut problems);
     (removed, left_out, files, attributes, problems)
 }
 

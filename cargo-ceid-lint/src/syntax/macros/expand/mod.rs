@@ -1,16 +1,18 @@
-//! The crate's own `macro_rules!` macros, expanded. Never fails: a call that no rule matches, or that goes on for too long,
+//! The `macro_rules!` macros of the crate and of those that it depends on, expanded. Never fails: a call that no rule matches, or that goes on for too long,
 //! stays opaque.
 //!
 //! The tokens of a call's arguments keep their places, and all others get that of the call: that is where somebody can act,
 //! and a macro may be defined in another file. A variable that a rule declares for itself gets a name that no argument has.
 
 mod code;
+mod exports;
 mod hygiene;
 mod matcher;
 mod paste;
 mod rules;
 mod transcribe;
 
+pub use exports::{Exports, Neighbours};
 pub use hygiene::spelled;
 
 use std::cell::RefCell;
@@ -37,20 +39,24 @@ const MAX_NESTING: usize = 100;
 
 /// The rules of a macro.
 #[derive(Debug)]
-struct Rules(Vec<Rule>);
+struct Rules {
+    rules: Vec<Rule>,
+    /// The crate that it is of, if that is another one.
+    home: Option<String>,
+}
 
 impl Rules {
     /// `None` if they are not understood.
-    fn parse(tokens: &TokenStream) -> Option<Self> {
-        parse_rules(tokens).map(Self)
+    fn parse(tokens: &TokenStream, home: Option<&str>) -> Option<Self> {
+        Some(Self { rules: parse_rules(tokens)?, home: home.map(str::to_owned) })
     }
 
     /// What the first rule that matches stands for.
     fn expand(&self, arguments: &TokenStream, call: proc_macro2::Span, limit: usize) -> Option<TokenStream> {
         let arguments = list(arguments);
         let (rule, bindings) =
-            self.0.iter().find_map(|rule| Some((rule, matcher::match_all(&rule.matcher, &arguments)?)))?;
-        transcribe::transcribe(&rule.transcriber, &bindings, call, limit)
+            self.rules.iter().find_map(|rule| Some((rule, matcher::match_all(&rule.matcher, &arguments)?)))?;
+        transcribe::transcribe(&rule.transcriber, &bindings, self.home.as_deref(), call, limit)
     }
 }
 
@@ -61,6 +67,8 @@ pub(in crate::syntax) struct OwnMacros {
     in_scope: Vec<(String, Option<Rc<Rules>>)>,
     /// All of them, for calls by path and by import.
     anywhere: BTreeMap<String, Option<Rc<Rules>>>,
+    /// Those of other crates that were asked for, by crate and name.
+    others: RefCell<BTreeMap<(String, String), Option<Rc<Rules>>>>,
     /// The names in their rules, where no item is kept.
     words: BTreeMap<String, BTreeSet<String>>,
     /// Whether a call of one may say something, as far as it was asked since the last one was met.
@@ -106,28 +114,47 @@ impl OwnMacros {
         tells
     }
 
-    fn rules(&self, path: &syn::Path, imported: &Imported) -> Option<Rc<Rules>> {
+    fn rules(&self, path: &syn::Path, imported: &Imported, neighbours: &Neighbours) -> Option<Rc<Rules>> {
         let names: Vec<String> = path.segments.iter().map(|segment| name(&segment.ident)).collect();
+        let is_plain = path.leading_colon.is_none();
         match names.as_slice() {
             [only] => match self.in_scope.iter().rfind(|(name, _)| name == only) {
                 Some((_, rules)) => rules.clone(),
+                None if !is_plain => None,
                 // It may be imported, but a known one is more likely to be, unless others have its name as well or it is given on.
-                None if path.leading_colon.is_none()
-                    && (shape(only).is_none_or(Shape::is_common) || imported.is_given_on(only)) =>
-                {
-                    self.anywhere.get(only)?.clone()
-                }
-                None => None,
+                None => match self.anywhere.get(only) {
+                    Some(rules) if shape(only).is_none_or(Shape::is_common) || imported.is_given_on(only) => {
+                        rules.clone()
+                    }
+                    Some(_) => None,
+                    None => {
+                        let (home, own_name) = imported.from_neighbour(only, neighbours)?;
+                        self.other(home, own_name, neighbours)
+                    }
+                },
             },
             [first, .., last] if matches!(first.as_str(), "crate" | "self" | "super") => {
                 self.anywhere.get(last)?.clone()
             }
+            [first, .., last] if neighbours.exports.contains_key(first) && !(is_plain && imported.is_module(first)) => {
+                self.other(first, last, neighbours)
+            }
             // A known one stands in for the crate of that name.
-            [first, .., last] if path.leading_colon.is_none() && shape(last).is_none() => {
+            [first, .., last] if is_plain && shape(last).is_none() => {
                 imported.is_given_on_by(first, last).then(|| self.anywhere.get(last))??.clone()
             }
             _ => None,
         }
+    }
+
+    /// The rules of a macro of another crate.
+    fn other(&self, home: &str, name: &str, neighbours: &Neighbours) -> Option<Rc<Rules>> {
+        let mut others = self.others.borrow_mut();
+        let read = || {
+            let tokens = neighbours.exports.get(home)?.rules(name)?.parse().ok()?;
+            Rules::parse(&tokens, Some(home)).map(Rc::new)
+        };
+        others.entry((home.to_owned(), name.to_owned())).or_insert_with(read).clone()
     }
 }
 
@@ -172,7 +199,7 @@ impl Lowerer<'_, '_> {
     /// Brings a macro into scope. One that may not be there hides others, and is not expanded.
     pub(in crate::syntax) fn define_macro(&mut self, ident: &syn::Ident, tokens: &TokenStream, presence: &Presence) {
         let certain = *presence == Presence::Present;
-        let rules = if certain { Rules::parse(tokens).map(Rc::new) } else { None };
+        let rules = if certain { Rules::parse(tokens, None).map(Rc::new) } else { None };
         let keeps_items = self.loader.keeps_items;
         let own = &mut self.loader.own;
         own.telling.borrow_mut().clear();
@@ -190,10 +217,10 @@ impl Lowerer<'_, '_> {
     }
 
     fn own_rules(&self, path: &syn::Path) -> Option<Rc<Rules>> {
-        self.loader.own.rules(path, &self.loader.imported)
+        self.loader.own.rules(path, &self.loader.imported, self.loader.neighbours)
     }
 
-    /// The code that a call of one of the crate's own macros stands for.
+    /// The code that a call of a macro whose rules are known stands for.
     pub(super) fn expansion(&mut self, mac: &syn::Macro) -> Option<TokenStream> {
         let rules = self.own_rules(&mac.path);
         if rules.is_none() && !self.is_paste(&mac.path) {

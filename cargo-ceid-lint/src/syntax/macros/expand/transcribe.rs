@@ -12,16 +12,25 @@ use super::rules::{Fragment, Node, Repeat, is_punct};
 /// What the variables stand for in the round that is written.
 type Scope<'b> = BTreeMap<&'b str, &'b Binding>;
 
-/// The tokens of the transcriber; `None` if it is wrong or gives more than `limit`.
-pub(super) fn transcribe(nodes: &[Node], bindings: &Bindings, call: Span, limit: usize) -> Option<TokenStream> {
-    let mut writer = Writer { call, left: limit, number: limit, own: own_variables(nodes) };
+/// The tokens of the transcriber, of a macro of the crate `home` if that is another one; `None` if it is wrong or gives more than
+/// `limit`.
+pub(super) fn transcribe(
+    nodes: &[Node],
+    bindings: &Bindings,
+    home: Option<&str>,
+    call: Span,
+    limit: usize,
+) -> Option<TokenStream> {
+    let mut writer = Writer { call, home, left: limit, number: limit, own: own_variables(nodes) };
     let scope = bindings.iter().map(|(name, binding)| (name.as_str(), binding)).collect();
     let tokens = writer.nodes(nodes, &scope)?;
     Some(tokens.into_iter().collect())
 }
 
-struct Writer {
+struct Writer<'h> {
     call: Span,
+    /// What `$crate` is.
+    home: Option<&'h str>,
     left: usize,
     /// Tells this call from those in the same code: each has fewer tokens left than the one before.
     number: usize,
@@ -29,7 +38,7 @@ struct Writer {
     own: BTreeSet<String>,
 }
 
-impl Writer {
+impl Writer<'_> {
     fn nodes(&mut self, nodes: &[Node], scope: &Scope<'_>) -> Option<Vec<TokenTree>> {
         let mut out = Vec::new();
         for (index, node) in nodes.iter().enumerate() {
@@ -40,7 +49,14 @@ impl Writer {
                         Some(Node::Token(before)) if matches!(before.as_slice(), [dot] if is_punct(dot, '.')));
                     out.extend(tokens.iter().map(|token| self.written(token, is_member)));
                 }
-                Node::Crate => out.push(TokenTree::Ident(Ident::new("crate", self.call))),
+                Node::Crate => {
+                    if self.home.is_some() {
+                        out.push(TokenTree::Punct(Punct::new(':', Spacing::Joint)));
+                        out.push(TokenTree::Punct(Punct::new(':', Spacing::Alone)));
+                    }
+                    out.push(TokenTree::Ident(Ident::new(self.home.unwrap_or("crate"), Span::call_site())));
+                    out[before..].iter_mut().for_each(|token| token.set_span(self.call));
+                }
                 Node::Group(delimiter, inner) => {
                     let inner = self.nodes(inner, scope)?;
                     out.push(TokenTree::Group(group(*delimiter, inner, self.call)));
