@@ -214,7 +214,8 @@ impl Builder<'_> {
         let from = value.place.as_ref().filter(|place| place.steps.is_empty()).and_then(Place::base_var);
         let Some(from) = from.map(|from| self.number_behind(from)) else { return };
         let is_named = [var, from].iter().all(|var| !self.graph.var(*var).name.is_empty());
-        let is_number = self.graph.var(from).ty.peel() == &Ty::Int;
+        // A number in an option is no other name of it.
+        let is_number = [var, from].iter().all(|var| self.graph.var(*var).ty.peel() == &Ty::Int);
         let lasts = is_number && (self.graph.var(from).param.is_some() || self.is_counter(from));
         if is_named && lasts && !self.is_assigned(var) && !self.is_assigned(from) {
             self.copies.insert(var, from);
