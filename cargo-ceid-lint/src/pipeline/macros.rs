@@ -1,7 +1,7 @@
 //! Which package may call the macros of which other ones, and in what order they are parsed for that. Never asks what is written
 //! in them: with the gate and without, the order is the same.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::project::{Dependency, Package, Project};
@@ -78,8 +78,7 @@ pub(super) fn neighbours(package: &Package, given: &Macros) -> Neighbours {
         let name = own_name(dependency);
         dependency.extern_name != name && has_known_macros(&name)
     };
-    let renamed: BTreeSet<String> =
-        package.dependencies.iter().filter(is_renamed).map(|own| own.extern_name.clone()).collect();
+    let renamed = package.dependencies.iter().filter(is_renamed).map(|own| own.extern_name.clone()).collect();
     let exports = |own: &Dependency| Some((own.extern_name.clone(), Arc::clone(given.get(&own.package?)?)));
     Neighbours { renamed, exports: package.dependencies.iter().filter_map(exports).collect() }
 }

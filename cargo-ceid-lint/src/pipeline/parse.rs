@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::macros::{self, Macros};
+use super::macros::{Macros, Order, neighbours};
 use super::{CheckedCrate, Gate, Memory, Steps};
 use crate::diagnostic::Problem;
 use crate::index::CrateInput;
@@ -97,7 +97,7 @@ pub(super) fn parts(
     let exports = |package: usize| {
         held.contains(&package) || packages.get(&package).is_some_and(|(_, own)| own.exporters.contains(&package))
     };
-    let order = macros::Order::of(project);
+    let order = Order::of(project);
     let mut parsed: BTreeMap<usize, Part> = BTreeMap::new();
     for round in order.rounds(packages.keys().copied(), exports) {
         let sizes: Vec<u64> = round.iter().map(|package| packages[package].0).collect();
@@ -110,7 +110,7 @@ pub(super) fn parts(
                 steps.add(sizes[at]);
                 return part;
             }
-            let mut part = parse_as(project, source, &[package], given, parser_of(component));
+            let mut part = parse_as(project, &order, source, &[package], given, parser_of(component));
             if !component.can_matter {
                 part.drop_texts();
             }
@@ -171,7 +171,7 @@ fn together(project: &Project, source: &Arc<dyn ReadSource>, parts: Vec<Part>, p
     let files: usize = parts.iter().map(|part| part.read.len()).sum();
     let different: BTreeSet<&PathBuf> = parts.iter().flat_map(|part| &part.read).collect();
     if different.len() < files {
-        return parse_as(project, source, &packages, Macros::new(), parse_root);
+        return parse_as(project, &Order::of(project), source, &packages, Macros::new(), parse_root);
     }
     let mut whole = Part { packages, sources: SourceMap::new(project.root.clone()), ..Part::default() };
     for part in parts {
@@ -191,7 +191,7 @@ type ParseRoot = fn(&Path, &str, &CfgValues, &Neighbours, &mut FileSet, &mut Vec
 
 /// Parses the crates of some packages with their modules, one after the other.
 pub(super) fn parse(project: &Project, source: &Arc<dyn ReadSource>, packages: &[usize]) -> Part {
-    parse_as(project, source, packages, Macros::new(), parse_root)
+    parse_as(project, &Order::of(project), source, packages, Macros::new(), parse_root)
 }
 
 /// Only where a filter may be are the items of use.
@@ -201,6 +201,7 @@ fn parser_of(component: &Component) -> ParseRoot {
 
 fn parse_as(
     project: &Project,
+    order: &Order<'_>,
     source: &Arc<dyn ReadSource>,
     packages: &[usize],
     given: Macros,
@@ -210,12 +211,11 @@ fn parse_as(
     let mut part = Part { packages: packages.to_vec(), ..Part::default() };
     // Each package has a range of numbers of its own.
     let stride = u32::MAX as usize / project.packages.len().max(1);
-    let order = macros::Order::of(project);
     let mut known_macros = given.clone();
     for number in order.rounds(packages.iter().copied(), |_| true).into_iter().flatten() {
         let package = &project.packages[number];
         files.begin(FileId(u32::try_from(number * stride).expect("it is smaller than the last number")));
-        let mut neighbours = macros::neighbours(package, &order.given_to(number, &known_macros));
+        let mut known = neighbours(package, &order.given_to(number, &known_macros));
         // The other targets of a package may call the macros of its library.
         let (libs, others): (Vec<_>, Vec<_>) =
             package.targets.iter().enumerate().partition(|(_, target)| target.kind == TargetKind::Lib);
@@ -224,7 +224,7 @@ fn parse_as(
             if target.cfg_test {
                 cfg.flags.insert("test".to_owned());
             }
-            let root = parse_root(&target.src_path, &target.edition, &cfg, &neighbours, &mut files, &mut part.problems);
+            let root = parse_root(&target.src_path, &target.edition, &cfg, &known, &mut files, &mut part.problems);
             if root.is_absent && package.is_reported && matches!(target.kind, TargetKind::Lib | TargetKind::Bin) {
                 part.problems.push(absent(files.map().display_name(&target.src_path)));
             }
@@ -235,7 +235,7 @@ fn parse_as(
             }
             if target.kind == TargetKind::Lib && !root.exports.is_empty() {
                 let exports = Arc::new(root.exports);
-                neighbours.exports.insert(target.crate_name.clone(), Arc::clone(&exports));
+                known.exports.insert(target.crate_name.clone(), Arc::clone(&exports));
                 known_macros.insert(number, Arc::clone(&exports));
                 part.exports.insert(number, exports);
             }

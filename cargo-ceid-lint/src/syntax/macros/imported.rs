@@ -107,8 +107,8 @@ impl Imported {
 
     /// The crate that a macro without a path is of, with its name there.
     pub(super) fn from_neighbour<'i>(&'i self, name: &'i str, neighbours: &Neighbours) -> Option<(&'i str, &'i str)> {
-        if let Some(from) = self.of_neighbours.get(name) {
-            return from.as_ref().map(|(home, own)| (home.as_str(), own.as_str()));
+        if self.is_of_neighbour(name) {
+            return self.of_neighbours[name].as_ref().map(|(home, own)| (home.as_str(), own.as_str()));
         }
         // A known one is more likely to be meant than one that comes with all others.
         let mut homes = self.whole_neighbours.iter().filter(|home| is_given_by(neighbours, home, name));
@@ -116,9 +116,9 @@ impl Imported {
         homes.next().is_none().then_some((home, name))
     }
 
-    /// Whether a macro is imported by its name from a crate that is read.
+    /// Whether a macro is imported by its name from a crate that is read, and in no file from one whose macros are known.
     pub(super) fn is_of_neighbour(&self, name: &str) -> bool {
-        self.of_neighbours.contains_key(name)
+        self.of_neighbours.contains_key(name) && !self.of_known.contains(name)
     }
 
     /// Whether the crate has a module of that name.

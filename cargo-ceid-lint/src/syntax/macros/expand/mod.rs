@@ -1,5 +1,5 @@
-//! The `macro_rules!` macros of the crate and of those that it depends on, expanded. Never fails: a call that no rule matches, or that goes on for too long,
-//! stays opaque.
+//! The `macro_rules!` macros of the crate and of those that it depends on, expanded. Never fails: a call that no rule matches,
+//! or that goes on for too long, stays opaque.
 //!
 //! The tokens of a call's arguments keep their places, and all others get that of the call: that is where somebody can act,
 //! and a macro may be defined in another file. A variable that a rule declares for itself gets a name that no argument has.
