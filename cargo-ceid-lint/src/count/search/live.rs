@@ -1,15 +1,78 @@
-//! Conditions that nothing behind a node asks for any more, before they change: what is known of them tells no ways apart.
+//! What nothing behind a node asks for any more tells no ways apart: conditions before they change, and names that are out of scope.
 
 use std::sync::Arc;
 
-use super::Search;
+use rustc_hash::FxHashMap;
+
 use super::run::Run;
-use crate::flow::{Base, CallSite, Effect, NodeId, Place, SubjectId};
+use super::{Search, State};
+use crate::flow::{Base, CallSite, ControlFlowGraph, Effect, LoopId, NodeId, Place, SubjectId, Var};
 
 /// How many states a search may have before it forgets what is asked for no more: most searches have fewer.
 pub(super) const MANY_STATES: usize = 4_000;
 
+/// What is still needed at each node.
+pub(super) struct Needed {
+    /// The tracked subjects, by their bits.
+    subjects: Vec<u32>,
+    /// The loops in whose rounds variables are declared, where nothing outside speaks of them.
+    scopes: FxHashMap<Var, LoopId>,
+}
+
+/// Whether a node lies in a round of a loop. What a round has declared is over at the head.
+fn is_inside(graph: &ControlFlowGraph, node: NodeId, id: LoopId) -> bool {
+    node != graph.loop_info(id).head && graph.is_within(graph.node(node).in_loop, id)
+}
+
 impl Search<'_> {
+    /// The loops in whose rounds variables are declared, but for those that something outside speaks of, as what a `break` gives.
+    fn scopes(&self) -> FxHashMap<Var, LoopId> {
+        let graph = self.graph;
+        // A guard may hold what it is given until it is dropped.
+        if !graph.guards.is_empty() {
+            return FxHashMap::default();
+        }
+        let vars = (0u32..).map(Var).zip(&graph.vars);
+        let mut scopes: FxHashMap<Var, LoopId> = vars.filter_map(|(var, info)| Some((var, info.in_loop?))).collect();
+        for node in graph.node_ids() {
+            let mut speak_of = |place: &Place| {
+                let var = place.base_var();
+                if let Some((var, id)) = var.and_then(|var| Some((var, *scopes.get(&var)?)))
+                    && !is_inside(graph, node, id)
+                {
+                    scopes.remove(&var);
+                }
+            };
+            match &graph.node(node).effect {
+                Effect::Update(update) => {
+                    [Some(&update.place), update.given.as_ref()].into_iter().flatten().for_each(speak_of)
+                }
+                Effect::Advance(advance) => [&advance.before, &advance.after].into_iter().for_each(speak_of),
+                Effect::Reset { place, .. } | Effect::Use { place } => speak_of(place),
+                Effect::Unknown { places, .. } => places.iter().for_each(speak_of),
+                Effect::Set(set) | Effect::Write(set) => {
+                    let of_value = set.from.iter().chain([&set.place]);
+                    of_value.for_each(&mut speak_of);
+                    set.same_as.into_iter().for_each(|var| speak_of(&Place::var(var)));
+                }
+                Effect::Call(site) => {
+                    speak_of(&Place::var(site.result));
+                    site.args.iter().flat_map(|arg| arg.place.iter().chain(&arg.value_of)).for_each(&mut speak_of);
+                }
+                Effect::Return(value) => {
+                    value.place.iter().for_each(&mut speak_of);
+                    value.same_as.into_iter().for_each(|var| speak_of(&Place::var(var)));
+                }
+                Effect::LoopHead(id) | Effect::LoopEnter(id) => {
+                    let info = graph.loop_info(*id);
+                    info.items.iter().map(|(_, source)| source).chain(&info.indexes).for_each(speak_of);
+                }
+                _ => {}
+            }
+        }
+        scopes
+    }
+
     /// Which nodes may still need what was known of a subject before them, in this iteration or a later one.
     fn needing(&self, id: SubjectId) -> Arc<Vec<bool>> {
         self.dependence.needing(id, || {
@@ -90,12 +153,37 @@ impl Run<'_, '_> {
                 *bits |= u32::from(needing.as_ref().is_none_or(|needing| needing[node])) << at;
             }
         }
-        self.needed = Some(needed);
+        self.needed = Some(Needed { subjects: needed, scopes: search.scopes() });
+    }
+
+    /// A state without what nothing at a node asks for any more.
+    pub(super) fn still_known(&mut self, state: State, at: NodeId) -> State {
+        let names = self.still_named(state.names, at);
+        let masks = self.still_needed(state.masks, at);
+        let rounds = self.still_open(state.rounds, at);
+        State { names, masks, rounds, ..state }
+    }
+
+    /// The names that can still be meant at a node.
+    fn still_named(&mut self, names: u32, at: NodeId) -> u32 {
+        let (search, Some(needed)) = (self.search, &self.needed) else { return names };
+        let is_over = |name: &&Place| {
+            let scope = name.base_var().and_then(|var| needed.scopes.get(&var));
+            *name != search.instance && scope.is_some_and(|id| !is_inside(search.graph, at, *id))
+        };
+        let known = self.names.get(names);
+        let over = known.iter().filter(is_over).count();
+        // One that is in nothing else has gone with it.
+        if over == 0 || over == known.len() {
+            return names;
+        }
+        let left = known.iter().filter(|name| !is_over(name)).cloned().collect();
+        self.names.intern(left)
     }
 
     /// What is still to be known of conditions at a node.
-    pub(super) fn still_needed(&mut self, masks: u32, at: NodeId) -> u32 {
-        let Some(needed) = self.needed.as_ref().map(|needed| needed[at.0 as usize]) else { return masks };
+    fn still_needed(&mut self, masks: u32, at: NodeId) -> u32 {
+        let Some(needed) = self.needed.as_ref().map(|needed| needed.subjects[at.0 as usize]) else { return masks };
         if let Some(known) = self.reduced.get(&(masks, needed)) {
             return *known;
         }

@@ -45,8 +45,8 @@ pub(super) struct Run<'s, 'a> {
     pub(super) queue: VecDeque<usize>,
     /// The mode that is asked about, if one is.
     pub(super) mode: Option<super::Mode>,
-    /// Which tracked subjects are still needed at each node, by their bits, once there are many states.
-    pub(super) needed: Option<Vec<u32>>,
+    /// What is still needed at each node, once there are many states.
+    pub(super) needed: Option<super::live::Needed>,
     /// What is left of what is known, by that and by what is needed.
     pub(super) reduced: FxHashMap<(u32, u32), u32>,
     /// Which of the tracked subjects callers know, where they are to know what is assumed of them.
@@ -151,10 +151,8 @@ impl<'s, 'a> Run<'s, 'a> {
             if to == graph.loop_info(id).head {
                 self.end(EndKind::Completes, at, &state, returned::ANY);
                 // What is known at the end of an iteration is known at the beginning of the next.
-                let State { names, masks, rounds, .. } = state;
-                let masks = self.still_needed(masks, to);
-                let rounds = self.still_open(rounds, to);
                 let age = self.age_after(&state);
+                let State { names, masks, rounds, .. } = self.still_known(state, to);
                 self.begin(Known { node: to, age, names, masks, rounds });
                 return;
             }
@@ -167,9 +165,8 @@ impl<'s, 'a> Run<'s, 'a> {
             && graph
                 .loops_around(to)
                 .any(|id| self.search.sample_loops.contains(&id) && self.region != Region::Loop(id));
-        let rounds = self.still_open(state.rounds, to);
-        let masks = self.still_needed(state.masks, to);
-        self.push(State { node: to, in_sample, masks, rounds, ..state }, Some(at));
+        let state = self.still_known(state, to);
+        self.push(State { node: to, in_sample, ..state }, Some(at));
     }
 
     fn end(&mut self, kind: EndKind, at: usize, state: &State, returned: returned::Heads) {
