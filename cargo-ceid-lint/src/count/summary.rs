@@ -117,6 +117,8 @@ pub(super) struct Summary {
     pub(super) answers: Answers,
     /// The first elements of a collection that are all it has ways for, where the place is each of them: `bank.iter_mut().take(2)`.
     pub(super) taken: BTreeMap<Given, Given>,
+    /// The times that it keeps for those that wait for one.
+    pub(super) paced: BTreeMap<Given, BTreeSet<Given>>,
     /// The places behind a trait, where what it does is joined over several types.
     pub(super) mixed: BTreeSet<Given>,
     /// The places that stand for each element, where not all elements are treated alike.
@@ -486,8 +488,8 @@ impl Summaries {
                 summary.unreset.extend(unreset.map(|(set, head)| (set, head, given.clone())));
                 summary.endless.extend((is_updated && outcomes.is_empty()).then(|| given.clone()));
                 summary.mixed.extend((search.behind.len() > 1).then(|| given.clone()));
-                let is_uneven = uneven::is_uneven(&search, &given, &summary.taken);
-                summary.uneven.extend(is_uneven.then(|| given.clone()));
+                summary.uneven.extend(uneven::is_uneven(&search, &given, &summary.taken).then(|| given.clone()));
+                summary.paced.entry(given.clone()).or_default().extend(super::gates::paced_by(&search, &outcomes));
                 summary.halves[law].insert(given.clone(), outcomes);
                 summary.feeds.entry(given.clone()).or_insert_with(|| super::gates::fed_params(&search));
                 summary.measures.entry(given.clone()).or_default().extend(super::gates::measured_by(&search));

@@ -29,6 +29,8 @@ pub(super) use sample::fed_params;
 use sources::{Assignments, Sources};
 pub(super) use step::measured_by;
 
+use time::TimeGate;
+pub(super) use time::paced_by;
 use super::search::{End, Exploration, Region, Search};
 use super::skips::counted_past;
 use super::verdict::Gate;
@@ -59,8 +61,7 @@ pub(super) struct Gates<'s, 'a> {
     updating: RefCell<BTreeMap<SubjectId, Option<u32>>>,
     inside: OnceCell<Vec<NodeId>>,
     reach: OnceCell<Vec<bool>>,
-    /// The time gates of the region: the nodes that ask, and what they ask is computed from.
-    time_gates: OnceCell<Vec<(NodeId, Sources)>>,
+    time_gates: OnceCell<Vec<TimeGate>>,
     /// Whether the region is a function that a cycle calls, not one that is a cycle.
     is_helper: bool,
 }
