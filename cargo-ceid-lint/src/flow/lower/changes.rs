@@ -44,6 +44,31 @@ impl Builder<'_> {
         self.graph.changes.insert(at, Change { computed, kind, goes_round, about });
     }
 
+    /// `flag &= value`, `flag |= value`: the flag stays what it is, or is taken down or raised.
+    pub(super) fn assign_if(&mut self, id: ExprId, op: &str, target: ExprId, value: ExprId) -> Value {
+        let bases = self.assigned_vars(target);
+        self.derive(&bases, value);
+        self.derive_owner(target, value);
+        let span = self.span(id);
+        let (no, after) = (self.add_node(Effect::Nothing, span), self.add_node(Effect::Nothing, span));
+        self.condition(value, no);
+        let raises = op == "|";
+        if !raises {
+            self.jump(after);
+            self.resume_if_reached(no);
+        }
+        let head = if raises { "true" } else { "false" };
+        self.assign_to(target, &Value { head: Some(head.to_owned()), ..Value::default() }, value, span);
+        self.note_change(target, value, Some(op));
+        self.jump(after);
+        if raises {
+            self.resume_if_reached(no);
+            self.jump(after);
+        }
+        self.resume_if_reached(after);
+        Value::default()
+    }
+
     /// Whether a count that goes up in a small number is not held where that ends.
     fn goes_round(&self, target: ExprId, value: ExprId) -> bool {
         let is_small = |int: String| matches!(int.trim_start_matches(['u', 'i']), "8" | "16");
