@@ -69,6 +69,8 @@ pub struct ControlFlowGraph {
     pub read_at: std::collections::BTreeMap<Var, Span>,
     /// The variables that hold what was taken out of something in the same iteration: `let packet = radio.wait();`
     pub received: std::collections::BTreeSet<Var>,
+    /// The variables that hold a remainder, and whether it is the low bits of a number: `let slot = n % 10;`
+    pub remainders: std::collections::BTreeMap<Var, bool>,
     /// The variables that a closure or an arm was handed: nothing is built there.
     pub handed: std::collections::BTreeSet<Var>,
     /// The places whose values assignments copy, by their nodes.

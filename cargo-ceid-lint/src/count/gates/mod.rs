@@ -228,9 +228,10 @@ impl<'s, 'a> Gates<'s, 'a> {
             return Some(Gate::Event);
         }
         let is_decimated = || {
+        let is_remainder = about.is_remainder || self.asks_held_remainder(test, false);
             self.remainder_counts(test, at) && self.goes_on_counting(test, at, way) && !self.stands_still(test, at, way)
         };
-        if (about.is_remainder || self.masks_rounds(test)) && !is_kept && is_decimated() {
+        if (is_remainder || self.masks_rounds(test)) && !is_kept && is_decimated() {
             return Some(Gate::Rate);
         }
         // A lock that is not waited for fails while another holds it: that is no setting.
@@ -295,7 +296,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         // A remainder is no state that anything is in.
         let asks_by_name = way.at != at && matches!(self.search.graph.node(way.at).effect, Effect::Branch(_));
         let is_mode = |id| self.is_mode_asked_by(id, asks_by_name.then_some(way.at));
-        (!about.is_remainder && is_mode(test.subject?)).then_some(Gate::Mode)
+        (!is_remainder && is_mode(test.subject?)).then_some(Gate::Mode)
     }
 
     /// The condition that gave a truth value which is asked for: the last one on the way that decides that the value is given.
