@@ -19,7 +19,7 @@ pub use cycle::{Caller, CycleKind, Limit, LoopInfo, Rounds};
 pub use latches::Flag;
 pub use lower::received::{asks_state, is_receiving, is_receiving_something, is_waiting};
 pub use lower::written::stands_in;
-pub use lower::{is_flag, lower_function};
+pub use lower::{Told, is_flag, lower_function, told};
 pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
 pub use program::Program;
 use steps::parameter_names;

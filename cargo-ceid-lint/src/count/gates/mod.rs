@@ -18,6 +18,7 @@ mod sources;
 mod state;
 mod step;
 mod time;
+mod told;
 
 use std::cell::{OnceCell, RefCell};
 use std::collections::BTreeMap;
@@ -28,14 +29,14 @@ pub(super) use resumed::set_without_reset;
 pub(super) use sample::fed_params;
 use sources::{Assignments, Sources};
 pub(super) use step::measured_by;
-
 use time::TimeGate;
 pub(super) use time::paced_by;
+
 use super::search::{End, Exploration, Region, Search};
 use super::skips::counted_past;
 use super::verdict::Gate;
 use crate::config::TimeBase;
-use crate::flow::{CallSite, Computed, Effect, Head, NodeId, Place, Projection, SubjectId, Test};
+use crate::flow::{CallSite, Computed, Effect, Head, NodeId, Place, Projection, SubjectId, Test, Told};
 use crate::syntax::CycleDirective;
 
 /// Whether a test asks about something that was received in this iteration.
@@ -62,6 +63,8 @@ pub(super) struct Gates<'s, 'a> {
     inside: OnceCell<Vec<NodeId>>,
     reach: OnceCell<Vec<bool>>,
     time_gates: OnceCell<Vec<TimeGate>>,
+    /// What the calls of the region answer, if that can be told.
+    told: OnceCell<Vec<(NodeId, Told)>>,
     /// Whether the region is a function that a cycle calls, not one that is a cycle.
     is_helper: bool,
 }
@@ -104,6 +107,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             inside: OnceCell::new(),
             reach: OnceCell::new(),
             time_gates: OnceCell::new(),
+            told: OnceCell::new(),
             is_helper: false,
         }
     }
@@ -224,11 +228,11 @@ impl<'s, 'a> Gates<'s, 'a> {
             }
         }
         let is_kept = self.is_kept_flag(test);
+        let is_remainder = about.is_remainder || self.asks_held_remainder(test, false);
         if about.is_remainder && self.asks_part_of_received(test) {
             return Some(Gate::Event);
         }
         let is_decimated = || {
-        let is_remainder = about.is_remainder || self.asks_held_remainder(test, false);
             self.remainder_counts(test, at) && self.goes_on_counting(test, at, way) && !self.stands_still(test, at, way)
         };
         if (is_remainder || self.masks_rounds(test)) && !is_kept && is_decimated() {

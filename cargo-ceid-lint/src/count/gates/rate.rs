@@ -240,7 +240,7 @@ impl Gates<'_, '_> {
             && !self.completes(self.start(), |node, _| !turns(node))
     }
 
-    fn counts_at(&self, id: NodeId, place: &Place) -> bool {
+    pub(super) fn counts_at(&self, id: NodeId, place: &Place) -> bool {
         match &self.search.graph.node(id).effect {
             Effect::Call(site) => self.call_writes(site, place),
             _ => {
@@ -426,7 +426,7 @@ impl Gates<'_, '_> {
         };
         let is_drawn = |place: &Place| self.is_given_anew(place, at) || is_read(place);
         let is_drawn = test.about.remainder_is.as_ref().is_some_and(is_drawn);
-        !is_drawn && (counts || sources.calls.iter().any(is_told) || is_reckoned)
+        !is_drawn && (counts || sources.calls.iter().any(is_told) || is_reckoned || self.is_told_by_counter(test))
     }
 
     /// Whether a variable is asked that holds a remainder: `let slot = n % 10; if slot == 3 { … }`.

@@ -69,7 +69,8 @@ pub(super) fn is_clock(name: &str) -> bool {
 
 impl Gates<'_, '_> {
     pub(super) fn tells_time(&self, test: &Test) -> bool {
-        if test.about.names.iter().any(|name| is_clock(name)) || self.is_timer_poll(test) {
+        let names_clock = || test.about.names.iter().any(|name| is_clock(name));
+        if names_clock() || self.is_timer_poll(test) || self.is_told_by_clock(test) {
             return true;
         }
         if !test.about.is_comparison {
@@ -118,9 +119,9 @@ impl Gates<'_, '_> {
                 graph.changes.get(&id).is_some_and(|change| {
                     let places = named(&change.computed.places);
                     let is_period = |place: &&Place| *place != moment && self.is_left_alone(place);
-                    change.kind == ChangeKind::Other
                     // The period may be a number: `t + 20`.
                     let has_period = places.iter().any(is_period) || graph.copied(id).is_none();
+                    change.kind == ChangeKind::Other
                         && places.contains(&moment)
                         && places.iter().all(|place| *place == moment || is_period(place))
                         && has_period
@@ -384,7 +385,6 @@ impl Gates<'_, '_> {
     }
 }
 
-/// Whether a place is named as a timer.
 /// A condition that waits for a time.
 pub(super) struct TimeGate {
     /// The node that asks.
@@ -405,6 +405,7 @@ pub(in crate::count) fn paced_by(search: &Search<'_>, ways: &[Outcome]) -> BTree
     gates.time_gates().iter().flat_map(clocks).filter_map(|clock| given(search.graph, &clock)).collect()
 }
 
+/// Whether a place is named as a timer.
 fn names_timer(name: &str) -> bool {
     let name = name.to_lowercase();
     let parts = ["timer", "sleep", "delay", "ticker", "interval", "alarm", "countdown", "period", "systick"];
