@@ -5,8 +5,21 @@ use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
 use super::given::{Given, GivenBase, given};
-use super::summary::{Borrow, Summaries, Summary};
-use crate::flow::{CallSite, ControlFlowGraph, Effect, Head, NodeId, OTHER_HEADS, Place, Program, SubjectId};
+use super::summary::{Summaries, Summary};
+use crate::flow::{
+    CallSite, ControlFlowGraph, Effect, Head, NodeId, OTHER_HEADS, Place, Program, Projection, SubjectId,
+};
+
+/// A part of a function's result that borrows a part of a parameter.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Borrow {
+    /// The steps into the result.
+    pub(super) part: Vec<Projection>,
+    /// The parameter.
+    pub(super) param: usize,
+    /// The steps into the parameter.
+    pub(super) steps: Vec<Projection>,
+}
 
 /// How many values of a parameter are told apart.
 const MAX_VALUES: usize = 16;

@@ -27,6 +27,7 @@ mod functions;
 mod gates;
 mod generic_cycles;
 mod given;
+mod given_heads;
 mod guards;
 mod handed;
 mod handles;

@@ -9,7 +9,7 @@ use super::answers::{Answers, answers};
 use super::assumed::Assumed;
 use super::bottom_up::too_many_ways;
 use super::chosen_resets;
-use super::chosen_returns::{self, ChosenReturns};
+use super::chosen_returns::{self, Borrow, ChosenReturns};
 use super::counts::Count;
 use super::debug_only::{self, DebugOnly};
 use super::finished;
@@ -18,6 +18,7 @@ use super::given::{
     Given, GivenBase, MAX_NUMBERS, MAX_PLACES, bound, given, instance_of, is_moved, is_put_in_place, note,
     note_unknown, place_of, steps_at, with_wholes,
 };
+use super::given_heads;
 use super::handed;
 use super::instances::{holds_filter_at, is_generic, replaces_generic};
 use super::kept;
@@ -81,17 +82,6 @@ impl Outcome {
     }
 }
 
-/// A part of a function's result that borrows a part of a parameter.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Borrow {
-    /// The steps into the result.
-    pub(super) part: Vec<Projection>,
-    /// The parameter.
-    pub(super) param: usize,
-    /// The steps into the parameter.
-    pub(super) steps: Vec<Projection>,
-}
-
 /// What a function does.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Summary {
@@ -109,6 +99,8 @@ pub(super) struct Summary {
     pub(super) writes_if_present: BTreeSet<Given>,
     /// With which heads, where they are known, and how these values go on from those before.
     pub(super) sets: BTreeSet<(Given, Option<Head>, Option<ChangeKind>)>,
+    /// What it gives no other heads than these.
+    pub(super) given_heads: BTreeMap<Given, BTreeSet<Head>>,
     /// What of it goes without a reset of a filter that it resets on other ways.
     pub(super) unreset: BTreeSet<(Given, Option<Head>, Given)>,
     /// The heads that its result may have.
@@ -125,6 +117,8 @@ pub(super) struct Summary {
     pub(super) feeds: BTreeMap<Given, BTreeSet<usize>>,
     /// The times that it keeps and computes the steps of the filters at its places from.
     pub(super) measures: BTreeMap<Given, BTreeSet<Given>>,
+    /// The times that it keeps for those that wait for one.
+    pub(super) paced: BTreeMap<Given, BTreeSet<Given>>,
     /// What it reads or feeds without updating it.
     pub(super) uses: BTreeSet<Given>,
     /// How it updates filters twice, and how it skips them.
@@ -306,6 +300,7 @@ impl Summaries {
             let whole = |borrow: &Borrow| Borrow { part: Vec::new(), param: borrow.param, steps: Vec::new() };
             summary.returns = summary.returns.iter().map(whole).collect();
         }
+        summary.given_heads = given_heads::find(graph, &aliases, self);
         summary.chosen_resets = chosen_resets::find(program.index, graph, &aliases, self);
         summary.chosen = chosen_returns::find(program, graph, self, &summary.returns);
         bound(&mut summary.uses);
@@ -486,8 +481,8 @@ impl Summaries {
                 summary.unreset.extend(unreset.map(|(set, head)| (set, head, given.clone())));
                 summary.endless.extend((is_updated && outcomes.is_empty()).then(|| given.clone()));
                 summary.mixed.extend((search.behind.len() > 1).then(|| given.clone()));
-                let is_uneven = uneven::is_uneven(&search, &given, &summary.taken);
-                summary.uneven.extend(is_uneven.then(|| given.clone()));
+                summary.uneven.extend(uneven::is_uneven(&search, &given, &summary.taken).then(|| given.clone()));
+                summary.paced.entry(given.clone()).or_default().extend(super::gates::paced_by(&search, &outcomes));
                 summary.halves[law].insert(given.clone(), outcomes);
                 summary.feeds.entry(given.clone()).or_insert_with(|| super::gates::fed_params(&search));
                 summary.measures.entry(given.clone()).or_default().extend(super::gates::measured_by(&search));

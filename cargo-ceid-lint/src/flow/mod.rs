@@ -19,7 +19,7 @@ pub use cycle::{Caller, CycleKind, Limit, LoopInfo, Rounds};
 pub use latches::Flag;
 pub use lower::received::{asks_state, is_receiving, is_receiving_something, is_waiting};
 pub use lower::written::stands_in;
-pub use lower::{is_flag, lower_function};
+pub use lower::{Told, is_flag, lower_function, told};
 pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
 pub use program::Program;
 use steps::parameter_names;
@@ -69,6 +69,8 @@ pub struct ControlFlowGraph {
     pub read_at: std::collections::BTreeMap<Var, Span>,
     /// The variables that hold what was taken out of something in the same iteration: `let packet = radio.wait();`
     pub received: std::collections::BTreeSet<Var>,
+    /// The variables that hold a remainder, and whether it is the low bits of a number: `let slot = n % 10;`
+    pub remainders: std::collections::BTreeMap<Var, bool>,
     /// The variables that a closure or an arm was handed: nothing is built there.
     pub handed: std::collections::BTreeSet<Var>,
     /// The places whose values assignments copy, by their nodes.

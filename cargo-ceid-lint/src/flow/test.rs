@@ -125,6 +125,8 @@ pub struct About {
     pub is_combined: bool,
     /// Whether it contains `%` or `is_multiple_of`.
     pub is_remainder: bool,
+    /// What a remainder is compared with for being equal, if that is a place.
+    pub remainder_is: Option<Place>,
     /// The number that it divides by, or the mask plus one.
     pub ratio: Option<u64>,
     /// The whole numbers in it.

@@ -7,6 +7,9 @@ use super::{Callee, Resolved};
 use crate::index::{Def, FunctionId, MethodOwner, Owner, Ty, TypeId};
 use crate::syntax::tree::{ExprId, ExprKind, Path, TypeRef};
 
+/// How many `Deref` impls are gone through.
+const MAX_DEREFS: usize = 4;
+
 impl Infer<'_> {
     pub(super) fn call(&mut self, id: ExprId, callee: ExprId, args: &[ExprId], expected: Option<&Ty>) -> Ty {
         let body = self.body;
@@ -299,6 +302,35 @@ impl Infer<'_> {
             return self.variables.unify(&inner, &args[0]);
         }
         self.variables.unify(wanted, &found);
+    }
+
+    /// The type as which a reference is lent where one to something else is expected, to which `Deref` impls of the analysed code lead.
+    pub(super) fn lent_as(&mut self, id: ExprId, found: &Ty, expected: &Ty) -> Option<Ty> {
+        let Ty::Ref(mutable, own) = found else { return None };
+        let Ty::Ref(_, wanted) = self.variables.shallow(expected) else { return None };
+        let (Ty::Adt(wanted, _), mut own) = (self.variables.shallow(&wanted), self.variables.shallow(own)) else {
+            return None;
+        };
+        let mut derefs = Vec::new();
+        while derefs.len() < MAX_DEREFS {
+            match &own {
+                Ty::Adt(id, _) if *id == wanted => break,
+                Ty::Adt(..) => {
+                    let (target, through) = self.user_deref(&own)?;
+                    derefs.push(through);
+                    own = target;
+                }
+                Ty::External(path, args) if builtin::is_pointer(path.rsplit("::").next().unwrap_or("")) => {
+                    own = self.variables.shallow(args.first()?);
+                }
+                _ => return None,
+            }
+        }
+        let is_it = !derefs.is_empty() && matches!(&own, Ty::Adt(id, _) if *id == wanted);
+        is_it.then(|| {
+            self.typed.coerced.insert(id, derefs);
+            Ty::Ref(*mutable, Box::new(own))
+        })
     }
 
     fn call_external(&mut self, id: ExprId, path: &str, args: &[ExprId], expected: Option<&Ty>) -> Ty {

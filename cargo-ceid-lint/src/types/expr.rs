@@ -10,7 +10,8 @@ use crate::syntax::tree::{
 impl Infer<'_> {
     /// Walks an expression and answers its type.
     pub(super) fn expr(&mut self, id: ExprId, expected: Option<&Ty>) -> Ty {
-        let ty = self.expr_ty(id, expected);
+        let found = self.expr_ty(id, expected);
+        let ty = expected.and_then(|expected| self.lent_as(id, &found, expected)).unwrap_or(found);
         self.typed.expr_ty[id.0 as usize] = ty.clone();
         ty
     }

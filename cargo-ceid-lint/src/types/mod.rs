@@ -99,6 +99,8 @@ pub struct TypedBody {
     pub pat_length: FxHashMap<PatId, u64>,
     /// What each call runs.
     pub callees: BTreeMap<ExprId, Callee>,
+    /// The `Deref` impls through which a reference becomes the one that is asked for: `fn gyro(&mut self) -> &mut Lag { &mut self.gyro }`.
+    pub coerced: FxHashMap<ExprId, Vec<FunctionId>>,
     /// What a path to a function runs where it is called: `Filter::update` in `for_each(Filter::update)`.
     pub items: FxHashMap<ExprId, Resolved>,
 }

@@ -10,7 +10,7 @@ use crate::count::summary::Outcome;
 use crate::count::verdict::Gate;
 use crate::flow::{
     CallSite, Computed, ControlFlowGraph, Effect, Head, IndexKey, Limit, LoopId, NodeId, Place, Projection, Subject,
-    SubjectId,
+    SubjectId, is_receiving, is_receiving_something, is_waiting,
 };
 
 /// Something of the caller's that a function asks for before it updates.
@@ -166,7 +166,7 @@ impl Gates<'_, '_> {
                 self.mode_of_element(asks, site, at)?
             } else if asks.is_remainder && read.places.iter().any(|place| self.changes_in(place, |id| id != at)) {
                 Gate::Rate
-            } else if !asks.is_presence && self.is_event_of(&read.places, asks.is_choice) {
+            } else if !asks.is_presence && (self.is_event_of(&read.places, asks.is_choice) || read.is_received(asks)) {
                 Gate::Event
             } else {
                 self.mode_of_call(asks, site, at).or_else(|| self.mode_of_element(asks, site, at))?
@@ -237,15 +237,31 @@ impl Gates<'_, '_> {
 }
 
 /// What a helper's condition reads where the helper is called.
+#[derive(Default)]
 struct Read {
     places: Vec<Place>,
     /// Whether something is called for it.
     is_computed: bool,
+    /// Whether that receives something.
+    brings: bool,
+}
+
+impl Read {
+    /// Whether a choice is made on what was received for the call: `self.handle(link.try_recv())`.
+    fn is_received(&self, asks: &Asks) -> bool {
+        asks.is_choice && self.brings
+    }
 }
 
 fn read_by(asks: &Asks, site: &CallSite) -> Option<Read> {
-    let mut read = Read { places: Vec::new(), is_computed: false };
+    let mut read = Read::default();
     for given in &asks.reads {
+        if let GivenBase::Param(number) = given.base
+            && let Some(argument) = site.args.get(number)
+        {
+            let brings = |name: &String| is_receiving(name) || is_receiving_something(name) || is_waiting(name);
+            read.brings |= argument.from.calls.iter().any(brings);
+        }
         if let Some(place) = asked_at(given, site).or_else(|| place_of(given, site)) {
             read.places.push(place);
             continue;

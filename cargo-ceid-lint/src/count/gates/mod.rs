@@ -18,6 +18,7 @@ mod sources;
 mod state;
 mod step;
 mod time;
+mod told;
 
 use std::cell::{OnceCell, RefCell};
 use std::collections::BTreeMap;
@@ -28,12 +29,14 @@ pub(super) use resumed::set_without_reset;
 pub(super) use sample::fed_params;
 use sources::{Assignments, Sources};
 pub(super) use step::measured_by;
+use time::TimeGate;
+pub(super) use time::paced_by;
 
 use super::search::{End, Exploration, Region, Search};
 use super::skips::counted_past;
 use super::verdict::Gate;
 use crate::config::TimeBase;
-use crate::flow::{CallSite, Computed, Effect, Head, NodeId, Place, Projection, SubjectId, Test};
+use crate::flow::{CallSite, Computed, Effect, Head, NodeId, Place, Projection, SubjectId, Test, Told};
 use crate::syntax::CycleDirective;
 
 /// Whether a test asks about something that was received in this iteration.
@@ -59,8 +62,9 @@ pub(super) struct Gates<'s, 'a> {
     updating: RefCell<BTreeMap<SubjectId, Option<u32>>>,
     inside: OnceCell<Vec<NodeId>>,
     reach: OnceCell<Vec<bool>>,
-    /// The time gates of the region: the nodes that ask, and what they ask is computed from.
-    time_gates: OnceCell<Vec<(NodeId, Sources)>>,
+    time_gates: OnceCell<Vec<TimeGate>>,
+    /// What the calls of the region answer, if that can be told.
+    told: OnceCell<Vec<(NodeId, Told)>>,
     /// Whether the region is a function that a cycle calls, not one that is a cycle.
     is_helper: bool,
 }
@@ -103,6 +107,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             inside: OnceCell::new(),
             reach: OnceCell::new(),
             time_gates: OnceCell::new(),
+            told: OnceCell::new(),
             is_helper: false,
         }
     }
@@ -223,13 +228,14 @@ impl<'s, 'a> Gates<'s, 'a> {
             }
         }
         let is_kept = self.is_kept_flag(test);
+        let is_remainder = about.is_remainder || self.asks_held_remainder(test, false);
         if about.is_remainder && self.asks_part_of_received(test) {
             return Some(Gate::Event);
         }
         let is_decimated = || {
             self.remainder_counts(test, at) && self.goes_on_counting(test, at, way) && !self.stands_still(test, at, way)
         };
-        if (about.is_remainder || self.masks_rounds(test)) && !is_kept && is_decimated() {
+        if (is_remainder || self.masks_rounds(test)) && !is_kept && is_decimated() {
             return Some(Gate::Rate);
         }
         // A lock that is not waited for fails while another holds it: that is no setting.
@@ -294,7 +300,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         // A remainder is no state that anything is in.
         let asks_by_name = way.at != at && matches!(self.search.graph.node(way.at).effect, Effect::Branch(_));
         let is_mode = |id| self.is_mode_asked_by(id, asks_by_name.then_some(way.at));
-        (!about.is_remainder && is_mode(test.subject?)).then_some(Gate::Mode)
+        (!is_remainder && is_mode(test.subject?)).then_some(Gate::Mode)
     }
 
     /// The condition that gave a truth value which is asked for: the last one on the way that decides that the value is given.

@@ -63,7 +63,7 @@ impl Gates<'_, '_> {
             let steps = self.count_steps(place)?;
             let counts = steps.up || steps.down;
             // What goes round with something else than the cycles opens the gate with that.
-            if steps.wraps || (counts && test.about.is_masked) {
+            if steps.wraps || (counts && (test.about.is_masked || self.asks_held_remainder(test, true))) {
                 return self.counts_while_closed(place, at, way).then_some(Gate::Rate);
             }
             if !counts && !steps.sums {
@@ -240,7 +240,7 @@ impl Gates<'_, '_> {
             && !self.completes(self.start(), |node, _| !turns(node))
     }
 
-    fn counts_at(&self, id: NodeId, place: &Place) -> bool {
+    pub(super) fn counts_at(&self, id: NodeId, place: &Place) -> bool {
         match &self.search.graph.node(id).effect {
             Effect::Call(site) => self.call_writes(site, place),
             _ => {
@@ -419,7 +419,22 @@ impl Gates<'_, '_> {
             |name: &String| contains_any(name, COUNTERS) || matches!(name.as_str(), "fetch_add" | "fetch_sub");
         let is_reckoned = sources.calls.iter().all(|name| is_arithmetic(name))
             && !sources.places.iter().any(|place| self.is_number(place) && self.is_given_anew(place, at));
-        counts || sources.calls.iter().any(is_told) || is_reckoned
+        // What it has to be is no number of a cycle: `n % 10 == reading`.
+        let is_read = |place: &Place| {
+            let computed = place.base_var().and_then(|var| graph.computed.get(&var));
+            !self.outlives(place) && computed.is_some_and(|from| from.calls.iter().any(|name| !is_arithmetic(name)))
+        };
+        let is_drawn = |place: &Place| self.is_given_anew(place, at) || is_read(place);
+        let is_drawn = test.about.remainder_is.as_ref().is_some_and(is_drawn);
+        !is_drawn && (counts || sources.calls.iter().any(is_told) || is_reckoned || self.is_told_by_counter(test))
+    }
+
+    /// Whether a variable is asked that holds a remainder: `let slot = n % 10; if slot == 3 { … }`.
+    pub(super) fn asks_held_remainder(&self, test: &Test, is_masked: bool) -> bool {
+        let remainders = &self.search.graph.remainders;
+        let is_held = |place: &Place| place.base_var().and_then(|var| remainders.get(&var)) == Some(&is_masked);
+        let numbers = test.about.reads.iter().filter(|place| place.base_var().is_some());
+        numbers.clone().next().is_some() && numbers.clone().all(is_held)
     }
 
     /// Whether a place has another value than that of the round before at a node, and not one that is counted from it.

@@ -106,7 +106,7 @@ impl Gates<'_, '_> {
         self.sets_clock(self.step(), way) || self.renews_one(&self.lent_clocks(), &Way { nodes, at: way.at })
     }
 
-    fn renews_one(&self, clocks: &[Place], way: &Way) -> bool {
+    pub(super) fn renews_one(&self, clocks: &[Place], way: &Way) -> bool {
         way.nodes.iter().any(|id| clocks.iter().any(|clock| self.renews(*id, clock)))
     }
 

@@ -1,11 +1,14 @@
 //! Gates of time: clocks, deadlines and timers.
 
+use std::collections::BTreeSet;
+
 use super::sources::Sources;
 use super::{Gates, Way};
 use crate::config::TimeBase;
 use crate::count::cycles::named;
-use crate::count::given::place_of;
-use crate::count::summary::Summary;
+use crate::count::given::{Given, given, place_of};
+use crate::count::search::Search;
+use crate::count::summary::{Outcome, Summary};
 use crate::count::verdict::Gate;
 use crate::flow::{ChangeKind, Computed, Effect, NodeId, Place, StepUnit, Test, is_time_name, step_unit};
 use crate::index::{FunctionId, Ty};
@@ -66,13 +69,14 @@ pub(super) fn is_clock(name: &str) -> bool {
 
 impl Gates<'_, '_> {
     pub(super) fn tells_time(&self, test: &Test) -> bool {
-        if test.about.names.iter().any(|name| is_clock(name)) || self.is_timer_poll(test) {
+        let names_clock = || test.about.names.iter().any(|name| is_clock(name));
+        if names_clock() || self.is_timer_poll(test) || self.is_told_by_clock(test) {
             return true;
         }
         if !test.about.is_comparison {
             return self.asks_whether_clock_moved(test);
         }
-        if self.is_since_clock(test) || self.is_put_off(test) {
+        if self.is_since_clock(test) || self.put_off(test).is_some() {
             return true;
         }
         test.about.reads.iter().any(|place| {
@@ -103,8 +107,8 @@ impl Gates<'_, '_> {
 
     /// `if t >= self.next { self.next = t + PERIOD; … }`: a number that the function is given and feeds to no filter, compared with one
     /// that nothing else puts off.
-    fn is_put_off(&self, test: &Test) -> bool {
-        let [Some(left), Some(right)] = &test.about.compared else { return false };
+    fn put_off<'t>(&self, test: &'t Test) -> Option<&'t Place> {
+        let [Some(left), Some(right)] = &test.about.compared else { return None };
         let graph = self.search.graph;
         let is_given = |place: &Place| {
             let var = place.base_var().filter(|_| place.steps.is_empty() && self.is_number(place));
@@ -115,17 +119,20 @@ impl Gates<'_, '_> {
                 graph.changes.get(&id).is_some_and(|change| {
                     let places = named(&change.computed.places);
                     let is_period = |place: &&Place| *place != moment && self.is_left_alone(place);
+                    // The period may be a number: `t + 20`.
+                    let has_period = places.iter().any(is_period) || graph.copied(id).is_none();
                     change.kind == ChangeKind::Other
                         && places.contains(&moment)
                         && places.iter().all(|place| *place == moment || is_period(place))
-                        && places.iter().any(is_period)
+                        && has_period
                         && change.computed.calls.iter().all(|name| name.ends_with("_add"))
                 })
             };
             let mut given = self.assigning(next).peekable();
             self.is_number(next) && self.outlives(next) && given.peek().is_some() && given.all(puts_off)
         };
-        is_given(left) && is_next(right, left) || is_given(right) && is_next(left, right)
+        let is_put_off = |moment: &Place, next: &Place| is_given(moment) && is_next(next, moment);
+        [(left, right), (right, left)].into_iter().find_map(|(moment, next)| is_put_off(moment, next).then_some(next))
     }
 
     /// A comparison with what is named as a point of time: `now < self.deadline`.
@@ -346,24 +353,56 @@ impl Gates<'_, '_> {
 
     /// A way that leaves before a time gate is asked, or before its clock is set: the gate stays as it is.
     pub(super) fn is_before_closed_gate(&self, way: &Way) -> bool {
-        self.time_gates().iter().any(|(id, sources)| !way.nodes.contains(id) && !self.sets_clock(sources, way))
+        let sets = |gate: &TimeGate| self.sets_clock(&gate.sources, way) || self.renews_one(&gate.clocks, way);
+        self.time_gates().iter().any(|gate| !way.nodes.contains(&gate.at) && !sets(gate))
     }
 
-    /// The time gates of the region that keep a clock.
-    fn time_gates(&self) -> &[(NodeId, Sources)] {
+    /// The time gates of the region that keep a clock, in it or in what it calls.
+    fn time_gates(&self) -> &[TimeGate] {
         self.time_gates.get_or_init(|| {
             let graph = self.search.graph;
             let reach = self.reach();
-            let gate = |id: NodeId| {
-                let Effect::Branch(test) = &graph.node(id).effect else { return None };
-                let decides = graph.node(id).next.iter().filter(|next| reach[next.0 as usize]).count() == 1;
-                let sources = (decides && self.tells_time(test)).then(|| self.behind(test))?;
-                let keeps_clock = self.clocks(&sources).next().is_some();
-                keeps_clock.then_some((id, sources))
+            let gate = |at: NodeId| match &graph.node(at).effect {
+                Effect::Branch(test) => {
+                    let decides = graph.node(at).next.iter().filter(|next| reach[next.0 as usize]).count() == 1;
+                    let waits = decides && (self.asks_moment(test) || self.tells_time(test));
+                    let sources = waits.then(|| self.behind(test))?;
+                    let clocks: Vec<Place> = self.put_off(test).cloned().into_iter().collect();
+                    let keeps_clock = !clocks.is_empty() || self.clocks(&sources).next().is_some();
+                    keeps_clock.then_some(TimeGate { at, sources, clocks })
+                }
+                Effect::Call(site) if site.law_of.is_none() => {
+                    let paced = site.targets.iter().filter_map(|target| self.search.summaries.get(*target));
+                    let paced = paced.flat_map(|summary| &summary.paced);
+                    let own = paced.filter(|(given, _)| place_of(given, site).is_some_and(|it| self.is_instance(&it)));
+                    let clocks: Vec<Place> = own.flat_map(|(_, all)| all).filter_map(|it| place_of(it, site)).collect();
+                    (!clocks.is_empty()).then(|| TimeGate { at, sources: Sources::default(), clocks })
+                }
+                _ => None,
             };
             self.nodes().filter_map(gate).collect()
         })
     }
+}
+
+/// A condition that waits for a time.
+pub(super) struct TimeGate {
+    /// The node that asks.
+    at: NodeId,
+    /// What it asks for is computed from.
+    sources: Sources,
+    /// The times that are kept for it otherwise.
+    clocks: Vec<Place>,
+}
+
+/// The times that a function keeps for the time gates of its filter, as its callers know them.
+pub(in crate::count) fn paced_by(search: &Search<'_>, ways: &[Outcome]) -> BTreeSet<Given> {
+    if !ways.iter().any(|way| way.gate == Some(Gate::Time)) {
+        return BTreeSet::new();
+    }
+    let gates = Gates::of_helper(search);
+    let clocks = |gate: &TimeGate| -> Vec<Place> { gates.clocks(&gate.sources).chain(&gate.clocks).cloned().collect() };
+    gates.time_gates().iter().flat_map(clocks).filter_map(|clock| given(search.graph, &clock)).collect()
 }
 
 /// Whether a place is named as a timer.

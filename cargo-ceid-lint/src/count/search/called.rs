@@ -10,14 +10,14 @@ use crate::count::given::{Given, place_of};
 use crate::count::instances::place_ty;
 use crate::count::returned;
 use crate::count::summary::Outcome;
-use crate::flow::{CallSite, Cause, IndexKey, Place, Projection, SubjectId};
+use crate::flow::{CallSite, Cause, Head, IndexKey, Place, Projection, SubjectId};
 use crate::index::{FunctionId, Owner, Ty};
 
 /// What a call does, whatever the way that leads to it.
 #[derive(Debug, Default)]
 pub(in crate::count) struct Called {
-    /// What it writes, by each of its names, for conditions that read it.
-    pub(super) writes: BTreeSet<Place>,
+    /// What it writes, by each of its names, for conditions that read it; with the heads that it gives it, if they are all known.
+    pub(super) writes: BTreeMap<Place, Option<BTreeSet<Head>>>,
     /// What one of its targets does, each different effect once.
     pub(super) effects: Vec<Effect>,
     /// The caller's subjects of which its ways assume something.
@@ -133,9 +133,12 @@ impl Search<'_> {
                 }
                 continue;
             };
-            for place in summary.writes.iter().filter_map(|given| place_of(given, site)) {
-                called.writes.extend(self.aliases.shared_roots(&place).iter().cloned());
-                called.writes.insert(place);
+            for written in &summary.writes {
+                let Some(place) = place_of(written, site) else { continue };
+                let heads = summary.given_heads.get(written);
+                for name in self.aliases.shared_roots(&place).iter().chain([&place]) {
+                    called.note_write(name, heads);
+                }
             }
             let outcomes = own.iter().filter(|called| called.target == *target);
             let outcomes = outcomes.map(|called| {
@@ -180,6 +183,16 @@ pub(in crate::count) fn not_told() -> Cause {
 }
 
 impl Called {
+    fn note_write(&mut self, place: &Place, heads: Option<&BTreeSet<Head>>) {
+        match (self.writes.get_mut(place), heads) {
+            (Some(Some(known)), Some(heads)) => known.extend(heads.iter().cloned()),
+            (Some(known), _) => *known = None,
+            (None, heads) => {
+                self.writes.insert(place.clone(), heads.cloned());
+            }
+        }
+    }
+
     fn add(&mut self, effect: Effect) {
         if !self.effects.contains(&effect) {
             self.effects.push(effect);

@@ -1,5 +1,7 @@
 //! What calls and assignments do to a state: counts, names, and what is known of conditions.
 
+use std::collections::BTreeSet;
+
 use super::names::is_concerned;
 use super::run::{BEYOND, Run};
 use super::{MAX_ROUNDS, State};
@@ -9,8 +11,8 @@ use crate::count::returned;
 use crate::count::summary::Outcome;
 use crate::count::verdict::Gate;
 use crate::flow::{
-    Assignment, CallSite, Cause, ChangeKind, LoopId, LoopInfo, OTHER_HEADS, PAST, Place, Relation, Rounds, Subject,
-    Transfer, Update, Var,
+    Assignment, CallSite, Cause, ChangeKind, Head, LoopId, LoopInfo, OTHER_HEADS, PAST, Place, Relation, Rounds,
+    Subject, Transfer, Update, Var,
 };
 use crate::index::Ty;
 
@@ -33,8 +35,8 @@ impl Run<'_, '_> {
         }
         let mut masks = state.masks;
         let before = masks;
-        for place in &called.writes {
-            masks = self.killed(masks, place);
+        for (place, heads) in &called.writes {
+            masks = self.written(masks, place, heads.as_ref());
         }
         masks = self.killed(masks, &Place::var(site.result));
         let state = State { masks, ..state.clone() };
@@ -219,6 +221,11 @@ impl Run<'_, '_> {
 
     /// Nothing is known any more of what reads a place.
     pub(super) fn killed(&mut self, masks: u32, place: &Place) -> u32 {
+        self.written(masks, place, None)
+    }
+
+    /// A place may have been written, with one of these heads if they are known.
+    fn written(&mut self, masks: u32, place: &Place, heads: Option<&BTreeSet<Head>>) -> u32 {
         let graph = self.search.graph;
         let mut all = self.masks.get(masks).clone();
         let mut changed = false;
@@ -228,7 +235,11 @@ impl Run<'_, '_> {
                 let subject = &graph.subjects[id.0 as usize];
                 let is_past = all[at] & !(subject.bit("true") | subject.bit(PAST)) == 0;
                 let goes_on = self.counts_once(subject, place);
-                all[at] = if goes_on && is_past { subject.bit(PAST) } else { subject.anything() };
+                all[at] = match heads.filter(|_| subject.whole.as_ref() == Some(place)) {
+                    Some(heads) => heads.iter().fold(all[at], |mask, head| mask | subject.bit(head)),
+                    None if goes_on && is_past => subject.bit(PAST),
+                    None => subject.anything(),
+                };
                 changed = true;
             }
         }

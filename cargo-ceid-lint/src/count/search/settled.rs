@@ -115,7 +115,7 @@ impl Search<'_> {
             Effect::Unknown { places, .. } => places.iter().any(is_one),
             // A state that is a number is the value that a condition asks for.
             Effect::Update(update) => !update.is_typed && !reads.is_presence && is_one(&update.place),
-            Effect::Call(site) => is_one(&Place::var(site.result)) || self.called(site).writes.iter().any(is_one),
+            Effect::Call(site) => is_one(&Place::var(site.result)) || self.called(site).writes.keys().any(is_one),
             _ => false,
         }
     }

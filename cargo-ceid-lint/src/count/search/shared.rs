@@ -137,7 +137,7 @@ impl Run<'_, '_> {
             }
             let reads = self.search.read_by(self.tracked.subjects[at]);
             let first = self.before_first_write(at);
-            if !called.writes.iter().any(|place| reads.is_changed_with(place)) {
+            if !called.writes.keys().any(|place| reads.is_changed_with(place)) {
                 all[at] &= allowed;
             } else if heads.is_kept && self.is_lent_once(at, site) {
                 all[at] = before[at] & allowed;

@@ -73,6 +73,10 @@ impl Builder<'_> {
                     about.is_comparison = true;
                     about.compared = [self.static_place(*lhs), self.static_place(*rhs)];
                 }
+                let is_remainder = |side: ExprId| matches!(body.expr(side).kind, ExprKind::Binary { op: "%", .. });
+                if matches!(*op, "==" | "!=") && is_remainder(*lhs) != is_remainder(*rhs) {
+                    about.remainder_is = self.static_place(if is_remainder(*lhs) { *rhs } else { *lhs });
+                }
                 match *op {
                     "%" => {
                         about.is_remainder = true;

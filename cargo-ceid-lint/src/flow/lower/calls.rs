@@ -165,8 +165,6 @@ impl Builder<'_> {
             return Value::default();
         }
         let span = self.span(id);
-        let coerced = self.coerced(&resolved.targets, exprs, values);
-        let values = coerced.as_deref().unwrap_or(values);
         let self_place = values.first().filter(|_| resolved.has_receiver).and_then(|value| value.place.clone());
         if let Some((spec, group)) = self.law_of(resolved) {
             let law = Law { spec, group, targets: &resolved.targets, has_receiver: resolved.has_receiver };

@@ -35,13 +35,38 @@ impl Builder<'_> {
             }
             Some("%") => ChangeKind::Wraps,
             Some(op @ ("+" | "-")) => self.added(target, value, op == "+"),
-            Some("^") if self.constant_head(value).as_deref() == Some("true") => ChangeKind::Toggles,
+            Some("^") if matches!(self.constant_head(value).as_deref(), Some("true" | "1")) => ChangeKind::Toggles,
             Some(_) => ChangeKind::Other,
         };
         let is_asked = op.is_none() && *self.ty(target).peel() == Ty::Bool && self.constant_head(value).is_none();
         let about = is_asked.then(|| Box::new(self.about(value)));
         let goes_round = kind == ChangeKind::CountsUp && self.goes_round(target, value);
         self.graph.changes.insert(at, Change { computed, kind, goes_round, about });
+    }
+
+    /// `flag &= value`, `flag |= value`: the flag stays what it is, or is taken down or raised.
+    pub(super) fn assign_if(&mut self, id: ExprId, op: &str, target: ExprId, value: ExprId) -> Value {
+        let bases = self.assigned_vars(target);
+        self.derive(&bases, value);
+        self.derive_owner(target, value);
+        let span = self.span(id);
+        let (no, after) = (self.add_node(Effect::Nothing, span), self.add_node(Effect::Nothing, span));
+        self.condition(value, no);
+        let raises = op == "|";
+        if !raises {
+            self.jump(after);
+            self.resume_if_reached(no);
+        }
+        let head = if raises { "true" } else { "false" };
+        self.assign_to(target, &Value { head: Some(head.to_owned()), ..Value::default() }, value, span);
+        self.note_change(target, value, Some(op));
+        self.jump(after);
+        if raises {
+            self.resume_if_reached(no);
+            self.jump(after);
+        }
+        self.resume_if_reached(after);
+        Value::default()
     }
 
     /// Whether a count that goes up in a small number is not held where that ends.

@@ -101,32 +101,16 @@ impl Builder<'_> {
         Some(path)
     }
 
-    /// A reference to what a `Deref` impl hands out, where a function takes that and is given one to its owner.
-    pub(super) fn coerced(&mut self, targets: &[FunctionId], exprs: &[ExprId], values: &[Value]) -> Option<Vec<Value>> {
-        let [target] = targets else { return None };
-        let mut all: Option<Vec<Value>> = None;
-        for (number, (expr, value)) in exprs.iter().zip(values).enumerate() {
-            let (Ty::Ref(_, given), Some(place)) = (self.ty(*expr), &value.place) else { continue };
-            if !matches!(**given, Ty::Adt(..)) || !self.may_hold_filter(given) {
-                continue;
-            }
-            let Ty::Ref(_, wanted) = self.declared_param(*target, number) else { continue };
-            let (mut ty, mut place) = ((**given).clone(), place.clone());
-            for _ in 0..MAX_DEREFS {
-                if matches!((&ty, &*wanted), (Ty::Adt(own, _), Ty::Adt(other, _)) if own == other) {
-                    break;
-                }
-                let Some((to, through)) = self.deref_target(&ty).filter(|_| matches!(*wanted, Ty::Adt(..))) else {
-                    break;
-                };
-                place = self.dereferenced(place, through, self.span(*expr));
-                ty = to;
-            }
-            if Some(&place) != value.place.as_ref() {
-                all.get_or_insert_with(|| values.to_vec())[number].place = Some(place);
-            }
+    /// A reference to what `Deref` impls hand out, where that is asked for and one to its owner is given.
+    pub(super) fn coerced(&mut self, id: ExprId, mut value: Value) -> Value {
+        if let Some(derefs) = self.typed().coerced.get(&id)
+            && let Some(place) = value.place.take()
+        {
+            let span = self.span(id);
+            let through = |place: Place, through: &FunctionId| self.dereferenced(place, *through, span);
+            value.place = Some(derefs.iter().fold(place, through));
         }
-        all
+        value
     }
 
     /// Whether what is called takes an argument by a shared reference, whatever it is given: `show(lag)` of a `fn(&Lag)`.

@@ -10,6 +10,12 @@ use crate::types::Callee;
 impl Builder<'_> {
     /// Lowers an expression and answers its value. Code that is never reached is not lowered.
     pub(super) fn expr(&mut self, id: ExprId) -> Value {
+        let value = self.own_value(id);
+        self.coerced(id, value)
+    }
+
+    /// The value of an expression before it is lent as something else.
+    fn own_value(&mut self, id: ExprId) -> Value {
         if self.at.is_none() {
             return Value::default();
         }

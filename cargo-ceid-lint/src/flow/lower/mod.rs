@@ -65,6 +65,7 @@ mod subjects;
 mod switches;
 mod threads;
 mod ticks;
+mod told;
 mod unrolled;
 mod values;
 mod waits;
@@ -77,6 +78,7 @@ use std::rc::Rc;
 use closures::ClosureRef;
 pub use flags::is_flag;
 use rustc_hash::{FxHashMap, FxHashSet};
+pub use told::{Told, told};
 
 use super::{
     Assignment, Cause, ControlFlowGraph, Effect, GuardId, Head, LoopId, LoopInfo, Node, NodeId, Place, Program, Var,

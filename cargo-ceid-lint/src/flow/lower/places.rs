@@ -252,7 +252,7 @@ impl Builder<'_> {
 
     /// Notes that a value of the iteration is computed from what one of its fields is given: `frame.left = filter.update(x)`. What
     /// lives longer keeps what its other fields had, and may hold filters.
-    fn derive_owner(&mut self, target: ExprId, value: ExprId) {
+    pub(super) fn derive_owner(&mut self, target: ExprId, value: ExprId) {
         let body = self.body();
         let ExprKind::Field { base, .. } = &body.expr(target).kind else { return };
         let Some(local) = self.typed().expr_local.get(base).copied() else { return };
@@ -311,7 +311,7 @@ impl Builder<'_> {
         Value::default()
     }
 
-    fn assign_to(&mut self, target: ExprId, value: &Value, source: ExprId, span: crate::source::Span) {
+    pub(super) fn assign_to(&mut self, target: ExprId, value: &Value, source: ExprId, span: crate::source::Span) {
         let body = self.body();
         if let ExprKind::Path(path) = &body.expr(target).kind
             && path.ident() == Some("_")
@@ -386,6 +386,9 @@ impl Builder<'_> {
                 ("|", Some("true")) | ("&", Some("false")) => return self.assign(id, target, value),
                 ("|", Some("false")) | ("&", Some("true")) => return Value::default(),
                 _ => {}
+            }
+            if matches!(op, "|" | "&") {
+                return self.assign_if(id, op, target, value);
             }
         }
         let bases = self.assigned_vars(target);

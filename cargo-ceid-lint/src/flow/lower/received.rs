@@ -12,18 +12,12 @@ const RECEIVING: &[&str] = &[
     "try_recv",
     "try_receive",
     "recv_timeout",
-    "next_event",
-    "wait_event",
-    "poll_event",
     "pop",
     "pop_front",
     "dequeue",
     "select",
     "select3",
     "select4",
-    "next_message",
-    "read_event",
-    "get_event",
     "try_next",
     "try_iter",
     "drain",
@@ -32,7 +26,10 @@ const RECEIVING: &[&str] = &[
 /// Whether a method receives a message or an event, as far as its name tells.
 #[must_use]
 pub fn is_receiving(name: &str) -> bool {
+    let is_event = |noun: &str| matches!(noun, "event" | "evt" | "ev" | "message" | "msg");
+    let asks = |verb: &str| matches!(verb, "next" | "wait" | "poll" | "read" | "get" | "pop");
     RECEIVING.contains(&name)
+        || name.trim_start_matches("try_").split_once('_').is_some_and(|(verb, noun)| asks(verb) && is_event(noun))
 }
 
 /// Whether a method says that it receives, and what or how: `recv_into_buffer`, `receive_frame`.

@@ -10,7 +10,7 @@ use crate::syntax::tree::{Body, ExprId, ExprKind};
 impl Builder<'_> {
     /// A place has got a new value: the states in it are known as far as the code that makes the value writes them.
     pub(super) fn renew_states(&mut self, target: ExprId, value: ExprId, span: Span) {
-        if self.at.is_none() || !matches!(self.ty(target), Ty::Adt(..)) {
+        if self.at.is_none() || !matches!(self.ty(target), Ty::Adt(..) | Ty::Tuple(_)) {
             return;
         }
         let states = self.made_states(value);
@@ -28,11 +28,11 @@ impl Builder<'_> {
         }
     }
 
-    /// The fields of a struct that are states, with the heads that its literal gives them: here, or at the end of the function that
+    /// The fields of a struct or tuple that are states, with the heads that its literal gives them: here, or at the end of the function that
     /// is called.
     fn made_states(&self, value: ExprId) -> Vec<(String, Head)> {
         let here = self.constants();
-        if matches!(here.body.expr(value).kind, ExprKind::Struct { .. }) {
+        if matches!(here.body.expr(value).kind, ExprKind::Struct { .. } | ExprKind::Tuple(_)) {
             return self.written_states(here, value);
         }
         let Some(target) = self.only_target(value) else { return Vec::new() };
@@ -50,13 +50,17 @@ impl Builder<'_> {
     }
 
     fn written_states(&self, of: Constants<'_>, literal: ExprId) -> Vec<(String, Head)> {
-        let ExprKind::Struct { fields, .. } = &of.body.expr(literal).kind else { return Vec::new() };
+        let parts: Vec<(String, ExprId)> = match &of.body.expr(literal).kind {
+            ExprKind::Struct { fields, .. } => fields.clone(),
+            ExprKind::Tuple(parts) => parts.iter().enumerate().map(|(at, part)| (at.to_string(), *part)).collect(),
+            _ => return Vec::new(),
+        };
         // The fields of a variant lie behind its name.
         if matches!(of.typed.expr_def.get(&literal), Some(Def::Variant(..))) {
             return Vec::new();
         }
-        let states = fields.iter().filter(|(_, field)| self.is_state(of.typed.ty(*field)));
-        states.filter_map(|(name, field)| Some((name.clone(), of.head(*field)?))).collect()
+        let states = parts.into_iter().filter(|(_, field)| self.is_state(of.typed.ty(*field)));
+        states.filter_map(|(name, field)| Some((name, of.head(field)?))).collect()
     }
 }
 

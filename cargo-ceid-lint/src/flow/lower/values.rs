@@ -4,7 +4,7 @@ use super::{Builder, ClosureRef, Value};
 use crate::flow::{Assignment, Effect, NodeId, Place, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
-use crate::syntax::tree::{Block, BlockKind, CfgKey, ExprId, PatKind, Stmt, StmtKind};
+use crate::syntax::tree::{Block, BlockKind, CfgKey, ExprId, ExprKind, PatKind, Stmt, StmtKind};
 use crate::types::Callee;
 
 /// Branches that meet again, with the variable that holds the value.
@@ -184,6 +184,24 @@ impl Builder<'_> {
         }
         if matches!(self.body().pat(pat).kind, PatKind::Bind { .. }) {
             self.note_copy(init);
+            if let Some(is_masked) = self.remainder(init) {
+                let held: Vec<Var> = self.vars_of(pat).into_iter().filter(|var| !self.is_mutated(*var)).collect();
+                self.graph.remainders.extend(held.into_iter().map(|var| (var, is_masked)));
+            }
+        }
+    }
+
+    /// Whether an expression is a remainder that is the low bits of a number; `None` if it is no remainder.
+    fn remainder(&mut self, id: ExprId) -> Option<bool> {
+        match &self.body().expr(id).kind {
+            ExprKind::Binary { op: "%", .. } => Some(false),
+            ExprKind::Binary { op: "&", rhs, .. } => {
+                let is_low = self.number(*rhs).and_then(|mask| mask.checked_add(1)).is_some_and(u64::is_power_of_two);
+                is_low.then_some(true)
+            }
+            ExprKind::MethodCall { method, .. } if method == "rem_euclid" => Some(false),
+            ExprKind::Cast { value, .. } => self.remainder(*value),
+            _ => None,
         }
     }
 

@@ -1,0 +1,63 @@
+//! What functions of the analysed code answer that a condition asks: how old something is, or how far it has counted.
+
+use super::Gates;
+use super::time::is_clock;
+use crate::flow::{CallSite, Effect, NodeId, Place, Test, Told, told};
+use crate::index::{FunctionId, Ty};
+use crate::syntax::tree::Receiver;
+
+/// How long a function may be that is asked how it comes to its answer.
+const MAX_EXPRESSIONS: usize = 256;
+
+impl Gates<'_, '_> {
+    /// `if self.stamp.age() > PERIOD { … }`: a function that answers what it computes from a clock.
+    pub(super) fn is_told_by_clock(&self, test: &Test) -> bool {
+        self.answers(test).into_iter().any(|(site, told)| {
+            let index = self.search.program.index;
+            let is_exclusive = |receiver: &Receiver| matches!(receiver, Receiver::Exclusive);
+            let changes = |target| index.function(target).function.receiver.as_ref().is_some_and(is_exclusive);
+            let is_told = match self.search.graph.var(site.result).ty {
+                Ty::Bool => true,
+                Ty::Int | Ty::Float => !told.scales,
+                _ => false,
+            };
+            is_told && !site.targets.iter().copied().any(changes) && told.calls.iter().any(|name| is_clock(name))
+        })
+    }
+
+    /// `if self.cycles.next() % 4 == 0 { … }`: a method that answers what it or another one counts.
+    pub(super) fn is_told_by_counter(&self, test: &Test) -> bool {
+        self.answers(test).into_iter().any(|(site, told)| {
+            let owner = site.args.first().and_then(|arg| arg.place.as_ref());
+            let is_counted = |place: Place| self.is_number(&place) && self.nodes().any(|id| self.counts_at(id, &place));
+            owner.is_some_and(|owner| told.fields.iter().any(|name| is_counted(owner.field(name))))
+        })
+    }
+
+    /// The calls that a condition makes or is computed from, with what they answer.
+    fn answers(&self, test: &Test) -> Vec<(&CallSite, &Told)> {
+        let told = self.told.get_or_init(|| self.nodes().filter_map(|id| Some((id, self.told_at(id)?))).collect());
+        if told.is_empty() {
+            return Vec::new();
+        }
+        let sources = self.behind(test);
+        let is_read = |place: &Place| sources.places.iter().any(|read| read.overlaps(place));
+        let answers = told.iter().filter_map(|(id, told)| {
+            let Effect::Call(site) = &self.search.graph.node(*id).effect else { return None };
+            let is_asked = site.args.first().and_then(|arg| arg.place.as_ref()).is_none_or(is_read);
+            let name = |target: &FunctionId| &self.search.program.index.function(*target).name;
+            let is_named = site.targets.iter().any(|target| sources.calls.contains(name(target)));
+            (is_asked && is_named).then_some((&**site, told))
+        });
+        answers.collect()
+    }
+
+    /// What the function answers that a node calls; `None` if it says nothing of a clock, nor of what it keeps.
+    fn told_at(&self, id: NodeId) -> Option<Told> {
+        let Effect::Call(site) = &self.search.graph.node(id).effect else { return None };
+        let [target] = site.targets.as_slice() else { return None };
+        let body = self.search.program.index.function(*target).function.body.as_ref()?;
+        let told = Some(body).filter(|body| body.exprs.len() <= MAX_EXPRESSIONS).map(told)?;
+        (!told.fields.is_empty() || told.calls.iter().any(|name| is_clock(name))).then_some(told)
+    }
+}

@@ -1,0 +1,76 @@
+//! What the answer of a function is made of, as far as its last expression says: `fn age(&self) -> u32 { millis() - self.begun }`.
+
+use crate::syntax::tree::{Body, ExprId, ExprKind, PatKind, StmtKind};
+
+/// What a function's last expression names.
+#[derive(Clone, Debug, Default)]
+pub struct Told {
+    /// The functions and methods that it calls.
+    pub calls: Vec<String>,
+    /// The fields of `self` that it reads.
+    pub fields: Vec<String>,
+    /// Whether it makes a product or quotient of several values, which is a number of another kind: `self.pulses / age`.
+    pub scales: bool,
+}
+
+/// What the answer of a function with this body is made of.
+#[must_use]
+pub fn told(body: &Body) -> Told {
+    let mut told = Told::default();
+    let mut names: Vec<&str> = Vec::new();
+    let mut open = vec![body.root];
+    while let Some(id) = open.pop() {
+        match &body.expr(id).kind {
+            ExprKind::Block(block) => open.extend(block.tail),
+            ExprKind::If { then, otherwise, .. } => open.extend([*then].into_iter().chain(*otherwise)),
+            ExprKind::Match { arms, .. } => open.extend(arms.iter().map(|arm| arm.body)),
+            ExprKind::Path(path) => {
+                if let Some(name) = path.ident().filter(|name| !names.contains(name)) {
+                    names.push(name);
+                    open.extend(declared(body, name));
+                }
+            }
+            ExprKind::Call { callee, args } => {
+                if let ExprKind::Path(path) = &body.expr(*callee).kind {
+                    told.calls.push(path.last().to_owned());
+                }
+                open.extend(args);
+            }
+            ExprKind::MethodCall { receiver, method, args, .. } => {
+                told.calls.push(method.clone());
+                open.extend([receiver].into_iter().chain(args));
+            }
+            ExprKind::Field { base, name } => {
+                let is_self = matches!(&body.expr(*base).kind, ExprKind::Path(path) if path.ident() == Some("self"));
+                if is_self { told.fields.push(name.clone()) } else { open.push(*base) }
+            }
+            ExprKind::Binary { op: "*" | "/", lhs, rhs } => {
+                told.scales |= !is_number(body, *lhs) && !is_number(body, *rhs);
+                open.extend([*lhs, *rhs]);
+            }
+            _ => open.extend(body.children(id)),
+        }
+    }
+    told
+}
+
+/// Whether an expression is a number that is written out, or has the name of a constant.
+fn is_number(body: &Body, id: ExprId) -> bool {
+    match &body.expr(id).kind {
+        ExprKind::Literal(_) => true,
+        ExprKind::Path(path) => !path.last().contains(char::is_lowercase),
+        ExprKind::Cast { value, .. } => is_number(body, *value),
+        _ => false,
+    }
+}
+
+/// The values that a name is declared with.
+fn declared<'b>(body: &'b Body, name: &'b str) -> impl Iterator<Item = ExprId> + 'b {
+    body.stmts().filter_map(move |stmt| match &stmt.kind {
+        StmtKind::Let { pat, init: Some(init), .. } => {
+            let is_it = matches!(&body.pat(*pat).kind, PatKind::Bind { name: own, .. } if own == name);
+            is_it.then_some(*init)
+        }
+        _ => None,
+    })
+}
