@@ -7,6 +7,7 @@ use super::derived::Derived;
 use super::instances::may_hold_filter;
 use super::search::Search;
 use crate::flow::{CallSite, Computed, ControlFlowGraph, Effect, IndexKey, LoopId, NodeId, Place, Var};
+use crate::index::Ty;
 
 /// Whether a round writes something into memory that the law reads: what the loop binds, or a value that comes from that.
 pub(super) fn writes_fed(
@@ -123,5 +124,47 @@ pub(super) fn passed_on(
         roots.iter().filter(|root| is_part(root)).any(|root| set.iter().any(|own| is_part(own) && own.overlaps(root)))
     };
     let given_by = calls().filter(|(_, place)| is_of_set(place)).flat_map(|(site, _)| &site.into);
-    given.iter().chain(given_by).copied().collect()
+    let given: Vec<Var> = given.iter().chain(given_by).copied().collect();
+    let filled = filled_from(graph, aliases, &given, id);
+    given.into_iter().chain(filled).collect()
+}
+
+/// The variables of a round into which it puts what some variables give: a part of one is written, or a function that reads what they
+/// give gets one to write: `frame[0] = level;`, `voice.render(level, &mut frame);`
+fn filled_from(graph: &ControlFlowGraph, aliases: &Aliases, given: &[Var], id: LoopId) -> Vec<Var> {
+    let is_of_round = |var: &Var| {
+        let info = graph.var(*var);
+        let is_one_number = matches!(info.ty.peel(), Ty::Bool | Ty::Char | Ty::Int | Ty::Float);
+        graph.is_within(info.in_loop, id) && !is_one_number
+    };
+    let nodes = || graph.node_ids().filter(|node| graph.is_within(graph.node(*node).in_loop, id));
+    let put_in = |known: &[Var]| -> Vec<Var> {
+        let from_known = aliases.derived_from(known);
+        let mut found: Vec<Var> = Vec::new();
+        for node in nodes() {
+            match &graph.node(node).effect {
+                Effect::Write(set) | Effect::Set(set) if !set.place.steps.is_empty() => {
+                    let computed = graph.changes.get(&node).map(|change| &change.computed);
+                    let mut read = computed.into_iter().flat_map(|from| &from.places).filter_map(Place::base_var);
+                    found.extend(set.place.base_var().filter(|_| read.any(|var| from_known.contains(var))));
+                }
+                Effect::Call(site) if site.fed.iter().any(|var| from_known.contains(*var)) => {
+                    let lent = site.args.iter().filter(|arg| !arg.is_shared && !arg.is_moved);
+                    let places = lent.flat_map(|arg| arg.place.iter().chain(&arg.value_of).chain(&arg.from.places));
+                    found.extend(places.filter_map(Place::base_var));
+                }
+                _ => {}
+            }
+        }
+        found.retain(|var| is_of_round(var) && !from_known.contains(*var));
+        found
+    };
+    let mut known = given.to_vec();
+    loop {
+        let found = put_in(&known);
+        if found.is_empty() {
+            return known.split_off(given.len());
+        }
+        known.extend(found);
+    }
 }
