@@ -314,6 +314,7 @@ fn skipped(
     let mut ends = skipping.to_vec();
     ends.sort_by_key(|end| length(exploration, end));
     let mut ends = ends.into_iter();
+    let mut doubt = None;
     let unexplained = ends.find(|end| match gates.of_end(exploration, end) {
         Some(gate) => {
             let span = end.state.skipped_at.map(|at| search.graph.node(at).span);
@@ -321,9 +322,16 @@ fn skipped(
             kinds.extend(span.map(|span| (span, gate)));
             false
         }
-        None => true,
+        None => match gates.hangs_on_law(end) {
+            Some(cause) => {
+                doubt.get_or_insert(cause);
+                false
+            }
+            None => true,
+        },
     });
     match unexplained {
+        None if doubt.is_some() => Decision { verdict: Verdict::Unproved, cause: doubt, ..base },
         None => {
             // Of nested gates the outer one comes first.
             let gate = kinds.into_iter().min_by_key(|(span, _)| *span).map(|(_, gate)| gate);

@@ -1,5 +1,6 @@
 //! Conditions that skip an update on purpose, and what tells them from defects.
 
+mod by_laws;
 mod carried;
 mod chosen;
 mod elements;

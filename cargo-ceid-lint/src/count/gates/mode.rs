@@ -83,12 +83,14 @@ impl Gates<'_, '_> {
         self.updating(subject).is_some_and(|updating| {
             !self.pauses_for_good(subject, updating)
                 && !self.is_resumed_elsewhere(subject, updating)
-                && self.search.resets_in_pauses(self.region, Mode { subject, updating, asked_by, foreign: 0 })
+                && self
+                    .search
+                    .resets_in_pauses(self.region, Mode { subject, updating, asked_by, foreign: 0, trusts_laws: false })
         })
     }
 
     /// Whether another method of the type whose cycle this is ends the pause and does not reset the filter: `fn resume(&mut self)`.
-    fn is_resumed_elsewhere(&self, id: SubjectId, updating: u32) -> bool {
+    pub(super) fn is_resumed_elsewhere(&self, id: SubjectId, updating: u32) -> bool {
         let Search { graph, program, summaries, instance, .. } = self.search;
         let subject = &graph.subjects[id.0 as usize];
         let known = subject.whole.as_ref().and_then(|whole| Some((given(graph, whole)?, given(graph, instance)?)));
@@ -102,7 +104,7 @@ impl Gates<'_, '_> {
             (Region::Function, Some(whole)) => {
                 let others = self.taken_back_elsewhere(subject, whole, updating);
                 let foreign = if others == TakenBack::Kept { subject.anything() } else { updating };
-                let mode = Mode { subject: id, updating, asked_by: None, foreign };
+                let mode = Mode { subject: id, updating, asked_by: None, foreign, trusts_laws: false };
                 self.search.resets_in_pauses(self.region, mode)
             }
             // What others do between two blocks of samples is not followed.
@@ -157,7 +159,7 @@ impl Gates<'_, '_> {
 
     /// Whether each update sets a number to what pauses, and nothing changes it in the pause: `if n >= 10 { n = 0; … }` where
     /// nothing counts. That is a counter which was forgotten, not a state that is done with.
-    fn pauses_for_good(&self, id: SubjectId, updating: u32) -> bool {
+    pub(super) fn pauses_for_good(&self, id: SubjectId, updating: u32) -> bool {
         let graph = self.search.graph;
         let subject = &graph.subjects[id.0 as usize];
         // What else a function is called for may count, and so may what shares a static.
@@ -221,7 +223,7 @@ impl Gates<'_, '_> {
                 if element.is_some() {
                     return foreign & updating == 0;
                 }
-                let mode = Mode { subject: *id, updating, asked_by: None, foreign };
+                let mode = Mode { subject: *id, updating, asked_by: None, foreign, trusts_laws: false };
                 self.search.resets_in_pauses(self.region, mode)
             };
             let bears = subject.heads.iter().filter(|head| bears_with(subject.bit(head)));

@@ -35,7 +35,9 @@ impl Run<'_, '_> {
         }
         let mut masks = state.masks;
         let before = masks;
-        for (place, heads) in &called.writes {
+        let trusts_laws = self.mode.is_some_and(|mode| mode.trusts_laws);
+        let is_trusted = trusts_laws && site.law_of.is_some() && !self.is_receiver(state, site);
+        for (place, heads) in called.writes.iter().filter(|_| !is_trusted) {
             masks = self.written(masks, place, heads.as_ref());
         }
         masks = self.killed(masks, &Place::var(site.result));

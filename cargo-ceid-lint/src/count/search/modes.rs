@@ -37,6 +37,8 @@ pub(in crate::count) struct Mode {
     pub(in crate::count) asked_by: Option<NodeId>,
     /// The heads that others may give it between two calls of the function.
     pub(in crate::count) foreign: u32,
+    /// Whether the laws of other filters are taken to leave every state as it is.
+    pub(in crate::count) trusts_laws: bool,
 }
 
 impl Search<'_> {

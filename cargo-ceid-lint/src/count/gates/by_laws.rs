@@ -1,0 +1,41 @@
+//! States that the laws of other filters switch: what those make of them is not followed.
+
+use super::Gates;
+use crate::count::counts::Count;
+use crate::count::search::{End, Mode};
+use crate::flow::{CallSite, Cause, Effect, Relation};
+
+impl Gates<'_, '_> {
+    /// Why it is not known whether a way that does not update pauses for a mode: the law of another filter switches the state, and the
+    /// filter is reset in each pause but for what that does. `profile.update(t); if profile.phase == Phase::Heat { pid.update(t); }`
+    pub(in crate::count) fn hangs_on_law(&self, end: &End) -> Option<Cause> {
+        let graph = self.search.graph;
+        if end.state.count != Count::Zero || end.state.reset {
+            return None;
+        }
+        let Effect::Branch(test) = &graph.node(end.state.skipped_at?).effect else { return None };
+        let id = test.subject?;
+        let writers = self.search.writers_of(id);
+        let mut laws = writers.iter().filter_map(|node| match &graph.node(*node).effect {
+            Effect::Call(site) if site.law_of.is_some() && !self.is_law_of_owner(site) => Some(site),
+            _ => None,
+        });
+        let law = laws.next()?;
+        let updating = self.updating(id)?;
+        let mode = Mode { subject: id, updating, asked_by: None, foreign: 0, trusts_laws: true };
+        let is_mode = self.nodes().any(|node| self.resets(node))
+            && !self.pauses_for_good(id, updating)
+            && !self.is_resumed_elsewhere(id, updating)
+            && self.search.resets_in_pauses(self.region, mode);
+        is_mode.then(|| Cause::Code(format!("what `{}` makes of the state that decides", law.text)))
+    }
+
+    /// Whether a call is a law of the instance, or of what holds it.
+    fn is_law_of_owner(&self, site: &CallSite) -> bool {
+        let filter = site.law_of.and_then(|number| site.args.get(number)?.place.as_ref());
+        filter.is_none_or(|place| {
+            let roots = self.search.aliases.shared_roots(place);
+            roots.iter().any(|root| matches!(root.relate(self.search.instance, &|_| None), Relation::Holds(_)))
+        })
+    }
+}
