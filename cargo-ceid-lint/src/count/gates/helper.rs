@@ -10,8 +10,9 @@ use crate::count::summary::Outcome;
 use crate::count::verdict::Gate;
 use crate::flow::{
     CallSite, Computed, ControlFlowGraph, Effect, Head, IndexKey, Limit, LoopId, NodeId, Place, Projection, Subject,
-    SubjectId, is_receiving, is_receiving_something, is_waiting,
+    SubjectId, Transfer, is_receiving, is_receiving_something, is_waiting,
 };
+use crate::index::Ty;
 
 /// Something of the caller's that a function asks for before it updates.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -69,7 +70,12 @@ impl Gates<'_, '_> {
         let graph = self.search.graph;
         let known = |place: Place| given(graph, &place).filter(|_| self.is_left_alone(&place));
         let readable = |place: Place| known(place.clone()).or_else(|| self.known_element(&place));
-        let is_copy = |place: &Place| self.copied_from(place) == self.taken_from(place);
+        // What is read through a reference is what the place holds by then.
+        let is_reference = |place: &Place| {
+            let var = place.base_var().filter(|_| place.steps.is_empty());
+            var.is_some_and(|var| matches!(graph.var(var).ty, Ty::Ref(..)))
+        };
+        let is_copy = |place: &Place| is_reference(place) || self.copied_from(place) == self.taken_from(place);
         let Some(at) = end.state.skipped_at else {
             let info = graph.loop_info(counted_past(self.search, exploration, end)?);
             let held = info.limits.iter().filter_map(|limit| match limit {
@@ -127,14 +133,16 @@ impl Gates<'_, '_> {
         let graph = self.search.graph;
         let roots = self.search.aliases.shared_roots(place);
         let [root] = &*roots else { return None };
-        let is_it = |written: &Place| {
-            !written.steps.is_empty()
-                && self.search.aliases.shared_roots(written).iter().any(|written| written.overlaps(root))
-        };
+        let is_it =
+            |written: &Place| self.search.aliases.shared_roots(written).iter().any(|written| written.overlaps(root));
         let is_written = self.nodes().any(|id| match &graph.node(id).effect {
-            Effect::Write(write) | Effect::Set(write) => is_it(&write.place),
-            Effect::Call(site) => self.written_by(site).any(|written| is_it(&written)),
-            Effect::Unknown { places, .. } => places.iter().any(is_it),
+            // An element that gets a name is not written, but what is written through the name is.
+            Effect::Write(write) if !write.rebinds && write.place.steps.is_empty() => {
+                write.transfer != Transfer::Borrow && is_it(&write.place)
+            }
+            Effect::Write(write) | Effect::Set(write) => !write.place.steps.is_empty() && is_it(&write.place),
+            Effect::Call(site) => self.written_by(site).any(|written| !written.steps.is_empty() && is_it(&written)),
+            Effect::Unknown { places, .. } => places.iter().any(|place| !place.steps.is_empty() && is_it(place)),
             _ => false,
         });
         let mut keys = root.steps.iter().filter_map(Projection::key).peekable();
