@@ -66,7 +66,7 @@ pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -
         let kind = function_kind(program, judged[at], &summaries, &called);
         function_facts(program, judged[at], &summaries, kind, &in_cycle)
     });
-    let fields = updated_fields(program.index, &facts, &in_cycle, &super::callgraph::recursive(graphs));
+    let fields = updated_fields(program.index, &facts, &in_cycle, graphs);
     let anywhere = touched_fields(program.index, &facts);
     let statics = touched_statics(&summaries, &facts);
     let lent = Lent::of(program.index, &summaries, &facts);

@@ -4,8 +4,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::analyse::{FunctionFacts, filters_at};
+use super::callgraph::recursive;
 use super::cycles::Instance;
-use super::functions::FunctionKind;
+use super::functions::{FunctionKind, called_while_made};
 use super::instances::{inner, is_lent, place_ty};
 use super::summary::Summaries;
 use crate::flow::{Base, CallSite, ControlFlowGraph, Effect, IndexKey, NodeId, Place, Projection};
@@ -120,9 +121,10 @@ pub(super) fn updated_fields(
     index: &Index,
     facts: &[FunctionFacts<'_>],
     in_cycle: &BTreeSet<FunctionId>,
-    recursive: &BTreeSet<FunctionId>,
+    graphs: &[Option<ControlFlowGraph>],
 ) -> Fields {
     let mut found = Fields::default();
+    let (recursive, while_made) = (recursive(graphs), called_while_made(index, graphs));
     let sites = call_sites(index, facts);
     for function in facts {
         let whole = in_cycle.contains(&function.graph.function);
@@ -132,7 +134,8 @@ pub(super) fn updated_fields(
                 !recursive.contains(&function.graph.function) && is_named_by_callers(index, function, instance, &sites)
             };
             let is_helped = || whole && instance.is_updated && !is_callers();
-            if instance.function || !instance.loops.is_empty() || is_helped() {
+            let is_users = instance.is_updated && while_made.contains(&function.graph.function);
+            if instance.function || !instance.loops.is_empty() || is_users || is_helped() {
                 found.add(index, function.graph, &instance.place, instance.law);
             }
         }

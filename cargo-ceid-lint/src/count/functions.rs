@@ -8,6 +8,7 @@ use super::summary::Summaries;
 use crate::flow::{ControlFlowGraph, CycleKind, Effect, LoopId, Node, NodeId, Place, Program};
 use crate::index::{CrateInfo, FilterSpec, FunctionId, Index, Owner, Subject, TraitName};
 use crate::syntax::CycleDirective;
+use crate::syntax::tree::Receiver;
 
 /// What one call of a function is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,10 +25,30 @@ pub(super) enum FunctionKind {
 
 /// The functions that analysed code outside tests calls.
 pub(super) fn called_functions(index: &Index, graphs: &[Option<ControlFlowGraph>]) -> BTreeSet<FunctionId> {
+    called_by(index, graphs, |caller| !is_outside(index, caller))
+}
+
+/// The methods that nothing calls but constructors: their users may call them in each cycle as well, as what sets the attributes of
+/// a voice.
+pub(super) fn called_while_made(index: &Index, graphs: &[Option<ControlFlowGraph>]) -> BTreeSet<FunctionId> {
+    let others = called_by(index, graphs, |caller| !is_outside(index, caller) && !is_constructor(index, caller));
+    let mut called = called_by(index, graphs, |caller| is_constructor(index, caller));
+    called.retain(|id| {
+        let def = index.function(*id);
+        def.is_pub_method && def.function.receiver == Some(Receiver::Exclusive) && !others.contains(id)
+    });
+    called
+}
+
+fn called_by(
+    index: &Index,
+    graphs: &[Option<ControlFlowGraph>],
+    is_caller: impl Fn(FunctionId) -> bool,
+) -> BTreeSet<FunctionId> {
     graphs
         .iter()
         .flatten()
-        .filter(|graph| !is_outside(index, graph.function))
+        .filter(|graph| is_caller(graph.function))
         .flat_map(|graph| {
             let own = graph.function;
             callees(graph)
