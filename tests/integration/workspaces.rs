@@ -178,6 +178,11 @@ fn macros_maps_and_iterators_of_other_crates() {
 }
 
 #[test]
+fn methods_of_a_trait_of_another_crate() {
+    check("foreign_traits");
+}
+
+#[test]
 fn every_workspace_that_expects_something_is_tested() {
     let tests = include_str!("workspaces.rs");
     for entry in std::fs::read_dir(root().join("fixtures/workspaces")).expect("the workspaces are committed") {

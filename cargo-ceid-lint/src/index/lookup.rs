@@ -2,8 +2,8 @@
 
 use rustc_hash::FxHashSet;
 
-use super::{FunctionId, ImplId, Index, Owner, TraitDef, TraitId, TraitName, TraitRef, Ty, TypeId, ValueId};
-use crate::syntax::tree::TypeRef;
+use super::{FunctionId, ImplDef, ImplId, Index, Owner, TraitDef, TraitId, TraitName, TraitRef, Ty, TypeId, ValueId};
+use crate::syntax::tree::{Attribute, TypeRef};
 
 /// Where a method was found.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -69,14 +69,18 @@ impl Index {
                 // No other type is looked for by its impls, and libraries of mathematics have thousands of these.
                 _ => {}
             }
-            if let Some(TraitName::Local(of)) = implements {
-                self.impls_of_trait.entry(of).or_default().push(id);
+            match &implements {
+                Some(TraitName::Local(of)) => self.impls_of_trait.entry(*of).or_default().push(id),
+                Some(TraitName::External(of)) => self.impls_of_foreign.entry(of.clone()).or_default().push(id),
+                None => {}
             }
             let def = &mut self.impls[number];
             def.self_ty = self_ty;
             def.implements = implements;
         }
         self.implied = self.traits.iter().map(|def| self.implied_by(def)).collect();
+        let derived = self.types.iter().flat_map(|def| &def.attributes).flat_map(Attribute::derived);
+        self.derived = derived.map(str::to_owned).collect();
     }
 
     /// The traits that a trait asks for, those that they ask for included.
@@ -293,7 +297,8 @@ impl Index {
                     }
                 }
                 TraitName::External(path) => {
-                    if self.is_external_law(path, name) || self.is_law_by_type(&bound.name, name) {
+                    let is_law = self.is_external_law(path, name) || self.is_law_by_type(&bound.name, name);
+                    if is_law || !self.foreign_bodies(path, name).is_empty() {
                         found.push(MethodOwner::Declared(bound.name.clone(), None));
                     }
                 }
@@ -323,6 +328,24 @@ impl Index {
             }
         }
         found
+    }
+
+    /// The bodies that a method of a trait which is not read has in the analysed code: those of all types there that have the trait,
+    /// unless one of them may have another body, by default or by what derives it. What the standard library's types do is no matter
+    /// of those.
+    #[must_use]
+    pub fn foreign_bodies(&self, path: &str, method: &str) -> Vec<FunctionId> {
+        let is_std = path.starts_with("std::") || path.starts_with("core::") || path.starts_with("alloc::");
+        let name = path.rsplit("::").next().unwrap_or_default();
+        if is_std || self.is_external_law(path, method) || self.derived.contains(name) {
+            return Vec::new();
+        }
+        let impls = self.impls_of_foreign.get(path).into_iter().flatten().map(|id| self.impl_def(*id));
+        let is_test = |def: &&ImplDef| {
+            self.crate_of(def.module).is_test || def.methods.values().any(|id| self.function(*id).is_test)
+        };
+        let bodies = impls.filter(|def| !is_test(def)).map(|def| def.methods.get(method).copied());
+        bodies.collect::<Option<Vec<_>>>().unwrap_or_default()
     }
 
     /// The types of the analysed code that may be behind a trait object or a type parameter, those of tests left out.

@@ -100,6 +100,9 @@ pub struct Index {
     /// Those for arrays, slices, tuples and `impl Trait`.
     impls_of_shapes: Vec<ImplId>,
     impls_of_trait: FxHashMap<TraitId, Vec<ImplId>>,
+    /// Those of traits that are not read, and what types derive.
+    impls_of_foreign: FxHashMap<String, Vec<ImplId>>,
+    derived: FxHashSet<String>,
     /// The traits that each trait asks for, at any depth.
     implied: Vec<FxHashSet<TraitName>>,
     /// What paths mean, as far as it was asked.

@@ -4,7 +4,7 @@ use super::builtin;
 use super::infer::{Infer, param_types};
 use super::paths::Value;
 use super::{Callee, Resolved};
-use crate::index::{Def, FunctionId, MethodOwner, Owner, Ty, TypeId};
+use crate::index::{Def, FunctionId, MethodOwner, Owner, TraitName, Ty, TypeId};
 use crate::syntax::tree::{ExprId, ExprKind, Path, TypeRef};
 
 /// How many `Deref` impls are gone through.
@@ -194,6 +194,9 @@ impl Infer<'_> {
                     && self.index.function(*function).function.body.is_some()
                 {
                     targets.push(*function);
+                }
+                if let (true, TraitName::External(path)) = (targets.is_empty(), of) {
+                    targets = self.index.foreign_bodies(path, name);
                 }
                 targets
             }

@@ -185,7 +185,8 @@ impl Builder<'_> {
             if let Some(value) = self.runs_given(id, values) {
                 return value;
             }
-            let keeps = |target: &FunctionId| self.takes_callback(id) && !self.calls_parameter(*target);
+            let is_foreign = Self::is_of_foreign_trait(resolved);
+            let keeps = |target: &FunctionId| is_foreign || self.takes_callback(id) && !self.calls_parameter(*target);
             if let [target] = resolved.targets.as_slice()
                 && !keeps(target)
                 && let Some(value) = self.inline_function(*target, values, span)
@@ -228,6 +229,7 @@ impl Builder<'_> {
         if self.is_guard(id) {
             return self.guard_from_call(id, resolved, exprs, values);
         }
+        self.lose_to_foreign(resolved, exprs, values, id);
         let result = self.emit_call(id, &resolved.targets, exprs, values, None);
         self.keep_handles(id, exprs, values);
         self.give_away(id, &resolved.targets, exprs, values);

@@ -3,7 +3,7 @@
 use super::{Builder, Value};
 use crate::config::{InstancePlace, OnErr, Receiver};
 use crate::flow::{Advance, Cause, Computed, Effect, Head, IndexKey, Place, RunBy, Update, Var};
-use crate::index::{Def, FilterSpec, FunctionId, LawGroup, Ty, handed, is_number};
+use crate::index::{Def, FilterSpec, FunctionId, LawGroup, MethodOwner, TraitName, Ty, handed, is_number};
 use crate::syntax::tree::{ExprId, ExprKind};
 use crate::types::Resolved;
 
@@ -104,6 +104,12 @@ impl<'a> Builder<'a> {
         if targets.len() <= MAX_DISPATCHED {
             return targets;
         }
+        self.lose_others(of, exprs, values, id);
+        &[]
+    }
+
+    /// What a call gets besides one argument is unknown from there on.
+    fn lose_others(&mut self, of: Option<usize>, exprs: &[ExprId], values: &[Value], id: ExprId) {
         let others = exprs.iter().zip(values).enumerate().filter(|(at, _)| Some(*at) != of);
         let places: Vec<Place> = others
             .filter(|(_, (expr, _))| !self.is_shared(**expr) && self.may_hold_filter(self.ty(**expr)))
@@ -113,7 +119,19 @@ impl<'a> Builder<'a> {
             let cause = Cause::Call(self.text(id));
             self.emit(Effect::Unknown { places, cause }, self.span(id));
         }
-        &[]
+    }
+
+    /// Whether a trait that is not read declares what is called: other crates may have bodies of it.
+    pub(super) fn is_of_foreign_trait(resolved: &Resolved) -> bool {
+        matches!(resolved.owner, Some(MethodOwner::Declared(TraitName::External(_), None)))
+    }
+
+    /// What a method of such a trait does with its receiver is what one of the bodies that are read does, for other crates do not know
+    /// the type. What it does with everything else is not known.
+    pub(super) fn lose_to_foreign(&mut self, resolved: &Resolved, exprs: &[ExprId], values: &[Value], id: ExprId) {
+        if Self::is_of_foreign_trait(resolved) {
+            self.lose_others(Some(0), exprs, values, id);
+        }
     }
 
     /// The channel of a filter that a key argument selects.

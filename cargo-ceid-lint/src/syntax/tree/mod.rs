@@ -46,8 +46,13 @@ impl Attribute {
     /// Whether it derives something of that name.
     #[must_use]
     pub fn derives(&self, name: &str) -> bool {
-        let mut names = self.arguments.split(|letter: char| !(letter.is_alphanumeric() || letter == '_'));
-        self.path == "derive" && names.any(|own| own == name)
+        self.derived().any(|own| own == name)
+    }
+
+    /// The names of what it derives, and of the modules on the way there.
+    pub fn derived(&self) -> impl Iterator<Item = &str> {
+        let names = self.arguments.split(|letter: char| !(letter.is_alphanumeric() || letter == '_'));
+        names.filter(|name| self.path == "derive" && !name.is_empty())
     }
 }
 
