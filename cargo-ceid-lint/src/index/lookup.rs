@@ -211,8 +211,8 @@ impl Index {
     #[must_use]
     pub fn methods(&self, ty: &Ty, name: &str) -> Vec<MethodOwner> {
         match ty {
-            Ty::Param(param) => self.bound_methods(&param.bounds, name, 0),
-            Ty::Opaque(bounds) => self.bound_methods(bounds, name, 0),
+            Ty::Param(param) => self.bound_methods(&param.bounds, name, true, 0),
+            Ty::Opaque(bounds) => self.bound_methods(bounds, name, false, 0),
             _ => self.impl_methods(ty, name),
         }
     }
@@ -270,7 +270,7 @@ impl Index {
         impls.iter().map(|def| def.consts.get(name).and_then(|id| self.const_number(*id))).collect()
     }
 
-    fn bound_methods(&self, bounds: &[TraitRef], name: &str, depth: u32) -> Vec<MethodOwner> {
+    fn bound_methods(&self, bounds: &[TraitRef], name: &str, is_param: bool, depth: u32) -> Vec<MethodOwner> {
         let mut found = Vec::new();
         if depth > 8 {
             return found;
@@ -284,7 +284,7 @@ impl Index {
                     }
                     let scope = self.scope(def.module, Owner::Module, Some(&def.generics));
                     let supertraits = self.lower_bounds(&def.supertraits, &scope, 0);
-                    found.extend(self.bound_methods(&supertraits, name, depth + 1));
+                    found.extend(self.bound_methods(&supertraits, name, is_param, depth + 1));
                     // A blanket impl gives its methods to everything that has the bound.
                     for blanket in &self.blankets {
                         let def = self.impl_def(*blanket);
@@ -298,7 +298,7 @@ impl Index {
                 }
                 TraitName::External(path) => {
                     let is_law = self.is_external_law(path, name) || self.is_law_by_type(&bound.name, name);
-                    if is_law || !self.foreign_bodies(path, name).is_empty() {
+                    if is_law || is_param && !self.foreign_bodies(path, name).is_empty() {
                         found.push(MethodOwner::Declared(bound.name.clone(), None));
                     }
                 }
