@@ -71,14 +71,13 @@ impl<'p> Order<'p> {
     }
 }
 
-/// What the crates of a package know of other crates: those whose macros are known by another name, and what is given to them.
+/// What the crates of a package know of other crates: those whose macros are known by another name, and what is given to them. Known
+/// macros are read by what they do, whatever their rules are.
 pub(super) fn neighbours(package: &Package, given: &Macros) -> Neighbours {
     let own_name = |dependency: &Dependency| dependency.package_name.replace('-', "_");
-    let is_renamed = |dependency: &&Dependency| {
-        let name = own_name(dependency);
-        dependency.extern_name != name && has_known_macros(&name)
-    };
-    let renamed = package.dependencies.iter().filter(is_renamed).map(|own| own.extern_name.clone()).collect();
+    let (known, others): (Vec<&Dependency>, Vec<_>) =
+        package.dependencies.iter().partition(|own| has_known_macros(&own_name(own)));
+    let renamed = known.into_iter().filter(|own| own.extern_name != own_name(own)).map(|own| own.extern_name.clone());
     let exports = |own: &Dependency| Some((own.extern_name.clone(), Arc::clone(given.get(&own.package?)?)));
-    Neighbours { renamed, exports: package.dependencies.iter().filter_map(exports).collect() }
+    Neighbours { renamed: renamed.collect(), exports: others.into_iter().filter_map(exports).collect() }
 }
