@@ -45,7 +45,7 @@ impl Search<'_> {
             };
             match &graph.node(node).effect {
                 Effect::Update(update) => {
-                    [Some(&update.place), update.given.as_ref()].into_iter().flatten().for_each(speak_of)
+                    [&update.place].into_iter().chain(&update.given).for_each(speak_of);
                 }
                 Effect::Advance(advance) => [&advance.before, &advance.after].into_iter().for_each(speak_of),
                 Effect::Reset { place, .. } | Effect::Use { place } => speak_of(place),

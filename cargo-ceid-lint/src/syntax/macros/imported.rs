@@ -106,7 +106,7 @@ impl Imported {
     }
 
     /// The crate that a macro without a path is of, with its name there.
-    pub(super) fn from_neighbour<'i>(&'i self, name: &'i str, neighbours: &Neighbours) -> Option<(&'i str, &'i str)> {
+    pub(super) fn of_neighbour<'i>(&'i self, name: &'i str, neighbours: &Neighbours) -> Option<(&'i str, &'i str)> {
         if self.is_of_neighbour(name) {
             return self.of_neighbours[name].as_ref().map(|(home, own)| (home.as_str(), own.as_str()));
         }

@@ -60,6 +60,9 @@ impl Rules {
     }
 }
 
+/// Macros of other crates, by crate and name.
+type OfOthers = BTreeMap<(String, String), Option<Rc<Rules>>>;
+
 /// The macros of the crate that were met so far. Without rules, a macro is known to be there but not what it stands for.
 #[derive(Default)]
 pub(in crate::syntax) struct OwnMacros {
@@ -67,8 +70,8 @@ pub(in crate::syntax) struct OwnMacros {
     in_scope: Vec<(String, Option<Rc<Rules>>)>,
     /// All of them, for calls by path and by import.
     anywhere: BTreeMap<String, Option<Rc<Rules>>>,
-    /// Those of other crates that were asked for, by crate and name.
-    others: RefCell<BTreeMap<(String, String), Option<Rc<Rules>>>>,
+    /// Those of other crates that were asked for.
+    others: RefCell<OfOthers>,
     /// The names in their rules, where no item is kept.
     words: BTreeMap<String, BTreeSet<String>>,
     /// Whether a call of one may say something, as far as it was asked since the last one was met.
@@ -128,7 +131,7 @@ impl OwnMacros {
                     }
                     Some(_) => None,
                     None => {
-                        let (home, own_name) = imported.from_neighbour(only, neighbours)?;
+                        let (home, own_name) = imported.of_neighbour(only, neighbours)?;
                         self.other(home, own_name, neighbours)
                     }
                 },
