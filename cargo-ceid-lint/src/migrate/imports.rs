@@ -131,23 +131,48 @@ impl Scope<'_> {
         let names: BTreeSet<&str> = Some(bound).into_iter().filter(|bound| *bound != "_").collect();
         let takers = around.is_none().then(|| Takers::of(program, file, &names));
         let is_needed = |without_tests: bool| {
-            let wanted = names.iter().copied().chain(self.methods.iter().map(|method| method.as_str()));
-            if takers.as_ref().is_some_and(|takers| takers.need(wanted, without_tests)) {
-                return true;
+            takers.as_ref().is_some_and(|takers| takers.need(self.wanted(&names), without_tests)) || {
+                let [code, calls] = [Sought::Names, Sought::Calls].map(|of| self.in_sight(&scope, without_tests, of));
+                self.is_used(&import, &code, &calls, &scope)
             }
-            let is_outside = |at: usize| scope.contains(&at) && !import.stmt.contains(&at);
-            let code = self.in_sight(&scope, without_tests, Sought::Names);
-            let calls = self.in_sight(&scope, without_tests, Sought::Calls);
-            bound != "_" && words(&code, bound).any(|at| is_outside(at) && self.may_be_imported(&code, at))
-                || self.methods.iter().any(|method| self.is_called(method, &calls, &scope))
         };
-        if is_needed(true) {
-            return None;
-        }
-        let edits = if is_needed(false) { import.for_tests(text)? } else { vec![import.without(text)?] };
+        let edits = if is_needed(true) {
+            let is_taken = || takers.as_ref().is_some_and(|takers| takers.need(self.wanted(&names), false));
+            import.under(text, &self.only_condition(&import, &scope).filter(|_| !is_taken())?)?
+        } else if is_needed(false) {
+            import.under(text, "#[cfg(test)]")?
+        } else {
+            vec![import.without(text)?]
+        };
         let placed =
             |(range, new): (Range<usize>, String)| (Span::new(file, to_u32(range.start), to_u32(range.end)), new);
         Some(edits.into_iter().map(placed).collect())
+    }
+
+    /// What code says that needs the import.
+    fn wanted<'n>(&'n self, names: &'n BTreeSet<&str>) -> impl Iterator<Item = &'n str> + Clone {
+        names.iter().copied().chain(self.methods.iter().map(|method| method.as_str()))
+    }
+
+    /// Whether code around an import has its name, or calls what it is there for.
+    fn is_used(&self, import: &Import<'_>, code: &str, calls: &str, scope: &Range<usize>) -> bool {
+        let is_outside = |at: usize| scope.contains(&at) && !import.stmt.contains(&at);
+        let bound = import.alias.unwrap_or(self.name);
+        bound != "_" && words(code, bound).any(|at| is_outside(at) && self.may_be_imported(code, at))
+            || self.methods.iter().any(|method| self.is_called(method, calls, scope))
+    }
+
+    /// The attribute that stands above all code that needs an import, if it is the same one everywhere.
+    fn only_condition(&self, import: &Import<'_>, scope: &Range<usize>) -> Option<String> {
+        let [code, calls] = [Sought::Names, Sought::Calls].map(|of| without_comments(&self.in_sight(scope, false, of)));
+        let items = self.conditional(&code);
+        let without = |code: &str, condition: &str| {
+            let own = items.iter().filter(|(_, own)| own == condition).map(|(item, _)| item.clone());
+            blanked(code, own)
+        };
+        let is_only =
+            |condition: &&String| !self.is_used(import, &without(&code, condition), &without(&calls, condition), scope);
+        items.iter().map(|(_, condition)| condition).find(is_only).cloned()
     }
 
     /// Whether an import may mean ceid-core, whose trait may have the same name.
@@ -165,10 +190,7 @@ impl Scope<'_> {
         if !code[import.stmt.start..].starts_with("use") {
             return None;
         }
-        let is_outside = |at: usize| scope.contains(&at) && !import.stmt.contains(&at);
-        let is_use = |at: usize| is_outside(at) && self.may_be_imported(&code, at);
-        let is_named = import.alias != Some("_") && words(&code, import.alias.unwrap_or(self.name)).any(is_use);
-        let is_needed = is_named || self.methods.iter().any(|method| self.is_called(method, &code, &scope));
+        let is_needed = self.is_used(&import, &code, &code, &scope);
         let span = Span::new(self.file, to_u32(import.stmt.start), to_u32(import.stmt.end));
         (!is_needed).then(|| (span, self.name.to_owned()))
     }
@@ -176,20 +198,33 @@ impl Scope<'_> {
     /// Code with blanks for its comments and for the items that are compiled under a condition.
     pub(super) fn unconditional(&self, code: &str) -> String {
         let code = without_comments(code);
-        let mut left = code.clone().into_bytes();
-        for (at, _) in code.match_indices("#[cfg(") {
-            let Some(open) = code[at..].find(['{', ';']).map(|open| at + open) else { continue };
-            let body = self.outline.around(open + 1).next().filter(|body| body.brackets.start == open);
-            let end = body.map_or(open, |body| body.brackets.end);
-            left[at..end].fill(b' ');
-        }
-        String::from_utf8(left).unwrap_or(code)
+        blanked(&code, self.conditional(&code).into_iter().map(|(item, _)| item))
+    }
+
+    /// What is compiled under a condition in code without comments, with the attribute that says so.
+    fn conditional(&self, code: &str) -> Vec<(Range<usize>, String)> {
+        let of = |(at, _): (usize, &str)| {
+            let close = self.outline.around(at + "#[".len()).next()?.brackets.end;
+            let mut behind = close;
+            while let Some(length) = code[behind..].find(['{', ';', ',', '}', ')', ']', '(', '[']) {
+                let sign = behind + length;
+                let own = || self.outline.around(sign + 1).next().filter(|own| own.brackets.start == sign);
+                behind = match code.as_bytes()[sign] {
+                    b'(' | b'[' => own()?.brackets.end,
+                    b'{' => return Some((at..own()?.brackets.end, code[at..close].to_owned())),
+                    b';' | b',' => return Some((at..sign + 1, code[at..close].to_owned())),
+                    _ => return Some((at..sign, code[at..close].to_owned())),
+                };
+            }
+            None
+        };
+        code.match_indices("#[cfg(").filter_map(of).collect()
     }
 
     /// The text with blanks for the modules in a part of it that do not see what is imported there, and for those of tests where that is asked.
     pub(super) fn in_sight(&self, scope: &Range<usize>, without_tests: bool, sought: Sought) -> String {
         let text = self.text;
-        let mut code = text.as_bytes().to_vec();
+        let mut hidden = Vec::new();
         for keyword in words(text, "mod").filter(|at| scope.contains(at)) {
             let Some(open) = text[keyword..].find(['{', ';']).map(|open| keyword + open) else { continue };
             let Some(own) = self.outline.around(open + 1).next().filter(|own| own.brackets.start == open) else {
@@ -202,10 +237,10 @@ impl Scope<'_> {
             let looks_up = (has_word(inner, "super") || has_word(inner, "crate"))
                 && (sought == Sought::Names || ["::*", "{*", ", *"].iter().any(|glob| inner.contains(glob)));
             if !looks_up || is_test && without_tests {
-                code[own.brackets.clone()].fill(b' ');
+                hidden.push(own.brackets.clone());
             }
         }
-        String::from_utf8(code).unwrap_or_else(|_| text.to_owned())
+        blanked(text, hidden.into_iter())
     }
 
     /// Whether a name may be that of the import: by its own path, what is imported is named without it.
@@ -251,6 +286,13 @@ impl Scope<'_> {
         written > 0 && written != self.functions.iter().copied().map(is_other).sum::<usize>()
             || self.macros.call(method, part)
     }
+}
+
+/// Code with blanks for parts of it.
+fn blanked(code: &str, parts: impl Iterator<Item = Range<usize>>) -> String {
+    let mut left = code.as_bytes().to_vec();
+    parts.for_each(|part| left[part].fill(b' '));
+    String::from_utf8(left).unwrap_or_else(|_| code.to_owned())
 }
 
 /// The part of a path that stands before the name at a byte, if it is not the first one.
@@ -323,11 +365,11 @@ impl<'t> Import<'t> {
         Some(Self { stmt: own..stop, alias, entry: first..entry_end, list })
     }
 
-    /// What to replace, and by what, so that only tests have the name.
-    fn for_tests(&self, text: &str) -> Option<Vec<(Range<usize>, String)>> {
+    /// What to replace, and by what, so that only code under a condition has the name.
+    fn under(&self, text: &str, condition: &str) -> Option<Vec<(Range<usize>, String)>> {
         let Style { end, .. } = Style::of(text);
         let start = self.stmt.start;
-        let line = format!("#[cfg(test)]{end}{}", indentation(text, start));
+        let line = format!("{condition}{end}{}", indentation(text, start));
         let Some(list) = &self.list else { return Some(vec![(start..start, line)]) };
         let (range, new) = self.without(text)?;
         if range.contains(&start) {
@@ -417,7 +459,7 @@ mod tests {
         let at = words(text, "Step").next().expect("it is there");
         let import = Import::of(text, at, "Step").expect("it is an import");
         let mut changed = text.to_owned();
-        for (range, new) in import.for_tests(text).expect("it can be for tests").into_iter().rev() {
+        for (range, new) in import.under(text, "#[cfg(test)]").expect("it can be under a condition").into_iter().rev() {
             changed.replace_range(range, &new);
         }
         assert_eq!(changed, expected);

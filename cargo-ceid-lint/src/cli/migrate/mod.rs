@@ -438,7 +438,7 @@ fn said<'r>(report: &'r Report, finding: &'r Diagnostic) -> (&'r str, &'r str) {
     (&report.sources.file(finding.primary.span.file).name, &finding.message)
 }
 
-const IDLE_IMPORT: &str = "an import removed that nothing needs any more";
+const IDLE_IMPORT: &str = "an import removed that nothing needs any more, or left for the builds that need it";
 
 /// A reason with its line, and its file if it is another one.
 fn told(report: &Report, plan: &Plan, reason: &Reason) -> String {

@@ -98,8 +98,14 @@ pub(super) fn is_prefix(word: &[u8]) -> bool {
 /// The words that other tools have for `allow`.
 const SYNONYMS: &[&str] = &["ignore", "disable", "suppress", "skip", "silence", "noqa", "nolint"];
 
-/// The words that a reason begins with; behind other words, a directive is only spoken of.
-const REASONS: &[&str] = &["because", "since", "due", "for", "until", "while", "reason"];
+/// The words that go on a sentence about a directive; behind other words stands the reason of one.
+const SPOKEN_OF: &[&str] = &[
+    "above", "also", "and", "applies", "are", "as", "attribute", "attributes", "below", "can", "cannot", "comment",
+    "comments", "could", "covers", "did", "directive", "directives", "disables", "does", "has", "here", "hides",
+    "ignores", "in", "is", "lines", "makes", "marks", "may", "means", "must", "needs", "on", "only", "or", "says",
+    "should", "silences", "stands", "stops", "suppresses", "suppression", "tells", "then", "turns", "was", "were",
+    "will", "works", "would",
+];
 
 /// The words for other levels, which comments cannot set.
 const LEVELS: &[&str] = &["warn", "deny", "forbid"];
@@ -225,8 +231,7 @@ fn suppression(cursor: &mut Cursor<'_>, start: usize, word: &str) -> Option<Said
             let tail = cursor.tail().trim_start();
             let first = tail.split(|letter: char| !letter.is_alphanumeric()).next().unwrap_or_default();
             let is_sentence = tail.starts_with(char::is_alphanumeric);
-            if is_sentence && !REASONS.contains(&first.to_lowercase().as_str()) {
-                // A sentence about a directive.
+            if is_sentence && SPOKEN_OF.contains(&first.to_lowercase().as_str()) {
                 return None;
             }
             let reason = tail.trim_start_matches(|letter: char| !letter.is_alphanumeric());

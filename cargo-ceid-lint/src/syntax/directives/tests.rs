@@ -98,6 +98,7 @@ fn prose_says_nothing() {
         "// ceid: allow(a_b) is how one would write it",
         "// ceid: allow(a_b) hides what follows because it names the rule",
         "// ceid: allow(...) comments are read by the linter",
+        "// ceid: expect(a_b) would warn here",
         "// ceid: cycle of the main loop",
         "// ceid: every 10 cycles the GPS has a fix",
         "// ceid: every(10) cycles the GPS has a fix",
@@ -141,6 +142,8 @@ fn near_misses_are_corrected() {
     says("// ceid: allow[a_b, c_d]", "miss // ceid: allow(a_b, c_d)");
     says("// ceid: allow(a_b) -- the \"GPS\"", r#"miss // ceid: allow(a_b, reason = "the \"GPS\"")"#);
     says("// ceid: allow(a_b) because of tests", "miss // ceid: allow(a_b, reason = \"because of tests\") ?");
+    says("// ceid: expect(a_b) GPS is slow", "miss // ceid: expect(a_b, reason = \"GPS is slow\") ?");
+    says("// ceid: allow(a_b) the pump is off", "miss // ceid: allow(a_b, reason = \"the pump is off\") ?");
     says("// ceid allow(a_b)", "miss // ceid: allow(a_b)");
     says("// CEID: allow(a_b)", "miss // ceid: allow(a_b)");
     says("// ceid:: allow(a_b)", "miss // ceid: allow(a_b)");
