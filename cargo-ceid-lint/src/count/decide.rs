@@ -263,7 +263,7 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
     if !found.is_empty() {
         let name = search.graph.place_name(search.program.index, search.instance);
         let chosen = Decision { verdict: Verdict::Unproved, cause: Some(Cause::Index(name)), ..base.clone() };
-        let decision = skipped(search, region, &exploration, &skipping, base);
+        let decision = skipped(&gates, region, &exploration, &skipping, base);
         return if decision.verdict == Verdict::Skipped { decision } else { chosen };
     }
     // An update that no way reaches is one of an element of a collection in a collection: which one is not known.
@@ -289,7 +289,7 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
     {
         return Decision { verdict: Verdict::PerSample, ..base };
     }
-    let decision = skipped(search, region, &exploration, &skipping, base.clone());
+    let decision = skipped(&gates, region, &exploration, &skipping, base.clone());
     // What a called function does in cycles of its own is owed nothing where it is not called.
     if decision.verdict == Verdict::Skipped && own_cycles::are_called(search, region) {
         return Decision { verdict: Verdict::PerSample, ..base };
@@ -303,13 +303,13 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
 }
 
 fn skipped(
-    search: &Search<'_>,
+    gates: &Gates<'_, '_>,
     region: Region,
     exploration: &Exploration,
     skipping: &[&End],
     base: Decision,
 ) -> Decision {
-    let gates = Gates::new(search, region);
+    let search = gates.search;
     let mut kinds: Vec<(Span, Gate)> = Vec::new();
     let mut ends = skipping.to_vec();
     ends.sort_by_key(|end| length(exploration, end));
@@ -322,7 +322,7 @@ fn skipped(
             kinds.extend(span.map(|span| (span, gate)));
             false
         }
-        None => match gates.hangs_on_law(end) {
+        None => match gates.doubt(end) {
             Some(cause) => {
                 doubt.get_or_insert(cause);
                 false
@@ -344,7 +344,7 @@ fn skipped(
             let primary = place.map(|(primary, _)| primary).or_else(|| loop_left(search, exploration, end));
             let primary = primary.unwrap_or_else(|| head_of(search, region));
             let through = place.and_then(|(_, through)| through);
-            let others = other_skips(&gates, region, exploration, ends, primary);
+            let others = other_skips(gates, region, exploration, ends, primary);
             Decision { verdict: Verdict::Skipped, witness, primary: Some(primary), through, others, ..base }
         }
     }

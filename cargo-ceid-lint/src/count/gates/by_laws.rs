@@ -6,13 +6,21 @@ use crate::count::search::{End, Mode};
 use crate::flow::{CallSite, Cause, Effect, Relation};
 
 impl Gates<'_, '_> {
-    /// Why it is not known whether a way that does not update pauses for a mode: the law of another filter switches the state, and the
-    /// filter is reset in each pause but for what that does. `profile.update(t); if profile.phase == Phase::Heat { pid.update(t); }`
-    pub(in crate::count) fn hangs_on_law(&self, end: &End) -> Option<Cause> {
-        let graph = self.search.graph;
+    /// Why it is not known whether a way that does not update pauses for a mode.
+    pub(in crate::count) fn doubt(&self, end: &End) -> Option<Cause> {
         if end.state.count != Count::Zero || end.state.reset {
             return None;
         }
+        let is_unknown = || self.search.has_unknown_modes() && self.nodes().any(|node| self.resets(node));
+        let limit =
+            || Cause::Limit("the cycle has too many paths to see whether a reset goes with each pause".to_owned());
+        self.hangs_on_law(end).or_else(|| is_unknown().then(limit))
+    }
+
+    /// The law of another filter switches the state, and the filter is reset in each pause but for what that does:
+    /// `profile.update(t); if profile.phase == Phase::Heat { pid.update(t); }`
+    fn hangs_on_law(&self, end: &End) -> Option<Cause> {
+        let graph = self.search.graph;
         let Effect::Branch(test) = &graph.node(end.state.skipped_at?).effect else { return None };
         let id = test.subject?;
         let writers = self.search.writers_of(id);
@@ -22,7 +30,7 @@ impl Gates<'_, '_> {
         });
         let law = laws.next()?;
         let updating = self.updating(id)?;
-        let mode = Mode { subject: id, updating, asked_by: None, foreign: 0, trusts_laws: true };
+        let mode = Mode { trusts_laws: true, ..Mode::new(id, updating) };
         let is_mode = self.nodes().any(|node| self.resets(node))
             && !self.pauses_for_good(id, updating)
             && !self.is_resumed_elsewhere(id, updating)

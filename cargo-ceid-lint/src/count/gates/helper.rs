@@ -189,7 +189,7 @@ impl Gates<'_, '_> {
         let id = asks.subject(graph, site)?;
         let subject = &graph.subjects[id.0 as usize];
         let updating = asks.updating.iter().fold(0, |mask, head| mask | subject.bit(head));
-        let mode = Mode { subject: id, updating, asked_by: Some(at), foreign: 0, trusts_laws: false };
+        let mode = Mode { asked_by: Some(at), ..Mode::new(id, updating) };
         (updating != 0 && self.search.resets_in_pauses(self.region, mode)).then_some(Gate::Mode)
     }
 

@@ -22,7 +22,7 @@ mod time;
 mod told;
 
 use std::cell::{OnceCell, RefCell};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 pub(super) use helper::Asks;
 pub(super) use mode::KeptMode;
@@ -62,6 +62,8 @@ pub(super) struct Gates<'s, 'a> {
     /// See [`Self::updating`].
     updating: RefCell<BTreeMap<SubjectId, Option<u32>>>,
     inside: OnceCell<Vec<NodeId>>,
+    /// See [`Self::calls_write`].
+    written: OnceCell<BTreeSet<Place>>,
     reach: OnceCell<Vec<bool>>,
     time_gates: OnceCell<Vec<TimeGate>>,
     /// What the calls of the region answer, if that can be told.
@@ -106,6 +108,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             kept_times: RefCell::default(),
             updating: RefCell::default(),
             inside: OnceCell::new(),
+            written: OnceCell::new(),
             reach: OnceCell::new(),
             time_gates: OnceCell::new(),
             told: OnceCell::new(),
@@ -435,12 +438,15 @@ impl<'s, 'a> Gates<'s, 'a> {
 
     /// Whether a call in the region writes a place.
     fn calls_write(&self, place: &Place) -> bool {
-        let graph = self.search.graph;
-        self.nodes().any(|id| match &graph.node(id).effect {
-            Effect::Call(site) => self.call_writes(site, place),
-            Effect::Unknown { places, .. } => places.iter().any(|other| other.overlaps(place)),
-            _ => false,
-        })
+        let written = self.written.get_or_init(|| {
+            let of = |id: NodeId| match &self.search.graph.node(id).effect {
+                Effect::Call(site) => self.written_by(site).collect(),
+                Effect::Unknown { places, .. } => places.clone(),
+                _ => Vec::new(),
+            };
+            self.nodes().flat_map(of).collect()
+        });
+        written.iter().any(|other| other.overlaps(place))
     }
 
     fn call_writes(&self, site: &CallSite, place: &Place) -> bool {

@@ -83,9 +83,7 @@ impl Gates<'_, '_> {
         self.updating(subject).is_some_and(|updating| {
             !self.pauses_for_good(subject, updating)
                 && !self.is_resumed_elsewhere(subject, updating)
-                && self
-                    .search
-                    .resets_in_pauses(self.region, Mode { subject, updating, asked_by, foreign: 0, trusts_laws: false })
+                && self.search.resets_in_pauses(self.region, Mode { asked_by, ..Mode::new(subject, updating) })
         })
     }
 
@@ -104,7 +102,7 @@ impl Gates<'_, '_> {
             (Region::Function, Some(whole)) => {
                 let others = self.taken_back_elsewhere(subject, whole, updating);
                 let foreign = if others == TakenBack::Kept { subject.anything() } else { updating };
-                let mode = Mode { subject: id, updating, asked_by: None, foreign, trusts_laws: false };
+                let mode = Mode { foreign, ..Mode::new(id, updating) };
                 self.search.resets_in_pauses(self.region, mode)
             }
             // What others do between two blocks of samples is not followed.
@@ -223,7 +221,7 @@ impl Gates<'_, '_> {
                 if element.is_some() {
                     return foreign & updating == 0;
                 }
-                let mode = Mode { subject: *id, updating, asked_by: None, foreign, trusts_laws: false };
+                let mode = Mode { foreign, ..Mode::new(*id, updating) };
                 self.search.resets_in_pauses(self.region, mode)
             };
             let bears = subject.heads.iter().filter(|head| bears_with(subject.bit(head)));

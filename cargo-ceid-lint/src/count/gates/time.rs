@@ -302,12 +302,14 @@ impl Gates<'_, '_> {
         let Effect::Call(site) = &self.search.graph.node(id).effect else { return Vec::new() };
         let name = |target: &FunctionId| &self.search.program.index.function(*target).name;
         let asked = site.args.first().and_then(|arg| arg.place.as_ref());
+        // What a method of the analysed code's own types gives may carry samples, and is no span of time.
+        let is_own = matches!(self.ty(&Place::var(site.result)), Some(Ty::Adt(..)));
         let is_result = site.into.iter().any(|var| sources.has_var(*var))
             || asked.is_some_and(|place| sources.places.contains(place))
                 && site.targets.iter().any(|target| sources.calls.contains(name(target)));
         let is_clock =
             |place: &Place| self.outlives(place) && (is_clock_name(&self.last_name(place)) || self.is_time(place));
-        if is_result { self.written_by(site).filter(is_clock).collect() } else { Vec::new() }
+        if is_result && !is_own { self.written_by(site).filter(is_clock).collect() } else { Vec::new() }
     }
 
     /// Whether the time goes on without the filter, so that a gate is no excuse.

@@ -113,6 +113,8 @@ pub(super) struct Search<'a> {
     presence: RefCell<FxHashMap<NodeId, bool>>,
     /// How many states were looked at.
     states: Cell<usize>,
+    /// Whether a search for what a mode resets came to no end.
+    gave_up: Cell<bool>,
 }
 
 impl<'a> Search<'a> {
@@ -143,6 +145,7 @@ impl<'a> Search<'a> {
             updating: OnceCell::new(),
             presence: RefCell::default(),
             states: Cell::new(0),
+            gave_up: Cell::new(false),
         };
         search.sample_loops = search.own_cycles();
         search

@@ -41,6 +41,13 @@ pub(in crate::count) struct Mode {
     pub(in crate::count) trusts_laws: bool,
 }
 
+impl Mode {
+    /// A state that the function itself asks for, and that nothing else gives anything.
+    pub(in crate::count) const fn new(subject: SubjectId, updating: u32) -> Self {
+        Self { subject, updating, asked_by: None, foreign: 0, trusts_laws: false }
+    }
+}
+
 impl Search<'_> {
     /// Whether the filter is reset in each pause that a mode makes, before it runs again.
     pub(in crate::count) fn resets_in_pauses(&self, region: Region, mode: Mode) -> bool {
@@ -59,11 +66,17 @@ impl Search<'_> {
         }
         run.mode = Some(mode);
         let exploration = run.finish(&self.starts(region));
+        self.gave_up.set(self.gave_up.get() || exploration.limit);
         !exploration.limit && exploration.states.iter().all(|state| state.age != Age::Resumed)
     }
 }
 
 impl Search<'_> {
+    /// Whether it is not known of a state that was asked whether it is a mode.
+    pub(in crate::count) fn has_unknown_modes(&self) -> bool {
+        self.gave_up.get()
+    }
+
     /// The states that something gives another one: `state = next(state, &mut filter)`.
     fn copied_into(&self, id: SubjectId) -> impl Iterator<Item = SubjectId> + '_ {
         let graph = self.graph;

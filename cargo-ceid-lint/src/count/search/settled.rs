@@ -135,6 +135,7 @@ impl Reads {
     /// holds. What a constant stands for does.
     pub(super) fn is_changed_with(&self, place: &Place) -> bool {
         let is_inside = |read: &Place| self.is_presence && place.steps.len() > read.steps.len();
-        self.places.iter().any(|read| read.overlaps(place) && !is_inside(read))
+        let near = self.places.range(Place { base: place.base, steps: Vec::new() }..);
+        near.take_while(|read| read.base == place.base).any(|read| read.overlaps(place) && !is_inside(read))
     }
 }

@@ -48,7 +48,7 @@ impl Search<'_> {
                 || !is_explained && super::super::skips::is_behind_number(self, &exploration, end);
             let unknown = unknown
                 .or_else(|| is_passed.then(|| Cause::Index(self.graph.place_name(self.program.index, self.instance))));
-            let unknown = unknown.or_else(|| if is_explained { None } else { gates.hangs_on_law(end) });
+            let unknown = unknown.or_else(|| if is_explained { None } else { gates.doubt(end) });
             let moved = || Cause::Moved(self.program.index.function(self.graph.function).name.clone());
             outcomes.insert(Outcome {
                 count: end.state.count,

@@ -4,6 +4,7 @@ use super::sources::{Item, Source};
 use super::{Builder, ClosureRef, Value};
 use crate::flow::{Cause, Effect, IndexKey, NodeId};
 use crate::index::Ty;
+use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
 
 impl Builder<'_> {
@@ -20,7 +21,22 @@ impl Builder<'_> {
         self.method_expr(id, receiver, path.last(), rest)
     }
 
+    /// `(a, b).lock(|a, b| …)`: several resources are locked at once, and each is lent under the name that it has.
+    fn lock_each(&mut self, receiver: ExprId, method: &str, args: &[ExprId], span: Span) -> Option<Value> {
+        let body = self.body();
+        let (ExprKind::Tuple(parts), "lock", [arg]) = (&body.expr(receiver).kind, method, args) else { return None };
+        if !matches!(body.expr(*arg).kind, ExprKind::Closure(_)) {
+            return None;
+        }
+        let parts: Vec<Value> = self.values(parts).into_iter().map(|part| Value { is_owned: false, ..part }).collect();
+        let closure = self.expr(*arg).closure?;
+        Some(self.inline_closure(closure, &parts, span))
+    }
+
     pub(super) fn builtin_method(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
+        if let Some(value) = self.lock_each(receiver, method, args, self.span(id)) {
+            return value;
+        }
         let value = self.expr(receiver);
         if self.at.is_none() {
             return Value::default();
