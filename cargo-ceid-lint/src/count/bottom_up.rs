@@ -4,10 +4,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::callgraph::{by_return, calls_itself, levels};
-use super::given::{Given, instance_of};
+use super::given::{Given, GivenBase, given, instance_of};
+use super::instances::may_hold_filter;
 use super::recursive::has_owner_twice;
 use super::summary::{MAX_STATES, Outcome, Summaries, Summary};
-use crate::flow::{Cause, ControlFlowGraph, Program};
+use crate::flow::{Cause, ControlFlowGraph, Place, Program};
 use crate::index::FunctionId;
 
 /// How often a cycle of calls is gone round.
@@ -61,7 +62,7 @@ impl Summaries {
                 break;
             }
             if is_too_much || round + 1 == MAX_ROUNDS {
-                self.give_up(&component);
+                self.give_up(program, graphs, &component);
                 break;
             }
         }
@@ -69,12 +70,25 @@ impl Summaries {
         self.is_recursion = false;
     }
 
-    /// A recursion that does not settle: nothing is known of what it touches.
-    fn give_up(&mut self, component: &[FunctionId]) {
+    /// A recursion that does not settle: nothing is known of what it touches, and of what the rounds have not come to.
+    fn give_up(&mut self, program: &Program<'_>, graphs: &[Option<ControlFlowGraph>], component: &[FunctionId]) {
+        let unknown = [Outcome::unknown(too_many_ways(true))];
+        let listed = |id: &FunctionId| self.of.get(id).into_iter().flat_map(Summary::given_places);
+        let statics: BTreeSet<Given> = component
+            .iter()
+            .flat_map(listed)
+            .filter(|given| matches!(given.base, GivenBase::Static(_)))
+            .cloned()
+            .collect();
         for id in component {
-            let Some(summary) = self.of.get_mut(id) else { continue };
+            let (Some(graph), Some(summary)) = (&graphs[id.0 as usize], self.of.get_mut(id)) else { continue };
             for outcomes in summary.halves.iter_mut().flat_map(BTreeMap::values_mut) {
-                *outcomes = vec![Outcome::unknown(too_many_ways(true))];
+                *outcomes = unknown.to_vec();
+            }
+            let params = graph.params.iter().filter(|param| may_hold_filter(program.index, &graph.var(**param).ty));
+            let wholes = params.filter_map(|param| given(graph, &Place::var(*param)));
+            for given in wholes.chain(statics.iter().cloned()) {
+                summary.insert(&given, &unknown);
             }
         }
     }

@@ -1,7 +1,5 @@
 //! What calls and assignments do to a state: counts, names, and what is known of conditions.
 
-use std::collections::BTreeSet;
-
 use super::names::is_concerned;
 use super::run::{BEYOND, Run};
 use super::{MAX_ROUNDS, State};
@@ -11,8 +9,8 @@ use crate::count::returned;
 use crate::count::summary::Outcome;
 use crate::count::verdict::Gate;
 use crate::flow::{
-    Assignment, CallSite, Cause, ChangeKind, Head, LoopId, LoopInfo, OTHER_HEADS, PAST, Place, Relation, Rounds,
-    Subject, Transfer, Update, Var,
+    Assignment, CallSite, Cause, ChangeKind, LoopId, LoopInfo, OTHER_HEADS, PAST, Place, Relation, Rounds, Subject,
+    Transfer, Update, Var,
 };
 use crate::index::Ty;
 
@@ -219,39 +217,6 @@ impl Run<'_, '_> {
             }
         }
         after
-    }
-
-    /// Nothing is known any more of what reads a place.
-    pub(super) fn killed(&mut self, masks: u32, place: &Place) -> u32 {
-        self.written(masks, place, None)
-    }
-
-    /// A place may have been written, with one of these heads if they are known.
-    fn written(&mut self, masks: u32, place: &Place, heads: Option<&BTreeSet<Head>>) -> u32 {
-        let graph = self.search.graph;
-        let mut all = self.masks.get(masks).clone();
-        let mut changed = false;
-        for (at, id) in self.tracked.subjects.iter().enumerate() {
-            if self.search.read_by(*id).is_changed_with(place) {
-                self.keep_assumed(&mut all, at);
-                let subject = &graph.subjects[id.0 as usize];
-                let is_past = all[at] & !(subject.bit("true") | subject.bit(PAST)) == 0;
-                let goes_on = self.counts_once(subject, place);
-                all[at] = match heads.filter(|_| subject.whole.as_ref() == Some(place)) {
-                    Some(heads) => heads.iter().fold(all[at], |mask, head| mask | subject.bit(head)),
-                    None if goes_on && is_past => subject.bit(PAST),
-                    None => subject.anything(),
-                };
-                changed = true;
-            }
-        }
-        if changed { self.masks.intern(all) } else { masks }
-    }
-
-    /// Whether a subject holds for one number at most of the loop that a place counts.
-    fn counts_once(&self, subject: &Subject, place: &Place) -> bool {
-        let counts = |info: &LoopInfo| info.counter.is_some_and(|(counter, _)| Place::var(counter) == *place);
-        subject.heads.iter().any(|head| head == PAST) && self.search.graph.loops.iter().any(counts)
     }
 
     /// A loop begins: what has held in one of its rounds may hold again.

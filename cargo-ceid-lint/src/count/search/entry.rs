@@ -203,7 +203,9 @@ pub(super) struct Known {
 impl Run<'_, '_> {
     pub(super) fn start(&mut self, node: NodeId, entry: Option<&Entry>) {
         let known = self.tracked.subjects.iter().map(|id| self.search.known_before(self.region, *id));
-        let all: Vec<u32> = known.chain(self.of_caller.iter().map(|_| super::shared::UNWRITTEN)).collect();
+        let of_caller = self.of_caller.iter().map(|_| super::shared::UNWRITTEN);
+        let of_element = self.of_element.iter().map(|own| own.anything(self.search.graph));
+        let all: Vec<u32> = known.chain(of_caller).chain(of_element).collect();
         let masks = self.masks.intern(all);
         self.start_with(node, entry, masks, super::Age::default());
     }

@@ -9,6 +9,7 @@ mod effects;
 mod entry;
 mod exploration;
 mod interner;
+mod known;
 mod live;
 mod modes;
 mod names;

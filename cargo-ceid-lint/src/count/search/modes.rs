@@ -65,6 +65,8 @@ impl Search<'_> {
             number += 1;
         }
         run.mode = Some(mode);
+        // What is known from one iteration to the next is that of the tracked subjects alone.
+        run.of_element.clear();
         let exploration = run.finish(&self.starts(region));
         self.gave_up.set(self.gave_up.get() || exploration.limit);
         !exploration.limit && exploration.states.iter().all(|state| state.age != Age::Resumed)

@@ -125,17 +125,7 @@ impl Search<'_> {
     /// The names without those that last for one round of a loop.
     pub(super) fn without_items(&self, names: &[Place], id: LoopId) -> Vec<Place> {
         let info = self.graph.loop_info(id);
-        names
-            .iter()
-            .filter(|name| {
-                let is_item = name.base_var().is_some_and(|var| info.items.iter().any(|(item, _)| *item == var));
-                let is_indexed = info.counter.is_some_and(|(counter, _)| {
-                    name.steps.iter().any(|step| step.key() == Some(&IndexKey::Var(counter)))
-                });
-                (!is_item && !is_indexed) || **name == *self.instance
-            })
-            .cloned()
-            .collect()
+        names.iter().filter(|name| !is_of_round(info, name) || **name == *self.instance).cloned().collect()
     }
 
     /// Whether an index is a counter that begins behind the element.
@@ -245,13 +235,20 @@ pub(super) fn lends_some(aliases: &Aliases, info: &LoopInfo, instance: &Place) -
 }
 
 /// A place as it is in the round of the loops around in which their counters are the instance's own indexes.
-fn in_each_round(graph: &ControlFlowGraph, place: &Place, instance: &Place) -> Place {
+pub(super) fn in_each_round(graph: &ControlFlowGraph, place: &Place, instance: &Place) -> Place {
     let is_counter = |var: Var| graph.loops.iter().any(|info| info.counter.is_some_and(|(counter, _)| counter == var));
     let own = |(at, step): (usize, &Projection)| match (step.key(), instance.steps.get(at).and_then(Projection::key)) {
         (Some(IndexKey::Var(var)), Some(key)) if is_counter(*var) => step.with_key(key.clone()),
         _ => step.clone(),
     };
     Place { base: place.base, steps: place.steps.iter().enumerate().map(own).collect() }
+}
+
+/// Whether a place is that of a round of a loop: it begins with what the loop binds, or its counter is an index.
+pub(super) fn is_of_round(info: &LoopInfo, place: &Place) -> bool {
+    let is_item = place.base_var().is_some_and(|var| info.items.iter().any(|(item, _)| *item == var));
+    let is_counted = |counter| place.steps.iter().any(|step| step.key() == Some(&IndexKey::Var(counter)));
+    is_item || info.counter.is_some_and(|(counter, _)| is_counted(counter))
 }
 
 /// Whether a loop's counter is the index of the instance.

@@ -13,7 +13,7 @@ use super::{End, EndKind, Entry, Exploration, MAX_STATES, Region, Search, State}
 use crate::count::counts::Count;
 use crate::count::returned;
 use crate::count::slice::Tracked;
-use crate::flow::{Cause, Effect, IndexKey, LoopId, NodeId, Place, Relation, RunBy, Test, Update, Var};
+use crate::flow::{Cause, Effect, IndexKey, LoopId, NodeId, Place, Relation, RunBy, Update, Var};
 
 /// The round of a loop whose counter has passed every number that is asked for.
 pub(super) const BEYOND: u64 = u64::MAX;
@@ -51,6 +51,8 @@ pub(super) struct Run<'s, 'a> {
     pub(super) reduced: FxHashMap<(u32, u32), u32>,
     /// Which of the tracked subjects callers know, where they are to know what is assumed of them.
     pub(super) of_caller: Vec<super::shared::OfCaller>,
+    /// The states of the element that the instance is or lies in, which several branches ask for by names of their own.
+    pub(super) of_element: Vec<super::known::OfElement>,
 }
 
 impl<'s, 'a> Run<'s, 'a> {
@@ -78,6 +80,7 @@ impl<'s, 'a> Run<'s, 'a> {
             needed: None,
             reduced: FxHashMap::default(),
             of_caller: Vec::new(),
+            of_element: search.of_element(region),
         }
     }
 
@@ -461,36 +464,6 @@ impl<'s, 'a> Run<'s, 'a> {
         state.in_sample = true;
         if !self.is_all_own || state.count != Count::PerSample {
             state.count = state.count.then(Count::PerSample);
-        }
-    }
-
-    fn branch(&mut self, at: usize, state: &State, test: &Test) {
-        let next = self.search.graph.node(state.node).next.clone();
-        let tracked = test.subject.and_then(|subject| self.tracked.subjects.iter().position(|id| *id == subject));
-        for (number, to) in next.into_iter().enumerate() {
-            // A constant that is written out is known. Before the update it is still a setting, which another build may have otherwise.
-            if test.about.constant.is_some_and(|holds| holds != (number == 0)) && state.count != Count::Zero {
-                continue;
-            }
-            let heads = if number == 0 { test.holds } else { test.fails };
-            if test.subject.is_some_and(|subject| heads & self.search.settled(self.region, subject) == 0) {
-                continue;
-            }
-            let mut after = state.clone();
-            if let Some(tracked) = tracked {
-                let mut all = self.masks.get(state.masks).clone();
-                all[tracked] &= heads;
-                if all[tracked] == 0 {
-                    continue;
-                }
-                after.masks = self.masks.intern(all);
-            }
-            if after.count == Count::Zero && !after.reset && self.search.lacks_filter(self.region, state.node, number) {
-                after.skipped_at = Some(state.node);
-            }
-            for masks in self.compared(after.masks, test, number == 0) {
-                self.follow(at, State { masks, ..after.clone() }, to);
-            }
         }
     }
 }

@@ -414,7 +414,7 @@ impl Builder<'_> {
     }
 
     /// A path on which the value is absent ends here.
-    fn assume_present(&mut self, value: &Value, receiver: ExprId, span: crate::source::Span) {
+    fn assume_present(&mut self, value: &Value, receiver: ExprId, span: Span) {
         if self.at.is_none() || value.same_as.is_none() {
             return;
         }
@@ -426,13 +426,7 @@ impl Builder<'_> {
     }
 
     /// Code that runs only where the value is absent.
-    fn on_absent(
-        &mut self,
-        value: &Value,
-        receiver: ExprId,
-        span: crate::source::Span,
-        inside: impl FnOnce(&mut Self),
-    ) {
+    fn on_absent(&mut self, value: &Value, receiver: ExprId, span: Span, inside: impl FnOnce(&mut Self)) {
         if self.at.is_none() {
             return;
         }
@@ -495,7 +489,7 @@ impl Builder<'_> {
         receiver: ExprId,
         closure: ClosureRef,
         value: &Value,
-        span: crate::source::Span,
+        span: Span,
     ) -> (NodeId, NodeId) {
         let binds = self.closure_vars(closure);
         let about = self.about_presence(receiver, binds);
