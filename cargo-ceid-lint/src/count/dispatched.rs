@@ -6,11 +6,12 @@ use std::collections::BTreeSet;
 use super::aliases::Aliases;
 use super::callgraph::{callees, components};
 use super::instances::place_ty;
-use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, NodeId, Place};
+use crate::flow::{CallSite, Cause, ControlFlowGraph, Effect, MAX_DISPATCHED, NodeId, Place};
 use crate::index::{FunctionId, Index, Owner, Ty};
 
 /// Says of the receivers of such calls that what happens in them is unknown.
 pub(super) fn mark(index: &Index, graphs: &mut [Option<ControlFlowGraph>]) {
+    leave_laws(graphs);
     let is_dispatched = |site: &CallSite| site.is_dispatched && site.law_of.is_none();
     let any = graphs.iter().flatten().any(|graph| calls(graph).any(|(_, site)| is_dispatched(site)));
     if !any {
@@ -35,6 +36,19 @@ pub(super) fn mark(index: &Index, graphs: &mut [Option<ControlFlowGraph>]) {
             graph.nodes.push(call);
             graph.nodes[at].effect = Effect::Unknown { places: vec![place], cause: too_many() };
             graph.nodes[at].next = vec![id];
+        }
+    }
+}
+
+/// Follows none of the bodies of a law where a type parameter still decides which of very many it is.
+fn leave_laws(graphs: &mut [Option<ControlFlowGraph>]) {
+    for node in graphs.iter_mut().flatten().flat_map(|graph| &mut graph.nodes) {
+        if let Effect::Call(site) = &mut node.effect
+            && site.law_of.is_some()
+            && site.is_dispatched
+            && site.targets.len() > MAX_DISPATCHED
+        {
+            site.targets.clear();
         }
     }
 }

@@ -17,6 +17,7 @@ use crate::source::Span;
 pub use change::{Change, ChangeKind};
 pub use cycle::{Caller, CycleKind, Limit, LoopInfo, Rounds};
 pub use latches::Flag;
+pub(crate) use lower::laws::MAX_DISPATCHED;
 pub use lower::received::{asks_state, is_receiving, is_receiving_something, is_waiting};
 pub use lower::written::stands_in;
 pub use lower::{Told, is_flag, lower_function, told};

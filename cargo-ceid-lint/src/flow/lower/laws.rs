@@ -8,7 +8,7 @@ use crate::syntax::tree::{ExprId, ExprKind};
 use crate::types::Resolved;
 
 /// Up to how many bodies of a law are followed, where types decide which one runs.
-pub(super) const MAX_DISPATCHED: usize = 8;
+pub(crate) const MAX_DISPATCHED: usize = 8;
 
 /// A law that is called.
 #[derive(Clone, Copy)]
@@ -105,7 +105,10 @@ impl<'a> Builder<'a> {
             return targets;
         }
         self.lose_others(of, exprs, values, id);
-        &[]
+        // Which body a type parameter means is known where the function is called for one type.
+        let receiver = of.and_then(|at| exprs.get(at));
+        let is_open = receiver.is_some_and(|first| matches!(self.ty(*first).peel(), Ty::Param(_) | Ty::Opaque(_)));
+        if is_open { targets } else { &[] }
     }
 
     /// What a call gets besides one argument is unknown from there on.

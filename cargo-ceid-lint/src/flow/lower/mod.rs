@@ -34,7 +34,7 @@ mod intervals;
 mod items;
 mod iterators;
 mod last;
-mod laws;
+pub(crate) mod laws;
 mod lazy;
 mod limits;
 mod loops;
