@@ -105,6 +105,25 @@ fn the_first_check_finds_what_is_wrong() {
     run(&directory, [""; 0]).assert_code(100).assert_stderr("`pid` is updated more than once in one cycle");
 }
 
+/// A workspace with a package at its root, and another one below it that has the loops.
+#[test]
+fn a_first_check_that_leaves_packages_out_says_so() {
+    let directory = workspace::temporary("first_check_of_a_root");
+    workspace::write(&directory, "Cargo.toml", b"[package]\nname = \"ground\"\n[workspace]\nmembers = [\"robot\"]\n");
+    workspace::write(&directory, "src/lib.rs", b"pub struct Station;\n");
+    workspace::copy_all(&workspace::committed("init_robot"), &directory.join("robot"));
+    let manifest = std::fs::read_to_string(directory.join("robot/Cargo.toml")).expect("it was copied");
+    workspace::write(&directory, "robot/Cargo.toml", manifest.replace("[workspace]", "").as_bytes());
+    run(&directory, ["init"]).assert_code(0);
+    run(&directory, [""; 0])
+        .assert_code(0)
+        .assert_stderr("note: left out: 1 other package of this workspace; `--workspace` checks all");
+    for chosen in [&["--workspace"][..], &["-p", "ground"]] {
+        let said = run(&directory, chosen.iter().copied());
+        assert!(!said.stderr.contains("left out"), "{}", said.stderr);
+    }
+}
+
 #[test]
 fn a_file_that_is_there_stays() {
     let directory = copy("init_robot", "kept");

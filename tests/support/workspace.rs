@@ -17,7 +17,7 @@ pub(crate) fn copy(workspace: &str, name: &str) -> PathBuf {
     to
 }
 
-fn copy_all(from: &Path, to: &Path) {
+pub(crate) fn copy_all(from: &Path, to: &Path) {
     fs::create_dir_all(to).expect("the target directory is writable");
     for entry in fs::read_dir(from).expect("the workspace is readable") {
         let path = entry.expect("the workspace is readable").path();

@@ -234,7 +234,20 @@ impl Checked {
                 NoLoops::Pass => {}
             }
         }
+        self.say_what_is_left_out(input, console);
         ExitStatus::Clean
+    }
+
+    /// Says that other members were not asked for, where a run without flags has found no cycle.
+    fn say_what_is_left_out(&self, input: &Input, console: Console) {
+        let scope = &input.scope;
+        let is_chosen = !scope.package.is_empty() || scope.workspace || scope.partition.is_some();
+        let packages = &self.project.packages;
+        let others = packages.iter().filter(|package| package.is_member && !package.is_reported).count();
+        if self.summary.cycles == 0 && others > 0 && !is_chosen && self.project.only.is_empty() {
+            let others = report::count(others, "other package");
+            console.say(&format!("note: left out: {others} of this workspace; `--workspace` checks all"));
+        }
     }
 
     /// Prints what could not be read, for people.
