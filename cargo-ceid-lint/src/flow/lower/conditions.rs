@@ -443,6 +443,11 @@ impl Builder<'_> {
         self.chosen_by(id, id, Ty::Bool, ["true", "false"])
     }
 
+    /// The same turned round.
+    pub(super) fn opposite_value(&mut self, id: ExprId) -> Value {
+        self.chosen_by(id, id, Ty::Bool, ["false", "true"])
+    }
+
     /// One of two values, by whether a condition holds.
     fn chosen_by(&mut self, id: ExprId, condition: ExprId, ty: Ty, heads: [&str; 2]) -> Value {
         let span = self.span(id);

@@ -63,6 +63,7 @@ mod stored;
 mod strides;
 mod subjects;
 mod switches;
+mod tallies;
 mod threads;
 mod ticks;
 mod told;
@@ -327,6 +328,7 @@ impl<'a> Builder<'a> {
         self.settle_stored();
         self.settle_copies();
         self.settle_held();
+        self.settle_tallies();
         self.settle_bounds();
         self.settle_orders();
         self.copy_subjects();

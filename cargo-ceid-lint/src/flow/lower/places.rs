@@ -385,6 +385,7 @@ impl Builder<'_> {
             match (op, self.constant_head(value).as_deref()) {
                 ("|", Some("true")) | ("&", Some("false")) => return self.assign(id, target, value),
                 ("|", Some("false")) | ("&", Some("true")) => return Value::default(),
+                ("^", Some("true")) => return self.assign_opposite(id, target, value),
                 _ => {}
             }
             if matches!(op, "|" | "&") {
