@@ -17,6 +17,20 @@ impl Run<'_, '_> {
         }
     }
 
+    /// The bits of a number that is given a constant are known.
+    pub(super) fn with_bits(&mut self, masks: u32, set: &Assignment) -> u32 {
+        let Some(number) = set.head.as_ref().and_then(|head| head.parse::<u32>().ok()) else { return masks };
+        let graph = self.search.graph;
+        let mut all = self.masks.get(masks).clone();
+        for (at, id) in self.tracked.subjects.iter().enumerate() {
+            let subject = &graph.subjects[id.0 as usize];
+            if let Some(bit) = subject.whole.as_ref().and_then(|whole| whole.bit_of(&set.place)) {
+                all[at] = subject.bit(if number & bit != 0 { "true" } else { "false" });
+            }
+        }
+        self.masks.intern(all)
+    }
+
     /// A number of which more than one value is possible is followed for each of them where it goes on, so that what asks for it
     /// behind that tells what it was before. Answers whether it is one.
     pub(super) fn part_numbers(&mut self, at: usize, state: &State, set: &Assignment) -> bool {

@@ -376,6 +376,7 @@ impl Run<'_, '_> {
                 next.masks = self.masks.intern(all);
             }
         }
+        next.masks = self.with_bits(next.masks, set);
         if let Some(var) = set.place.base_var().filter(|_| set.place.steps.is_empty()) {
             next.masks = self.renumbered(next.masks, state, var);
         }

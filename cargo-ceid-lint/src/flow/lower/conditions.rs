@@ -259,7 +259,7 @@ impl Builder<'_> {
     }
 
     fn comparison(&mut self, id: ExprId, op: &str, lhs: ExprId, rhs: ExprId, no: NodeId) {
-        if self.truth_compared(id, op, lhs, rhs, no) {
+        if self.truth_compared(id, op, lhs, rhs, no) || self.bit_asked(id, op, [lhs, rhs], no) {
             return;
         }
         let span = self.span(id);

@@ -2,6 +2,7 @@
 
 mod about;
 mod adapted;
+mod bits;
 mod borrowed;
 mod bound;
 mod builtins;

@@ -266,7 +266,7 @@ impl Builder<'_> {
 
     /// `place = value` and destructuring assignments.
     pub(super) fn assign(&mut self, id: ExprId, target: ExprId, value: ExprId) -> Value {
-        if self.swap_by_tuples(id, target, value) {
+        if self.swap_by_tuples(id, target, value) || self.bits_reassigned(id, target, value) {
             return Value::default();
         }
         // What is assigned part by part comes from its part alone.
@@ -391,6 +391,9 @@ impl Builder<'_> {
             if matches!(op, "|" | "&") {
                 return self.assign_if(id, op, target, value);
             }
+        }
+        if self.bits_assigned(id, op, target, value) {
+            return Value::default();
         }
         let bases = self.assigned_vars(target);
         self.derive(&bases, value);
