@@ -307,6 +307,9 @@ impl Builder<'_> {
         self.assign_to(target, &given, value, span);
         self.renew_states(target, value, span);
         self.note_change(target, value, None);
+        if let Some(place) = self.static_place(target) {
+            self.copy_parts(&given, &place, span);
+        }
         self.note_sample_write(target, value);
         Value::default()
     }
