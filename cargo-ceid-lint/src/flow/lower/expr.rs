@@ -314,7 +314,7 @@ impl Builder<'_> {
         Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }
     }
 
-    fn array_value(&mut self, id: ExprId, elements: &[ExprId]) -> Value {
+    pub(super) fn array_value(&mut self, id: ExprId, elements: &[ExprId]) -> Value {
         let span = self.span(id);
         let var = self.temporary(self.ty(id).clone(), span);
         for (number, element) in elements.iter().enumerate() {
