@@ -12,8 +12,19 @@ use super::slice::ControlDependence;
 use super::summary::Summaries;
 use crate::flow::{ControlFlowGraph, Effect, Program, SubjectId};
 
-/// The heads of a result, for each of the things that may be assumed of callers.
-pub(super) type Answers = Vec<(Assumed, Heads)>;
+/// What a function does for its callers on some of its ways.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Answer {
+    /// With which conditions of the caller's these are taken.
+    pub(super) assumed: Assumed,
+    /// What is known at their ends of those that they write.
+    pub(super) left: Assumed,
+    /// The heads of the result.
+    pub(super) returned: Heads,
+}
+
+/// What a function answers, for each of the things that may be assumed of callers.
+pub(super) type Answers = Vec<Answer>;
 
 /// The answers of a function; none where they do not depend on what its callers know, or where that cannot be told.
 pub(super) fn answers(
@@ -22,12 +33,16 @@ pub(super) fn answers(
     aliases: &Aliases,
     summaries: &Summaries,
 ) -> Answers {
-    let tells =
-        |effect: &Effect| matches!(effect, Effect::Return(value) if value.head.is_some() || value.same_as.is_some());
+    let is_callers = |id: &SubjectId| given_subject(graph, &graph.subjects[id.0 as usize]).is_some();
+    let tells = |effect: &Effect| match effect {
+        Effect::Return(value) => value.head.is_some() || value.same_as.is_some(),
+        // A state that goes on from what it was is known behind the call by what was known before.
+        Effect::Write(write) => graph.subject_of(&write.place).is_some_and(|id| is_callers(&id)),
+        _ => false,
+    };
     if !graph.nodes.iter().any(|node| tells(&node.effect)) {
         return Answers::new();
     }
-    let is_callers = |id: &SubjectId| given_subject(graph, &graph.subjects[id.0 as usize]).is_some();
     let mut asked = graph.nodes.iter().filter_map(|node| match &node.effect {
         Effect::Branch(test) => test.subject.filter(is_callers),
         _ => None,
@@ -46,13 +61,19 @@ pub(super) fn answers(
 }
 
 fn by_assumption(search: &Search<'_>) -> Answers {
-    let mut found: BTreeMap<Assumed, Heads> = BTreeMap::new();
+    let mut found: BTreeMap<(Assumed, Assumed), Heads> = BTreeMap::new();
     for way in search.ways(Region::Function).outcomes {
         if way.unknown.is_some() {
             return Answers::new();
         }
-        *found.entry(way.assumed).or_default() |= way.returned;
+        *found.entry((way.assumed, way.left)).or_default() |= way.returned;
     }
-    let is_same = found.values().all(|heads| Some(heads) == found.values().next());
-    if is_same { Answers::new() } else { found.into_iter().collect() }
+    let mut all = found.iter();
+    let first = all.next();
+    if all.all(|((_, left), heads)| first.is_some_and(|((_, other), first)| (left, heads) == (other, first)))
+        && first.is_some_and(|((_, left), _)| left.is_empty())
+    {
+        return Answers::new();
+    }
+    found.into_iter().map(|((assumed, left), returned)| Answer { assumed, left, returned }).collect()
 }

@@ -61,8 +61,10 @@ pub(super) fn merged(ways: &BTreeSet<Outcome>) -> Vec<Outcome> {
         let heads = |(given, heads): (&Given, &Heads)| Some((given.clone(), heads.clone().told(false)?));
         Outcome { assumed: way.assumed.iter().filter_map(heads).collect(), ..way.clone() }
     };
-    let fewer: BTreeSet<Outcome> = ways.iter().map(without_kept).collect();
-    for ways in [ways, &fewer] {
+    let without_left = |way: &Outcome| Outcome { left: Assumed::new(), ..way.clone() };
+    let without_left: BTreeSet<Outcome> = ways.iter().map(without_left).collect();
+    let fewer: BTreeSet<Outcome> = without_left.iter().map(without_kept).collect();
+    for ways in [ways, &without_left, &fewer] {
         if ways.len() <= MAX_WAYS {
             let told = united(ways.clone());
             if told.len() <= MAX_TOLD || told.iter().all(|way| way.assumed.is_empty()) {
@@ -88,16 +90,20 @@ fn united(ways: BTreeSet<Outcome>) -> Vec<Outcome> {
 }
 
 fn unite(one: &Outcome, two: &Outcome) -> Option<Outcome> {
-    let bare = |way: &Outcome| Outcome { returned: 0, assumed: Assumed::new(), ..way.clone() };
+    let bare = |way: &Outcome| Outcome { returned: 0, assumed: Assumed::new(), left: Assumed::new(), ..way.clone() };
     if bare(one) != bare(two) {
         return None;
     }
-    if one.assumed == two.assumed {
+    if one.assumed == two.assumed && one.left == two.left {
         return Some(Outcome { returned: one.returned | two.returned, ..one.clone() });
     }
+    let allows = |one: &Assumed, two: &Assumed| {
+        one.iter().all(|(given, heads)| two.get(given).is_some_and(|own| own.is_within(heads)))
+    };
     let is_wider = |one: &Outcome, two: &Outcome| {
-        let allows = |(given, heads): (&Given, &Heads)| two.assumed.get(given).is_some_and(|own| own.is_within(heads));
-        one.returned | two.returned == one.returned && one.assumed.iter().all(allows)
+        one.returned | two.returned == one.returned
+            && allows(&one.assumed, &two.assumed)
+            && allows(&one.left, &two.left)
     };
     if is_wider(one, two) {
         return Some(one.clone());
@@ -105,7 +111,7 @@ fn unite(one: &Outcome, two: &Outcome) -> Option<Outcome> {
     if is_wider(two, one) {
         return Some(two.clone());
     }
-    if one.returned != two.returned || !one.assumed.keys().eq(two.assumed.keys()) {
+    if one.returned != two.returned || one.left != two.left || !one.assumed.keys().eq(two.assumed.keys()) {
         return None;
     }
     let mut different = one.assumed.iter().filter(|(given, heads)| two.assumed.get(*given) != Some(*heads));

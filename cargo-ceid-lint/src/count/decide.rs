@@ -191,7 +191,7 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
     }
     let many: Vec<&End> = ends.iter().filter(|end| end.state.count == Count::Many).collect();
     let (doubtful, certain): (Vec<&End>, Vec<&End>) =
-        many.into_iter().partition(|end| search.asks_what_a_call_sets(&exploration, end.at));
+        many.into_iter().partition(|end| search.asks_what_a_call_sets(&exploration, end));
     if !doubtful.is_empty() && certain.is_empty() {
         let cause = Cause::Limit(
             "whether a call updates it shows in what it sets or gives back, which is not followed".to_owned(),

@@ -57,6 +57,7 @@ mod stand_ins;
 mod stateless;
 mod summary;
 mod taken_out;
+mod turns;
 mod uneven;
 mod uses;
 mod verdict;

@@ -259,6 +259,8 @@ const MAX_TRACKED: usize = 10;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tracked {
     pub(super) subjects: Vec<SubjectId>,
+    /// Those that are asked for more than once.
+    pub(super) often: BTreeSet<SubjectId>,
     /// Subjects that would have to be tracked, beyond the limit.
     pub(super) dropped: BTreeSet<SubjectId>,
 }
@@ -270,10 +272,15 @@ impl Tracked {
     /// Tracks more, where there is room.
     pub(super) fn add(&mut self, more: Self) {
         let room = MAX_WITH_EXITS.saturating_sub(self.subjects.len());
-        let new: Vec<SubjectId> =
-            more.subjects.into_iter().filter(|id| !self.subjects.contains(id)).take(room).collect();
+        let mut new: Vec<SubjectId> = Vec::new();
+        for id in more.subjects {
+            if !self.subjects.contains(&id) && !new.contains(&id) && new.len() < room {
+                new.push(id);
+            }
+        }
         self.subjects.extend(new);
         self.subjects.sort_unstable();
+        self.often.extend(more.often);
     }
 }
 
@@ -338,8 +345,10 @@ pub(super) fn tracked(
     let dropped = wanted.iter().skip(MAX_TRACKED).copied().collect();
     wanted.truncate(MAX_TRACKED);
     // What helpers ask for is told apart as far as there is room, where something else asks for it, too, or sets it.
-    for subject in relevant.iter().flat_map(|node| asked(*node)) {
-        *tests.entry(subject).or_default() += 1;
+    for node in &relevant {
+        for subject in asked(*node) {
+            *tests.entry(subject).or_default() += times(*node);
+        }
     }
     let is_set = |node: &NodeId| match &graph.node(*node).effect {
         Effect::Set(set) | Effect::Write(set) => set.head.is_some(),
@@ -348,8 +357,16 @@ pub(super) fn tracked(
     let is_known =
         |subject: &SubjectId, count: u32| count >= 2 || assigned.get(subject).into_iter().flatten().any(is_set);
     let again = tests.iter().filter(|(subject, count)| !wanted.contains(subject) && is_known(subject, **count));
-    let again = Tracked { subjects: again.map(|(subject, _)| *subject).collect(), ..Tracked::default() };
-    let mut tracked = Tracked { subjects: wanted, dropped };
+    let mut again: Vec<SubjectId> = again.map(|(subject, _)| *subject).collect();
+    // What these are copied from: `self.phase = !self.phase` between two calls.
+    let copied = |subject: &SubjectId| {
+        let writers = assigned.get(subject).into_iter().flatten();
+        writers.filter_map(|node| graph.subject_of(&graph.copied(*node)?)).collect::<Vec<_>>()
+    };
+    again.extend(again.iter().flat_map(copied).collect::<Vec<_>>());
+    let again = Tracked { subjects: again, ..Tracked::default() };
+    let often = tests.iter().filter(|(_, count)| **count >= 2).map(|(subject, _)| *subject).collect();
+    let mut tracked = Tracked { subjects: wanted, often, dropped };
     tracked.add(again);
     tracked.subjects.sort_unstable();
     tracked

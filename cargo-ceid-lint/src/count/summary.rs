@@ -18,7 +18,7 @@ use super::given::{
     Given, GivenBase, MAX_NUMBERS, MAX_PLACES, bound, given, instance_of, is_moved, is_put_in_place, note,
     note_unknown, place_of, steps_at, with_wholes,
 };
-use super::given_heads;
+use super::given_heads::{self, GivenHeads};
 use super::handed;
 use super::instances::{holds_filter_at, is_generic, replaces_generic};
 use super::kept;
@@ -29,6 +29,7 @@ use super::search::{Region, Search};
 use super::shown::Shown;
 use super::slice::ControlDependence;
 use super::stand_ins;
+use super::turns;
 use super::uneven;
 use super::verdict::Gate;
 use crate::flow::{CallSite, Cause, ChangeKind, ControlFlowGraph, Effect, Head, Place, Program, Projection, Transfer};
@@ -56,6 +57,8 @@ pub(super) struct Outcome {
     pub(super) asks: Option<super::gates::Asks>,
     /// With which conditions of the caller's it is taken.
     pub(super) assumed: Assumed,
+    /// What is known at its end of conditions of the caller's that it writes.
+    pub(super) left: Assumed,
 }
 
 impl Outcome {
@@ -78,6 +81,7 @@ impl Outcome {
             attempted: false,
             asks: None,
             assumed: Assumed::new(),
+            left: Assumed::new(),
         }
     }
 }
@@ -100,9 +104,11 @@ pub(super) struct Summary {
     /// With which heads, where they are known, and how these values go on from those before.
     pub(super) sets: BTreeSet<(Given, Option<Head>, Option<ChangeKind>)>,
     /// What it gives no other heads than these.
-    pub(super) given_heads: BTreeMap<Given, BTreeSet<Head>>,
+    pub(super) given_heads: BTreeMap<Given, GivenHeads>,
     /// What of it goes without a reset of a filter that it resets on other ways.
     pub(super) unreset: BTreeSet<(Given, Option<Head>, Given)>,
+    /// The states that decide over its updates of each place and that it goes on with by itself.
+    pub(super) turns: BTreeMap<Given, BTreeSet<Given>>,
     /// The heads that its result may have.
     pub(super) heads: returned::Heads,
     /// The same, where it depends on what its callers know.
@@ -483,6 +489,7 @@ impl Summaries {
                 summary.mixed.extend((search.behind.len() > 1).then(|| given.clone()));
                 summary.uneven.extend(uneven::is_uneven(&search, &given, &summary.taken).then(|| given.clone()));
                 summary.paced.entry(given.clone()).or_default().extend(super::gates::paced_by(&search, &outcomes));
+                turns::note(&search, &given, summary);
                 summary.halves[law].insert(given.clone(), outcomes);
                 summary.feeds.entry(given.clone()).or_insert_with(|| super::gates::fed_params(&search));
                 summary.measures.entry(given.clone()).or_default().extend(super::gates::measured_by(&search));

@@ -1,6 +1,6 @@
 //! What an assignment does to the value of a place, for telling counters, clocks and what is fed from each other.
 
-use super::{About, Computed, ControlFlowGraph, Effect, NodeId, Place};
+use super::{About, Computed, ControlFlowGraph, Effect, NodeId, OTHER_HEADS, Place, Subject};
 
 /// An assignment of the source.
 #[derive(Clone, Debug)]
@@ -13,6 +13,69 @@ pub struct Change {
     pub goes_round: bool,
     /// What a truth value was asked of, if it was asked of anything.
     pub about: Option<Box<About>>,
+    /// How it counts, where it does so by a constant.
+    pub tally: Option<Tally>,
+}
+
+/// How a whole number goes on by a constant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tally {
+    /// Whether it goes up.
+    pub up: bool,
+    /// By how much.
+    pub step: u64,
+    /// The number at which it is back at zero: `n = (n + 1) % 4`.
+    pub around: Option<u64>,
+    /// Whether it stays at zero where it would go below.
+    pub saturates: bool,
+    /// Whether it may be less than zero, or come back to zero from its greatest value.
+    pub may_be_less: bool,
+}
+
+impl Tally {
+    /// The heads that the number can have afterwards, if it had one of these.
+    #[must_use]
+    pub fn after(&self, subject: &Subject, before: u32) -> u32 {
+        let number = |head: &String| head.parse::<u64>().ok();
+        let numbers: Vec<Option<u64>> = subject.heads.iter().map(number).collect();
+        let is_other = |number: u64| !numbers.contains(&Some(number));
+        let bit_of = |number: Option<u64>| number.map_or(OTHER_HEADS, |number| subject.bit(&number.to_string()));
+        let mut after = 0;
+        let had = numbers.iter().enumerate().filter(|(at, _)| before & (1 << *at) != 0);
+        for (_, number) in had {
+            let Some(number) = number else { return subject.anything() };
+            after |= bit_of(self.next(*number));
+        }
+        if before & OTHER_HEADS != 0 {
+            if self.around.is_none_or(|around| (0..around).any(is_other)) {
+                after |= OTHER_HEADS;
+            }
+            for number in numbers.iter().copied().flatten() {
+                after |= if self.comes_to(number, &is_other) { bit_of(Some(number)) } else { 0 };
+            }
+        }
+        after & subject.anything()
+    }
+
+    /// The number behind one; nothing if that is less than zero.
+    fn next(&self, number: u64) -> Option<u64> {
+        match (self.up, self.around) {
+            (true, Some(around)) => number.checked_add(self.step).map(|next| next % around),
+            (true, None) => number.checked_add(self.step),
+            (false, _) if self.saturates => Some(number.saturating_sub(self.step)),
+            (false, _) => number.checked_sub(self.step),
+        }
+    }
+
+    /// Whether a number can come behind one of those of which nothing is known.
+    fn comes_to(&self, number: u64, is_other: &dyn Fn(u64) -> bool) -> bool {
+        match (self.up, self.around) {
+            (true, Some(around)) => number < around,
+            (true, None) => number.checked_sub(self.step).map_or(self.may_be_less, is_other),
+            (false, _) if self.saturates && number == 0 => (0..=self.step).any(is_other),
+            (false, _) => number.checked_add(self.step).is_some_and(is_other),
+        }
+    }
 }
 
 /// How a value goes on from the one before.

@@ -14,7 +14,7 @@ mod waits;
 use crate::index::{FunctionId, Index, Ty};
 use crate::source::Span;
 
-pub use change::{Change, ChangeKind};
+pub use change::{Change, ChangeKind, Tally};
 pub use cycle::{Caller, CycleKind, Limit, LoopInfo, Rounds};
 pub use latches::Flag;
 pub(crate) use lower::laws::MAX_DISPATCHED;

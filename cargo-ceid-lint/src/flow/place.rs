@@ -398,6 +398,23 @@ impl Place {
         text
     }
 
+    /// A bit of the number that is there.
+    #[must_use]
+    pub fn bit(&self, bit: u32) -> Self {
+        self.field(&format!("&{bit}"))
+    }
+
+    /// The bit of the number at another place that this is, if it is one.
+    #[must_use]
+    pub fn bit_of(&self, number: &Self) -> Option<u32> {
+        match self.steps.split_last()? {
+            (Projection::Field(name), steps) if self.base == number.base && *steps == number.steps => {
+                name.strip_prefix('&')?.parse().ok()
+            }
+            _ => None,
+        }
+    }
+
     /// Whether some step stands for each element of a collection.
     #[must_use]
     pub fn stands_for_each(&self) -> bool {

@@ -374,6 +374,7 @@ impl Infer<'_> {
         match path {
             "std::default::Default::default" => expected.cloned().unwrap_or(Ty::Unknown),
             "std::mem::replace" | "std::mem::take" => first.peel().clone(),
+            "std::slice::from_mut" => Ty::Ref(true, Box::new(Ty::Slice(Box::new(first.peel().clone())))),
             "std::array::from_fn" => {
                 let item = self.closure_output(args.first().copied());
                 let length = match expected.map(|ty| self.variables.shallow(ty)) {
@@ -386,10 +387,7 @@ impl Infer<'_> {
                 builtin::iterator(self.closure_output(args.first().copied()))
             }
             "std::iter::once" => builtin::iterator(first),
-            "std::iter::zip" => {
-                let items = given.iter().map(|ty| self.item_ty(ty)).collect();
-                builtin::iterator(Ty::Tuple(items))
-            }
+            "std::iter::zip" => builtin::iterator(Ty::Tuple(given.iter().map(|ty| self.item_ty(ty)).collect())),
             "critical_section::with" | "cortex_m::interrupt::free" | "std::thread::scope" => {
                 self.closure_output(args.first().copied())
             }

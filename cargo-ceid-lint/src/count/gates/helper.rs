@@ -166,7 +166,8 @@ impl Gates<'_, '_> {
         let mut found = None;
         for asks in all {
             let read = read_by(asks, site)?;
-            let is_config = asks.is_pure && !read.is_computed && read.places.iter().all(|place| self.is_setting(place));
+            let is_setting = |place: &Place| self.is_invariant(place, 0);
+            let is_config = asks.is_pure && !read.is_computed && read.places.iter().all(is_setting);
             let gate = if is_config {
                 Gate::Config
             } else if ends_round {

@@ -16,7 +16,7 @@ const SETTING_WORDS: &[&str] =
     &["conf", "cfg", "setting", "param", "option", "opts", "tuning", "calib", "limit", "gain", "const", "setup"];
 
 /// How many copies are followed to the latch that they are of.
-const MAX_COPIES: u32 = 4;
+const MAX_COPIES: u32 = 6;
 
 /// Whether a function or method gives the same whenever it is called with the same plain values.
 fn is_pure(name: &str) -> bool {
@@ -255,6 +255,13 @@ impl Gates<'_, '_> {
         })
     }
 
+    /// Whether a flag is asked that each iteration puts into a new value as it was, beside what it has read.
+    pub(super) fn asks_kept_part(&self, test: &Test) -> bool {
+        let asked = test.subject.and_then(|id| self.search.graph.subjects[id.0 as usize].whole.as_ref());
+        let is_part = |place: &Place| !place.steps.is_empty() && !self.outlives(place);
+        asked.is_some_and(is_part) && self.is_kept_flag(test)
+    }
+
     /// Whether a place has one value for all iterations, or is a variable of the iteration that is computed from such places and
     /// from nothing else: `let is_on = settings.is_on;`
     pub(super) fn is_invariant(&self, place: &Place, copies: u32) -> bool {
@@ -266,11 +273,20 @@ impl Gates<'_, '_> {
             return false;
         };
         let whole = Place::var(var);
-        let [only] = *self.assignments().of(&whole) else { return false };
         let is_bound = graph.loops.iter().any(|info| info.bound.contains(&var));
-        if is_bound || graph.var(var).param.is_some() || self.outlives(&whole) || self.calls_write(&whole) {
+        if is_bound || graph.var(var).param.is_some() || self.outlives(&whole) || self.calls_write(place) {
             return false;
         }
+        let given = self.assignments().of(&whole).iter().copied().filter(|id| self.gives_to(*id, place));
+        let (parts, given): (Vec<NodeId>, Vec<NodeId>) = given.partition(|id| self.gives_part(*id));
+        let own: Vec<NodeId> = parts.into_iter().filter(|id| self.assigns(*id, place)).collect();
+        let is_whole = given.iter().all(|id| self.assigns(*id, &whole));
+        // A part of what a literal makes is what the literal gives it.
+        if let ([part], [] | [_], true) = (own.as_slice(), given.as_slice(), is_whole) {
+            let is_constant = matches!(&graph.node(*part).effect, Effect::Set(set) if set.head.is_some());
+            return is_constant || graph.copied(*part).is_some_and(|from| self.is_invariant(&from, copies + 1));
+        }
+        let [only] = *given.as_slice() else { return false };
         if let Some(from) = graph.copied(only).filter(|_| self.assigns(only, &whole)) {
             return self.is_invariant(&from, copies + 1);
         }
@@ -289,6 +305,19 @@ impl Gates<'_, '_> {
                     .iter()
                     .all(|from| is_owner(from) || (is_plain(from) && self.is_invariant(from, copies + 1)))
         })
+    }
+
+    /// Whether a node gives a place a value, or a part or the whole of it.
+    fn gives_to(&self, id: NodeId, place: &Place) -> bool {
+        match &self.search.graph.node(id).effect {
+            Effect::Write(write) | Effect::Set(write) => write.place.overlaps(place),
+            _ => false,
+        }
+    }
+
+    /// Whether it gives a part of what a literal makes what the literal says.
+    fn gives_part(&self, id: NodeId) -> bool {
+        matches!(&self.search.graph.node(id).effect, Effect::Set(set) if set.from.is_none() && !set.place.steps.is_empty())
     }
 
     /// Whether nothing is asked but which number the element has that the instance is. A constant with a name is a setting.

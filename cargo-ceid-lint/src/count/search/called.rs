@@ -7,17 +7,18 @@ use super::Search;
 use crate::count::answers::Answers;
 use crate::count::called_place::CalledPlace;
 use crate::count::given::{Given, place_of};
+use crate::count::given_heads::GivenHeads;
 use crate::count::instances::place_ty;
 use crate::count::returned;
 use crate::count::summary::Outcome;
-use crate::flow::{CallSite, Cause, Head, IndexKey, Place, Projection, SubjectId};
+use crate::flow::{CallSite, Cause, IndexKey, Place, Projection, SubjectId};
 use crate::index::{FunctionId, Owner, Ty};
 
 /// What a call does, whatever the way that leads to it.
 #[derive(Debug, Default)]
 pub(in crate::count) struct Called {
     /// What it writes, by each of its names, for conditions that read it; with the heads that it gives it, if they are all known.
-    pub(super) writes: BTreeMap<Place, Option<BTreeSet<Head>>>,
+    pub(super) writes: BTreeMap<Place, Option<GivenHeads>>,
     /// What one of its targets does, each different effect once.
     pub(super) effects: Vec<Effect>,
     /// The caller's subjects of which its ways assume something.
@@ -135,9 +136,12 @@ impl Search<'_> {
             };
             for written in &summary.writes {
                 let Some(place) = place_of(written, site) else { continue };
-                let heads = summary.given_heads.get(written);
-                for name in self.aliases.shared_roots(&place).iter().chain([&place]) {
-                    called.note_write(name, heads);
+                let roots = self.aliases.shared_roots(&place);
+                let is_certain = targets.len() == 1 && roots.len() == 1 && !place.stands_for_several();
+                let given = summary.given_heads.get(written).cloned();
+                let given = given.map(|given| GivenHeads { surely: given.surely && is_certain, ..given });
+                for name in roots.iter().chain([&place]) {
+                    called.note_write(name, given.as_ref());
                 }
             }
             let outcomes = own.iter().filter(|called| called.target == *target);
@@ -162,8 +166,9 @@ impl Search<'_> {
             called.add(Effect { outcomes, heads: summary.heads, answers, is_of_others });
         }
         let outcomes = called.effects.iter().flat_map(|effect| &effect.outcomes).flat_map(|(_, outcomes)| outcomes);
-        let answers = called.effects.iter().flat_map(|effect| &effect.answers).map(|(assumed, _)| assumed);
-        let assumed = outcomes.map(|outcome| &outcome.assumed).chain(answers);
+        let answers = called.effects.iter().flat_map(|effect| &effect.answers);
+        let answers = answers.flat_map(|answer| [&answer.assumed, &answer.left]);
+        let assumed = outcomes.flat_map(|outcome| [&outcome.assumed, &outcome.left]).chain(answers);
         let assumed: BTreeSet<&Given> = assumed.flat_map(BTreeMap::keys).collect();
         let asked = assumed.into_iter().filter_map(|given| Some((given.clone(), self.asked_subject(given, site)?)));
         called.asked = asked.collect();
@@ -183,12 +188,15 @@ pub(in crate::count) fn not_told() -> Cause {
 }
 
 impl Called {
-    fn note_write(&mut self, place: &Place, heads: Option<&BTreeSet<Head>>) {
-        match (self.writes.get_mut(place), heads) {
-            (Some(Some(known)), Some(heads)) => known.extend(heads.iter().cloned()),
+    fn note_write(&mut self, place: &Place, given: Option<&GivenHeads>) {
+        match (self.writes.get_mut(place), given) {
+            (Some(Some(known)), Some(given)) => {
+                known.heads.extend(given.heads.iter().cloned());
+                known.surely |= given.surely;
+            }
             (Some(known), _) => *known = None,
-            (None, heads) => {
-                self.writes.insert(place.clone(), heads.cloned());
+            (None, given) => {
+                self.writes.insert(place.clone(), given.cloned());
             }
         }
     }

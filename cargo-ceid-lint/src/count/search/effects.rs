@@ -9,8 +9,8 @@ use crate::count::returned;
 use crate::count::summary::Outcome;
 use crate::count::verdict::Gate;
 use crate::flow::{
-    Assignment, CallSite, Cause, ChangeKind, LoopId, LoopInfo, OTHER_HEADS, PAST, Place, Relation, Rounds, Subject,
-    Transfer, Update, Var,
+    Assignment, CallSite, Cause, LoopId, LoopInfo, OTHER_HEADS, PAST, Place, Relation, Rounds, Subject, Transfer,
+    Update, Var,
 };
 use crate::index::Ty;
 
@@ -35,8 +35,8 @@ impl Run<'_, '_> {
         let before = masks;
         let trusts_laws = self.mode.is_some_and(|mode| mode.trusts_laws);
         let is_trusted = trusts_laws && site.law_of.is_some() && !self.is_receiver(state, site);
-        for (place, heads) in called.writes.iter().filter(|_| !is_trusted) {
-            masks = self.written(masks, place, heads.as_ref());
+        for (place, given) in called.writes.iter().filter(|_| !is_trusted) {
+            masks = self.written(masks, place, given.as_ref());
         }
         masks = self.killed(masks, &Place::var(site.result));
         let state = State { masks, ..state.clone() };
@@ -110,30 +110,6 @@ impl Run<'_, '_> {
         relations.iter().any(|relation| matches!(relation, Relation::Holds(_)))
     }
 
-    /// What is known of the result of a call that leaves the instance alone.
-    fn answered(
-        &mut self,
-        states: Vec<(State, returned::Heads)>,
-        effect: &super::called::Effect,
-        site: &CallSite,
-        before: u32,
-    ) -> Vec<(State, returned::Heads)> {
-        if effect.answers.is_empty() {
-            return states.into_iter().map(|(state, heads)| (state, heads & effect.heads)).collect();
-        }
-        let mut after = Vec::new();
-        for (state, heads) in states {
-            for (assumed, returned) in &effect.answers {
-                let Some(masks) = self.agreed(state.masks, assumed, site, before) else { continue };
-                let entry = (State { masks, ..state.clone() }, heads & effect.heads & returned);
-                if entry.1 != 0 && !after.contains(&entry) {
-                    after.push(entry);
-                }
-            }
-        }
-        after
-    }
-
     /// What happens to the instance in a call; `before` is what was known before it.
     fn apply(
         &mut self,
@@ -145,7 +121,9 @@ impl Run<'_, '_> {
         let mut after = Vec::new();
         for (state, heads) in states {
             for outcome in outcomes {
-                let Some(masks) = self.agreed(state.masks, &outcome.assumed, site, before) else { continue };
+                let Some(masks) = self.agreed(state.masks, &outcome.assumed, &outcome.left, site, before) else {
+                    continue;
+                };
                 let mut next = State { masks, ..state.clone() };
                 let Some(masks) = self.asked(&next, outcome, site) else { continue };
                 next.masks = masks;
@@ -201,7 +179,9 @@ impl Run<'_, '_> {
         let mut after: Vec<(State, returned::Heads)> = Vec::new();
         for (state, heads) in states {
             for outcome in outcomes {
-                let Some(masks) = self.agreed(state.masks, &outcome.assumed, site, before) else { continue };
+                let Some(masks) = self.agreed(state.masks, &outcome.assumed, &outcome.left, site, before) else {
+                    continue;
+                };
                 let mut next = State { masks, ..state.clone() };
                 next.reset |= outcome.reset;
                 if outcome.reset {
@@ -279,7 +259,7 @@ impl Run<'_, '_> {
     }
 
     pub(super) fn assign(&mut self, at: usize, state: &State, set: &Assignment) {
-        if self.part_copies(at, state, set) {
+        if self.part_copies(at, state, set) || self.part_numbers(at, state, set) {
             return;
         }
         let may_go_back = match set.transfer {
@@ -351,11 +331,7 @@ impl Run<'_, '_> {
                     let source = &graph.subjects[self.tracked.subjects[from].0 as usize];
                     Some(subject.translate(mask, &source.heads))
                 }
-                (None, None) => {
-                    let kind = graph.changes.get(&state.node).map(|change| change.kind);
-                    let before = self.masks.get(state.masks)[target];
-                    (kind == Some(ChangeKind::CountsUp)).then(|| above(subject, before)).flatten()
-                }
+                (None, None) => self.counted(state, target),
             };
             if let Some(mask) = mask {
                 let mut all = self.masks.get(next.masks).clone();
@@ -363,6 +339,7 @@ impl Run<'_, '_> {
                 next.masks = self.masks.intern(all);
             }
         }
+        next.masks = self.with_bits(next.masks, set);
         if let Some(var) = set.place.base_var().filter(|_| set.place.steps.is_empty()) {
             next.masks = self.renumbered(next.masks, state, var);
         }
@@ -442,15 +419,6 @@ impl Run<'_, '_> {
         };
         self.masks.intern(all)
     }
-}
-
-/// The heads that a number can have when it has gone up from one of these.
-fn above(subject: &Subject, before: u32) -> Option<u32> {
-    let known = subject.heads.iter().filter(|head| subject.bit(head) & before != 0);
-    let least = known.map(|head| head.parse::<u64>().ok()).min()?.filter(|_| before & OTHER_HEADS == 0)?;
-    let is_higher = |head: &&String| head.parse::<u64>().is_ok_and(|number| number > least);
-    let higher = subject.heads.iter().filter(is_higher).fold(0, |mask, head| mask | subject.bit(head));
-    Some((higher | OTHER_HEADS) & subject.anything())
 }
 
 /// Whether a counter has a number in none but the rounds that are told apart, if it has it at all.

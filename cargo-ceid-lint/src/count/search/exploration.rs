@@ -33,6 +33,8 @@ pub(in crate::count) struct End {
     pub(in crate::count) is_copy_lost: bool,
     /// With which conditions of a caller's it is taken, where callers are to know.
     pub(in crate::count) assumed: Assumed,
+    /// What is known of those that it has written, by then.
+    pub(in crate::count) left: Assumed,
 }
 
 /// All ways through a region.

@@ -1,12 +1,13 @@
 //! What a way knows of conditions: what branches find, and what writes leave of it.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use super::names::{in_each_round, is_of_round};
 use super::run::Run;
 use super::{Region, Search, State};
 use crate::count::counts::Count;
-use crate::flow::{ControlFlowGraph, Effect, Head, LoopInfo, NodeId, PAST, Place, Subject, SubjectId, Test};
+use crate::count::given_heads::GivenHeads;
+use crate::flow::{ControlFlowGraph, Effect, LoopInfo, NodeId, PAST, Place, Subject, SubjectId, Test};
 
 /// A state of the element that the instance is or lies in, for which several subjects ask, each by the name that it has in another
 /// loop: `for o in &mut orbits { if o.is_wet { … } } for o in &mut orbits { if !o.is_wet { … } }`.
@@ -131,7 +132,7 @@ impl Run<'_, '_> {
     }
 
     /// A place may have been written, with one of these heads if they are known.
-    pub(super) fn written(&mut self, masks: u32, place: &Place, heads: Option<&BTreeSet<Head>>) -> u32 {
+    pub(super) fn written(&mut self, masks: u32, place: &Place, given: Option<&GivenHeads>) -> u32 {
         let graph = self.search.graph;
         let mut all = self.masks.get(masks).clone();
         let mut changed = false;
@@ -141,8 +142,11 @@ impl Run<'_, '_> {
                 let subject = &graph.subjects[id.0 as usize];
                 let is_past = all[at] & !(subject.bit("true") | subject.bit(PAST)) == 0;
                 let goes_on = self.counts_once(subject, place);
-                all[at] = match heads.filter(|_| subject.whole.as_ref() == Some(place)) {
-                    Some(heads) => heads.iter().fold(all[at], |mask, head| mask | subject.bit(head)),
+                all[at] = match given.filter(|_| subject.whole.as_ref() == Some(place)) {
+                    Some(given) => {
+                        let before = if given.surely { 0 } else { all[at] };
+                        given.heads.iter().fold(before, |mask, head| mask | subject.bit(head))
+                    }
                     None if goes_on && is_past => subject.bit(PAST),
                     None => subject.anything(),
                 };

@@ -4,6 +4,7 @@
 mod called;
 mod choice;
 mod copies;
+mod counted;
 mod decided;
 mod effects;
 mod entry;

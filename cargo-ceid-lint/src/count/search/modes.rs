@@ -12,6 +12,9 @@ use crate::index::Ty;
 /// How many states are followed at once.
 const MAX_SUBJECTS: usize = 16;
 
+/// How many values of a state are followed one by one for the sake of callers.
+const MAX_PARTED: u32 = 6;
+
 /// What is left of a filter's last update.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) enum Age {
@@ -167,16 +170,17 @@ impl Run<'_, '_> {
         self.start_with(NodeId(0), None, masks, age);
     }
 
-    /// A copy of a state whose value is not known is followed for each value it may have, so that both stay the same. Answers
-    /// whether it is one.
+    /// A copy of a state whose value is not known is followed for each value it may have, so that both stay the same; for callers
+    /// where there are few. Answers whether it is one.
     pub(super) fn part_copies(&mut self, at: usize, state: &State, set: &Assignment) -> bool {
-        let copied = self.search.graph.copied(state.node).filter(|_| self.mode.is_some());
+        let copied = self.search.graph.copied(state.node);
         let Some((from, _)) = copied.and_then(|place| Some((self.tracked_at(&place)?, self.tracked_at(&set.place)?)))
         else {
             return false;
         };
         let all = self.masks.get(state.masks).clone();
-        if all[from].count_ones() < 2 {
+        let is_for_callers = self.needed.is_none() && self.is_told(from) && all[from].count_ones() <= MAX_PARTED;
+        if all[from].count_ones() < 2 || !(self.mode.is_some() || is_for_callers) {
             return false;
         }
         for bit in (0..u32::BITS).map(|number| 1 << number).filter(|bit| all[from] & bit != 0) {

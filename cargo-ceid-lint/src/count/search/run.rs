@@ -173,7 +173,7 @@ impl<'s, 'a> Run<'s, 'a> {
     }
 
     fn end(&mut self, kind: EndKind, at: usize, state: &State, returned: returned::Heads) {
-        let assumed = self.assumed(state);
+        let (assumed, left) = self.assumed(state);
         let has_left = self.region == Region::Function && self.search.has_left(self.names.get(state.names));
         let state = state.clone();
         let is_copy_lost = self.loses_copy(&state);
@@ -186,6 +186,7 @@ impl<'s, 'a> Run<'s, 'a> {
             has_left,
             is_copy_lost,
             assumed,
+            left,
         });
     }
 

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use super::exploration::Exploration;
+use super::exploration::{End, Exploration};
 use super::{Search, State};
 use crate::count::counts::Count;
 use crate::count::given::{Given, place_of};
@@ -15,12 +15,13 @@ impl Search<'_> {
     /// Whether a way comes to its second update only where a truth value is not what the call with the first one sets it to:
     /// `self.poll(); if !self.done { f.update(x); }`. The same for a truth value among others that the call gives back:
     /// `let (done, level) = self.poll();`
-    pub(in crate::count) fn asks_what_a_call_sets(&self, exploration: &Exploration, end: usize) -> bool {
-        let path = exploration.path(end);
-        let states: Vec<&State> = path.iter().map(|at| &exploration.states[*at]).collect();
+    pub(in crate::count) fn asks_what_a_call_sets(&self, exploration: &Exploration, end: &End) -> bool {
+        let path = exploration.path(end.at);
+        let states: Vec<&State> = path.iter().map(|at| &exploration.states[*at]).chain([&end.state]).collect();
         let mut flags: Vec<(Place, Vec<Head>)> = Vec::new();
         let mut given: Vec<Var> = Vec::new();
         let mut asked: Vec<NodeId> = Vec::new();
+        let mut turned: Vec<Place> = Vec::new();
         for (state, next) in states.iter().zip(states.iter().skip(1)) {
             let node = self.graph.node(state.node);
             if next.count == Count::Many && asked.iter().any(|branch| self.decides(*branch, state.node)) {
@@ -30,6 +31,12 @@ impl Search<'_> {
                 Effect::Call(site) if state.count == Count::Zero && next.count == Count::One => {
                     flags = self.flags_of(site);
                     given = self.parts_given(site);
+                    turned = self.turned_unknown_by(site);
+                }
+                Effect::Call(site)
+                    if next.count == Count::Many && self.turned_by(site).iter().any(|place| turned.contains(place)) =>
+                {
+                    return true;
                 }
                 Effect::Branch(test) if state.count == Count::One => {
                     asked.extend(self.asks_truth_of(&given, test).then_some(state.node));

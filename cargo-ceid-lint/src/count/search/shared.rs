@@ -3,10 +3,13 @@
 use std::collections::BTreeSet;
 
 use super::run::Run;
-use super::{Search, State};
+use super::{Called, Search, State};
+use crate::count::answers::Answer;
 use crate::count::assumed::{Assumed, Heads};
 use crate::count::given::{Given, argument, asked_at, given_subject};
-use crate::flow::{CallSite, Effect, NodeId, Place, SubjectId};
+use crate::count::returned;
+use crate::flow::{CallSite, Effect, NodeId, Place, Subject, SubjectId};
+use crate::index::Ty;
 
 /// How many conditions of a caller's are told apart in a function for the caller's sake.
 const MAX_TOLD: usize = 4;
@@ -43,6 +46,12 @@ impl Search<'_> {
         u32::try_from(found).ok().map(SubjectId)
     }
 
+    /// Whether what a function writes there is in the caller's place afterwards: what it gets by value is its own.
+    fn is_behind(&self, subject: &Subject) -> bool {
+        let base = subject.whole.as_ref().and_then(Place::base_var);
+        base.is_some_and(|var| matches!(self.graph.var(var).ty, Ty::Ref(true, _)))
+    }
+
     /// The place that callers know a subject by.
     pub(in crate::count) fn of_caller(&self, id: SubjectId) -> Option<Given> {
         given_subject(self.graph, &self.graph.subjects[id.0 as usize])
@@ -61,7 +70,9 @@ impl Run<'_, '_> {
             _ => None,
         });
         let of_calls = touching.iter().flat_map(|node| search.asked_by_call(*node));
-        let asked: Vec<SubjectId> = of_branches.chain(of_calls).collect();
+        // What is asked of copies of them, too.
+        let followed = self.tracked.subjects.clone();
+        let asked: Vec<SubjectId> = of_branches.chain(of_calls).chain(followed).collect();
         // What nothing here changes tells callers most.
         let (kept, written): (Vec<SubjectId>, Vec<SubjectId>) =
             asked.into_iter().partition(|id| search.writers_of(*id).is_empty());
@@ -81,17 +92,23 @@ impl Run<'_, '_> {
         }
     }
 
-    /// What a way that ends with this state assumes: what was known of a condition when it was written for the first time, if it was.
-    pub(super) fn assumed(&self, state: &State) -> Assumed {
+    /// What a way that ends with this state assumes: what was known of a condition when it was written for the first time, if it was;
+    /// and what is known at its end of those that it has written.
+    pub(super) fn assumed(&self, state: &State) -> (Assumed, Assumed) {
         let masks = self.masks.get(state.masks);
         let (now, at_first_write) = masks.split_at(self.tracked.subjects.len());
-        let told = self.of_caller.iter().zip(at_first_write);
-        let heads = |told: &OfCaller, first: u32| {
-            let mask = if first == UNWRITTEN { now[told.at] } else { first };
+        let (mut assumed, mut left) = (Assumed::new(), Assumed::new());
+        for (told, first) in self.of_caller.iter().zip(at_first_write) {
             let subject = &self.search.graph.subjects[self.tracked.subjects[told.at].0 as usize];
-            Heads::of(subject, mask, first == UNWRITTEN && told.is_written)
-        };
-        told.filter_map(|(told, first)| Some((told.given.clone(), heads(told, *first)?))).collect()
+            let is_unwritten = *first == UNWRITTEN;
+            let before = if is_unwritten { now[told.at] } else { *first };
+            let heads = Heads::of(subject, before, is_unwritten && told.is_written);
+            assumed.extend(heads.map(|heads| (told.given.clone(), heads)));
+            let is_left = !is_unwritten && self.search.is_behind(subject);
+            let heads = if is_left { Heads::of(subject, now[told.at], false) } else { None };
+            left.extend(heads.map(|heads| (told.given.clone(), heads)));
+        }
+        (assumed, left)
     }
 
     /// Whether callers are told what is assumed of a tracked subject.
@@ -113,9 +130,40 @@ impl Run<'_, '_> {
         Some(self.tracked.subjects.len() + told)
     }
 
+    /// What is known of the result of a call that leaves the instance alone.
+    pub(super) fn answered(
+        &mut self,
+        states: Vec<(State, returned::Heads)>,
+        effect: &super::called::Effect,
+        site: &CallSite,
+        before: u32,
+    ) -> Vec<(State, returned::Heads)> {
+        if effect.answers.is_empty() {
+            return states.into_iter().map(|(state, heads)| (state, heads & effect.heads)).collect();
+        }
+        let mut after = Vec::new();
+        for (state, heads) in states {
+            for Answer { assumed, left, returned } in &effect.answers {
+                let Some(masks) = self.agreed(state.masks, assumed, left, site, before) else { continue };
+                let entry = (State { masks, ..state.clone() }, heads & effect.heads & returned);
+                if entry.1 != 0 && !after.contains(&entry) {
+                    after.push(entry);
+                }
+            }
+        }
+        after
+    }
+
     /// What is known in a way through a call, if the way can be taken with what was known before.
-    pub(super) fn agreed(&mut self, masks: u32, assumed: &Assumed, site: &CallSite, before: u32) -> Option<u32> {
-        if assumed.is_empty() {
+    pub(super) fn agreed(
+        &mut self,
+        masks: u32,
+        assumed: &Assumed,
+        left: &Assumed,
+        site: &CallSite,
+        before: u32,
+    ) -> Option<u32> {
+        if assumed.is_empty() && left.is_empty() {
             return Some(masks);
         }
         let called = self.search.called(site);
@@ -129,15 +177,13 @@ impl Run<'_, '_> {
                 }
                 return None;
             }
-            let id = called.asked.get(given);
-            let Some(at) = self.tracked.subjects.iter().position(|tracked| Some(tracked) == id) else { continue };
+            let Some(at) = self.tracked_as(given, &called) else { continue };
             let allowed = heads.as_of(&self.search.graph.subjects[self.tracked.subjects[at].0 as usize]);
             if before[at] & allowed == 0 {
                 return None;
             }
-            let reads = self.search.read_by(self.tracked.subjects[at]);
             let first = self.before_first_write(at);
-            if !called.writes.keys().any(|place| reads.is_changed_with(place)) {
+            if !self.is_written_by(at, &called) {
                 all[at] &= allowed;
             } else if heads.is_kept && self.is_lent_once(at, site) {
                 all[at] = before[at] & allowed;
@@ -152,7 +198,26 @@ impl Run<'_, '_> {
                 return None;
             }
         }
+        let is_trusted = site.law_of.is_some() && self.mode.is_some_and(|mode| mode.trusts_laws);
+        for (given, heads) in left.iter().filter(|_| !is_trusted) {
+            let Some(at) = self.tracked_as(given, &called) else { continue };
+            if self.is_written_by(at, &called) && self.is_lent_once(at, site) {
+                all[at] = heads.as_of(&self.search.graph.subjects[self.tracked.subjects[at].0 as usize]);
+            }
+        }
         Some(self.masks.intern(all))
+    }
+
+    /// Which of the tracked subjects a call knows by that place.
+    fn tracked_as(&self, given: &Given, called: &Called) -> Option<usize> {
+        let id = called.asked.get(given)?;
+        self.tracked.subjects.iter().position(|tracked| tracked == id)
+    }
+
+    /// Whether a call may write what a tracked subject reads.
+    fn is_written_by(&self, at: usize, called: &Called) -> bool {
+        let reads = self.search.read_by(self.tracked.subjects[at]);
+        called.writes.keys().any(|place| reads.is_changed_with(place))
     }
 
     /// Whether a call gets what a condition asks for by one argument only, so that no other one changes it unseen.

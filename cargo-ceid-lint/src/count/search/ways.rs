@@ -62,6 +62,7 @@ impl Search<'_> {
                 attempted: end.state.attempted,
                 asks,
                 assumed: end.assumed.clone(),
+                left: end.left.clone(),
             });
         }
         if exploration.limit {

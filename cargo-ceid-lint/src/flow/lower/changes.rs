@@ -41,7 +41,8 @@ impl Builder<'_> {
         let is_asked = op.is_none() && *self.ty(target).peel() == Ty::Bool && self.constant_head(value).is_none();
         let about = is_asked.then(|| Box::new(self.about(value)));
         let goes_round = kind == ChangeKind::CountsUp && self.goes_round(target, value);
-        self.graph.changes.insert(at, Change { computed, kind, goes_round, about });
+        let tally = self.tally(target, value, op);
+        self.graph.changes.insert(at, Change { computed, kind, goes_round, about, tally });
     }
 
     /// `flag &= value`, `flag |= value`: the flag stays what it is, or is taken down or raised.
@@ -69,6 +70,16 @@ impl Builder<'_> {
         Value::default()
     }
 
+    /// `flag ^= true`: the flag is turned round.
+    pub(super) fn assign_opposite(&mut self, id: ExprId, target: ExprId, value: ExprId) -> Value {
+        let opposite = self.opposite_value(target);
+        if self.at.is_some() {
+            self.assign_to(target, &opposite, value, self.span(id));
+            self.note_change(target, value, Some("^"));
+        }
+        Value::default()
+    }
+
     /// Whether a count that goes up in a small number is not held where that ends.
     fn goes_round(&self, target: ExprId, value: ExprId) -> bool {
         let is_small = |int: String| matches!(int.trim_start_matches(['u', 'i']), "8" | "16");
@@ -80,14 +91,14 @@ impl Builder<'_> {
     pub(super) fn note_given(&mut self, place: &Place, value: ExprId) {
         let Some(at) = self.at else { return };
         let (computed, kind) = (self.computed_from(value), self.change_kind(Some(place), value));
-        self.graph.changes.insert(at, Change { computed, kind, goes_round: false, about: None });
+        self.graph.changes.insert(at, Change { computed, kind, goes_round: false, about: None, tally: None });
     }
 
     /// Notes that the last node puts the value of an expression into an option.
     pub(super) fn note_filled(&mut self, value: ExprId) {
         let Some(at) = self.at else { return };
         let (computed, kind) = (self.computed_from(value), ChangeKind::Fills);
-        let change = Change { computed, kind, goes_round: false, about: None };
+        let change = Change { computed, kind, goes_round: false, about: None, tally: None };
         self.graph.changes.insert(at, change);
     }
 

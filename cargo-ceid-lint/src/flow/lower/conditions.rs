@@ -259,7 +259,7 @@ impl Builder<'_> {
     }
 
     fn comparison(&mut self, id: ExprId, op: &str, lhs: ExprId, rhs: ExprId, no: NodeId) {
-        if self.truth_compared(id, op, lhs, rhs, no) {
+        if self.truth_compared(id, op, lhs, rhs, no) || self.bit_asked(id, op, [lhs, rhs], no) {
             return;
         }
         let span = self.span(id);
@@ -441,6 +441,11 @@ impl Builder<'_> {
     /// A condition whose truth is a value: `let ready = a && b;`
     pub(super) fn condition_value(&mut self, id: ExprId) -> Value {
         self.chosen_by(id, id, Ty::Bool, ["true", "false"])
+    }
+
+    /// The same turned round.
+    pub(super) fn opposite_value(&mut self, id: ExprId) -> Value {
+        self.chosen_by(id, id, Ty::Bool, ["false", "true"])
     }
 
     /// One of two values, by whether a condition holds.

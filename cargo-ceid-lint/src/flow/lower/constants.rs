@@ -311,12 +311,19 @@ fn operate(op: &str, left: Constant, right: Constant) -> Option<Constant> {
         ("-", Number(a), Number(b)) => Number(a - b),
         ("*", Number(a), Number(b)) => Number(a * b),
         ("/", Number(a), Number(b)) if b != 0.0 => Number(a / b),
+        ("<<", Number(a), Number(b)) => Number(f64::from(whole(a)?.checked_shl(whole(b)?)?)),
+        ("|", Number(a), Number(b)) => Number(f64::from(whole(a)? | whole(b)?)),
         ("+", Seconds(a), Seconds(b)) => Seconds(a + b),
         ("-", Seconds(a), Seconds(b)) => Seconds(a - b),
         ("*", Seconds(a), Number(b)) | ("*", Number(b), Seconds(a)) => Seconds(a * b),
         ("/", Seconds(a), Number(b)) if b != 0.0 => Seconds(a / b),
         _ => return None,
     })
+}
+
+/// A number that is a whole one and not large.
+pub(super) fn whole(number: f64) -> Option<u32> {
+    number.to_string().parse().ok()
 }
 
 /// What a function of a `Duration` gives.

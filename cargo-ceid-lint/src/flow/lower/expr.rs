@@ -2,7 +2,7 @@
 
 use super::conditions::presence_head;
 use super::{Builder, Value};
-use crate::flow::{Cause, Effect, IndexKey, Place, Projection, Transfer, Var};
+use crate::flow::{Cause, Effect, IndexKey, Place, Projection, Var};
 use crate::index::{Def, SHARED_RESOURCE, Shape, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, TypeRef};
 use crate::types::Callee;
@@ -276,6 +276,11 @@ impl Builder<'_> {
         let Shape::Struct(shape) = shape else { return };
         let is_given = |name: &String| given.iter().any(|(given, _)| given == name);
         for field in shape.fields.iter().filter(|field| !is_given(&field.name)) {
+            if index.field_ty(&ty, None, &field.name).is_some_and(|ty| self.is_state(&ty))
+                && let Some(from) = &value.place
+            {
+                self.part_of_state(Place::var(var).field(&field.name), from.field(&field.name), self.span(rest));
+            }
             if index.field_ty(&ty, None, &field.name).is_none_or(|ty| self.may_hold_filter(&ty)) {
                 let place = value.place.as_ref().map(|place| place.field(&field.name));
                 let part = Value { place, head: None, same_as: None, ..value.clone() };
@@ -309,7 +314,7 @@ impl Builder<'_> {
         Value { place: Some(Place::var(var)), is_owned: true, ..Value::default() }
     }
 
-    fn array_value(&mut self, id: ExprId, elements: &[ExprId]) -> Value {
+    pub(super) fn array_value(&mut self, id: ExprId, elements: &[ExprId]) -> Value {
         let span = self.span(id);
         let var = self.temporary(self.ty(id).clone(), span);
         for (number, element) in elements.iter().enumerate() {
@@ -337,18 +342,7 @@ impl Builder<'_> {
         if let (Some(guard), Some(var)) = (self.moved_guard(value), part.base_var()) {
             self.guards_of.insert(var, guard);
         }
-        if self.at.is_some() && value.same_as.is_some() && self.is_state(self.ty(expr)) {
-            // What is bound to the part is the same state.
-            let assignment = crate::flow::Assignment {
-                place: part.clone(),
-                from: None,
-                transfer: Transfer::Move,
-                rebinds: true,
-                head: None,
-                same_as: value.same_as,
-            };
-            self.emit(Effect::Set(Box::new(assignment)), self.span(expr));
-        }
+        self.state_part(&part, value, expr);
         if self.at.is_none() || value.place.is_none() || !self.may_hold_filter(self.ty(expr)) {
             return;
         }

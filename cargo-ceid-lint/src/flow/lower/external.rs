@@ -24,6 +24,8 @@ impl Builder<'_> {
         match path {
             "std::mem::swap" => return self.swap(id, args),
             "std::mem::replace" | "std::mem::take" => return self.replace(id, args),
+            // A collection whose only element is what is lent.
+            "std::slice::from_mut" => return self.array_value(id, args),
             "std::mem::drop" => {
                 if let Some(arg) = args.first() {
                     let value = self.expr(*arg);

@@ -183,6 +183,28 @@ impl Bound {
         Self { value, ..self.clone() }
     }
 
+    /// Whether a whole number is asked about that has this place.
+    pub(super) fn is_of(&self, place: &Place) -> bool {
+        !self.is_float && self.value.whole.as_ref() == Some(place)
+    }
+
+    /// The numbers that the answer depends on, as far as they are whole and not less than zero.
+    pub(super) fn whole_numbers(&self) -> impl Iterator<Item = Option<u64>> {
+        self.numbers().into_iter().map(|number| format!("{number}").parse().ok())
+    }
+
+    /// The head that the subject of the question has where the value is a number; `last` is the greatest that anything asks for.
+    pub(super) fn at(&self, last: u64, number: usize) -> Head {
+        self.head(&up_to(last), Part::At(number))
+    }
+
+    /// The same where it is none of these numbers.
+    pub(super) fn beyond(&self, last: u64) -> Vec<Head> {
+        let numbers = up_to(last);
+        let below = (!self.is_natural).then_some(Part::Below);
+        below.into_iter().chain([Part::Above(numbers.len() - 1)]).map(|part| self.head(&numbers, part)).collect()
+    }
+
     /// The numbers that the answer depends on.
     fn numbers(&self) -> Vec<f64> {
         match &self.asks {
@@ -228,6 +250,16 @@ impl Bound {
             }
         }
     }
+}
+
+/// All whole numbers up to one.
+fn up_to(last: u64) -> Vec<f64> {
+    let mut numbers = vec![0.0];
+    numbers.extend((0..last).scan(0.0, |number, _| {
+        *number += 1.0;
+        Some(*number)
+    }));
+    numbers
 }
 
 /// The numbers that a value is compared with, in their order, where there are several of them or several kinds of questions. What

@@ -2,6 +2,7 @@
 
 mod about;
 mod adapted;
+mod bits;
 mod borrowed;
 mod bound;
 mod builtins;
@@ -44,6 +45,7 @@ mod operators;
 mod optional;
 mod orders;
 mod panics;
+mod parts;
 mod passed_over;
 mod patterns;
 mod places;
@@ -63,6 +65,7 @@ mod stored;
 mod strides;
 mod subjects;
 mod switches;
+mod tallies;
 mod threads;
 mod ticks;
 mod told;
@@ -213,6 +216,8 @@ struct Builder<'a> {
     /// The names of adapted filters that a guard holds and that are fed.
     admitted: FxHashSet<Var>,
     subjects: FxHashMap<String, super::SubjectId>,
+    /// The states that lie in what literals have made.
+    state_parts: FxHashMap<Var, Vec<parts::StatePart>>,
     /// The parameters of closures that are asked whether they are pure.
     inner: FxHashSet<LocalId>,
     /// What patterns took out of values that conditions can ask for.
@@ -270,6 +275,7 @@ impl<'a> Builder<'a> {
             adapted_by: FxHashMap::default(),
             admitted: FxHashSet::default(),
             subjects: FxHashMap::default(),
+            state_parts: FxHashMap::default(),
             inner: FxHashSet::default(),
             held: Vec::new(),
             bounds: std::collections::BTreeMap::new(),
@@ -327,6 +333,7 @@ impl<'a> Builder<'a> {
         self.settle_stored();
         self.settle_copies();
         self.settle_held();
+        self.settle_tallies();
         self.settle_bounds();
         self.settle_orders();
         self.copy_subjects();

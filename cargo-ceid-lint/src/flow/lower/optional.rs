@@ -82,8 +82,13 @@ impl Builder<'_> {
         let head = Some("-".to_owned());
         let nothing = Assignment { place, from: None, transfer: Transfer::Move, rebinds: false, head, same_as: None };
         let at = self.emit(Effect::Write(Box::new(nothing)), span);
-        let change =
-            Change { computed: Computed::default(), kind: ChangeKind::Empties, goes_round: false, about: None };
+        let change = Change {
+            computed: Computed::default(),
+            kind: ChangeKind::Empties,
+            goes_round: false,
+            about: None,
+            tally: None,
+        };
         self.graph.changes.insert(at, change);
     }
 

@@ -266,7 +266,7 @@ impl Builder<'_> {
 
     /// `place = value` and destructuring assignments.
     pub(super) fn assign(&mut self, id: ExprId, target: ExprId, value: ExprId) -> Value {
-        if self.swap_by_tuples(id, target, value) {
+        if self.swap_by_tuples(id, target, value) || self.bits_reassigned(id, target, value) {
             return Value::default();
         }
         // What is assigned part by part comes from its part alone.
@@ -307,6 +307,9 @@ impl Builder<'_> {
         self.assign_to(target, &given, value, span);
         self.renew_states(target, value, span);
         self.note_change(target, value, None);
+        if let Some(place) = self.static_place(target) {
+            self.copy_parts(&given, &place, span);
+        }
         self.note_sample_write(target, value);
         Value::default()
     }
@@ -385,11 +388,15 @@ impl Builder<'_> {
             match (op, self.constant_head(value).as_deref()) {
                 ("|", Some("true")) | ("&", Some("false")) => return self.assign(id, target, value),
                 ("|", Some("false")) | ("&", Some("true")) => return Value::default(),
+                ("^", Some("true")) => return self.assign_opposite(id, target, value),
                 _ => {}
             }
             if matches!(op, "|" | "&") {
                 return self.assign_if(id, op, target, value);
             }
+        }
+        if self.bits_assigned(id, op, target, value) {
+            return Value::default();
         }
         let bases = self.assigned_vars(target);
         self.derive(&bases, value);

@@ -34,16 +34,16 @@ impl Builder<'_> {
         }
         for (id, question) in asked {
             let subject = &self.graph.subjects[id.0 as usize];
-            let bits: Vec<u32> = (0..heads.len()).map(|at| subject.bit(&own(question, at))).collect();
+            let bits: Vec<(u32, u32)> =
+                (0..heads.len()).map(|at| (subject.bit(&own(question, at)), 1_u32 << at)).collect();
             self.ask_instead(*id, other, &bits);
         }
     }
 
-    /// Lets all that asks for a subject ask for another one, of which each head stands for one of these of its own.
-    fn ask_instead(&mut self, id: SubjectId, other: SubjectId, own: &[u32]) {
-        let translated = |mask: u32| -> u32 {
-            own.iter().enumerate().filter(|(_, own)| mask & **own != 0).map(|(at, _)| 1_u32 << at).sum()
-        };
+    /// Lets all that asks for a subject ask for another one: with each head of its own the heads of the other one for which it stands.
+    pub(super) fn ask_instead(&mut self, id: SubjectId, other: SubjectId, heads: &[(u32, u32)]) {
+        let translated =
+            |mask: u32| -> u32 { heads.iter().filter(|(own, _)| mask & *own != 0).fold(0, |all, (_, bit)| all | bit) };
         for node in &mut self.graph.nodes {
             if let Effect::Branch(test) = &mut node.effect
                 && test.subject == Some(id)

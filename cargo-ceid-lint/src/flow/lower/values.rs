@@ -166,7 +166,7 @@ impl Builder<'_> {
     fn let_stmt(&mut self, pat: crate::syntax::tree::PatId, init: ExprId, span: Span) {
         let bound = self.vars_of(pat);
         self.derive_pattern(pat, init);
-        let value = self.expr_into(bound, init);
+        let value = self.expr_into(bound.clone(), init);
         if self.at.is_none() {
             // The names are still bound, so that what follows can be read.
             for local in self.locals_of(pat) {
@@ -184,6 +184,9 @@ impl Builder<'_> {
         }
         if matches!(self.body().pat(pat).kind, PatKind::Bind { .. }) {
             self.note_copy(init);
+            if let [var] = bound.as_slice() {
+                self.copy_parts(&value, &Place::var(*var), span);
+            }
             if let Some(is_masked) = self.remainder(init) {
                 let held: Vec<Var> = self.vars_of(pat).into_iter().filter(|var| !self.is_mutated(*var)).collect();
                 self.graph.remainders.extend(held.into_iter().map(|var| (var, is_masked)));

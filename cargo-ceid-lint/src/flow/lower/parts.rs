@@ -1,0 +1,90 @@
+//! States that lie in what a literal makes: `let settings = Settings { is_on: self.is_on, gain: adc.read() }`. What is asked of such a
+//! part is asked of what the literal was given for it.
+
+use super::{Builder, Value};
+use crate::flow::{Assignment, Effect, Head, Place, Projection, Transfer, Var};
+use crate::index::Ty;
+use crate::source::Span;
+use crate::syntax::tree::ExprId;
+
+/// How many states one value may have for each to be followed.
+const MAX_PARTS: usize = 16;
+
+/// The steps to a state in what a literal has made, and its head where that is constant.
+pub(super) type StatePart = (Vec<Projection>, Option<Head>);
+
+impl Builder<'_> {
+    /// A part of what a literal makes is a state that is known here, or a value with such parts.
+    pub(super) fn state_part(&mut self, part: &Place, value: &Value, expr: ExprId) {
+        if self.at.is_none() {
+            return;
+        }
+        let span = self.span(expr);
+        if !self.is_state(self.ty(expr)) {
+            self.copy_parts(value, part, span);
+            return;
+        }
+        let is_field = matches!(part.steps.last(), Some(Projection::Field(_)));
+        let head = value.head.clone().filter(|_| is_field);
+        // Which element an index names, may change.
+        let is_named = |place: &Place| place.steps.iter().all(|step| step.key().is_none());
+        let named = self.static_place(expr).filter(is_named);
+        let named = named.filter(|_| is_field && value.same_as.is_none() && head.is_none());
+        if value.same_as.is_none() && head.is_none() && named.is_none() {
+            return;
+        }
+        let (place, same_as) = (part.clone(), value.same_as);
+        self.note_part(part, head.clone());
+        let given = Assignment { place, from: None, transfer: Transfer::Move, rebinds: true, head, same_as };
+        let at = self.emit(Effect::Set(Box::new(given)), span);
+        self.graph.copies.extend(named.map(|from| (at, from)));
+    }
+
+    /// A part of what a literal makes has the state that another place has.
+    pub(super) fn part_of_state(&mut self, part: Place, from: Place, span: Span) {
+        if self.at.is_some() {
+            self.note_part(&part, None);
+            let at = self.emit(Effect::Set(Box::new(given_to(part, None))), span);
+            self.graph.copies.insert(at, from);
+        }
+    }
+
+    /// The states in what a literal has made are those in the place that gets it.
+    pub(super) fn copy_parts(&mut self, value: &Value, to: &Place, span: Span) {
+        let Some(var) = value.place.as_ref().filter(|place| place.steps.is_empty()).and_then(Place::base_var) else {
+            return;
+        };
+        for (steps, head) in self.state_parts.get(&var).cloned().unwrap_or_default() {
+            if self.at.is_none() {
+                return;
+            }
+            let (part, is_copy) = (to.join(&steps), head.is_none());
+            self.note_part(&part, head.clone());
+            let is_new = to.base_var().is_some_and(|var| self.is_made_here(var));
+            let given = Box::new(Assignment { rebinds: is_new, ..given_to(part, head) });
+            let at = self.emit(if is_new { Effect::Set(given) } else { Effect::Write(given) }, span);
+            if is_copy {
+                self.graph.copies.insert(at, Place::var(var).join(&steps));
+            }
+        }
+    }
+
+    /// Whether a variable holds what is made and is no name of something else.
+    fn is_made_here(&self, var: Var) -> bool {
+        let info = self.graph.var(var);
+        info.param.is_none() && !matches!(info.ty, Ty::Ref(..) | Ty::Pointer(_))
+    }
+
+    fn note_part(&mut self, part: &Place, head: Option<Head>) {
+        // What has a name may be given another state.
+        let made = part.base_var().filter(|var| self.graph.var(*var).name.is_empty());
+        let Some(parts) = made.map(|var| self.state_parts.entry(var).or_default()) else { return };
+        if parts.len() < MAX_PARTS && parts.iter().all(|(steps, _)| *steps != part.steps) {
+            parts.push((part.steps.clone(), head));
+        }
+    }
+}
+
+fn given_to(place: Place, head: Option<Head>) -> Assignment {
+    Assignment { place, from: None, transfer: Transfer::Move, rebinds: true, head, same_as: None }
+}
