@@ -272,7 +272,7 @@ impl Builder<'_> {
                 place: value.place.clone().filter(|_| !is_plain(self.ty(*expr)) || is_lent),
                 index: self.argument_index(*expr, value),
                 value_of: self.value_of(*expr),
-                head: value.head.clone(),
+                head: value.head.clone().or_else(|| self.name_behind(*expr)),
                 is_shared: self.is_shared(*expr),
                 is_moved: self.is_passed_by_value(*expr, value, receiver, targets),
                 is_copy: law_of.is_none()
