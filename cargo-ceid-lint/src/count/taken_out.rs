@@ -33,10 +33,7 @@ fn may_take_out(search: &Search<'_>, site: &CallSite) -> bool {
     // `bank[Axis::Roll]` names what a function lends.
     let lends = |target: &FunctionId| matches!(index.function(*target).function.output, TypeRef::Reference { .. });
     let lends_all = !site.targets.is_empty() && site.targets.iter().all(lends);
-    !lends_all
-        && index.holds_filter(given)
-        && !index.refers_to_filters(given)
-        && had.any(|place| holds(search, place))
+    !lends_all && index.holds_filter(given) && !index.refers_to_filters(given) && had.any(|place| holds(search, place))
 }
 
 /// Whether the instance is a place or lies in it.

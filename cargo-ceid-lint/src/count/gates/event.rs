@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use super::{Gates, Way, contains_any};
 use crate::count::search::Region;
 use crate::flow::{
-    Base, CallSite, Effect, NodeId, Place, Rounds, Test, Var, VarInfo, asks_state, is_receiving, is_receiving_something,
-    is_waiting,
+    Base, CallSite, Effect, NodeId, Place, Rounds, Test, Var, VarInfo, asks_state, is_receiving,
+    is_receiving_something, is_waiting,
 };
 use crate::index::{Shape, Ty};
 

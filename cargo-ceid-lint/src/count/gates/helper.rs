@@ -169,6 +169,8 @@ impl Gates<'_, '_> {
             let is_config = asks.is_pure && !read.is_computed && read.places.iter().all(|place| self.is_setting(place));
             let gate = if is_config {
                 Gate::Config
+            } else if let Some(gate) = self.of_given(asks, site, at, way) {
+                gate
             } else if ends_round {
                 // What else becomes of the states of elements has other names.
                 self.mode_of_element(asks, site, at)?
@@ -182,6 +184,12 @@ impl Gates<'_, '_> {
             found = found.or(Some(gate));
         }
         found
+    }
+
+    /// What a condition waits for whose result a helper is given and asks for: `slow(&mut pid, n % 10 == 0)`.
+    fn of_given(&self, asks: &Asks, site: &CallSite, at: NodeId, way: &Way) -> Option<Gate> {
+        let asked = asked_at(asks.whole.as_ref()?, site)?;
+        self.of_origin(self.origin_of(asked, at, way)?, at, way, 0)
     }
 
     /// Whether a helper that takes its parameter for a message is given a state, and what changes that resets the filter.

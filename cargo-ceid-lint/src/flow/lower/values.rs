@@ -247,6 +247,14 @@ impl Builder<'_> {
         };
     }
 
+    /// The variable that holds the result of a condition which is an argument: `step(now >= deadline)`.
+    pub(super) fn truth_given(&mut self, id: ExprId, value: &Value) -> Option<Place> {
+        let var = value.same_as.filter(|_| *self.ty(id) == Ty::Bool)?;
+        let pure = self.pure_var(var);
+        self.state_subject(pure, id);
+        Some(Place::var(var))
+    }
+
     /// The variant that a variable stands for: `for side in [Side::Left, Side::Right] { self.wheel(side).update(); }`
     pub(super) fn name_behind(&self, id: ExprId) -> Option<Head> {
         match &self.body().expr(id).kind {
