@@ -58,7 +58,11 @@ impl Gates<'_, '_> {
         let graph = self.search.graph;
         let gate = self.of_condition(origin, chosen_at, way, origins + 1)?;
         let mut leading = self.leading_to(given_at).unwrap_or_default();
-        leading.retain(|(branch, _)| *branch != chosen_at);
+        let is_of_caller = |branch: &NodeId| match &graph.node(*branch).effect {
+            Effect::Branch(test) => self.asks_caller(&test.about.reads),
+            _ => false,
+        };
+        leading.retain(|(branch, _)| *branch != chosen_at && !is_of_caller(branch));
         let others = leading.into_iter().map(|(branch, next)| match &graph.node(branch).effect {
             Effect::Branch(test) => self.of_condition(test, branch, &self.way_by(branch, next, at, way), origins + 1),
             _ => None,
@@ -66,6 +70,11 @@ impl Gates<'_, '_> {
         let others: Vec<Gate> = others.collect::<Option<_>>()?;
         // What is always so tells less than what waits.
         others.into_iter().find(|_| gate == Gate::Config).or(Some(gate))
+    }
+
+    /// Whether a helper asks for a state that only its caller changes: whether that pauses the filter on purpose is not told here.
+    pub(super) fn asks_caller(&self, reads: &[Place]) -> bool {
+        self.is_helper && reads.iter().any(|place| self.outlives(place) && self.is_left_alone(place))
     }
 
     /// Finds out why an option may be empty; `None` if it may be so for a reason that is not known.
