@@ -288,7 +288,7 @@ fn collect(index: &Index, ty: &Ty, steps: &mut Vec<Projection>, way: Way, found:
             steps: steps.clone(),
             ty: ty.clone(),
             is_uncertain: way.is_uncertain,
-            is_shared: way.is_shared,
+            is_shared: way.is_shared || index.shares_state(ty),
             length: way.length,
             is_in_cell: way.is_in_cell,
         });

@@ -4,6 +4,8 @@ use super::analyse::{Context, FunctionFacts};
 use super::instances;
 use super::search::{Region, Search};
 use crate::flow::{Assignment, CallSite, Cause, Effect, Node, Place, Var};
+use crate::index::FunctionId;
+use crate::syntax::tree::TypeRef;
 
 /// Why it cannot be said that nothing updates the filter: a call gives it back by value, or what takes its place, and what it has
 /// done with it before is not told of its place.
@@ -28,7 +30,10 @@ fn may_take_out(search: &Search<'_>, site: &CallSite) -> bool {
     let index = search.program.index;
     let given = &search.graph.var(site.result).ty;
     let mut had = site.args.iter().filter(|arg| !arg.is_shared).filter_map(|arg| arg.place.as_ref());
-    index.holds_filter(given) && !index.refers_to_filters(given) && had.any(|place| holds(search, place))
+    // `bank[Axis::Roll]` names what a function lends.
+    let lends = |target: &FunctionId| matches!(index.function(*target).function.output, TypeRef::Reference { .. });
+    let lends_all = !site.targets.is_empty() && site.targets.iter().all(lends);
+    !lends_all && index.holds_filter(given) && !index.refers_to_filters(given) && had.any(|place| holds(search, place))
 }
 
 /// Whether the instance is a place or lies in it.

@@ -231,9 +231,31 @@ impl Index {
 
     fn is_made_of_handles(&self, ty: &Ty, depth: u32) -> bool {
         match ty {
-            _ if ty.is_shared_pointer() => true,
+            _ if ty.is_shared_pointer() || self.shares_state(ty) => true,
             Ty::Adt(..) if !self.derives(ty, "std::clone::Clone") => false,
             _ => self.is_all_of_filters(ty, depth, Self::is_made_of_handles),
+        }
+    }
+
+    /// Whether a filter is a handle to its own state, so that its clones are the same filter: its law takes `&self`, and what that
+    /// changes lies behind a pointer that several own. Of a type that is not read, the law alone tells it.
+    #[must_use]
+    pub fn shares_state(&self, ty: &Ty) -> bool {
+        let is_apart =
+            |part: &mut dyn FnMut(&Ty) -> bool, field: &Ty| field.is_shared_pointer() || !field.has_part(part);
+        let is_cell = &mut |part: &Ty| matches!(part.external_name(), Some("Cell" | "RefCell" | "OnceCell"));
+        if self.receiver_spec(ty).is_none_or(|spec| spec.receiver != Receiver::Shared) {
+            return false;
+        }
+        match ty {
+            Ty::External(..) => true,
+            Ty::Adt(id, _) if self.derives(ty, "std::clone::Clone") => {
+                let super::Shape::Struct(fields) = &self.type_def(*id).shape else { return false };
+                let fields: Vec<Ty> =
+                    fields.fields.iter().filter_map(|field| self.field_ty(ty, None, &field.name)).collect();
+                fields.iter().any(Ty::is_shared_pointer) && fields.iter().all(|field| is_apart(is_cell, field))
+            }
+            _ => false,
         }
     }
 

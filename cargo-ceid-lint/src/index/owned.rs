@@ -20,14 +20,14 @@ impl Leading {
             .iter()
             .filter(|def| def.implements.as_ref().is_some_and(|name| index.trait_text(name) == "Drop"));
         let destructors = of_drop.filter_map(|def| if let Ty::Adt(id, _) = &def.self_ty { Some(*id) } else { None });
-        let with_part = |is_such: fn(&Ty) -> bool| {
+        let with_part = |is_such: &dyn Fn(&Ty) -> bool| {
             let has_such = |all: &[Ty]| all.iter().any(|ty| ty.has_part(&mut |part| is_such(part)));
             holders(fields.iter().filter(|(_, all)| has_such(all)).map(|(id, _)| *id).collect(), fields)
         };
         Self {
             destructors: holders(destructors.collect(), fields),
-            callables: with_part(Ty::is_callable),
-            handles: with_part(Ty::is_shared_pointer),
+            callables: with_part(&Ty::is_callable),
+            handles: with_part(&|ty| index.is_shared_handle(ty)),
         }
     }
 }
@@ -73,12 +73,17 @@ impl Index {
         })
     }
 
+    /// Whether clones of a value lead to the same thing: a pointer that several own, or a filter that is a handle to its state.
+    fn is_shared_handle(&self, ty: &Ty) -> bool {
+        ty.is_shared_pointer() || self.shares_state(ty)
+    }
+
     /// Whether a value of the type may lead to a filter by a handle whose clones lead there as well.
     #[must_use]
     pub fn may_share_filter(&self, ty: &Ty) -> bool {
         self.holds_filter(ty)
             && ty.has_part(&mut |part| {
-                part.is_shared_pointer() || matches!(part, Ty::Adt(id, _) if self.leading.handles.contains(id))
+                self.is_shared_handle(part) || matches!(part, Ty::Adt(id, _) if self.leading.handles.contains(id))
             })
     }
 }

@@ -70,10 +70,13 @@ impl Infer<'_> {
                     if let Some(output) = self.builtin_call(id, &ty, method, args) {
                         return output;
                     }
-                    if builtin::is_pointer(path.rsplit("::").next().unwrap_or("")) && !params.is_empty() {
-                        ty = self.variables.shallow(&params[0].clone());
-                    } else {
-                        break;
+                    match (path.rsplit("::").next().unwrap_or(""), params.as_slice()) {
+                        (name, [inner, ..]) if builtin::is_pointer(name) => {
+                            ty = self.variables.shallow(&inner.clone());
+                        }
+                        // A list has the methods of slices.
+                        ("Vec" | "ArrayVec" | "SmallVec", [item, ..]) => ty = Ty::Slice(Box::new(item.clone())),
+                        _ => break,
                     }
                 }
                 Ty::Array(..) | Ty::Slice(_) => {
@@ -81,9 +84,10 @@ impl Infer<'_> {
                     if let Some(owner) = owners.into_iter().next() {
                         return self.resolved_method(id, owner, &ty, method, args, derefs);
                     }
-                    match self.builtin_call(id, &ty, method, args) {
-                        Some(output) => return output,
-                        None => break,
+                    match (self.builtin_call(id, &ty, method, args), &ty) {
+                        (Some(output), _) => return output,
+                        (None, Ty::Array(item, _)) => ty = Ty::Slice(item.clone()),
+                        (None, _) => break,
                     }
                 }
                 Ty::Tuple(_) => {

@@ -46,6 +46,37 @@ impl Gates<'_, '_> {
         found
     }
 
+    /// What the conditions wait for that gave a truth value which is asked for: each of several has to wait for something, as in
+    /// `let due = n % 10 == 0 && is_armed;`.
+    pub(super) fn of_origin(
+        &self,
+        (origin, chosen_at, given_at): (&Test, NodeId, NodeId),
+        at: NodeId,
+        way: &Way,
+        origins: u32,
+    ) -> Option<Gate> {
+        let graph = self.search.graph;
+        let gate = self.of_condition(origin, chosen_at, way, origins + 1)?;
+        let mut leading = self.leading_to(given_at).unwrap_or_default();
+        let is_of_caller = |branch: &NodeId| match &graph.node(*branch).effect {
+            Effect::Branch(test) => self.asks_caller(&test.about.reads),
+            _ => false,
+        };
+        leading.retain(|(branch, _)| *branch != chosen_at && !is_of_caller(branch));
+        let others = leading.into_iter().map(|(branch, next)| match &graph.node(branch).effect {
+            Effect::Branch(test) => self.of_condition(test, branch, &self.way_by(branch, next, at, way), origins + 1),
+            _ => None,
+        });
+        let others: Vec<Gate> = others.collect::<Option<_>>()?;
+        // What is always so tells less than what waits.
+        others.into_iter().find(|_| gate == Gate::Config).or(Some(gate))
+    }
+
+    /// Whether a helper asks for a state that only its caller changes: whether that pauses the filter on purpose is not told here.
+    pub(super) fn asks_caller(&self, reads: &[Place]) -> bool {
+        self.is_helper && reads.iter().any(|place| self.outlives(place) && self.is_left_alone(place))
+    }
+
     /// Finds out why an option may be empty; `None` if it may be so for a reason that is not known.
     fn add_choices(&self, asked: &Place, at: NodeId, copies: u32, found: &mut Choices) -> Option<()> {
         if self.outlives(asked) || copies > MAX_ORIGINS || !asked.steps.is_empty() || self.calls_write(asked) {
@@ -90,6 +121,12 @@ impl Gates<'_, '_> {
             }
             return (!found.is_empty()).then_some(found);
         }
+        self.leading_to(id)
+    }
+
+    /// The branches from which no other one lies before a node, each with its successor; `None` if an iteration comes there by none.
+    fn leading_to(&self, id: NodeId) -> Option<Vec<(NodeId, NodeId)>> {
+        let graph = self.search.graph;
         let mut leading: BTreeMap<NodeId, Vec<NodeId>> = BTreeMap::new();
         for node in self.nodes() {
             for next in &graph.node(node).next {

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use super::{Gates, Way, contains_any};
 use crate::count::search::Region;
 use crate::flow::{
-    Base, Effect, NodeId, Place, Rounds, Test, Var, VarInfo, asks_state, is_receiving, is_receiving_something,
-    is_waiting,
+    Base, CallSite, Effect, NodeId, Place, Rounds, Test, Var, VarInfo, asks_state, is_receiving,
+    is_receiving_something, is_waiting,
 };
 use crate::index::{Shape, Ty};
 
@@ -277,6 +277,20 @@ impl Gates<'_, '_> {
         let is_lent = self.is_helper && matches!(info.ty, Ty::Ref(..));
         let says_so = |name: &str| if is_lent { contains_any(name, EVENT_WORDS) } else { says_event(name) };
         (matches!(def.shape, Shape::Enum(_)) && is_told) || says_so(&def.name) || says_so(&info.name)
+    }
+
+    /// Whether a helper is called with a message that the cycle has kept since an earlier iteration: that is a state by now.
+    pub(super) fn keeps_message(&self, site: &CallSite, at: NodeId) -> bool {
+        let graph = self.search.graph;
+        let is_kept = |place: &Place| {
+            let is_own = place.base_var().is_some_and(|var| graph.var(var).param.is_none() && !self.is_within(var));
+            let giving: Vec<NodeId> = self.assigning(place).collect();
+            is_own
+                && matches!(self.region, Region::Loop(_))
+                && self.is_choice(place)
+                && self.reached(|node, _| !giving.contains(&node))[at.0 as usize]
+        };
+        site.args.iter().filter_map(|arg| arg.value_of.as_ref()).any(is_kept)
     }
 
     /// Whether it is asked if a handler was called with an event, or with none because it is time: `event: Option<Event>`.

@@ -116,7 +116,7 @@ impl Gates<'_, '_> {
             }
             Effect::Call(site) => {
                 let heads = self.answer(site, &Way::to(exploration, end, at));
-                let [asks] = self.asked_by(site, heads)?.try_into().ok()?;
+                let [asks] = self.asked_by(site, heads, None)?.try_into().ok()?;
                 let read = read_by(asks, site)?;
                 let is_pure = asks.is_pure && !read.is_computed && read.places.iter().all(is_copy);
                 let reads: Option<Vec<Given>> =
@@ -162,7 +162,7 @@ impl Gates<'_, '_> {
 
     /// What a call that does not update waits for, where the helper asks for something that is known here.
     pub(super) fn of_call(&self, site: &CallSite, at: NodeId, way: &Way, ends_round: bool) -> Option<Gate> {
-        let all = self.asked_by(site, self.answer(site, way))?;
+        let all = self.asked_by(site, self.answer(site, way), None)?;
         let mut found = None;
         for asks in all {
             let read = read_by(asks, site)?;
@@ -170,6 +170,8 @@ impl Gates<'_, '_> {
             let is_config = asks.is_pure && !read.is_computed && read.places.iter().all(is_setting);
             let gate = if is_config {
                 Gate::Config
+            } else if let Some(gate) = self.of_given(asks, site, at, way) {
+                gate
             } else if ends_round {
                 // What else becomes of the states of elements has other names.
                 self.mode_of_element(asks, site, at)?
@@ -183,6 +185,18 @@ impl Gates<'_, '_> {
             found = found.or(Some(gate));
         }
         found
+    }
+
+    /// What a condition waits for whose result a helper is given and asks for: `slow(&mut pid, n % 10 == 0)`.
+    fn of_given(&self, asks: &Asks, site: &CallSite, at: NodeId, way: &Way) -> Option<Gate> {
+        let asked = asked_at(asks.whole.as_ref()?, site)?;
+        self.of_origin(self.origin_of(asked, at, way)?, at, way, 0)
+    }
+
+    /// Whether a helper that takes its parameter for a message is given a state, and what changes that resets the filter.
+    pub(super) fn mode_of_kept(&self, site: &CallSite, at: NodeId) -> Option<Gate> {
+        let all = self.asked_by(site, returned::ANY, Some(Gate::Event))?;
+        all.into_iter().all(|asks| self.mode_of_call(asks, site, at).is_some()).then_some(Gate::Mode)
     }
 
     fn mode_of_call(&self, asks: &Asks, site: &CallSite, at: NodeId) -> Option<Gate> {
@@ -224,16 +238,16 @@ impl Gates<'_, '_> {
         heads
     }
 
-    /// What the ways through a call with one of these results ask for that do not update, each of them; `None` if one of them
-    /// asks for nothing.
-    fn asked_by(&self, site: &CallSite, heads: returned::Heads) -> Option<Vec<&Asks>> {
+    /// What the ways through a call with one of these results ask for that do not update, each of them that has this gate; `None` if
+    /// one of them asks for nothing.
+    fn asked_by(&self, site: &CallSite, heads: returned::Heads, gate: Option<Gate>) -> Option<Vec<&Asks>> {
         let mut all = Vec::new();
         for summary in site.targets.iter().filter_map(|target| self.search.summaries.get(*target)) {
             for (given, outcomes) in summary.outcomes(self.search.law) {
                 if place_of(given, site).is_some_and(|place| self.is_instance(&place)) {
                     let skips = |outcome: &&Outcome| {
                         let skips = outcome.count == Count::Zero && !outcome.reset;
-                        skips && outcome.gate.is_none() && !outcome.attempted && outcome.returned & heads != 0
+                        skips && outcome.gate == gate && !outcome.attempted && outcome.returned & heads != 0
                     };
                     for outcome in outcomes.iter().filter(skips) {
                         all.push(outcome.asks.as_ref()?);

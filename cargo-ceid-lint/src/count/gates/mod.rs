@@ -142,6 +142,7 @@ impl<'s, 'a> Gates<'s, 'a> {
                 // The variant that a helper finds may be one of many that its caller makes.
                 Some(Gate::Config) if self.changes_owner() => Some(Gate::Mode),
                 Some(Gate::Mode | Gate::Startup) if !self.leaves_modes(site, at) => None,
+                Some(Gate::Event) if self.keeps_message(site, at) => self.mode_of_kept(site, at),
                 gate => gate.or_else(|| self.of_call(site, at, &way, ends_round)),
             },
             Effect::LoopHead(id) => self.of_loop(*id).or_else(|| self.of_rounds(*id, &way)),
@@ -200,11 +201,11 @@ impl<'s, 'a> Gates<'s, 'a> {
         }
         match self.origin(test, at, way).filter(|_| origins < MAX_ORIGINS) {
             // A state that has a name is a start if it comes once.
-            Some((origin, chosen_at)) if gate == Some(Gate::Mode) => {
+            Some((origin, chosen_at, _)) if gate == Some(Gate::Mode) => {
                 let is_start = self.of_condition(origin, chosen_at, way, origins + 1) == Some(Gate::Startup);
                 if is_start { Some(Gate::Startup) } else { gate }
             }
-            Some((origin, chosen_at)) => self.of_condition(origin, chosen_at, way, origins + 1).or(gate),
+            Some(origin) => self.of_origin(origin, at, way, origins).or(gate),
             None => gate.or_else(|| self.of_carried(test, at, way)),
         }
     }
@@ -308,9 +309,14 @@ impl<'s, 'a> Gates<'s, 'a> {
     }
 
     /// The condition that gave a truth value which is asked for: the last one on the way that decides that the value is given.
-    fn origin(&self, test: &Test, at: NodeId, way: &Way) -> Option<(&'a Test, NodeId)> {
+    fn origin(&self, test: &Test, at: NodeId, way: &Way) -> Option<(&'a Test, NodeId, NodeId)> {
+        let asked = self.search.graph.subjects[test.subject?.0 as usize].whole.clone()?;
+        self.origin_of(asked, at, way)
+    }
+
+    /// The same for a place that a node asks for; with the node that gives it the value.
+    fn origin_of(&self, mut asked: Place, at: NodeId, way: &Way) -> Option<(&'a Test, NodeId, NodeId)> {
         let graph = self.search.graph;
-        let mut asked = graph.subjects[test.subject?.0 as usize].whole.clone()?;
         let asks_at = way.nodes.iter().position(|node| *node == at)?;
         for number in (0..asks_at).rev() {
             let node = graph.node(way.nodes[number]);
@@ -325,7 +331,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             set.head.as_ref()?;
             let is_why = |id: &&NodeId| self.search.decides(**id, way.nodes[number]);
             return way.nodes[..number].iter().rev().filter(is_why).find_map(|id| match &graph.node(*id).effect {
-                Effect::Branch(test) => Some((test, *id)),
+                Effect::Branch(test) => Some((test, *id, way.nodes[number])),
                 _ => None,
             });
         }

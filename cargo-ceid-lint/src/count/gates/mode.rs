@@ -6,11 +6,12 @@ use std::collections::BTreeSet;
 use super::passed::TakenBack;
 use super::{Gates, Way};
 use crate::count::given::{Given, GivenBase, given, given_subject, place_of};
+use crate::count::instances::is_lent;
 use crate::count::search::{End, Mode, Region, Search};
 use crate::count::summary::Summary;
 use crate::count::verdict::Gate;
 use crate::flow::{
-    CallSite, ChangeKind, Effect, Head, NodeId, OTHER_HEADS, Place, Projection, Rounds, Subject, SubjectId, Test,
+    CallSite, ChangeKind, Effect, Head, NodeId, OTHER_HEADS, Place, Projection, Rounds, Subject, SubjectId, Test, Var,
 };
 use crate::index::{FunctionId, Index, Owner, Ty, TypeId};
 use crate::syntax::tree::Receiver;
@@ -61,7 +62,7 @@ impl Gates<'_, '_> {
     fn judge_mode(&self, subject: SubjectId, asked_by: Option<NodeId>) -> bool {
         // A state that nothing here switches is no mode of this cycle.
         let reads = &self.search.graph.subjects[subject.0 as usize].reads;
-        if reads.iter().all(|place| self.is_left_alone(place)) {
+        if reads.iter().all(|place| self.is_left_alone(place) && !self.comes_anew(place)) {
             return false;
         }
         // What the head of a loop binds anew in each round is no state: `for i in 0..n { if i == 2 { continue; } … }`.
@@ -85,6 +86,18 @@ impl Gates<'_, '_> {
                 && !self.is_resumed_elsewhere(subject, updating)
                 && self.search.resets_in_pauses(self.region, Mode { asked_by, ..Mode::new(subject, updating) })
         })
+    }
+
+    /// Whether each call of the function brings another value: `fn step(&mut self, is_armed: bool)`.
+    fn comes_anew(&self, place: &Place) -> bool {
+        let Search { graph, program, .. } = self.search;
+        let is_given = |var: Var| {
+            let info = graph.var(var);
+            info.param.is_some() && info.name != "self" && !matches!(info.ty, Ty::Ref(true, _))
+        };
+        matches!(self.region, Region::Function)
+            && place.base_var().is_some_and(is_given)
+            && !is_lent(program.index, graph, place)
     }
 
     /// Whether another method of the type whose cycle this is ends the pause and does not reset the filter: `fn resume(&mut self)`.
@@ -209,8 +222,10 @@ impl Gates<'_, '_> {
         let is_kept = |((_, asked_by), is_mode): &(&(SubjectId, Option<NodeId>), &bool)| {
             **is_mode && asked_by.is_none() && gate == Some(Gate::Mode)
         };
+        // What each call brings anew is nobody's to keep.
+        let is_kept_between = |subject: &Subject| subject.whole.as_ref().is_none_or(|whole| !self.comes_anew(whole));
         let kept = modes.iter().filter(is_kept).filter_map(|((id, _), _)| {
-            let subject = &graph.subjects[id.0 as usize];
+            let subject = Some(&graph.subjects[id.0 as usize]).filter(|subject| is_kept_between(subject))?;
             let element = self.element_state(*id).filter(|_| self.is_mode_of_element(*id));
             let place = match &element {
                 Some(state) => given(graph, &state.place)?,

@@ -100,7 +100,11 @@ impl Gates<'_, '_> {
         let mut asked = test.about.reads.clone();
         for place in &test.about.reads {
             let computed = place.base_var().and_then(|var| self.search.graph.computed.get(&var));
-            let Some(computed) = computed.filter(|_| place.steps.is_empty() && !self.outlives(place)) else { continue };
+            // A truth value has conditions behind it, each of which is asked for itself.
+            let is_truth = self.ty(place) == Some(Ty::Bool);
+            let is_of_round = place.steps.is_empty() && !self.outlives(place);
+            let is_told_here = |computed: &Computed| is_truth && !self.asks_caller(&computed.places);
+            let Some(computed) = computed.filter(|computed| is_of_round && !is_told_here(computed)) else { continue };
             let mut given = self.assigning(place);
             let is_reckoned = computed.calls.iter().all(|name| is_arithmetic(name));
             if is_reckoned && given.next().is_some() && given.next().is_none() {

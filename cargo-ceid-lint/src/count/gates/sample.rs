@@ -67,7 +67,7 @@ impl Gates<'_, '_> {
         }
     }
 
-    /// Whether a call gets what a filter is a part of, and neither updates nor writes the filter.
+    /// Whether a call gets what a filter is a part of, or only a look at the filter, and neither updates nor writes it.
     fn leaves_alone(&self, site: &CallSite, filter: &Place) -> bool {
         let aliases = self.search.aliases;
         let is_owner =
@@ -83,9 +83,9 @@ impl Gates<'_, '_> {
             && site
                 .args
                 .iter()
-                .filter_map(|arg| arg.place.as_ref())
-                .filter(|place| self.is_of(filter, place))
-                .all(is_owner)
+                .filter_map(|arg| Some((arg.is_shared, arg.place.as_ref()?)))
+                .filter(|(_, place)| self.is_of(filter, place))
+                .all(|(is_shared, place)| is_shared || is_owner(place))
             && !self.search.summaries.updates(site).any(|place| self.is_of(filter, &place))
             && !self.written_by(site).any(|place| writes(&place))
     }
@@ -307,7 +307,9 @@ impl Gates<'_, '_> {
                 asks_name && holds_names(&update.from) && about.reads.iter().all(reads)
             }
             // `f.feed(imu.read()?)`
-            Effect::Call(site) if self.concerns(site) => site.args.iter().any(|arg| holds_all(&arg.from)),
+            Effect::Call(site) if self.concerns(site) && !self.leaves_alone(site, self.search.instance) => {
+                site.args.iter().any(|arg| holds_all(&arg.from))
+            }
             // `f.input = imu.read()?`
             Effect::Write(write) if self.is_part(&write.place) => {
                 graph.changes.get(&id).is_some_and(|change| holds_all(&change.computed))

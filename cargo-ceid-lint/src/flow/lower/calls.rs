@@ -271,8 +271,8 @@ impl Builder<'_> {
             .map(|((expr, value), is_lent)| Argument {
                 place: value.place.clone().filter(|_| !is_plain(self.ty(*expr)) || is_lent),
                 index: self.argument_index(*expr, value),
-                value_of: self.value_of(*expr),
-                head: value.head.clone(),
+                value_of: self.value_of(*expr).or_else(|| self.truth_given(*expr, value)),
+                head: value.head.clone().or_else(|| self.name_behind(*expr)),
                 is_shared: self.is_shared(*expr),
                 is_moved: self.is_passed_by_value(*expr, value, receiver, targets),
                 is_copy: law_of.is_none()

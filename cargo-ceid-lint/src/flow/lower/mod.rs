@@ -182,6 +182,8 @@ struct Builder<'a> {
     iterators: FxHashMap<Var, Rc<sources::Source>>,
     /// Whole numbers that variables are known to have at this point of the text.
     numbers: FxHashMap<Var, u64>,
+    /// Variants that variables are known to be at this point of the text.
+    names: FxHashMap<Var, Head>,
     /// The numbers that variables were declared with, even if they change.
     initials: FxHashMap<Var, u64>,
     /// Other names of parameters and counters, where neither ever changes: `let channel = index;`.
@@ -257,6 +259,7 @@ impl<'a> Builder<'a> {
             closures: FxHashMap::default(),
             iterators: FxHashMap::default(),
             numbers: FxHashMap::default(),
+            names: FxHashMap::default(),
             initials: FxHashMap::default(),
             copies: FxHashMap::default(),
             advanced: FxHashSet::default(),
@@ -445,6 +448,7 @@ impl<'a> Builder<'a> {
             None => self.iterators.remove(&var),
         };
         self.note_copy_of_number(var, value);
+        self.note_name(var, value);
         self.numbers.remove(&var);
         if let Some(number) = value.head.as_deref().and_then(|head| head.parse().ok()) {
             self.initials.entry(var).or_insert(number);

@@ -1,7 +1,7 @@
 //! Blocks, statements, and values that come from several branches.
 
 use super::{Builder, ClosureRef, Value};
-use crate::flow::{Assignment, Effect, NodeId, Place, Transfer, Var};
+use crate::flow::{Assignment, Effect, Head, NodeId, Place, Transfer, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{Block, BlockKind, CfgKey, ExprId, ExprKind, PatKind, Stmt, StmtKind};
@@ -239,5 +239,34 @@ impl Builder<'_> {
             scope.guards.extend(bound);
         }
         self.at = matched;
+    }
+
+    /// Notes which variant a variable that never changes is from here on.
+    pub(super) fn note_name(&mut self, var: Var, value: &Value) {
+        let is_told = matches!(self.graph.var(var).ty.peel(), Ty::Adt(..)) && !self.is_mutated(var);
+        match value.head.as_ref().filter(|_| is_told) {
+            Some(head) => self.names.insert(var, head.clone()),
+            None => self.names.remove(&var),
+        };
+    }
+
+    /// The variable that holds the result of a condition which is an argument: `step(now >= deadline)`.
+    pub(super) fn truth_given(&mut self, id: ExprId, value: &Value) -> Option<Place> {
+        let var = value.same_as.filter(|_| *self.ty(id) == Ty::Bool)?;
+        let pure = self.pure_var(var);
+        self.state_subject(pure, id);
+        Some(Place::var(var))
+    }
+
+    /// The variant that a variable stands for: `for side in [Side::Left, Side::Right] { self.wheel(side).update(); }`
+    pub(super) fn name_behind(&self, id: ExprId) -> Option<Head> {
+        match &self.body().expr(id).kind {
+            ExprKind::Reference { value, .. } | ExprKind::Deref(value) => self.name_behind(*value),
+            ExprKind::Path(_) => {
+                let local = self.typed().expr_local.get(&id)?;
+                self.names.get(self.frames[self.frame].vars.get(local)?).cloned()
+            }
+            _ => None,
+        }
     }
 }
