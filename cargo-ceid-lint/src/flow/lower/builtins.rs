@@ -21,18 +21,6 @@ impl Builder<'_> {
         self.method_expr(id, receiver, path.last(), rest)
     }
 
-    /// `(a, b).lock(|a, b| …)`: several resources are locked at once, and each is lent under the name that it has.
-    fn lock_each(&mut self, receiver: ExprId, method: &str, args: &[ExprId], span: Span) -> Option<Value> {
-        let body = self.body();
-        let (ExprKind::Tuple(parts), "lock", [arg]) = (&body.expr(receiver).kind, method, args) else { return None };
-        if !matches!(body.expr(*arg).kind, ExprKind::Closure(_)) {
-            return None;
-        }
-        let parts: Vec<Value> = self.values(parts).into_iter().map(|part| Value { is_owned: false, ..part }).collect();
-        let closure = self.expr(*arg).closure?;
-        Some(self.inline_closure(closure, &parts, span))
-    }
-
     pub(super) fn builtin_method(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
         if let Some(value) = self.lock_each(receiver, method, args, self.span(id)) {
             return value;
@@ -279,17 +267,7 @@ impl Builder<'_> {
             {
                 let given = self.expr(args[0]);
                 match given.closure {
-                    Some(closure) => {
-                        let payload = Value { is_owned: false, ..value.clone() };
-                        // A tuple of resources is locked as a whole, and its parts are lent one by one.
-                        let payloads = match (self.ty(receiver).peel(), &value.place) {
-                            (Ty::Tuple(parts), Some(place)) => (0..parts.len())
-                                .map(|at| Value { place: Some(place.field(&at.to_string())), ..payload.clone() })
-                                .collect(),
-                            _ => vec![payload],
-                        };
-                        self.inline_closure(closure, &payloads, span)
-                    }
+                    Some(closure) => self.run_locked(closure, receiver, value, span),
                     // `MUTEX.borrow(cs)` and its kin take a token.
                     None => Value { is_owned: false, ..value.clone() },
                 }

@@ -35,9 +35,10 @@ mod intervals;
 mod items;
 mod iterators;
 mod last;
-pub(crate) mod laws;
+mod laws;
 mod lazy;
 mod limits;
+mod locks;
 mod loops;
 mod macros;
 mod made;
@@ -80,8 +81,10 @@ use std::rc::Rc;
 
 use closures::ClosureRef;
 pub use flags::is_flag;
+pub(crate) use laws::MAX_DISPATCHED;
 use rustc_hash::{FxHashMap, FxHashSet};
 pub use told::{Told, told};
+pub use written::stands_in;
 
 use super::{
     Assignment, Cause, ControlFlowGraph, Effect, GuardId, Head, LoopId, LoopInfo, Node, NodeId, Place, Program, Var,
