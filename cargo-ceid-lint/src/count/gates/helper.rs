@@ -250,7 +250,11 @@ impl Gates<'_, '_> {
                         skips && outcome.gate == gate && !outcome.attempted && outcome.returned & heads != 0
                     };
                     for outcome in outcomes.iter().filter(skips) {
-                        all.push(outcome.asks.as_ref()?);
+                        let asks = outcome.asks.as_ref()?;
+                        // A composite filter and those that lie in it wait for the same.
+                        if !all.contains(&asks) {
+                            all.push(asks);
+                        }
                     }
                 }
             }
