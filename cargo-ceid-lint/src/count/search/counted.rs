@@ -38,23 +38,11 @@ impl Run<'_, '_> {
         if graph.changes.get(&state.node).is_none_or(|change| change.tally.is_none()) {
             return false;
         }
-        let is_it = |whole: &crate::flow::Place| *whole == set.place;
-        let all = self.tracked.subjects.iter();
-        let Some(target) =
-            all.into_iter().position(|id| graph.subjects[id.0 as usize].whole.as_ref().is_some_and(is_it))
-        else {
-            return false;
-        };
-        let known = self.masks.get(state.masks).clone();
-        if !self.follows_numbers(target) || known[target].count_ones() < 2 {
+        let Some(target) = self.tracked_at(&set.place) else { return false };
+        if !self.follows_numbers(target) || self.masks.get(state.masks)[target].count_ones() < 2 {
             return false;
         }
-        for bit in (0..u32::BITS).map(|number| 1 << number).filter(|bit| known[target] & bit != 0) {
-            let mut own = known.clone();
-            own[target] = bit;
-            let masks = self.masks.intern(own);
-            self.assign(at, &State { masks, ..state.clone() }, set);
-        }
+        self.assign_for_each(at, state, set, target);
         true
     }
 

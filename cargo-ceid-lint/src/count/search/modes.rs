@@ -178,18 +178,24 @@ impl Run<'_, '_> {
         else {
             return false;
         };
-        let all = self.masks.get(state.masks).clone();
-        let is_for_callers = self.needed.is_none() && self.is_told(from) && all[from].count_ones() <= MAX_PARTED;
-        if all[from].count_ones() < 2 || !(self.mode.is_some() || is_for_callers) {
+        let values = self.masks.get(state.masks)[from].count_ones();
+        let is_for_callers = self.needed.is_none() && self.is_told(from) && values <= MAX_PARTED;
+        if values < 2 || !(self.mode.is_some() || is_for_callers) {
             return false;
         }
-        for bit in (0..u32::BITS).map(|number| 1 << number).filter(|bit| all[from] & bit != 0) {
+        self.assign_for_each(at, state, set, from);
+        true
+    }
+
+    /// Follows an assignment once for each value that a tracked subject may have.
+    pub(super) fn assign_for_each(&mut self, at: usize, state: &State, set: &Assignment, tracked: usize) {
+        let all = self.masks.get(state.masks).clone();
+        for bit in (0..u32::BITS).map(|number| 1 << number).filter(|bit| all[tracked] & bit != 0) {
             let mut own = all.clone();
-            own[from] = bit;
+            own[tracked] = bit;
             let masks = self.masks.intern(own);
             self.assign(at, &State { masks, ..state.clone() }, set);
         }
-        true
     }
 
     /// What may be known behind a comparison of two states; nothing if it cannot come out so.
@@ -227,7 +233,7 @@ impl Run<'_, '_> {
     }
 
     /// Which of the tracked subjects a place is.
-    fn tracked_at(&self, place: &Place) -> Option<usize> {
+    pub(super) fn tracked_at(&self, place: &Place) -> Option<usize> {
         let graph = self.search.graph;
         let is_it = |id: &SubjectId| graph.subjects[id.0 as usize].whole.as_ref() == Some(place);
         self.tracked.subjects.iter().position(is_it)

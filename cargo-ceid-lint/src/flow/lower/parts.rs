@@ -33,9 +33,8 @@ impl Builder<'_> {
         if value.same_as.is_none() && head.is_none() && named.is_none() {
             return;
         }
-        let (place, same_as) = (part.clone(), value.same_as);
         self.note_part(part, head.clone());
-        let given = Assignment { place, from: None, transfer: Transfer::Move, rebinds: true, head, same_as };
+        let given = Assignment { same_as: value.same_as, ..given_to(part.clone(), head) };
         let at = self.emit(Effect::Set(Box::new(given)), span);
         self.graph.copies.extend(named.map(|from| (at, from)));
     }
