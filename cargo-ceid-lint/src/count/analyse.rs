@@ -137,7 +137,8 @@ fn function_facts<'a>(
                 states.extend(summaries.updates(site).flat_map(|place| aliases.roots(&place)));
                 for summary in site.targets.iter().filter_map(|target| summaries.get(*target)) {
                     for (given, outcomes) in summary.all_outcomes() {
-                        if let Some(cause) = outcomes.iter().find_map(|outcome| outcome.unknown.as_ref())
+                        let mut unknown = outcomes.iter().filter_map(|outcome| outcome.unknown.as_ref());
+                        if let Some(cause) = unknown.find(|cause| !cause.is_order())
                             && let Some(place) = place_of(given, site)
                         {
                             hiding.extend(dispatched::hidden_at(program.index, graph, &aliases, &place, cause));
@@ -146,7 +147,7 @@ fn function_facts<'a>(
                     }
                 }
             }
-            Effect::Unknown { places: unknown, cause } => {
+            Effect::Unknown { places: unknown, cause } if !cause.is_order() => {
                 hiding.extend(
                     unknown
                         .iter()

@@ -1,5 +1,6 @@
 //! Control flow: each function as a graph of the effects that matter for filters. Knows no verdicts.
 
+mod cause;
 mod change;
 mod cycle;
 mod latches;
@@ -14,6 +15,7 @@ mod waits;
 use crate::index::{FunctionId, Index, Ty};
 use crate::source::Span;
 
+pub use cause::Cause;
 pub use change::{Change, ChangeKind, Tally};
 pub use cycle::{Caller, CycleKind, Limit, LoopInfo, Rounds};
 pub use latches::Flag;
@@ -127,44 +129,6 @@ pub struct Node {
     pub in_loop: Option<LoopId>,
     /// The branch behind which it lies, if only a debug build or a log level leads there: what is shipped does not have it.
     pub debug_only: Option<NodeId>,
-}
-
-/// Why something cannot be known.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Cause {
-    /// A macro whose tokens mention the filter.
-    Macro(String),
-    /// A macro whose tokens hold a way out of the code around it.
-    WayOut(String),
-    /// A call of something that cannot be seen, with the filter.
-    Call(String),
-    /// A closure that is handed to something that cannot be seen.
-    Closure(String),
-    /// An index or key that depends on data.
-    Index(String),
-    /// A call that puts it in another place, which has another name.
-    Moved(String),
-    /// Something that is not read: inline assembly, a raw pointer.
-    Code(String),
-    /// A limit of the analysis.
-    Limit(String),
-}
-
-impl std::fmt::Display for Cause {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Macro(name) => write!(f, "the macro `{name}!` mentions it and cannot be expanded"),
-            Self::WayOut(name) => write!(f, "the macro `{name}!` may leave it out and cannot be expanded"),
-            Self::Call(name) => write!(f, "`{name}` gets it and its source cannot be seen"),
-            Self::Closure(name) => {
-                write!(f, "a closure that updates it is handed to `{name}`, whose source cannot be seen")
-            }
-            Self::Index(text) => write!(f, "only data tells which element `{text}` is"),
-            Self::Moved(name) => write!(f, "`{name}` puts it in another place"),
-            Self::Code(what) => write!(f, "{what} cannot be followed"),
-            Self::Limit(what) => write!(f, "{what}"),
-        }
-    }
 }
 
 /// What happens at a node.

@@ -421,7 +421,14 @@ impl Place {
         self.steps.iter().any(|step| step.key() == Some(&IndexKey::Each))
     }
 
-    /// The same, where it may be each element of a slice.
+    /// Whether it stands for each element of every collection that it lies in, so that their order says nothing of it.
+    #[must_use]
+    pub fn has_no_order(&self) -> bool {
+        let mut keys = self.steps.iter().filter_map(Projection::key).peekable();
+        keys.peek().is_some() && keys.all(|key| *key == IndexKey::Each)
+    }
+
+    /// The same as `stands_for_each`, where it may be each element of a slice.
     #[must_use]
     pub fn stands_for_several(&self) -> bool {
         self.steps.iter().any(|step| matches!(step.key(), Some(IndexKey::Each | IndexKey::EachIn(_))))

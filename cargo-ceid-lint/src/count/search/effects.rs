@@ -63,13 +63,14 @@ impl Run<'_, '_> {
                 }
                 let owner =
                     relations.iter().any(|relation| matches!(relation, Relation::Holds(rest) if !rest.is_empty()));
+                let outcomes = &self.in_any_order(&state, place, outcomes);
                 if exact {
                     applied = true;
                     let outcomes = super::versions::by_value(outcomes, place, site);
                     states = self.apply(&states, &outcomes, site, before);
                 } else if owner {
                     states = self.apply_to_owner(&states, outcomes, site, before);
-                } else if outcomes.iter().any(|outcome| outcome.count != Count::Zero)
+                } else if outcomes.iter().any(|outcome| outcome.count != Count::Zero || outcome.is_reordered())
                     && let Some(cause) = self.doubt(&state, place, &relations)
                 {
                     let cause = self.cause(&cause);
@@ -139,9 +140,9 @@ impl Run<'_, '_> {
                 next.direct |= outcome.direct && outcome.count != Count::Zero;
                 if let Some(cause) = &outcome.unknown {
                     next.unknown = Some(self.cause(cause));
-                }
-                if matches!(outcome.unknown, Some(Cause::Moved(_))) {
-                    next.names = self.names.intern(Vec::new());
+                    if outcome.is_reordered() || matches!(cause, Cause::Moved(_)) {
+                        next.names = self.names.intern(Vec::new());
+                    }
                 }
                 if outcome.count == Count::Zero {
                     let is_skipped = next.count == Count::Zero && !next.reset && next.skipped_at.is_some();

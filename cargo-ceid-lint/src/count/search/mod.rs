@@ -14,6 +14,7 @@ mod known;
 mod live;
 mod modes;
 mod names;
+mod order;
 mod presence;
 mod reach;
 mod rounds;
@@ -294,14 +295,7 @@ impl<'a> Search<'a> {
 
     /// The nodes behind which nothing is known of it.
     pub(super) fn unknown(&self) -> BTreeSet<NodeId> {
-        let is_unknown = |id: &NodeId| match &self.graph.node(*id).effect {
-            Effect::Unknown { places, .. } => places.iter().any(|place| self.may_be(place, false)),
-            Effect::Call(site) => self.aliases.called_places(site, self.summaries).iter().any(|called| {
-                self.may_reach(called, false)
-                    && called.outcomes(self.summaries).iter().any(|outcome| outcome.unknown.is_some())
-            }),
-            _ => false,
-        };
+        let is_unknown = |id: &NodeId| self.unknown_at(*id).is_some();
         self.near().filter(|id| self.graph.node(*id).debug_only.is_none()).filter(is_unknown).collect()
     }
 
@@ -336,13 +330,25 @@ impl<'a> Search<'a> {
 
     /// Why nothing is known of the instance, where something unseen gets it.
     pub(super) fn unknown_cause(&self) -> Option<Cause> {
-        let node = self.unknown().into_iter().next()?;
-        match &self.graph.node(node).effect {
-            Effect::Unknown { cause, .. } => Some(cause.clone()),
-            Effect::Call(site) => site.targets.iter().find_map(|target| {
-                let outcomes = self.summaries.get(*target)?.outcomes(self.law);
-                outcomes.flat_map(|(_, outcomes)| outcomes).find_map(|outcome| outcome.unknown.clone())
-            }),
+        self.unknown().into_iter().find_map(|node| self.unknown_at(node)).cloned()
+    }
+
+    /// What cannot be followed at a node, if the instance is there.
+    fn unknown_at(&self, id: NodeId) -> Option<&Cause> {
+        // In whatever order its elements are, nothing happens to any of them.
+        let is_told = |cause: &&Cause| !cause.is_order() || !self.instance.has_no_order();
+        match &self.graph.node(id).effect {
+            Effect::Unknown { places, cause } if places.iter().any(|place| self.may_be(place, false)) => {
+                Some(cause).filter(is_told)
+            }
+            Effect::Call(site) => self
+                .aliases
+                .called_places(site, self.summaries)
+                .iter()
+                .filter(|called| self.may_reach(called, false))
+                .flat_map(|called| called.outcomes(self.summaries))
+                .filter_map(|outcome| outcome.unknown.as_ref())
+                .find(is_told),
             _ => None,
         }
     }

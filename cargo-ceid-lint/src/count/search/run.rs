@@ -232,13 +232,10 @@ impl<'s, 'a> Run<'s, 'a> {
             Effect::Call(site) => self.call(at, state, site),
             Effect::Set(set) => self.assign(at, state, set),
             Effect::Write(write) => self.assign(at, state, write),
-            Effect::Unknown { places, cause: cause @ Cause::Moved(_) } => {
+            Effect::Unknown { places, cause } if cause.is_order() => {
                 let mut next = state.clone();
-                // Who is each of the elements is so in any order.
-                let is_each = |name: &Place| name.stands_for_each();
-                if places.iter().any(|place| self.may_hold(state, place))
-                    && !self.names.get(state.names).iter().any(is_each)
-                {
+                let is_told = |place: &Place| self.may_hold(state, place) && !self.has_no_order(state, place);
+                if places.iter().any(is_told) {
                     next.unknown = Some(self.cause(cause));
                     next.names = self.names.intern(Vec::new());
                 }

@@ -78,8 +78,8 @@ impl Builder<'_> {
         match keys.as_slice() {
             [Some(a), Some(b)] if method == "swap" => self.exchange([a, b], [None, None], span),
             _ => {
-                let element = place.element(IndexKey::Data(method.into()));
-                let cause = Cause::Moved(self.text(id));
+                let element = place.element(IndexKey::Data("…".into()));
+                let cause = Cause::Reordered(self.text(id));
                 self.emit(Effect::Unknown { places: vec![element], cause }, span);
             }
         }

@@ -101,6 +101,10 @@ fn asked_again<'a>(held: &[&'a Held], subjects: &[Subject]) -> FxHashSet<&'a str
     for one in held {
         holders.entry(&one.part.key).or_default().insert(one.var);
     }
+    // Most functions have none, and what searches for nothing takes long to be made too.
+    if holders.is_empty() {
+        return FxHashSet::default();
+    }
     let keys: Vec<&str> = holders.keys().copied().collect();
     let mut found: FxHashSet<&str> = holders.iter().filter(|(_, vars)| vars.len() > 1).map(|(key, _)| *key).collect();
     // One pass over each subject finds all the parts that it names.
