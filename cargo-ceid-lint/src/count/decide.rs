@@ -1,7 +1,5 @@
 //! From all ways through a cycle to a verdict, with the shortest way that shows it.
 
-use std::collections::BTreeSet;
-
 use super::counts::Count;
 use super::entered;
 use super::functions::brings_law;
@@ -12,7 +10,7 @@ use super::oversampled::fills_in_samples;
 use super::own_cycles;
 use super::returned;
 use super::samples;
-use super::search::{End, EndKind, Exploration, Region, Search, Start};
+use super::search::{End, EndKind, Exploration, Region, Search, Start, too_many_conditions};
 use super::skips::{
     is_behind_number, is_by_key, is_of_nothing, is_passed_by_search, is_passed_over, loop_left, skip_place,
     trades_places,
@@ -75,7 +73,7 @@ impl Decision {
 /// How the ways through a function come to a second update, if one does.
 pub(super) fn repeat_of(search: &Search<'_>, exploration: &Exploration) -> Option<Evidence> {
     let end = shortest(exploration, exploration.ends.iter().filter(|end| end.state.count == Count::Many))?;
-    if asks_dropped(search, exploration, end) {
+    if search.asks_dropped(exploration, end) {
         return None;
     }
     let witness = steps_inside(search, exploration, end);
@@ -100,7 +98,7 @@ pub(super) fn skip_of(search: &Search<'_>, gates: &Gates<'_, '_>, exploration: &
     let unexplained = if plain.is_empty() { asking } else { plain };
     let end = shortest(exploration, unexplained.iter().copied())?;
     let is_one = unexplained.iter().all(|other| other.returned == end.returned);
-    if updating.is_empty() || !is_one || asks_dropped(search, exploration, end) {
+    if updating.is_empty() || !is_one || search.asks_dropped(exploration, end) {
         return None;
     }
     let (primary, _) = skip_place(search, exploration, end)?;
@@ -198,10 +196,11 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
         );
         return Decision { verdict: Verdict::Unproved, cause: Some(cause), ..base };
     }
-    if let Some(end) = shortest(&exploration, certain.into_iter()) {
-        if asks_dropped(search, &exploration, end) {
-            return too_many_conditions(base);
-        }
+    if !certain.is_empty() {
+        let exists = |end: &&End| !search.asks_dropped(&exploration, end);
+        let Some(end) = shortest(&exploration, certain.into_iter().filter(exists)) else {
+            return Decision { verdict: Verdict::Unproved, cause: Some(too_many_conditions()), ..base };
+        };
         let base = Decision { skips: skips_without_reason(search, region, &exploration, &completing), ..base };
         return repeated(search, region, &exploration, end, base);
     }
@@ -337,7 +336,9 @@ fn skipped(
             let gate = kinds.into_iter().min_by_key(|(span, _)| *span).map(|(_, gate)| gate);
             Decision { verdict: Verdict::Gated, gate, ..base }
         }
-        Some(end) if asks_dropped(search, exploration, end) => too_many_conditions(base),
+        Some(end) if search.asks_dropped(exploration, end) => {
+            Decision { verdict: Verdict::Unproved, cause: Some(too_many_conditions()), ..base }
+        }
         Some(end) => {
             let witness = steps(search, region, exploration, end);
             let place = skip_place(search, exploration, end);
@@ -371,7 +372,7 @@ fn other_skips<'e>(
         let Some((primary, _)) = skip_place(search, exploration, end) else { continue };
         let is_known = first == primary || others.iter().any(|other| other.primary == primary);
         // Why a way skips takes longer to find out than where.
-        if !is_known && gates.of_end(exploration, end).is_none() && !asks_dropped(search, exploration, end) {
+        if !is_known && gates.of_end(exploration, end).is_none() && !search.asks_dropped(exploration, end) {
             others.push(Evidence { primary, witness: steps(search, region, exploration, end) });
         }
         if others.len() == MOST_PLACES {
@@ -379,20 +380,6 @@ fn other_skips<'e>(
         }
     }
     others
-}
-
-/// Whether a way passes a condition twice that could not be told apart: then it may not exist.
-fn asks_dropped(search: &Search<'_>, exploration: &Exploration, end: &End) -> bool {
-    let mut asked = BTreeSet::new();
-    exploration.path(end.at).iter().any(|at| match &search.graph.node(exploration.states[*at].node).effect {
-        Effect::Branch(test) => test.subject.is_some_and(|id| exploration.dropped.contains(&id) && !asked.insert(id)),
-        _ => false,
-    })
-}
-
-fn too_many_conditions(base: Decision) -> Decision {
-    let cause = Cause::Limit("the cycle has too many conditions that depend on each other".to_owned());
-    Decision { verdict: Verdict::Unproved, cause: Some(cause), ..base }
 }
 
 fn repeated(search: &Search<'_>, region: Region, exploration: &Exploration, end: &End, base: Decision) -> Decision {

@@ -17,7 +17,7 @@ pub(super) struct ControlDependence {
     /// For each node those that it follows.
     before: Vec<Vec<NodeId>>,
     /// The nodes that give a subject a head that is known.
-    assigned: BTreeMap<SubjectId, Vec<NodeId>>,
+    pub(super) assigned: BTreeMap<SubjectId, Vec<NodeId>>,
     /// The nodes that give a subject any head.
     overwritten: BTreeMap<SubjectId, Vec<NodeId>>,
     /// The branches on a subject.
@@ -253,7 +253,10 @@ fn reverse_postorder(next: &[Vec<u32>], start: u32) -> Vec<u32> {
 }
 
 /// How many subjects are tracked at once; the rest is not told apart.
-const MAX_TRACKED: usize = 10;
+pub(super) const MAX_TRACKED: usize = 10;
+
+/// How many are where there are too many ways to tell so many apart.
+pub(super) const FEW_TRACKED: usize = 3;
 
 /// The subjects whose heads must be known to tell the ways of an instance apart.
 #[derive(Clone, Debug, Default)]
@@ -270,28 +273,36 @@ const MAX_WITH_EXITS: usize = 6;
 
 impl Tracked {
     /// Tracks more, where there is room.
-    pub(super) fn add(&mut self, more: Self) {
-        let room = MAX_WITH_EXITS.saturating_sub(self.subjects.len());
+    pub(super) fn add(&mut self, more: Self, most: usize) {
+        let room = MAX_WITH_EXITS.min(most).saturating_sub(self.subjects.len());
         let mut new: Vec<SubjectId> = Vec::new();
         for id in more.subjects {
-            if !self.subjects.contains(&id) && !new.contains(&id) && new.len() < room {
+            if self.subjects.contains(&id) || new.contains(&id) {
+                continue;
+            }
+            if new.len() < room {
                 new.push(id);
+            } else {
+                self.dropped.insert(id);
             }
         }
         self.subjects.extend(new);
+        self.dropped.extend(more.dropped);
         self.subjects.sort_unstable();
         self.often.extend(more.often);
     }
 }
 
 /// Finds what matters, beginning with the nodes at which something happens to the instance. `times` says how often a branch is
-/// asked on one way: not at all outside the region, and more than once in a loop inside it. `asked` says what a call asks for.
+/// asked on one way: not at all outside the region, and more than once in a loop inside it. `asked` says what a call asks for, and `most` how
+/// many there may be.
 pub(super) fn tracked(
     graph: &ControlFlowGraph,
     dependence: &ControlDependence,
     touching: &BTreeSet<NodeId>,
     times: &dyn Fn(NodeId) -> u32,
     asked: &dyn Fn(NodeId) -> BTreeSet<SubjectId>,
+    most: usize,
 ) -> Tracked {
     let assigned = &dependence.assigned;
     // What lies in a parameter a caller may ask for as well.
@@ -342,8 +353,8 @@ pub(super) fn tracked(
         .map(|(subject, _)| *subject)
         .collect();
     wanted.sort_by_key(|subject| std::cmp::Reverse(tests.get(subject).copied().unwrap_or(0)));
-    let dropped = wanted.iter().skip(MAX_TRACKED).copied().collect();
-    wanted.truncate(MAX_TRACKED);
+    let dropped = wanted.iter().skip(most).copied().collect();
+    wanted.truncate(most);
     // What helpers ask for is told apart as far as there is room, where something else asks for it, too, or sets it.
     for node in &relevant {
         for subject in asked(*node) {
@@ -367,7 +378,7 @@ pub(super) fn tracked(
     let again = Tracked { subjects: again, ..Tracked::default() };
     let often = tests.iter().filter(|(_, count)| **count >= 2).map(|(subject, _)| *subject).collect();
     let mut tracked = Tracked { subjects: wanted, often, dropped };
-    tracked.add(again);
+    tracked.add(again, most);
     tracked.subjects.sort_unstable();
     tracked
 }

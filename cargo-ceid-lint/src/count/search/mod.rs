@@ -32,7 +32,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use rustc_hash::FxHashMap;
 
 pub(super) use called::{Called, not_told};
-pub(super) use exploration::{End, EndKind, Exploration};
+pub(super) use exploration::{End, EndKind, Exploration, too_many_conditions};
 use modes::Age;
 pub(super) use modes::Mode;
 use names::{Covering, covering_loops, indexes_instance, lends_some};
@@ -423,17 +423,6 @@ impl<'a> Search<'a> {
         self.states.take()
     }
 
-    /// Searches a region.
-    pub(super) fn explore(&self, region: Region, starts: &[Start]) -> Exploration {
-        self.explored(self.run(region), starts)
-    }
-
-    fn explored(&self, run: Run<'_, '_>, starts: &[Start]) -> Exploration {
-        let exploration = run.finish(starts);
-        self.states.set(self.states.get() + exploration.states.len());
-        exploration
-    }
-
     /// Where a search of a region begins.
     pub(super) fn starts(&self, region: Region) -> Vec<Start> {
         match region {
@@ -446,7 +435,7 @@ impl<'a> Search<'a> {
     }
 
     /// A search that has not begun.
-    fn run(&self, region: Region) -> Run<'_, '_> {
+    fn run(&self, region: Region, most: usize) -> Run<'_, '_> {
         let touching = self.touching();
         let inside = |node: NodeId| match region {
             Region::Function => true,
@@ -467,14 +456,16 @@ impl<'a> Search<'a> {
             true => 1 + u32::from(self.graph.node(node).in_loop != own_loop),
         };
         let asked = |node: NodeId| self.asked_by_call(node);
-        let mut tracked = tracked(self.graph, self.dependence, &touching_inside, &times, &asked);
+        let mut tracked = tracked(self.graph, self.dependence, &touching_inside, &times, &asked, most);
         // Whether a way completes depends on the branches that leave the loop, or diverge: `self.step().unwrap()`.
         touching_inside.extend(self.graph.node_ids().filter(|id| {
             let node = self.graph.node(*id);
             let leaves = node.next.iter().any(|next| region != Region::Function && !inside(*next));
             inside(*id) && (leaves || matches!(node.effect, Effect::Diverge))
         }));
-        tracked.add(slice::tracked(self.graph, self.dependence, &touching_inside, &times, &|_| BTreeSet::new()));
+        let of_exits =
+            slice::tracked(self.graph, self.dependence, &touching_inside, &times, &|_| BTreeSet::new(), most);
+        tracked.add(of_exits, most);
         Run::new(self, region, tracked, [self.reach(region), self.reach_of_copies(region)])
     }
 }

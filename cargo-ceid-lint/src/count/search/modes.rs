@@ -5,6 +5,7 @@ use super::{Region, Search, State};
 use crate::count::counts::Count;
 use crate::count::gates::Asks;
 use crate::count::instances::is_lent;
+use crate::count::slice::MAX_TRACKED;
 use crate::count::summary::Outcome;
 use crate::flow::{Assignment, CallSite, Effect, NodeId, OTHER_HEADS, Place, SubjectId, Test, Var};
 use crate::index::Ty;
@@ -54,7 +55,7 @@ impl Mode {
 impl Search<'_> {
     /// Whether the filter is reset in each pause that a mode makes, before it runs again.
     pub(in crate::count) fn resets_in_pauses(&self, region: Region, mode: Mode) -> bool {
-        let mut run = self.run(region);
+        let mut run = self.run(region, MAX_TRACKED);
         let compared = self.graph.subjects.iter().filter_map(crate::flow::Subject::equals);
         let compared =
             compared.flat_map(|(left, right)| [left, right]).filter_map(|place| self.graph.subject_of(place));

@@ -99,7 +99,7 @@ impl<'s, 'a> Run<'s, 'a> {
             let state = self.exploration.states[at].clone();
             self.step(at, &state);
         }
-        self.exploration.dropped.clone_from(&self.tracked.dropped);
+        self.exploration.dropped = self.untracked();
         self.skip_where_known();
         self.skip_where_chosen();
         self.doubt_unread();

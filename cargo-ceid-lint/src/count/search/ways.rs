@@ -7,7 +7,7 @@ use super::super::counts::Count;
 use super::super::returned;
 use super::super::summary::Outcome;
 use super::super::verdict::Evidence;
-use super::{Region, Search};
+use super::{End, Region, Search, too_many_conditions};
 use crate::flow::Cause;
 
 /// What those who call a function need to know of the ways through it.
@@ -27,17 +27,30 @@ pub(in crate::count) struct Ways {
 impl Search<'_> {
     /// The ways through the whole function, as its callers see them.
     pub(in crate::count) fn ways(&self, region: Region) -> Ways {
-        let mut run = self.run(region);
-        run.count_own_loops();
-        run.tell_assumed();
-        let exploration = self.explored(run, &self.starts(region));
+        let exploration = self.explored(region, &self.starts(region), &|run| {
+            run.count_own_loops();
+            run.tell_assumed();
+        });
         let gates = super::super::gates::Gates::of_helper(self);
         let mut outcomes: BTreeSet<Outcome> = BTreeSet::new();
+        // A number of updates that only ways have which may not exist.
+        let all: BTreeSet<Count> = exploration.ends.iter().map(|end| end.state.count).collect();
+        let certain: BTreeSet<Count> = match all.len() {
+            0 | 1 => all,
+            _ => {
+                let exists = |end: &&End| !self.asks_dropped(&exploration, end);
+                exploration.ends.iter().filter(exists).map(|end| end.state.count).collect()
+            }
+        };
         let mut heads = 0;
         for end in &exploration.ends {
             let returned = returned::of_function(self.program, self.graph.function, end.returned);
             if end.state.count == Count::Zero && super::super::skips::is_of_nothing(self, &exploration, end) {
                 heads |= returned;
+                continue;
+            }
+            if !certain.contains(&end.state.count) {
+                outcomes.insert(Outcome { returned, ..Outcome::unknown(too_many_conditions()) });
                 continue;
             }
             let gate = gates.of_end(&exploration, end);
