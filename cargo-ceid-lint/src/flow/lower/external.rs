@@ -21,6 +21,11 @@ impl Builder<'_> {
         if let Some(function) = path.strip_prefix(crate::types::ADAPTED).and_then(|rest| rest.strip_prefix("::")) {
             return self.adapt(id, function, args);
         }
+        if path == "std::clone::Clone::clone"
+            && let [cloned] = args
+        {
+            self.note_clone(id, *cloned, "clone", &[]);
+        }
         match path {
             "std::mem::swap" => return self.swap(id, args),
             "std::mem::replace" | "std::mem::take" => return self.replace(id, args),
