@@ -2,6 +2,7 @@
 
 use super::laws::Law;
 use super::stored::Holder;
+use super::values::is_plain;
 use super::{Builder, Value};
 use crate::flow::{Argument, CallSite, Caller, Cause, Computed, Effect, IndexKey, Place, Transfer, Var};
 use crate::index::{Def, FunctionId, Ty};
@@ -93,6 +94,9 @@ impl Builder<'_> {
 
     pub(super) fn method_expr(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
         let value = self.method_value(id, receiver, method, args);
+        if value.same_as.is_some() && self.option_taken(id).is_some() {
+            return value;
+        }
         if super::borrowed::changes_receiver(method)
             && !matches!(self.typed().callees.get(&id), Some(Callee::Resolved(_)))
             && !self.may_hold_filter(self.ty(receiver))
@@ -271,7 +275,7 @@ impl Builder<'_> {
             .map(|((expr, value), is_lent)| Argument {
                 place: value.place.clone().filter(|_| !is_plain(self.ty(*expr)) || is_lent),
                 index: self.argument_index(*expr, value),
-                value_of: self.value_of(*expr).or_else(|| self.truth_given(*expr, value)),
+                value_of: self.value_of(*expr).or_else(|| self.state_given(*expr, value)),
                 head: value.head.clone().or_else(|| self.name_behind(*expr)),
                 is_shared: self.is_shared(*expr),
                 is_moved: self.is_passed_by_value(*expr, value, receiver, targets),
@@ -484,13 +488,4 @@ impl Builder<'_> {
 pub(super) fn path_tail(path: &str) -> String {
     let parts: Vec<&str> = path.split("::").collect();
     parts[parts.len().saturating_sub(2)..].join("::")
-}
-
-/// Whether a value of the type is a copy through which nothing is written.
-fn is_plain(ty: &Ty) -> bool {
-    match ty {
-        Ty::Int | Ty::Float | Ty::Bool | Ty::Str | Ty::Char | Ty::Never => true,
-        Ty::Ref(mutable, inner) => !mutable && is_plain(inner),
-        _ => false,
-    }
 }

@@ -199,6 +199,9 @@ impl Builder<'_> {
     fn replace(&mut self, id: ExprId, args: &[ExprId]) -> Value {
         let values = self.values(args);
         let Some((content, new)) = values.split_first() else { return Value::default() };
+        if content.place.is_some() && self.option_taken(id).is_some() {
+            return self.taken_out(id, content);
+        }
         self.replace_by(id, content, args.get(1).copied(), new.first())
     }
 

@@ -28,7 +28,7 @@ struct Matched {
 impl Builder<'_> {
     pub(super) fn match_expr(&mut self, id: ExprId, scrutinee: ExprId, arms: &[Arm]) -> Value {
         let span = self.span(id);
-        let matched = self.matched(scrutinee);
+        let (matched, emptied) = self.matched(scrutinee);
         if self.at.is_none() {
             return Value::default();
         }
@@ -65,6 +65,9 @@ impl Builder<'_> {
             }
             if self.at.is_some() {
                 self.emit(Effect::Mark(Mark::Arm), self.body().pat(arm.pat).span);
+                if let Some(option) = emptied.clone() {
+                    self.emptied(option, self.span(scrutinee));
+                }
             }
             let value = self.expr(arm.body);
             let moved = self.moved_guard(&value);
@@ -90,15 +93,17 @@ impl Builder<'_> {
         shorten(self.program.sources.snippet(self.body().pat(pat).span))
     }
 
-    /// Evaluates what is matched.
-    fn matched(&mut self, scrutinee: ExprId) -> Matched {
+    /// Evaluates what is matched; with the option that it is taken out of, in which there is nothing behind the choice of an arm.
+    fn matched(&mut self, scrutinee: ExprId) -> (Matched, Option<Place>) {
+        let taken = self.taken_from(scrutinee).filter(|_| !self.may_hold_filter(self.ty(scrutinee)));
         // A number that was made of a truth value is as that is.
         let pure = match self.truth_of(scrutinee) {
             Some(_) => None,
-            None => self.pure_option(scrutinee),
+            None => taken.as_ref().map(|(_, pure)| pure.clone()).or_else(|| self.pure_option(scrutinee)),
         };
         let about = self.about(scrutinee);
-        let mut value = self.expr(scrutinee);
+        let mut value = if taken.is_some() { self.asked_value(scrutinee) } else { self.expr(scrutinee) };
+        let emptied = value.place.clone().filter(|_| taken.is_some());
         let text = self.text(scrutinee);
         let total = self.total_heads(self.ty(scrutinee)).map(Rc::from);
         let pure = pure.or_else(|| value.same_as.map(|var| self.pure_var(var)));
@@ -122,7 +127,7 @@ impl Builder<'_> {
         if let Some(unnamed) = asked.filter(|var| self.graph.var(*var).name.is_empty()) {
             self.derive(&[unnamed], scrutinee);
         }
-        Matched { value, pure, total, about, text, span: None, expr: Some(scrutinee) }
+        (Matched { value, pure, total, about, text, span: None, expr: Some(scrutinee) }, emptied)
     }
 
     /// `let PAT = value` in a condition: goes on where it matches, leads to `no` where it does not.
@@ -159,10 +164,9 @@ impl Builder<'_> {
 
     /// The option that something is taken out of, if it is one that conditions can ask for: `self.spare.take()`.
     fn taken_from(&mut self, expr: ExprId) -> Option<(ExprId, Pure)> {
-        let ExprKind::MethodCall { receiver, method, args, .. } = &self.body().expr(expr).kind else { return None };
-        let is_taken = method == "take" && args.is_empty() && self.is_optional(*receiver);
-        let pure = self.pure(*receiver).filter(|pure| is_taken && pure.whole.is_some())?;
-        Some((*receiver, pure))
+        let option = self.option_taken(expr)?;
+        let pure = self.pure(option).filter(|pure| pure.whole.is_some())?;
+        Some((option, pure))
     }
 
     /// Notes that what a pattern binds comes from elsewhere.
