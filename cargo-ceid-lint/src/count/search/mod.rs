@@ -264,7 +264,11 @@ impl<'a> Search<'a> {
 
     /// The nodes that may update it.
     pub(super) fn updating(&self) -> BTreeSet<NodeId> {
-        let updating = || self.near().filter(|id| self.touches(*id, false)).collect();
+        let updating = || {
+            let all: BTreeSet<NodeId> = self.near().filter(|id| self.touches(*id, false)).collect();
+            let open: BTreeSet<NodeId> = all.iter().filter(|id| !self.is_closed_call(**id)).copied().collect();
+            if open.is_empty() { all } else { open }
+        };
         self.updating.get_or_init(updating).clone()
     }
 
