@@ -9,6 +9,7 @@ mod decided;
 mod effects;
 mod entry;
 mod exploration;
+mod homes;
 mod interner;
 mod known;
 mod live;
@@ -30,7 +31,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rustc_hash::FxHashMap;
 
-pub(super) use called::{Called, not_told};
+pub(super) use called::{Called, not_told, which_variant};
 pub(super) use exploration::{End, EndKind, Exploration};
 use modes::Age;
 pub(super) use modes::Mode;
@@ -111,6 +112,8 @@ pub(super) struct Search<'a> {
     reads: RefCell<FxHashMap<SubjectId, std::rc::Rc<settled::Reads>>>,
     /// The nodes that may update it.
     updating: OnceCell<BTreeSet<NodeId>>,
+    /// See [`Self::homes`].
+    homes: OnceCell<Vec<Place>>,
     /// The branches that ask whether it is there, as far as it was looked.
     presence: RefCell<FxHashMap<NodeId, bool>>,
     /// How many states were looked at.
@@ -145,6 +148,7 @@ impl<'a> Search<'a> {
             called: RefCell::default(),
             reads: RefCell::default(),
             updating: OnceCell::new(),
+            homes: OnceCell::new(),
             presence: RefCell::default(),
             states: Cell::new(0),
             gave_up: Cell::new(false),

@@ -332,8 +332,10 @@ impl Builder<'_> {
         receiver: Option<ExprId>,
         targets: &[FunctionId],
     ) -> bool {
+        // What is converted is the argument of a function without a receiver.
         let by_value = |target: &FunctionId| {
-            self.program.index.function(*target).function.receiver == Some(crate::syntax::tree::Receiver::Value)
+            let receiver = &self.program.index.function(*target).function.receiver;
+            matches!(receiver, None | Some(crate::syntax::tree::Receiver::Value))
         };
         let is_reference = matches!(self.ty(expr), Ty::Ref(..));
         value.is_owned && !is_reference && (receiver != Some(expr) || targets.iter().all(by_value))
@@ -443,6 +445,9 @@ impl Builder<'_> {
     /// A method of a type that is not known, or that the type does not have in the analysed code.
     fn unseen_method(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
         let value = self.expr(receiver);
+        if let Some(converted) = self.converted(id, receiver, method, &value) {
+            return converted;
+        }
         if let Some(found) = self.method_by_name(id, receiver, method, args, &value) {
             return found;
         }

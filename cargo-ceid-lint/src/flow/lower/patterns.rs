@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::subjects::Pure;
 use super::{Builder, Value};
-use crate::flow::{About, Effect, Head, IndexKey, Mark, NodeId, Place, Section, Test, Transfer, Var};
+use crate::flow::{About, Assignment, Effect, Head, IndexKey, Mark, NodeId, Place, Section, Test, Transfer, Var};
 use crate::index::{Def, Shape, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{Arm, ExprId, ExprKind, PatId, PatKind};
@@ -50,13 +50,17 @@ impl Builder<'_> {
             own.span = Some(self.body().pat(arm.pat).span);
             own.text = format!("{} is {}", matched.text, self.pattern_text(arm.pat));
             self.open_block();
+            let bound_from = self.graph.nodes.len();
             self.test_pattern(arm.pat, &own, next);
             if matches!(self.body().pat(arm.pat).kind, PatKind::Bind { .. }) {
                 self.note_copy(scrutinee);
             }
             if let Some(guard) = arm.guard {
+                let moved = self.moved_since(bound_from);
                 let first = self.graph.nodes.len();
-                self.condition(guard, next);
+                let failed = self.add_node(Effect::Nothing, span);
+                self.condition(guard, if moved.is_empty() { next } else { failed });
+                self.move_back(moved, failed, next, span);
                 for node in &mut self.graph.nodes[first..] {
                     if let Effect::Branch(test) = &mut node.effect {
                         test.about.is_guard = true;
@@ -81,6 +85,43 @@ impl Builder<'_> {
             }
         }
         self.close_join(&join)
+    }
+
+    /// What may hold filters and was moved into names since a node was added.
+    fn moved_since(&self, first: usize) -> Vec<Assignment> {
+        let may_hold =
+            |place: &Place| place.base_var().is_some_and(|var| self.may_hold_filter(&self.graph.var(var).ty));
+        let moved = self.graph.nodes[first..].iter().filter_map(|node| match &node.effect {
+            Effect::Set(set) if set.transfer == Transfer::Move && set.from.is_some() && may_hold(&set.place) => {
+                Some(Assignment::clone(set))
+            }
+            _ => None,
+        });
+        moved.collect()
+    }
+
+    /// Where the guard of an arm fails, what its pattern would have taken is still in its place.
+    fn move_back(&mut self, moved: Vec<Assignment>, failed: NodeId, next: NodeId, span: Span) {
+        if moved.is_empty() {
+            return;
+        }
+        let holds = self.at.take();
+        self.resume_if_reached(failed);
+        for set in moved.into_iter().rev() {
+            if let Some(place) = set.from.filter(|_| self.at.is_some()) {
+                let back = Assignment {
+                    place,
+                    from: Some(set.place),
+                    transfer: Transfer::Move,
+                    rebinds: true,
+                    head: None,
+                    same_as: None,
+                };
+                self.emit(Effect::Set(Box::new(back)), span);
+            }
+        }
+        self.jump(next);
+        self.at = holds;
     }
 
     /// Whether a type is an enum that says what happened, unlike an option or result.
