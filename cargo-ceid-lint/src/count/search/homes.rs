@@ -1,4 +1,4 @@
-//! Filters that go along with a state which is given on by value: `state = match state { State::Idle(filter) if go => State::Run(filter), … }`.
+//! Filters that go along with a state which is given on by value: `state = match state { Idle(filter) if go => Run(filter), … }`.
 //! Of the variants between which a filter goes back and forth one is there at a time, and what lies in it is the same filter.
 
 use super::{Region, Search};
