@@ -43,10 +43,13 @@ pub(super) fn answers(
     if !graph.nodes.iter().any(|node| tells(&node.effect)) {
         return Answers::new();
     }
-    let mut asked = graph.nodes.iter().filter_map(|node| match &node.effect {
-        Effect::Branch(test) => test.subject.filter(is_callers),
+    let of_branches = graph.nodes.iter().filter_map(|node| match &node.effect {
+        Effect::Branch(test) => test.subject,
         _ => None,
     });
+    // What is taken out and given back is asked for by the caller: `fn pop(&mut self) -> Option<f32> { self.slot.take() }`.
+    let of_copies = graph.copies.values().filter_map(|from| graph.subject_of(from));
+    let mut asked = of_branches.chain(of_copies).filter(is_callers);
     let Some(first) = asked.next() else { return Answers::new() };
     let dependence = ControlDependence::of(graph, aliases);
     for id in std::iter::once(first).chain(asked) {

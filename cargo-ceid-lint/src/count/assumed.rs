@@ -3,9 +3,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::given::Given;
+use super::given::{Given, argument};
 use super::summary::Outcome;
-use crate::flow::{Head, OTHER_HEADS, Subject};
+use crate::flow::{CallSite, Head, OTHER_HEADS, Subject};
 
 /// The heads with which a way is taken, by the place that has them.
 pub(super) type Assumed = BTreeMap<Given, Heads>;
@@ -49,6 +49,12 @@ impl Heads {
     pub(super) fn as_of(&self, subject: &Subject) -> u32 {
         subject.translate(self.mask, &self.known)
     }
+}
+
+/// Whether the constants among the arguments of a call leave a way open: `slow(false)` takes none for which the argument is true.
+pub(super) fn is_open_to(assumed: &Assumed, site: &CallSite) -> bool {
+    let head = |given: &Given| argument(given, site).and_then(|argument| argument.head.as_ref());
+    assumed.iter().all(|(given, heads)| head(given).is_none_or(|head| heads.allows(head)))
 }
 
 /// How many ways are looked at before what they assume is forgotten, and how many are told to callers.

@@ -35,8 +35,10 @@ impl Context<'_> {
             decisions.partition(|(_, decision)| decision.counts == [0] && decision.cause.is_none());
         let gravest = updated.into_iter().map(|(_, decision)| decision).max_by_key(|found| found.verdict.gravity());
         let Some(decision) = gravest else { return decide(search) };
-        let is_proof =
-            matches!(decision.verdict, Verdict::Once | Verdict::Guarded | Verdict::OnceOrReset | Verdict::PerSample);
+        let is_proof = matches!(
+            decision.verdict,
+            Verdict::Once | Verdict::Guarded | Verdict::OnceOrReset | Verdict::PerSample | Verdict::Gated
+        );
         match idle.iter().find_map(|(ty, _)| self.never_updated_in(facts, instance, ty)).filter(|_| is_proof) {
             Some(name) => {
                 let cause = format!("`{name}`, which may be behind the trait, has one as well that nothing updates");

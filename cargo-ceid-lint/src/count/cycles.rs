@@ -9,7 +9,9 @@ use super::functions::FunctionKind;
 use super::search::Search;
 use super::summary::Summaries;
 use super::waits;
-use crate::flow::{CallSite, Caller, Computed, ControlFlowGraph, Effect, LoopId, NodeId, Place, Rounds, Var};
+use crate::flow::{
+    CallSite, Caller, Computed, ControlFlowGraph, Effect, IndexKey, LoopId, NodeId, Place, Projection, Rounds, Var,
+};
 use crate::index::{FunctionId, Ty};
 use crate::syntax::CycleDirective;
 
@@ -268,9 +270,12 @@ pub(super) fn feeds(
         fed.iter().any(|var| from_bound.contains(*var)) || into.iter().any(|var| origins.contains(var))
     };
     let is_written = |from: &Computed| writes_fed(graph, aliases, search, id, from, (&from_bound, &sampled));
+    // What is combined with the result for each sample of a loop around it is no sample.
+    let is_inner = is_gone_through_for_samples(graph, aliases, summaries, search, node, id);
+    let combined = |into: &'_ [Var]| -> Vec<Var> { if is_inner { Vec::new() } else { into.to_vec() } };
     let at_update = match &graph.node(node).effect {
-        Effect::Update(update) => is_fed(&update.fed, &update.into) || is_written(&update.from),
-        Effect::Call(site) => is_fed(&site.fed, &site.into) || is_written(&site.from),
+        Effect::Update(update) => is_fed(&update.fed, &combined(&update.into)) || is_written(&update.from),
+        Effect::Call(site) => is_fed(&site.fed, &combined(&site.into)) || is_written(&site.from),
         _ => false,
     };
     if at_update {
@@ -315,11 +320,12 @@ pub(super) fn feeds(
         Effect::Write(write) => write.place.base_var().is_some_and(|var| from_bound.contains(var) || is_taken(var)),
         _ => false,
     };
-    let is_over_block = info.counter.is_some() && !info.has_constant_rounds();
+    let is_over_block = info.counter.is_some() && !info.has_constant_rounds() && !is_inner;
     if is_over_block && !given.is_empty() && graph.node_ids().filter(inside).any(writes_sample) {
         return true;
     }
     if !info.has_constant_rounds()
+        && !is_inner
         && (puts_aside(graph, aliases, search, node, id, &from_given)
             || graph.node_ids().filter(inside).any(|other| fills(graph, other, &sampled, &from_given)))
     {
@@ -340,10 +346,32 @@ pub(super) fn feeds(
             };
             // What is written is a part of the instance and comes from the sample, or the other way round.
             let written = write.place.base_var().filter(|var| from_bound.contains(*var));
-            written.is_some_and(|var| is_part() || from_given.contains(var))
+            written.is_some_and(|var| is_part() || from_given.contains(var) && !is_inner)
                 || is_part() && is_its_name(&write.place) && is_given(graph, other, node, &from_bound)
         }
         _ => false,
+    })
+}
+
+/// Whether a loop goes through the same values for each sample of a loop around it: `for s in out { for voice in &voices { … } }`.
+fn is_gone_through_for_samples(
+    graph: &ControlFlowGraph,
+    aliases: &Aliases,
+    summaries: &Summaries,
+    search: &Search<'_>,
+    node: NodeId,
+    id: LoopId,
+) -> bool {
+    let info = graph.loop_info(id);
+    let bases = info.indexes.iter().chain(&info.sampled).chain(&info.over);
+    let keys = bases.clone().flat_map(|place| place.steps.iter().filter_map(Projection::key));
+    let keys = keys.filter_map(|key| if let IndexKey::Var(var) = key { Some(*var) } else { None });
+    let own: Vec<Var> = info.bound.iter().copied().chain(bases.filter_map(Place::base_var)).chain(keys).collect();
+    let mut around = std::iter::successors(info.parent, |outer| graph.loop_info(*outer).parent);
+    around.any(|outer| {
+        let of_sample = &graph.loop_info(outer).bound;
+        !own.iter().any(|var| aliases.is_derived(*var, of_sample))
+            && feeds(graph, aliases, summaries, search, node, outer)
     })
 }
 

@@ -10,7 +10,7 @@ use super::oversampled::fills_in_samples;
 use super::own_cycles;
 use super::returned;
 use super::samples;
-use super::search::{End, EndKind, Exploration, Region, Search, Start, too_many_conditions};
+use super::search::{End, EndKind, Exploration, Region, Search, Start, too_many_conditions, which_variant};
 use super::skips::{
     is_behind_number, is_by_key, is_of_nothing, is_passed_by_search, is_passed_over, loop_left, skip_place,
     trades_places,
@@ -147,7 +147,23 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
     let decision = decide_from(search, region, by_framework, &starts);
     let is_skipped = decision.verdict == Verdict::Skipped;
     let own = is_skipped.then(|| entered::with_its_name(search, region, by_framework, &starts, &decision)).flatten();
-    own.unwrap_or(decision)
+    let decision = own.unwrap_or(decision);
+    // What a way puts in its place may have been updated there before, and have paused since.
+    let pauses = decision.verdict == Verdict::OnceOrReset
+        || matches!((decision.verdict, decision.gate), (Verdict::Gated, Some(Gate::Config | Gate::Mode)));
+    if pauses && search.is_parked(region) {
+        return Decision { primary: decision.primary, ..Decision::unproved(in_its_place(search)) };
+    }
+    if pauses && search.is_chosen_by_callee() {
+        return Decision { primary: decision.primary, ..Decision::unproved(which_variant()) };
+    }
+    decision
+}
+
+/// Why it is not known which filter a name stands for.
+fn in_its_place(search: &Search<'_>) -> Cause {
+    let name = search.graph.place_name(search.program.index, search.instance);
+    Cause::Code(format!("what stands in the place of `{name}` by then"))
 }
 
 /// The same where the region is entered in these ways only.
@@ -273,12 +289,7 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
     }
     // What updates it under another name only, as after a swap, may do so in another iteration.
     if is_untouched && !search.is_updated_by_name() || trades_places(search, region) {
-        let cause = search.unknown_cause().unwrap_or_else(|| {
-            Cause::Code(format!(
-                "what stands in the place of `{}` by then",
-                search.graph.place_name(search.program.index, search.instance)
-            ))
-        });
+        let cause = search.unknown_cause().unwrap_or_else(|| in_its_place(search));
         return Decision { verdict: Verdict::Unproved, cause: Some(cause), ..base };
     }
     // Elements that are passed over have no samples in this round; those of the others are counted where their loop is.

@@ -36,6 +36,7 @@ mod kept;
 mod lent;
 mod missed;
 mod monomorphise;
+mod moves;
 mod only_with;
 mod outside;
 mod oversampled;

@@ -311,42 +311,44 @@ pub(super) fn tracked(
         whole.and_then(Place::base_var).is_some_and(|var| graph.var(var).param.is_some())
     };
     let mut relevant: BTreeSet<NodeId> = touching.clone();
-    let mut open: Vec<NodeId> = touching.iter().copied().collect();
     let mut tests: BTreeMap<SubjectId, u32> = BTreeMap::new();
     let mut branches = BTreeSet::new();
-    while let Some(node) = open.pop() {
-        let mut asked_for: Vec<(SubjectId, u32)> = Vec::new();
-        for branch in &dependence.branches[node.0 as usize] {
-            let branch = NodeId(*branch);
-            if !branches.insert(branch) {
-                continue;
+    let mut follow = |mut open: Vec<NodeId>, relevant: &mut BTreeSet<NodeId>, tests: &mut BTreeMap<SubjectId, u32>| {
+        while let Some(node) = open.pop() {
+            let mut asked_for: Vec<(SubjectId, u32)> = Vec::new();
+            for branch in &dependence.branches[node.0 as usize] {
+                let branch = NodeId(*branch);
+                if !branches.insert(branch) {
+                    continue;
+                }
+                if let Effect::Branch(test) = &graph.node(branch).effect
+                    && let Some(subject) = test.subject
+                {
+                    asked_for.push((subject, times(branch)));
+                }
+                if relevant.insert(branch) {
+                    open.push(branch);
+                }
             }
-            if let Effect::Branch(test) = &graph.node(branch).effect
-                && let Some(subject) = test.subject
-            {
-                asked_for.push((subject, times(branch)));
-            }
-            if relevant.insert(branch) {
-                open.push(branch);
+            // A value that is copied from another subject, or given back, matters as that subject does.
+            let returned = match &graph.node(node).effect {
+                Effect::Return(value) => value.same_as.map(Place::var),
+                _ => None,
+            };
+            let copied = graph.copied(node).into_iter().chain(returned);
+            asked_for.extend(copied.filter_map(|from| Some((graph.subject_of(&from)?, 1))));
+            for (subject, times) in asked_for {
+                let count = tests.entry(subject).or_default();
+                *count += times;
+                let assigned = assigned.get(&subject).into_iter().flatten();
+                // Whether what is known of it is lost matters once it is told apart.
+                let is_told = *count >= 2 || assigned.clone().next().is_some() || is_lent(subject);
+                let overwritten = dependence.overwritten.get(&subject).filter(|_| is_told).into_iter().flatten();
+                open.extend(assigned.chain(overwritten).filter(|writer| relevant.insert(**writer)));
             }
         }
-        // A value that is copied from another subject, or given back, matters as that subject does.
-        let returned = match &graph.node(node).effect {
-            Effect::Return(value) => value.same_as.map(Place::var),
-            _ => None,
-        };
-        let copied = graph.copied(node).into_iter().chain(returned);
-        asked_for.extend(copied.filter_map(|from| Some((graph.subject_of(&from)?, 1))));
-        for (subject, times) in asked_for {
-            let count = tests.entry(subject).or_default();
-            *count += times;
-            let assigned = assigned.get(&subject).into_iter().flatten();
-            // Whether what is known of it is lost matters once it is told apart.
-            let is_told = *count >= 2 || assigned.clone().next().is_some() || is_lent(subject);
-            let overwritten = dependence.overwritten.get(&subject).filter(|_| is_told).into_iter().flatten();
-            open.extend(assigned.chain(overwritten).filter(|writer| relevant.insert(**writer)));
-        }
-    }
+    };
+    follow(touching.iter().copied().collect(), &mut relevant, &mut tests);
     let mut wanted: Vec<SubjectId> = tests
         .iter()
         .filter(|(subject, count)| **count >= 2 || assigned.get(subject).is_some_and(|writers| !writers.is_empty()))
@@ -356,11 +358,20 @@ pub(super) fn tracked(
     let dropped = wanted.iter().skip(most).copied().collect();
     wanted.truncate(most);
     // What helpers ask for is told apart as far as there is room, where something else asks for it, too, or sets it.
-    for node in &relevant {
-        for subject in asked(*node) {
-            *tests.entry(subject).or_default() += times(*node);
-        }
+    let asked: Vec<(SubjectId, u32)> =
+        relevant.iter().flat_map(|node| asked(*node).into_iter().map(|subject| (subject, times(*node)))).collect();
+    for (subject, times) in &asked {
+        *tests.entry(*subject).or_default() += times;
     }
+    // What an argument is made of: `slow(n % 2 == 0); slow(n % 2 != 0)`.
+    let is_argument = |subject: &SubjectId| {
+        let whole = graph.subjects[subject.0 as usize].whole.as_ref();
+        whole.and_then(Place::base_var).is_some_and(|var| graph.var(var).name.is_empty())
+    };
+    let made_of = asked.iter().filter(|(subject, _)| is_argument(subject));
+    let made_of = made_of.flat_map(|(subject, _)| assigned.get(subject).into_iter().flatten().copied());
+    let made_of: Vec<NodeId> = made_of.filter(|writer| relevant.insert(*writer)).collect();
+    follow(made_of, &mut relevant, &mut tests);
     let is_set = |node: &NodeId| match &graph.node(*node).effect {
         Effect::Set(set) | Effect::Write(set) => set.head.is_some(),
         _ => false,

@@ -19,9 +19,7 @@ use super::given::{
     note_unknown, place_of, steps_at, with_wholes,
 };
 use super::given_heads::{self, GivenHeads};
-use super::handed;
 use super::instances::{holds_filter_at, is_generic, replaces_generic};
-use super::kept;
 use super::only_with;
 use super::own_cycles;
 use super::returned;
@@ -32,6 +30,7 @@ use super::stand_ins;
 use super::turns;
 use super::uneven;
 use super::verdict::Gate;
+use super::{handed, kept, moves};
 use crate::flow::{CallSite, Cause, ChangeKind, ControlFlowGraph, Effect, Head, Place, Program, Projection, Transfer};
 use crate::index::FunctionId;
 
@@ -302,6 +301,7 @@ impl Summaries {
         summary.takes_out = kept::taken_out(program.index, graph, &aliases, self);
         summary.puts = kept::handles(program.index, graph, &aliases, self);
         summary.uses.retain(|given| holds_filter_at(program.index, graph, &instance_of(graph, given)));
+        summary.returns.extend(moves::given_back(program.index, graph, self, gives_copy));
         if summary.returns.len() > MAX_PLACES {
             let whole = |borrow: &Borrow| Borrow { part: Vec::new(), param: borrow.param, steps: Vec::new() };
             summary.returns = summary.returns.iter().map(whole).collect();

@@ -4,7 +4,9 @@ use super::analyse::{Context, FunctionFacts};
 use super::counts::Count;
 use super::instances;
 use super::owed::is_named;
-use crate::flow::{Assignment, Base, CallSite, ControlFlowGraph, Effect, LoopId, Node, Place, Transfer};
+use crate::flow::{
+    Assignment, Base, CallSite, Caller, ControlFlowGraph, CycleKind, Effect, LoopId, LoopInfo, Node, Place, Transfer,
+};
 use crate::index::{FunctionId, Index};
 use crate::source::Span;
 use crate::syntax::tree::{Receiver, TypeRef};
@@ -22,7 +24,7 @@ pub(super) struct Uses {
     pub(super) fed: bool,
     /// It is read.
     pub(super) read: bool,
-    /// A part of it is read, or a method of its own.
+    /// A part of it is read, or a method of its own, and not only before the cycles of the function begin.
     pub(super) looked_into: bool,
     /// Something else is given its state.
     pub(super) is_assigned: bool,
@@ -55,6 +57,7 @@ impl Context<'_> {
             instances::may_hold_filter(index, &index.lower(output, &index.scope_of(function)))
         };
         for node in &facts.graph.nodes {
+            let is_before_cycles = || is_before_loop(facts.graph, node);
             match &node.effect {
                 Effect::Unknown { places, .. } => uses.leaves |= places.iter().any(&holds),
                 Effect::Reset { place, .. } => uses.written |= holds(place),
@@ -88,7 +91,7 @@ impl Context<'_> {
                 Effect::Use { place: used } => {
                     uses.read |= holds(used);
                     let is_part = |root: &Place| root.overlaps(place) && root.steps.len() > place.steps.len();
-                    uses.looked_into |= facts.aliases.shared_roots(used).iter().any(is_part);
+                    uses.looked_into |= facts.aliases.shared_roots(used).iter().any(is_part) && !is_before_cycles();
                 }
                 Effect::Call(site) => {
                     for (number, arg) in site.args.iter().enumerate() {
@@ -112,7 +115,7 @@ impl Context<'_> {
                             uses.leaves = true;
                         } else if arg.is_shared || self.reads_only(site, number) {
                             uses.read = true;
-                            uses.looked_into |= !self.is_clone(site);
+                            uses.looked_into |= !self.is_clone(site) && !is_before_cycles();
                         } else {
                             uses.fed = true;
                         }
@@ -262,6 +265,18 @@ impl Context<'_> {
                 .iter()
                 .all(|target| self.program.index.function(*target).function.receiver == Some(Receiver::Shared))
     }
+}
+
+/// Whether a node stands before a loop of the function that holds it, and in none: what a template is asked there says how the
+/// filters begin that are cloned from it.
+fn is_before_loop(graph: &ControlFlowGraph, node: &Node) -> bool {
+    let follows = |info: &LoopInfo| {
+        info.caller == Caller::Code
+            && info.kind != CycleKind::Closure
+            && info.keyword.file == node.span.file
+            && info.keyword.start >= node.span.end
+    };
+    node.in_loop.is_none() && graph.loops.iter().any(follows)
 }
 
 /// Whether a place holds a plain value of a `Copy` type: whoever takes that leaves the filter that it lies in where it is.

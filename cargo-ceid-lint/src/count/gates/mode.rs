@@ -444,7 +444,9 @@ impl Gates<'_, '_> {
             let heads = if graph.node(*id).next.first() == Some(next) { test.holds } else { test.fails };
             self.asked_owner(test).is_some_and(|(subject, variant)| heads & subject.bit(variant) == 0)
         });
-        is_absent.then(|| if self.changes_owner() { Gate::Mode } else { Gate::Config })
+        // What goes on in another variant is there.
+        (is_absent && self.search.homes().is_empty())
+            .then(|| if self.changes_owner() { Gate::Mode } else { Gate::Config })
     }
 
     /// The enum that a test asks for its variant, if the instance lies in one of them: that one.

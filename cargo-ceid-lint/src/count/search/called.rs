@@ -187,6 +187,11 @@ pub(in crate::count) fn not_told() -> Cause {
     Cause::Limit("which type is behind the trait in the functions called is not known".to_owned())
 }
 
+/// Why it is not known what a function does that treats the variants differently between which a filter goes back and forth.
+pub(in crate::count) fn which_variant() -> Cause {
+    Cause::Limit("in which variant a called function finds it is not followed".to_owned())
+}
+
 impl Called {
     fn note_write(&mut self, place: &Place, given: Option<&GivenHeads>) {
         match (self.writes.get_mut(place), given) {

@@ -1,5 +1,6 @@
 //! What calls and assignments do to a state: counts, names, and what is known of conditions.
 
+use super::called;
 use super::names::is_concerned;
 use super::run::{BEYOND, Run};
 use super::{MAX_ROUNDS, State};
@@ -56,8 +57,22 @@ impl Run<'_, '_> {
             // What the function does to an element that it names is told with it, also what it does to each.
             let is_named =
                 related.iter().any(|(place, _, relations)| !place.stands_for_several() && is_exact(relations));
+            let mut told: Vec<&Vec<Outcome>> = Vec::new();
             for (place, outcomes, relations) in related {
                 let exact = is_exact(&relations);
+                // Of several variants one is there.
+                if exact && !search.homes().is_empty() {
+                    if !told.is_empty() && !told.contains(&outcomes) {
+                        let cause = self.cause(&called::which_variant());
+                        for (state, _) in &mut states {
+                            state.unknown = Some(cause);
+                        }
+                    }
+                    if !told.is_empty() {
+                        continue;
+                    }
+                    told.push(outcomes);
+                }
                 if exact && is_named && place.stands_for_several() {
                     continue;
                 }

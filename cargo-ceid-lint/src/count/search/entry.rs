@@ -69,6 +69,10 @@ impl Search<'_> {
             if !self.is_own_round(&reached.0, id) {
                 continue;
             }
+            let mut reached = reached;
+            if reached.0.contains(self.instance) {
+                reached.0.extend_from_slice(self.homes());
+            }
             if seen.insert(reached.clone()) {
                 found.push(Entry { names: reached.0, doubt: reached.1 });
             }
@@ -211,7 +215,8 @@ impl Run<'_, '_> {
     }
 
     pub(super) fn start_with(&mut self, node: NodeId, entry: Option<&Entry>, masks: u32, age: super::Age) {
-        let names = entry.map_or_else(|| vec![self.search.instance.clone()], |entry| entry.names.clone());
+        let own = || [self.search.instance].into_iter().chain(self.search.homes()).cloned().collect();
+        let names = entry.map_or_else(own, |entry| entry.names.clone());
         let names = self.names.intern(names);
         let rounds = self.rounds.intern(Vec::new());
         if let Some(cause) = entry.and_then(|entry| entry.doubt.as_ref()) {

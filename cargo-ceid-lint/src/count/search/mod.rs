@@ -9,6 +9,7 @@ mod decided;
 mod effects;
 mod entry;
 mod exploration;
+mod homes;
 mod interner;
 mod known;
 mod live;
@@ -31,7 +32,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rustc_hash::FxHashMap;
 
-pub(super) use called::{Called, not_told};
+pub(super) use called::{Called, not_told, which_variant};
 pub(super) use exploration::{End, EndKind, Exploration, too_many_conditions};
 use modes::Age;
 pub(super) use modes::Mode;
@@ -112,6 +113,8 @@ pub(super) struct Search<'a> {
     reads: RefCell<FxHashMap<SubjectId, std::rc::Rc<settled::Reads>>>,
     /// The nodes that may update it.
     updating: OnceCell<BTreeSet<NodeId>>,
+    /// See [`Self::homes`].
+    homes: OnceCell<Vec<Place>>,
     /// The branches that ask whether it is there, as far as it was looked.
     presence: RefCell<FxHashMap<NodeId, bool>>,
     /// How many states were looked at.
@@ -146,6 +149,7 @@ impl<'a> Search<'a> {
             called: RefCell::default(),
             reads: RefCell::default(),
             updating: OnceCell::new(),
+            homes: OnceCell::new(),
             presence: RefCell::default(),
             states: Cell::new(0),
             gave_up: Cell::new(false),
@@ -265,7 +269,11 @@ impl<'a> Search<'a> {
 
     /// The nodes that may update it.
     pub(super) fn updating(&self) -> BTreeSet<NodeId> {
-        let updating = || self.near().filter(|id| self.touches(*id, false)).collect();
+        let updating = || {
+            let all: BTreeSet<NodeId> = self.near().filter(|id| self.touches(*id, false)).collect();
+            let open: BTreeSet<NodeId> = all.iter().filter(|id| !self.is_closed_call(**id)).copied().collect();
+            if open.is_empty() { all } else { open }
+        };
         self.updating.get_or_init(updating).clone()
     }
 

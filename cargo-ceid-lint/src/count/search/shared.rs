@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use super::run::Run;
 use super::{Called, Search, State};
 use crate::count::answers::Answer;
-use crate::count::assumed::{Assumed, Heads};
+use crate::count::assumed::{Assumed, Heads, is_open_to};
+use crate::count::counts::Count;
 use crate::count::given::{Given, argument, asked_at, given_subject};
 use crate::count::returned;
 use crate::flow::{CallSite, Effect, NodeId, Place, Subject, SubjectId};
@@ -44,6 +45,15 @@ impl Search<'_> {
             |whole: &Place| *whole == place || (roots.len() == 1 && *self.aliases.shared_roots(whole) == *roots);
         let found = self.graph.subjects.iter().position(|subject| subject.whole.as_ref().is_some_and(is_it))?;
         u32::try_from(found).ok().map(SubjectId)
+    }
+
+    /// Whether the constants among its arguments leave a call no way that updates.
+    pub(super) fn is_closed_call(&self, node: NodeId) -> bool {
+        let Effect::Call(site) = &self.graph.node(node).effect else { return false };
+        let places = self.aliases.called_places(site, self.summaries);
+        let own = places.iter().filter(|called| self.may_reach(called, true));
+        let mut ways = own.flat_map(|called| called.outcomes(self.summaries));
+        !ways.any(|way| way.count != Count::Zero && is_open_to(&way.assumed, site))
     }
 
     /// Whether what a function writes there is in the caller's place afterwards: what it gets by value is its own.

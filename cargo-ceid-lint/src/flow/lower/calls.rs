@@ -2,6 +2,7 @@
 
 use super::laws::Law;
 use super::stored::Holder;
+use super::values::is_plain;
 use super::{Builder, Value};
 use crate::flow::{Argument, CallSite, Caller, Cause, Computed, Effect, IndexKey, Place, Transfer, Var};
 use crate::index::{Def, FunctionId, Ty};
@@ -93,6 +94,9 @@ impl Builder<'_> {
 
     pub(super) fn method_expr(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
         let value = self.method_value(id, receiver, method, args);
+        if value.same_as.is_some() && self.option_taken(id).is_some() {
+            return value;
+        }
         if super::borrowed::changes_receiver(method)
             && !matches!(self.typed().callees.get(&id), Some(Callee::Resolved(_)))
             && !self.may_hold_filter(self.ty(receiver))
@@ -271,7 +275,7 @@ impl Builder<'_> {
             .map(|((expr, value), is_lent)| Argument {
                 place: value.place.clone().filter(|_| !is_plain(self.ty(*expr)) || is_lent),
                 index: self.argument_index(*expr, value),
-                value_of: self.value_of(*expr).or_else(|| self.truth_given(*expr, value)),
+                value_of: self.value_of(*expr).or_else(|| self.state_given(*expr, value)),
                 head: value.head.clone().or_else(|| self.name_behind(*expr)),
                 is_shared: self.is_shared(*expr),
                 is_moved: self.is_passed_by_value(*expr, value, receiver, targets),
@@ -328,8 +332,10 @@ impl Builder<'_> {
         receiver: Option<ExprId>,
         targets: &[FunctionId],
     ) -> bool {
+        // What is converted is the argument of a function without a receiver.
         let by_value = |target: &FunctionId| {
-            self.program.index.function(*target).function.receiver == Some(crate::syntax::tree::Receiver::Value)
+            let receiver = &self.program.index.function(*target).function.receiver;
+            matches!(receiver, None | Some(crate::syntax::tree::Receiver::Value))
         };
         let is_reference = matches!(self.ty(expr), Ty::Ref(..));
         value.is_owned && !is_reference && (receiver != Some(expr) || targets.iter().all(by_value))
@@ -439,6 +445,9 @@ impl Builder<'_> {
     /// A method of a type that is not known, or that the type does not have in the analysed code.
     fn unseen_method(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
         let value = self.expr(receiver);
+        if let Some(converted) = self.converted(id, receiver, method, &value) {
+            return converted;
+        }
         if let Some(found) = self.method_by_name(id, receiver, method, args, &value) {
             return found;
         }
@@ -484,13 +493,4 @@ impl Builder<'_> {
 pub(super) fn path_tail(path: &str) -> String {
     let parts: Vec<&str> = path.split("::").collect();
     parts[parts.len().saturating_sub(2)..].join("::")
-}
-
-/// Whether a value of the type is a copy through which nothing is written.
-fn is_plain(ty: &Ty) -> bool {
-    match ty {
-        Ty::Int | Ty::Float | Ty::Bool | Ty::Str | Ty::Char | Ty::Never => true,
-        Ty::Ref(mutable, inner) => !mutable && is_plain(inner),
-        _ => false,
-    }
 }

@@ -106,7 +106,7 @@ impl Builder<'_> {
     pub(super) fn note_copy(&mut self, value: ExprId) {
         if let Some(at) = self.at
             && matches!(self.graph.node(at).effect, Effect::Set(_) | Effect::Write(_))
-            && self.is_state(self.ty(value))
+            && (self.is_state(self.ty(value)) || self.is_plain_option(self.ty(value)))
             && !matches!(self.ty(value), Ty::Ref(..))
             && let Some(place) = self.state_named(value)
         {

@@ -21,6 +21,11 @@ impl Builder<'_> {
         if let Some(function) = path.strip_prefix(crate::types::ADAPTED).and_then(|rest| rest.strip_prefix("::")) {
             return self.adapt(id, function, args);
         }
+        if path == "std::clone::Clone::clone"
+            && let [cloned] = args
+        {
+            self.note_clone(id, *cloned, "clone", &[]);
+        }
         match path {
             "std::mem::swap" => return self.swap(id, args),
             "std::mem::replace" | "std::mem::take" => return self.replace(id, args),
@@ -194,6 +199,9 @@ impl Builder<'_> {
     fn replace(&mut self, id: ExprId, args: &[ExprId]) -> Value {
         let values = self.values(args);
         let Some((content, new)) = values.split_first() else { return Value::default() };
+        if content.place.is_some() && self.option_taken(id).is_some() {
+            return self.taken_out(id, content);
+        }
         self.replace_by(id, content, args.get(1).copied(), new.first())
     }
 

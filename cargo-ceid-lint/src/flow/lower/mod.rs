@@ -14,6 +14,7 @@ mod changes;
 mod closures;
 mod conditions;
 mod constants;
+mod converted;
 mod copies;
 mod counted;
 mod debug_only;

@@ -4,6 +4,7 @@ use super::{Builder, ClosureRef, Value};
 use crate::flow::{Assignment, Change, ChangeKind, Computed, Effect, NodeId, Place, Transfer, Var};
 use crate::source::Span;
 use crate::syntax::tree::{Body, ExprId, ExprKind};
+use crate::types::Callee;
 
 impl Builder<'_> {
     /// `read().filter(|z| z.is_finite())`: what is there stays if the closure says so.
@@ -63,7 +64,28 @@ impl Builder<'_> {
         vars
     }
 
-    /// `spare.take()`: what is there leaves its place, and there is something if there was.
+    /// The option out of which an expression takes what is there: `spare.take()`, `mem::take(&mut command)`.
+    pub(super) fn option_taken(&self, id: ExprId) -> Option<ExprId> {
+        match (&self.body().expr(id).kind, self.typed().callees.get(&id)) {
+            (ExprKind::MethodCall { receiver, method, args, .. }, _) if method == "take" && args.is_empty() => {
+                self.is_optional(*receiver).then_some(*receiver)
+            }
+            (ExprKind::Call { args, .. }, Some(Callee::External(path)))
+                if self.is_optional(id) && !self.may_hold_filter(self.ty(id)) =>
+            {
+                match (path.as_str(), args.as_slice()) {
+                    ("std::mem::take", [option]) => Some(*option),
+                    ("std::mem::replace", [option, new]) => {
+                        (self.constant_head(*new).as_deref() == Some("-")).then_some(*option)
+                    }
+                    _ => None,
+                }
+            }
+            _ => None,
+        }
+    }
+
+    /// `spare.take()`, `mem::take(&mut spare)`: what is there leaves its place, and there is something if there was.
     pub(super) fn taken_out(&mut self, id: ExprId, value: &Value) -> Value {
         let span = self.span(id);
         let Some(place) = value.place.clone().filter(|_| self.at.is_some()) else { return Value::default() };

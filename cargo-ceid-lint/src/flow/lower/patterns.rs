@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::subjects::Pure;
 use super::{Builder, Value};
-use crate::flow::{About, Effect, Head, IndexKey, Mark, NodeId, Place, Section, Test, Transfer, Var};
+use crate::flow::{About, Assignment, Effect, Head, IndexKey, Mark, NodeId, Place, Section, Test, Transfer, Var};
 use crate::index::{Def, Shape, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{Arm, ExprId, ExprKind, PatId, PatKind};
@@ -28,7 +28,7 @@ struct Matched {
 impl Builder<'_> {
     pub(super) fn match_expr(&mut self, id: ExprId, scrutinee: ExprId, arms: &[Arm]) -> Value {
         let span = self.span(id);
-        let matched = self.matched(scrutinee);
+        let (matched, emptied) = self.matched(scrutinee);
         if self.at.is_none() {
             return Value::default();
         }
@@ -50,13 +50,17 @@ impl Builder<'_> {
             own.span = Some(self.body().pat(arm.pat).span);
             own.text = format!("{} is {}", matched.text, self.pattern_text(arm.pat));
             self.open_block();
+            let bound_from = self.graph.nodes.len();
             self.test_pattern(arm.pat, &own, next);
             if matches!(self.body().pat(arm.pat).kind, PatKind::Bind { .. }) {
                 self.note_copy(scrutinee);
             }
             if let Some(guard) = arm.guard {
+                let moved = self.moved_since(bound_from);
                 let first = self.graph.nodes.len();
-                self.condition(guard, next);
+                let failed = self.add_node(Effect::Nothing, span);
+                self.condition(guard, if moved.is_empty() { next } else { failed });
+                self.move_back(moved, failed, next, span);
                 for node in &mut self.graph.nodes[first..] {
                     if let Effect::Branch(test) = &mut node.effect {
                         test.about.is_guard = true;
@@ -65,6 +69,9 @@ impl Builder<'_> {
             }
             if self.at.is_some() {
                 self.emit(Effect::Mark(Mark::Arm), self.body().pat(arm.pat).span);
+                if let Some(option) = emptied.clone() {
+                    self.emptied(option, self.span(scrutinee));
+                }
             }
             let value = self.expr(arm.body);
             let moved = self.moved_guard(&value);
@@ -80,6 +87,43 @@ impl Builder<'_> {
         self.close_join(&join)
     }
 
+    /// What may hold filters and was moved into names since a node was added.
+    fn moved_since(&self, first: usize) -> Vec<Assignment> {
+        let may_hold =
+            |place: &Place| place.base_var().is_some_and(|var| self.may_hold_filter(&self.graph.var(var).ty));
+        let moved = self.graph.nodes[first..].iter().filter_map(|node| match &node.effect {
+            Effect::Set(set) if set.transfer == Transfer::Move && set.from.is_some() && may_hold(&set.place) => {
+                Some(Assignment::clone(set))
+            }
+            _ => None,
+        });
+        moved.collect()
+    }
+
+    /// Where the guard of an arm fails, what its pattern would have taken is still in its place.
+    fn move_back(&mut self, moved: Vec<Assignment>, failed: NodeId, next: NodeId, span: Span) {
+        if moved.is_empty() {
+            return;
+        }
+        let holds = self.at.take();
+        self.resume_if_reached(failed);
+        for set in moved.into_iter().rev() {
+            if let Some(place) = set.from.filter(|_| self.at.is_some()) {
+                let back = Assignment {
+                    place,
+                    from: Some(set.place),
+                    transfer: Transfer::Move,
+                    rebinds: true,
+                    head: None,
+                    same_as: None,
+                };
+                self.emit(Effect::Set(Box::new(back)), span);
+            }
+        }
+        self.jump(next);
+        self.at = holds;
+    }
+
     /// Whether a type is an enum that says what happened, unlike an option or result.
     fn is_choice(&self, ty: &Ty) -> bool {
         matches!(ty.peel(), Ty::Adt(id, _)
@@ -90,15 +134,17 @@ impl Builder<'_> {
         shorten(self.program.sources.snippet(self.body().pat(pat).span))
     }
 
-    /// Evaluates what is matched.
-    fn matched(&mut self, scrutinee: ExprId) -> Matched {
+    /// Evaluates what is matched; with the option that it is taken out of, in which there is nothing behind the choice of an arm.
+    fn matched(&mut self, scrutinee: ExprId) -> (Matched, Option<Place>) {
+        let taken = self.taken_from(scrutinee).filter(|_| !self.may_hold_filter(self.ty(scrutinee)));
         // A number that was made of a truth value is as that is.
         let pure = match self.truth_of(scrutinee) {
             Some(_) => None,
-            None => self.pure_option(scrutinee),
+            None => taken.as_ref().map(|(_, pure)| pure.clone()).or_else(|| self.pure_option(scrutinee)),
         };
         let about = self.about(scrutinee);
-        let mut value = self.expr(scrutinee);
+        let mut value = if taken.is_some() { self.asked_value(scrutinee) } else { self.expr(scrutinee) };
+        let emptied = value.place.clone().filter(|_| taken.is_some());
         let text = self.text(scrutinee);
         let total = self.total_heads(self.ty(scrutinee)).map(Rc::from);
         let pure = pure.or_else(|| value.same_as.map(|var| self.pure_var(var)));
@@ -122,7 +168,7 @@ impl Builder<'_> {
         if let Some(unnamed) = asked.filter(|var| self.graph.var(*var).name.is_empty()) {
             self.derive(&[unnamed], scrutinee);
         }
-        Matched { value, pure, total, about, text, span: None, expr: Some(scrutinee) }
+        (Matched { value, pure, total, about, text, span: None, expr: Some(scrutinee) }, emptied)
     }
 
     /// `let PAT = value` in a condition: goes on where it matches, leads to `no` where it does not.
@@ -159,10 +205,9 @@ impl Builder<'_> {
 
     /// The option that something is taken out of, if it is one that conditions can ask for: `self.spare.take()`.
     fn taken_from(&mut self, expr: ExprId) -> Option<(ExprId, Pure)> {
-        let ExprKind::MethodCall { receiver, method, args, .. } = &self.body().expr(expr).kind else { return None };
-        let is_taken = method == "take" && args.is_empty() && self.is_optional(*receiver);
-        let pure = self.pure(*receiver).filter(|pure| is_taken && pure.whole.is_some())?;
-        Some((*receiver, pure))
+        let option = self.option_taken(expr)?;
+        let pure = self.pure(option).filter(|pure| pure.whole.is_some())?;
+        Some((option, pure))
     }
 
     /// Notes that what a pattern binds comes from elsewhere.

@@ -367,7 +367,7 @@ impl Builder<'_> {
         {
             self.numbers.remove(&var);
         }
-        if value.head.is_some() && self.is_state(self.ty(target)) {
+        if value.head.is_some() && (self.is_state(self.ty(target)) || self.is_plain_option(self.ty(target))) {
             // A helper may ask for it.
             self.state_subject(super::subjects::pure_place(place.clone()), target);
         }

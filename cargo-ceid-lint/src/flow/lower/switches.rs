@@ -274,6 +274,11 @@ impl Builder<'_> {
         })
     }
 
+    /// Whether a value of the type is there or not, and holds no filter.
+    pub(super) fn is_plain_option(&self, ty: &Ty) -> bool {
+        matches!(ty.peel().external_name(), Some("Option" | "Result")) && !self.may_hold_filter(ty)
+    }
+
     /// Whether a value of the type is one of a few states: a truth value, or a variant.
     pub(super) fn is_state(&self, ty: &Ty) -> bool {
         match ty.peel() {

@@ -250,9 +250,10 @@ impl Builder<'_> {
         };
     }
 
-    /// The variable that holds the result of a condition which is an argument: `step(now >= deadline)`.
-    pub(super) fn truth_given(&mut self, id: ExprId, value: &Value) -> Option<Place> {
-        let var = value.same_as.filter(|_| *self.ty(id) == Ty::Bool)?;
+    /// The variable that holds a truth value or an option which is made for an argument: `step(now >= deadline)`.
+    pub(super) fn state_given(&mut self, id: ExprId, value: &Value) -> Option<Place> {
+        let is_made = *self.ty(id) == Ty::Bool || self.is_plain_option(self.ty(id));
+        let var = value.same_as.filter(|_| is_made)?;
         let pure = self.pure_var(var);
         self.state_subject(pure, id);
         Some(Place::var(var))
@@ -268,5 +269,14 @@ impl Builder<'_> {
             }
             _ => None,
         }
+    }
+}
+
+/// Whether a value of the type is a copy through which nothing is written.
+pub(super) fn is_plain(ty: &Ty) -> bool {
+    match ty {
+        Ty::Int | Ty::Float | Ty::Bool | Ty::Str | Ty::Char | Ty::Never => true,
+        Ty::Ref(mutable, inner) => !mutable && is_plain(inner),
+        _ => false,
     }
 }
