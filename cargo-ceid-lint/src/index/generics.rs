@@ -12,7 +12,8 @@ impl Ty {
         found
     }
 
-    /// Whether it is the other type for some choice of its parameters; what is not known may be any type.
+    /// Whether it is the other type for some choice of its parameters; what is not known may be any type, and arguments that are
+    /// left out may be any.
     #[must_use]
     pub fn admits(&self, ty: &Self) -> bool {
         let all = |left: &[Self], right: &[Self]| {
@@ -21,8 +22,10 @@ impl Ty {
         match (self, ty) {
             (Self::Param(_) | Self::Opaque(_) | Self::Unknown | Self::Var(_), _) => true,
             (_, Self::Param(_) | Self::Opaque(_) | Self::Unknown | Self::Var(_)) => true,
-            (Self::Adt(left, of), Self::Adt(right, to)) => left == right && all(of, to),
-            (Self::External(left, of), Self::External(right, to)) => left == right && all(of, to),
+            (Self::Adt(left, of), Self::Adt(right, to)) => left == right && (of.len() != to.len() || all(of, to)),
+            (Self::External(left, of), Self::External(right, to)) => {
+                left == right && (of.len() != to.len() || all(of, to))
+            }
             (Self::Tuple(of), Self::Tuple(to)) => all(of, to),
             (Self::Ref(_, left), Self::Ref(_, right))
             | (Self::Pointer(left), Self::Pointer(right))
