@@ -247,7 +247,7 @@ impl Rewriter<'_> {
             }
             let Some(law) = own.law else { continue };
             if let filter @ Ty::Adt(..) = &own.filter {
-                if laws.iter().any(|(other, with)| other.admits(filter) && *with != law) {
+                if laws.iter().any(|(other, with)| other.may_be(filter) && *with != law) {
                     let text =
                         format!("`{}` is updated by another law than a filter of its type before it", own.spelled);
                     reasons.push(Reason { span: of.span(own.at), text });

@@ -335,7 +335,7 @@ impl Infer<'_> {
             params.zip(given).all(|(param, arg)| {
                 let found = self.variables.resolve(&self.typed.expr_ty[arg.0 as usize]);
                 match (self.index.lower(param, &scope).peel(), found.peel()) {
-                    (wanted @ Ty::Adt(..), found @ Ty::Adt(..)) => wanted.admits(found),
+                    (wanted @ Ty::Adt(..), found @ Ty::Adt(..)) => wanted.may_be(found),
                     _ => true,
                 }
             })

@@ -258,7 +258,7 @@ impl Run<'_> {
         let mut laws: Vec<(Ty, FunctionId)> = Vec::new();
         for plan in report.plans.iter().filter(is_chosen) {
             if let Some(rewrite) = self.taken(plan)
-                && !rewrite.laws.iter().any(|(ty, law)| laws.iter().any(|(own, other)| own.admits(ty) && other != law))
+                && !rewrite.laws.iter().any(|(ty, law)| laws.iter().any(|(own, other)| own.may_be(ty) && other != law))
                 && let Ok(edits) = self.edits(report, rewrite)
             {
                 // A type has one law for guards; what another loop would make of it shows once that is written.
