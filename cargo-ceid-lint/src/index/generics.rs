@@ -32,6 +32,33 @@ impl Ty {
         }
     }
 
+    /// Whether both may stand for one type. Of names outside of the analysed code nobody knows whether they are other names of a
+    /// type, or constants; only two that were found, and are called differently, are two.
+    #[must_use]
+    pub fn may_be(&self, ty: &Self) -> bool {
+        let all = |left: &[Self], right: &[Self]| left.iter().zip(right).all(|(left, right)| left.may_be(right));
+        // What is coerced, as references and closures are, may be taken for another type.
+        let is_known = |ty: &Self| {
+            matches!(ty, Self::Adt(..) | Self::Tuple(_) | Self::Int | Self::Float | Self::Bool | Self::Str | Self::Char)
+        };
+        match (self, ty) {
+            (Self::Adt(left, of), Self::Adt(right, to)) => left == right && all(of, to),
+            (Self::External(left, of), Self::External(right, to)) => {
+                let is_found = |path: &str| !path.starts_with("?::");
+                let is_alike = left.rsplit("::").next() == right.rsplit("::").next();
+                if is_alike { all(of, to) } else { !is_found(left) || !is_found(right) }
+            }
+            (Self::Tuple(of), Self::Tuple(to)) => of.len() == to.len() && all(of, to),
+            (Self::Ref(_, left), Self::Ref(_, right))
+            | (Self::Pointer(left), Self::Pointer(right))
+            | (Self::Array(left, _), Self::Array(right, _))
+            | (Self::Slice(left), Self::Slice(right)) => left.may_be(right),
+            (left, right) => {
+                !is_known(left) || !is_known(right) || std::mem::discriminant(left) == std::mem::discriminant(right)
+            }
+        }
+    }
+
     /// Whether a parameter, or what the inference has left open, is a part of it.
     #[must_use]
     pub fn is_open(&self) -> bool {

@@ -218,7 +218,9 @@ impl Index {
     }
 
     fn impl_methods(&self, ty: &Ty, name: &str) -> Vec<MethodOwner> {
-        let impls = self.impls_of(ty);
+        let mut impls = self.impls_of(ty);
+        // `impl Robot<Armed>` says nothing of a `Robot<Safe>`.
+        impls.retain(|id| self.impl_def(*id).self_ty.may_be(ty));
         let mut found = Vec::new();
         for id in &impls {
             let def = self.impl_def(*id);

@@ -1,10 +1,13 @@
 //! Collections whose filters are lent one by one, because their laws have another form than the guard's: what the collection
 //! becomes, and which of its uses mean the same with elements that are lent.
 
+use std::path::Path;
+
 use super::body::LoopBody;
 use super::iteration::zipped;
 use super::mentions::{Guarded, is_for_references, is_format_operand, is_hidden};
 use super::sites::Part;
+use super::text::is_no_std;
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind, PatId, PatKind};
@@ -63,10 +66,8 @@ pub(super) fn each(of: &LoopBody<'_>, own: &Guarded) -> Option<Each> {
 pub(super) fn has_vec(of: &LoopBody<'_>) -> bool {
     let sources = of.program.sources;
     let own = &sources.file(of.file()).path;
-    let says_so = |text: &str| text.lines().any(|line| line.trim_start().starts_with("#![") && line.contains("no_std"));
-    !sources
-        .files()
-        .any(|(_, file)| file.path.parent().is_some_and(|above| own.starts_with(above)) && says_so(&file.text))
+    let is_above = |path: &Path| path.parent().is_some_and(|above| own.starts_with(above));
+    !sources.files().any(|(_, file)| is_above(&file.path) && is_no_std(&file.text))
 }
 
 /// What stands before the name of the collection where `at` stood; `None` if its filters are used there in a way that is not

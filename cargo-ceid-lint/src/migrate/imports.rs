@@ -203,8 +203,14 @@ impl Scope<'_> {
 
     /// What is compiled under a condition in code without comments, with the attribute that says so.
     fn conditional(&self, code: &str) -> Vec<(Range<usize>, String)> {
+        self.attributed(code, "#[cfg(")
+    }
+
+    /// What has an attribute that begins like this, in code without comments, with the attribute.
+    fn attributed(&self, code: &str, begin: &str) -> Vec<(Range<usize>, String)> {
         let of = |(at, _): (usize, &str)| {
-            let close = self.outline.around(at + "#[".len()).next()?.brackets.end;
+            let attribute = self.outline.around(at + "#[".len()).next()?;
+            let close = Some(attribute.brackets.end).filter(|_| attribute.brackets.start == at + 1)?;
             let mut behind = close;
             while let Some(length) = code[behind..].find(['{', ';', ',', '}', ')', ']', '(', '[']) {
                 let sign = behind + length;
@@ -218,7 +224,7 @@ impl Scope<'_> {
             }
             None
         };
-        code.match_indices("#[cfg(").filter_map(of).collect()
+        code.match_indices(begin).filter_map(of).collect()
     }
 
     /// The text with blanks for the modules in a part of it that do not see what is imported there, and for those of tests where that is asked.
@@ -239,6 +245,10 @@ impl Scope<'_> {
             if !looks_up || is_test && without_tests {
                 hidden.push(own.brackets.clone());
             }
+        }
+        if without_tests {
+            // A test may also stand beside what it tests.
+            hidden.extend(self.attributed(&without_comments(text), "#[test]").into_iter().map(|(test, _)| test));
         }
         blanked(text, hidden.into_iter())
     }

@@ -208,7 +208,9 @@ fn existing_law(index: &Index, filter: &Ty) -> Option<FunctionId> {
     let of_core = |name: &TraitName| index.is_of_core(name);
     index.impls_of(filter).into_iter().find_map(|id| {
         let def = index.impl_def(id);
-        def.implements.as_ref().is_some_and(of_core).then(|| def.methods.get("update").copied()).flatten()
+        (def.self_ty.may_be(filter) && def.implements.as_ref().is_some_and(of_core))
+            .then(|| def.methods.get("update").copied())
+            .flatten()
     })
 }
 

@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 
 use super::ambiguous::{CallsBesideCore, calls_beside_core};
 use super::implicit::{Impls, implicit, impls_of_std};
-use super::text::{Style, has_word};
+use super::text::{Style, denies, has_word};
 use crate::flow::Program;
 use crate::index::{FunctionId, ModuleId};
 use crate::project::{IDLE_NAMES, Manners};
@@ -169,12 +169,7 @@ impl<'a> Loops<'a> {
         let sources = self.program.sources;
         let own = &sources.file(file).path;
         let denied = self.denying.get_or_init(|| {
-            let denies = |line: &str| {
-                let line = line.trim_start();
-                (line.starts_with("#![deny(") || line.starts_with("#![forbid("))
-                    && IDLE_NAMES.iter().any(|lint| has_word(line, lint))
-            };
-            sources.files().filter(|(_, file)| file.text.lines().any(denies)).map(|(id, _)| id).collect()
+            sources.files().filter(|(_, file)| denies(&file.text, &IDLE_NAMES)).map(|(id, _)| id).collect()
         });
         denied.iter().any(|id| is_root_of(&sources.file(*id).path, own)) || self.manners(file).denies_idle_names
     }

@@ -50,12 +50,13 @@ mod whole;
 use std::collections::BTreeSet;
 
 use crate::diagnostic::{Applicability, Suggestion};
-use crate::index::{FunctionId, TypeId};
+use crate::index::{FunctionId, Ty};
 use crate::source::Span;
 
 pub use imports::{IdleImports, idle_imports};
 pub use manifest::{Wanted, dependency, is_ceid_core};
 pub use plan::plans;
+pub use text::is_no_std;
 
 /// What can be done about one loop.
 #[derive(Clone, Debug)]
@@ -126,7 +127,7 @@ pub struct Rewrite {
     /// Places and what to write there instead.
     pub edits: Vec<(Span, String)>,
     /// The types that become filters of ceid-core, each with the law that guards run.
-    pub laws: Vec<(TypeId, FunctionId)>,
+    pub laws: Vec<(Ty, FunctionId)>,
     /// The packages that have to depend on `ceid-core`, as indices into those of the project.
     pub packages: BTreeSet<usize>,
     /// Whether they do already.

@@ -30,7 +30,7 @@ use super::whole::{whole_function, whole_loop};
 use super::{Plan, Reason, Rewrite, head, law};
 use crate::count::{Cycle, CycleKind, Pair, Verdict};
 use crate::flow::Program;
-use crate::index::{FunctionId, Ty, TypeId};
+use crate::index::{FunctionId, Ty};
 use crate::project::Manners;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
@@ -217,7 +217,7 @@ impl Rewriter<'_> {
         let mut edits = Vec::new();
         let mut packages = self.loops.packages_with(of.file());
         let mut notes = Vec::new();
-        let mut laws: Vec<(TypeId, FunctionId)> = Vec::new();
+        let mut laws: Vec<(Ty, FunctionId)> = Vec::new();
         let effects = Effects { loops: self.loops, of, exits: &self.exits, guarded: self.guarded, behind: self.behind };
         for (at, own) in self.guarded.iter().enumerate() {
             match mentions(of, self.guarded, at, self.behind) {
@@ -246,13 +246,13 @@ impl Rewriter<'_> {
                 continue;
             }
             let Some(law) = own.law else { continue };
-            if let Ty::Adt(id, _) = own.filter {
-                if laws.iter().any(|(other, with)| *other == id && *with != law) {
+            if let filter @ Ty::Adt(..) = &own.filter {
+                if laws.iter().any(|(other, with)| other.may_be(filter) && *with != law) {
                     let text =
                         format!("`{}` is updated by another law than a filter of its type before it", own.spelled);
                     reasons.push(Reason { span: of.span(own.at), text });
                 }
-                laws.push((id, law));
+                laws.push((filter.clone(), law));
             }
             match delegation(self.loops, &own.filter, law) {
                 Ok(None) => {}

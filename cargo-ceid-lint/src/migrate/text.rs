@@ -124,6 +124,47 @@ pub(super) fn without_comments(text: &str) -> String {
     code
 }
 
+/// The attributes of a file itself, which stand before everything else in it: `#![no_std]`.
+fn inner_attributes(text: &str) -> Vec<&str> {
+    let text = text.trim_start_matches('\u{feff}');
+    let mut found = Vec::new();
+    let (mut start, mut depth) = (0, 0);
+    for token in Lexer::new(text) {
+        let part = &text[token.start..token.end];
+        match (depth, token.kind, part) {
+            (_, TokenKind::Space | TokenKind::LineComment | TokenKind::BlockComment, _) => {}
+            (0, TokenKind::Sign, "#") => start = token.start,
+            (0, TokenKind::Sign, "!") => {}
+            (0, TokenKind::Open, "[") if text[start..].starts_with("#!") => depth = 1,
+            (0, ..) => break,
+            (_, TokenKind::Open, _) => depth += 1,
+            (_, TokenKind::Close, _) => {
+                depth -= 1;
+                if depth == 0 {
+                    found.push(&text[start..token.end]);
+                }
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+/// Whether the root of a crate says that it may do without the standard library.
+#[must_use]
+pub fn is_no_std(text: &str) -> bool {
+    inner_attributes(text).iter().any(|attribute| has_word(attribute, "no_std"))
+}
+
+/// Whether the root of a crate denies one of these lints.
+pub(super) fn denies(text: &str, lints: &[&str]) -> bool {
+    let denies = |attribute: &&str| {
+        ["deny", "forbid"].iter().any(|level| has_word(attribute, level))
+            && lints.iter().any(|lint| has_word(attribute, lint))
+    };
+    inner_attributes(text).iter().any(denies)
+}
+
 /// Whether a word stands somewhere in the text.
 pub(super) fn has_word(text: &str, word: &str) -> bool {
     words(text, word).next().is_some()
@@ -196,6 +237,21 @@ mod tests {
         assert_eq!(start("a(); #[x] #[y(z)]\n    f.u();"), 5);
         assert_eq!(start("let a = [1]; f.u();"), 13);
         assert_eq!(start("#[x] fn g() { [1]; } f.u();"), 21);
+    }
+
+    #[test]
+    fn what_a_crate_asks_for_stands_before_its_items() {
+        for text in
+            ["#![no_std]", "\u{feff}// [\n#![a]\n#![cfg_attr(\n    not(test),\n    no_std\n)]\n", "//! A\n #![no_std]"]
+        {
+            assert!(is_no_std(text), "{text}");
+        }
+        for text in ["// #![no_std]", "#[no_std]\nfn f() {}", "mod a {\n#![no_std]\n}", "#![a]\nfn f() { b![no_std] }"]
+        {
+            assert!(!is_no_std(text), "{text}");
+        }
+        assert!(denies("#![cfg_attr(a, deny(\n    unused,\n))]", &["warnings", "unused"]));
+        assert!(!denies("#![deny(b)]\n#![warn(unused)]", &["warnings", "unused"]));
     }
 
     #[test]

@@ -4,7 +4,7 @@ use super::builtin;
 use super::infer::{Infer, param_types};
 use super::paths::Value;
 use super::{Callee, Resolved};
-use crate::index::{Def, FunctionId, MethodOwner, Owner, TraitName, Ty, TypeId};
+use crate::index::{Def, FunctionId, MethodOwner, Owner, Ty, TypeId};
 use crate::syntax::tree::{ExprId, ExprKind, Path, TypeRef};
 
 /// How many `Deref` impls are gone through.
@@ -126,7 +126,14 @@ impl Infer<'_> {
         let self_ty = if has_receiver {
             let found = args.first().map(|arg| self.expr(*arg, None)).unwrap_or(Ty::Unknown);
             let found = self.behind_pointers(&found);
-            ty.clone().filter(|ty| !matches!(ty, Ty::Var(_))).unwrap_or(found)
+            let named = ty.clone().filter(|ty| !matches!(ty, Ty::Var(_)));
+            // A path may leave out the arguments that the receiver has.
+            if let (Some(named @ Ty::Adt(own, _)), Ty::Adt(other, _)) = (&named, &found)
+                && own == other
+            {
+                self.variables.unify(named, &found);
+            }
+            named.unwrap_or(found)
         } else {
             match ty.clone() {
                 Some(ty) => {
@@ -140,7 +147,6 @@ impl Infer<'_> {
         };
         let owner = self.specialise(owner, &self_ty, name);
         let law = self.law_of(&self_ty, name, &owner);
-        let targets = self.targets(&owner, name);
         let output = match owner.function() {
             Some(function) => self.instantiate(function, Some(&self_ty), args, has_receiver, expected),
             None => {
@@ -150,6 +156,8 @@ impl Infer<'_> {
                 Ty::Unknown
             }
         };
+        let given = if has_receiver { args.get(1..).unwrap_or_default() } else { args };
+        let targets = self.bodies(&owner, &self_ty, name, given);
         let resolved = Resolved { targets, owner: Some(owner), law, self_ty, has_receiver, derefs: Vec::new() };
         self.typed.callees.insert(id, Callee::Resolved(resolved));
         output
@@ -168,7 +176,7 @@ impl Infer<'_> {
     fn specialise(&self, owner: MethodOwner, self_ty: &Ty, name: &str) -> MethodOwner {
         if let MethodOwner::Declared(of, _) = &owner
             && matches!(self_ty, Ty::Adt(..) | Ty::External(..))
-            && let Some(own) = self.index.methods(self_ty, name).into_iter().find(|own| own.of_trait() == Some(of))
+            && let Some(own) = self.methods_of(self_ty, name).into_iter().find(|own| own.of_trait() == Some(of))
         {
             return own;
         }
@@ -182,25 +190,6 @@ impl Infer<'_> {
         }
         // `SampledFilter::update(x)` with a type that is not known is still an update of `x`.
         owner.of_trait().filter(|of| self.index.is_filter_trait(of) && name == "update").map(|_| 0)
-    }
-
-    pub(super) fn targets(&self, owner: &MethodOwner, name: &str) -> Vec<FunctionId> {
-        match owner {
-            MethodOwner::Inherent(id) | MethodOwner::Implemented(_, id) => vec![*id],
-            MethodOwner::Declared(of, function) => {
-                let mut targets = self.index.implementations(of, name);
-                if targets.is_empty()
-                    && let Some(function) = function
-                    && self.index.function(*function).function.body.is_some()
-                {
-                    targets.push(*function);
-                }
-                if let (true, TraitName::External(path)) = (targets.is_empty(), of) {
-                    targets = self.index.foreign_bodies(path, name);
-                }
-                targets
-            }
-        }
     }
 
     pub(super) fn call_function(

@@ -4,8 +4,8 @@ use super::builtin;
 use super::closure_params::closure_params;
 use super::infer::Infer;
 use super::{Callee, Resolved};
-use crate::index::{FunctionId, MethodOwner, Ty};
-use crate::syntax::tree::{ExprId, ExprKind, TypeRef};
+use crate::index::{FunctionId, MethodOwner, Owner, TraitName, Ty};
+use crate::syntax::tree::{ExprId, ExprKind, Path, TypeRef};
 
 impl Infer<'_> {
     pub(super) fn method_call(
@@ -24,7 +24,7 @@ impl Infer<'_> {
                 Ty::Ref(_, inner) => ty = self.variables.shallow(&inner.clone()),
                 Ty::Pointer(_) => break,
                 Ty::Adt(..) | Ty::Param(_) | Ty::Opaque(_) => {
-                    let owners = self.index.methods(&ty, method);
+                    let owners = self.methods_of(&ty, method);
                     if let Some(owner) = owners.into_iter().next() {
                         return self.resolved_method(id, owner, &ty, method, args, derefs);
                     }
@@ -43,7 +43,7 @@ impl Infer<'_> {
                     }
                 }
                 Ty::External(path, params) => {
-                    let owners = self.index.methods(&ty, method);
+                    let owners = self.methods_of(&ty, method);
                     if let Some(owner) =
                         owners.into_iter().next().filter(|owner| !self.is_forwarded(owner, &ty, method))
                     {
@@ -80,7 +80,7 @@ impl Infer<'_> {
                     }
                 }
                 Ty::Array(..) | Ty::Slice(_) => {
-                    let owners = self.index.methods(&ty, method);
+                    let owners = self.methods_of(&ty, method);
                     if let Some(owner) = owners.into_iter().next() {
                         return self.resolved_method(id, owner, &ty, method, args, derefs);
                     }
@@ -91,7 +91,7 @@ impl Infer<'_> {
                     }
                 }
                 Ty::Tuple(_) => {
-                    let owners = self.index.methods(&ty, method);
+                    let owners = self.methods_of(&ty, method);
                     if let Some(owner) = owners.into_iter().next() {
                         return self.resolved_method(id, owner, &ty, method, args, derefs);
                     }
@@ -260,7 +260,6 @@ impl Infer<'_> {
         derefs: Vec<FunctionId>,
     ) -> Ty {
         let law = self.law_of(ty, method, &owner);
-        let targets = self.targets(&owner, method);
         let output = match owner.function() {
             Some(function) => self.instantiate(function, Some(ty), args, true, None),
             None => {
@@ -274,9 +273,75 @@ impl Infer<'_> {
                 })
             }
         };
+        let targets = self.bodies(&owner, ty, method, args);
         let resolved = Resolved { targets, owner: Some(owner), law, self_ty: ty.clone(), has_receiver: true, derefs };
         self.typed.callees.insert(id, Callee::Resolved(resolved));
         output
+    }
+
+    /// The methods of a type, as far as its arguments are known by now.
+    pub(super) fn methods_of(&self, ty: &Ty, name: &str) -> Vec<MethodOwner> {
+        match ty {
+            Ty::Adt(_, args) if !args.is_empty() => self.index.methods(&self.variables.resolve(ty), name),
+            _ => self.index.methods(ty, name),
+        }
+    }
+
+    pub(super) fn targets(&self, owner: &MethodOwner, name: &str) -> Vec<FunctionId> {
+        match owner {
+            MethodOwner::Inherent(id) | MethodOwner::Implemented(_, id) => vec![*id],
+            MethodOwner::Declared(of, function) => {
+                let mut targets = self.index.implementations(of, name);
+                if targets.is_empty()
+                    && let Some(function) = function
+                    && self.index.function(*function).function.body.is_some()
+                {
+                    targets.push(*function);
+                }
+                if let (true, TraitName::External(path)) = (targets.is_empty(), of) {
+                    targets = self.index.foreign_bodies(path, name);
+                }
+                targets
+            }
+        }
+    }
+
+    /// The bodies that a call may run of an associated function that was found. Several impls can have it: for other arguments of
+    /// the type, and of other arguments of the trait. Those count that are for the type at hand, and take what is given beside `self`.
+    pub(super) fn bodies(&self, owner: &MethodOwner, ty: &Ty, name: &str, given: &[ExprId]) -> Vec<FunctionId> {
+        let targets = self.targets(owner, name);
+        let Some(function) = owner.function().filter(|_| targets.len() == 1) else { return targets };
+        let Owner::Impl(of) = self.index.function(function).owner else { return targets };
+        let def = self.index.impl_def(of);
+        let has_args = |path: &Path| path.segments.last().is_some_and(|segment| !segment.args.is_empty());
+        let is_one_of_several = matches!(&def.self_ty, Ty::Adt(_, args) if !args.is_empty());
+        if !is_one_of_several && !def.trait_path.as_ref().is_some_and(has_args) {
+            return targets;
+        }
+        let is_alike = |other: &MethodOwner| other.of_trait() == owner.of_trait();
+        let mut own: Vec<FunctionId> = self
+            .methods_of(ty, name)
+            .iter()
+            .filter(|other| is_alike(other))
+            .filter_map(MethodOwner::function)
+            .collect();
+        own.dedup();
+        if own.is_empty() {
+            return targets;
+        }
+        let takes = |body: &FunctionId| {
+            let scope = self.index.scope_of(*body);
+            let params = self.index.function(*body).function.params.iter();
+            params.zip(given).all(|(param, arg)| {
+                let found = self.variables.resolve(&self.typed.expr_ty[arg.0 as usize]);
+                match (self.index.lower(param, &scope).peel(), found.peel()) {
+                    (wanted @ Ty::Adt(..), found @ Ty::Adt(..)) => wanted.may_be(found),
+                    _ => true,
+                }
+            })
+        };
+        let fitting: Vec<FunctionId> = own.iter().copied().filter(takes).collect();
+        if fitting.is_empty() { own } else { fitting }
     }
 
     /// The type behind references and pointers.

@@ -73,12 +73,8 @@ fn guide_does_what_it_says() {
     let mut guide = read(&path);
     let directory = workspace::temporary("migrate_guide");
     super::cases::copy(&workspace::committed("legacy_robot"), &directory, "");
-    fs::write(directory.join(".gitignore"), "/target\nCargo.lock\n").expect("the directory is writable");
     // The lines are as long as rustfmt has them by itself, not as in this workspace.
     fs::write(directory.join("rustfmt.toml"), "").expect("the directory is writable");
-    for line in ["git init --quiet", "git add --all", "git commit --quiet --message legacy"] {
-        printed(&directory, line);
-    }
     let text = guide.clone();
     let mut blocks = blocks(&text).into_iter().peekable();
     let mut wrong = String::new();

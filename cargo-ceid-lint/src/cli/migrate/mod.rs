@@ -14,6 +14,7 @@ use super::{Console, ExitStatus, input, interrupted, vcs};
 use crate::count::{Cycle, CycleKind, Gate, Pair, Verdict};
 use crate::diagnostic::Diagnostic;
 use crate::fix::{self, Bounds, Edit, Fix, Revision};
+use crate::index::{FunctionId, Ty};
 use crate::migrate::{self, Plan, Reason, Rewrite, Wanted};
 use crate::pipeline::{Options, Report};
 use crate::project::{Package, Project};
@@ -254,14 +255,14 @@ impl Run<'_> {
         let chosen: BTreeSet<(String, String)> = of_first.iter().map(|plan| key(first, plan)).collect();
         let is_chosen = |plan: &&Plan| chosen.contains(&key(report, plan));
         let mut fixes = Vec::new();
-        let mut laws: Vec<_> = Vec::new();
+        let mut laws: Vec<(Ty, FunctionId)> = Vec::new();
         for plan in report.plans.iter().filter(is_chosen) {
             if let Some(rewrite) = self.taken(plan)
-                && !rewrite.laws.iter().any(|(ty, law)| laws.iter().any(|(own, other)| own == ty && other != law))
+                && !rewrite.laws.iter().any(|(ty, law)| laws.iter().any(|(own, other)| own.may_be(ty) && other != law))
                 && let Ok(edits) = self.edits(report, rewrite)
             {
                 // A type has one law for guards; what another loop would make of it shows once that is written.
-                laws.extend(&rewrite.laws);
+                laws.extend(rewrite.laws.iter().cloned());
                 let mut changes: Vec<String> =
                     rewrite.changes.iter().map(|change| told(report, plan, change)).collect();
                 // Two calls in a line may have the same.
@@ -318,7 +319,7 @@ impl Run<'_> {
             let workspace = text(&package.workspace_root.join("Cargo.toml"));
             let wanted = Wanted {
                 path: self.args.ceid_core_path.as_ref().map(|core| relative(core, path)).transpose()?,
-                is_no_std: is_no_std(report, package),
+                is_no_std: does_without_std(report, package),
                 needs_alloc: rewrite.needs_alloc,
             };
             if let Some((at, text)) = migrate::dependency(own, workspace, &wanted)? {
@@ -409,8 +410,8 @@ fn left(pair: &Pair) -> Option<String> {
              with `tick.every`, or leave it as it is"
         }
         (Verdict::Gated, Some(Gate::Config)) => {
-            "is there or not, as a setting says, and a guard updates what it holds in each cycle: give the guard the `Option` itself, \
-             which is a filter where its content is one, or choose the loop by the setting"
+            "is updated or not, as a setting says, and a guard updates what it holds in each cycle: choose the loop by the setting, or \
+             give the guard an `Option`, which is a filter where its content is one"
         }
         (Verdict::Gated, _) => {
             "is left out in some iterations on purpose, and a guard updates it in each: make those iterations no cycles, with a loop \
@@ -477,8 +478,7 @@ fn same_file(one: &Path, other: &Path) -> bool {
 }
 
 /// Whether a crate of the package does without the standard library.
-fn is_no_std(report: &Report, package: &Package) -> bool {
+fn does_without_std(report: &Report, package: &Package) -> bool {
     let is_root = |path: &Path| package.targets.iter().any(|target| target.src_path == path);
-    let says_so = |text: &str| text.lines().any(|line| line.trim_start().starts_with("#![") && line.contains("no_std"));
-    report.sources.files().any(|(_, file)| is_root(&file.path) && says_so(&file.text))
+    report.sources.files().any(|(_, file)| is_root(&file.path) && migrate::is_no_std(&file.text))
 }
