@@ -217,6 +217,16 @@ impl Index {
         }
     }
 
+    /// What a `for` loop calls to iterate over a value of the type: the `into_iter` of an impl in the analysed code.
+    #[must_use]
+    pub fn own_into_iter(&self, ty: &Ty) -> Option<FunctionId> {
+        if !matches!(ty.peel(), Ty::Adt(..)) {
+            return None;
+        }
+        let is_std = |owner: &MethodOwner| matches!(owner.of_trait(), Some(TraitName::External(path)) if path.ends_with("::IntoIterator"));
+        self.impl_methods(ty, "into_iter").into_iter().filter(is_std).find_map(|owner| owner.function())
+    }
+
     fn impl_methods(&self, ty: &Ty, name: &str) -> Vec<MethodOwner> {
         let impls = self.impls_of(ty);
         let mut found = Vec::new();
