@@ -186,7 +186,11 @@ impl Builder<'_> {
                 return value;
             }
             let is_foreign = Self::is_of_foreign_trait(resolved);
-            let keeps = |target: &FunctionId| is_foreign || self.takes_callback(id) && !self.calls_parameter(*target);
+            let keeps = |target: &FunctionId| {
+                is_foreign
+                    || self.takes_callback(id) && !self.calls_parameter(*target)
+                    || self.stands_for_framework(*target, values)
+            };
             if let [target] = resolved.targets.as_slice()
                 && !keeps(target)
                 && let Some(value) = self.inline_function(*target, values, span)
