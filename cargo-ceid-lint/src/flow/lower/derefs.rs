@@ -23,6 +23,9 @@ struct DerefPath {
 impl Builder<'_> {
     /// A field of a place, through the `Deref` impls of newtypes.
     pub(super) fn field_place(&self, base: ExprId, place: &Place, name: &str) -> Place {
+        if let Some(place) = self.field_of_other_name(base, name) {
+            return place;
+        }
         let through = |place: Place, through: &FunctionId| match self.through_deref(*through) {
             Some(path) => place.join(&path.steps),
             None => place,
@@ -32,6 +35,9 @@ impl Builder<'_> {
 
     /// The same, with what the `Deref` impls do.
     pub(super) fn read_field(&mut self, base: ExprId, place: Place, name: &str) -> Place {
+        if let Some(place) = self.field_of_other_name(base, name) {
+            return place;
+        }
         let span = self.span(base);
         let derefs = self.derefs_before(base, name);
         derefs.into_iter().fold(place, |place, through| self.dereferenced(place, through, span)).field(name)
