@@ -450,6 +450,14 @@ impl Builder<'_> {
         if method == "clone" && args.is_empty() && self.is_shared_handle(receiver) {
             return Value { is_owned: false, ..value };
         }
+        if method == "into"
+            && value.place.is_some()
+            && self.may_hold_filter(self.ty(receiver))
+            && let Some(from) = self.program.index.only_conversion(self.ty(receiver))
+        {
+            let result = self.emit_call(id, &[from], &[receiver], &[value], None);
+            return Value { place: Some(Place::var(result)), is_owned: true, ..Value::default() };
+        }
         let values = self.values(args);
         let ty = self.ty(receiver).peel();
         let reads_only = super::borrowed::only_reads(method);
