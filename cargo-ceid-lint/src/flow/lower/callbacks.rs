@@ -33,14 +33,19 @@ impl Builder<'_> {
     }
 
     /// Whether a function calls what it gets as a parameter, so that its body tells how often.
-    pub(super) fn calls_parameter(&self, id: FunctionId) -> bool {
+    fn calls_parameter(&self, id: FunctionId) -> bool {
         let calls = |callee: &Callee| matches!(callee, Callee::Parameter(_));
         self.program.typed(id).is_some_and(|typed| typed.callees.values().any(calls))
     }
 
+    /// Whether the closure that a function is given is called from elsewhere.
+    pub(super) fn keeps_callback(&self, id: ExprId, target: FunctionId, values: &[Value]) -> bool {
+        self.takes_callback(id) && !self.calls_parameter(target) || self.stands_for_framework(target, values)
+    }
+
     /// Whether a function asks for a closure that can be called again and again, and does nothing with it: it stands for one of a
     /// framework, which calls the closure from elsewhere.
-    pub(super) fn stands_for_framework(&self, id: FunctionId, values: &[Value]) -> bool {
+    fn stands_for_framework(&self, id: FunctionId, values: &[Value]) -> bool {
         let (Some(body), Some(typed)) = (&self.program.index.function(id).function.body, self.program.typed(id)) else {
             return false;
         };

@@ -186,11 +186,7 @@ impl Builder<'_> {
                 return value;
             }
             let is_foreign = Self::is_of_foreign_trait(resolved);
-            let keeps = |target: &FunctionId| {
-                is_foreign
-                    || self.takes_callback(id) && !self.calls_parameter(*target)
-                    || self.stands_for_framework(*target, values)
-            };
+            let keeps = |target: &FunctionId| is_foreign || self.keeps_callback(id, *target, values);
             if let [target] = resolved.targets.as_slice()
                 && !keeps(target)
                 && let Some(value) = self.inline_function(*target, values, span)
@@ -450,13 +446,8 @@ impl Builder<'_> {
         if method == "clone" && args.is_empty() && self.is_shared_handle(receiver) {
             return Value { is_owned: false, ..value };
         }
-        if method == "into"
-            && value.place.is_some()
-            && self.may_hold_filter(self.ty(receiver))
-            && let Some(from) = self.program.index.only_conversion(self.ty(receiver))
-        {
-            let result = self.emit_call(id, &[from], &[receiver], &[value], None);
-            return Value { place: Some(Place::var(result)), is_owned: true, ..Value::default() };
+        if let Some(converted) = self.converted(id, receiver, method, &value) {
+            return converted;
         }
         let values = self.values(args);
         let ty = self.ty(receiver).peel();
