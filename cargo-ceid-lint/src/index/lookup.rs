@@ -217,6 +217,32 @@ impl Index {
         }
     }
 
+    /// What a `for` loop calls to iterate over a value of the type: the `into_iter` of an impl in the analysed code.
+    #[must_use]
+    pub fn own_into_iter(&self, ty: &Ty) -> Option<FunctionId> {
+        if !matches!(ty.peel(), Ty::Adt(..)) {
+            return None;
+        }
+        let is_std = |owner: &MethodOwner| matches!(owner.of_trait(), Some(TraitName::External(path)) if path.ends_with("::IntoIterator"));
+        self.impl_methods(ty, "into_iter").into_iter().filter(is_std).find_map(|owner| owner.function())
+    }
+
+    /// What `into` runs on a value of the type: the only `From` impl of the analysed code that takes it.
+    #[must_use]
+    pub fn only_conversion(&self, ty: &Ty) -> Option<FunctionId> {
+        let Ty::Adt(id, _) = ty else { return None };
+        let is_from =
+            |def: &&ImplDef| matches!(&def.implements, Some(TraitName::External(path)) if path.ends_with("::From"));
+        let takes_it = |function: &FunctionId| {
+            let given = self.function(*function).function.params.first();
+            let given = given.map(|given| self.lower(given, &self.scope_of(*function)));
+            matches!(given, Some(Ty::Adt(own, _)) if own == *id)
+        };
+        let from = self.impls.iter().filter(is_from).filter_map(|def| def.methods.get("from").copied());
+        let mut found = from.filter(takes_it);
+        found.next().filter(|_| found.next().is_none())
+    }
+
     fn impl_methods(&self, ty: &Ty, name: &str) -> Vec<MethodOwner> {
         let mut impls = self.impls_of(ty);
         // `impl Robot<Armed>` says nothing of a `Robot<Safe>`.

@@ -139,7 +139,15 @@ fn names_part(text: &str, place: &str) -> bool {
         let is_number = part.starts_with(|char: char| char.is_ascii_digit());
         !before.ends_with(is_name) && !behind.starts_with(is_name) && (!is_number || before.ends_with('.'))
     };
-    text.contains(place) || part.is_some_and(|part| text.match_indices(part).any(is_word))
+    // `self.axis(1)` updates `self.pids[1]`.
+    let key = place.strip_suffix(']').and_then(|place| place.rfind('[').map(|at| &place[at + 1..]));
+    let is_given = |(at, key): (usize, &str)| {
+        let is_around = |char: char| is_name(char) || char == '.' || char == ':';
+        !text[..at].ends_with(is_around) && !text[at + key.len()..].starts_with(is_around)
+    };
+    text.contains(place)
+        || part.is_some_and(|part| text.match_indices(part).any(is_word))
+        || key.is_some_and(|key| text.match_indices(key).any(is_given))
 }
 
 /// The repeated filter of the same type that was written in place of a missed one: that with the most similar name.

@@ -262,8 +262,11 @@ pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&
                     "clone" => Some(receiver.clone()),
                     _ => None,
                 },
-                "Pin" => matches!(method, "as_mut" | "get_mut" | "as_ref" | "get_unchecked_mut" | "into_inner")
-                    .then(|| reference(inner)),
+                "Pin" => match method {
+                    "as_mut" | "as_ref" => Some(Ty::std("std::pin::Pin", vec![reference(inner.peel().clone())])),
+                    "get_mut" | "get_ref" | "get_unchecked_mut" | "into_inner" => Some(reference(inner)),
+                    _ => None,
+                },
                 "Box" | "Rc" | "Arc" => match method {
                     "as_mut" | "as_ref" | "borrow_mut" | "borrow" if !is_cell_type(&inner) => Some(reference(inner)),
                     "clone" => Some(receiver.clone()),

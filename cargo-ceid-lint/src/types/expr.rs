@@ -468,7 +468,11 @@ impl Infer<'_> {
     /// The type of the items that a `for` loop takes from a value.
     pub(super) fn item_ty(&self, ty: &Ty) -> Ty {
         let ty = self.shallow_deep(ty);
-        builtin::item_of(&ty, false).map_or(Ty::Unknown, |item| self.variables.shallow(&item))
+        match builtin::item_of(&ty, false) {
+            Some(item) => self.variables.shallow(&item),
+            None if self.index.own_into_iter(&ty).is_some() => self.index.project(&ty, "Item"),
+            None => Ty::Unknown,
+        }
     }
 
     /// The type with variables replaced as far as the outer two levels need it.

@@ -325,7 +325,7 @@ impl Gates<'_, '_> {
     }
 
     pub(super) fn is_number(&self, place: &Place) -> bool {
-        matches!(self.ty(place), Some(Ty::Int))
+        self.ty(place).is_some_and(|ty| *ty.peel() == Ty::Int)
     }
 
     /// Whether a place is set to a constant, or to what is the same in all iterations.

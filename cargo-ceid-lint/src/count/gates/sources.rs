@@ -58,7 +58,14 @@ impl<'a> Assignments<'a> {
             at += 1;
             let is_lent =
                 |info: &VarInfo| info.param.is_some() || info.name == "self" || matches!(info.ty, Ty::Ref(..));
-            let is_owner = place.steps.is_empty() && place.base_var().is_some_and(|var| is_lent(graph.var(var)));
+            // What is read is a part of it: `self.board.tacho.read()` reads nothing else of the board.
+            let has_part = |other: &Place| {
+                other.base == place.base
+                    && other.steps.len() > place.steps.len()
+                    && other.steps.starts_with(&place.steps)
+            };
+            let is_whole = place.steps.is_empty() || found.places.iter().any(has_part);
+            let is_owner = is_whole && place.base_var().is_some_and(|var| is_lent(graph.var(var)));
             if let Some(var) = place.base_var()
                 && let Some(computed) = graph.computed.get(&var)
             {

@@ -1,8 +1,8 @@
 //! Calls that take the callback of a device or timer: each call of the closure is one control cycle.
 
-use super::Builder;
-use crate::index::{FunctionId, Ty};
-use crate::syntax::tree::{ExprId, ExprKind};
+use super::{Builder, Value};
+use crate::index::{FunctionId, TraitName, Ty};
+use crate::syntax::tree::{ExprId, ExprKind, PatId};
 use crate::types::Callee;
 
 impl Builder<'_> {
@@ -33,9 +33,29 @@ impl Builder<'_> {
     }
 
     /// Whether a function calls what it gets as a parameter, so that its body tells how often.
-    pub(super) fn calls_parameter(&self, id: FunctionId) -> bool {
+    fn calls_parameter(&self, id: FunctionId) -> bool {
         let calls = |callee: &Callee| matches!(callee, Callee::Parameter(_));
         self.program.typed(id).is_some_and(|typed| typed.callees.values().any(calls))
+    }
+
+    /// Whether the closure that a function is given is called from elsewhere.
+    pub(super) fn keeps_callback(&self, id: ExprId, target: FunctionId, values: &[Value]) -> bool {
+        self.takes_callback(id) && !self.calls_parameter(target) || self.stands_for_framework(target, values)
+    }
+
+    /// Whether a function asks for a closure that can be called again and again, and does nothing with it: it stands for one of a
+    /// framework, which calls the closure from elsewhere.
+    fn stands_for_framework(&self, id: FunctionId, values: &[Value]) -> bool {
+        let (Some(body), Some(typed)) = (&self.program.index.function(id).function.body, self.program.typed(id)) else {
+            return false;
+        };
+        let is_named = |pat: &PatId| {
+            let local = typed.pat_local.get(pat);
+            local.is_some_and(|local| typed.expr_local.values().any(|named| named == local))
+        };
+        let given = body.params.iter().zip(values).enumerate().filter(|(_, (_, value))| value.closure.is_some());
+        let mut is_idle = given.map(|(at, (pat, _))| !is_named(pat) && is_called_again(&self.declared_param(id, at)));
+        is_idle.next().is_some_and(|first| first && is_idle.all(|idle| idle))
     }
 
     /// The last name of a type, behind references.
@@ -45,6 +65,20 @@ impl Builder<'_> {
             ty => ty.external_name(),
         }
     }
+}
+
+/// Whether a value of the type can be called more than once.
+fn is_called_again(ty: &Ty) -> bool {
+    let bounds = match ty.peel() {
+        Ty::Param(param) => param.bounds.as_slice(),
+        Ty::Opaque(bounds) => bounds.as_slice(),
+        Ty::External(path, args) if path.ends_with("::Box") => return args.first().is_some_and(is_called_again),
+        _ => return false,
+    };
+    bounds.iter().any(|bound| match &bound.name {
+        TraitName::External(path) => matches!(path.rsplit("::").next(), Some("Fn" | "FnMut")),
+        TraitName::Local(_) => false,
+    })
 }
 
 fn is_timer(name: &str) -> bool {

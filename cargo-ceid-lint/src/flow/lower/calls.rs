@@ -190,7 +190,7 @@ impl Builder<'_> {
                 return value;
             }
             let is_foreign = Self::is_of_foreign_trait(resolved);
-            let keeps = |target: &FunctionId| is_foreign || self.takes_callback(id) && !self.calls_parameter(*target);
+            let keeps = |target: &FunctionId| is_foreign || self.keeps_callback(id, *target, values);
             if let [target] = resolved.targets.as_slice()
                 && !keeps(target)
                 && let Some(value) = self.inline_function(*target, values, span)
@@ -454,6 +454,9 @@ impl Builder<'_> {
         // `#[derive(Clone)] struct Handle(Arc<..>)`
         if method == "clone" && args.is_empty() && self.is_shared_handle(receiver) {
             return Value { is_owned: false, ..value };
+        }
+        if let Some(converted) = self.converted(id, receiver, method, &value) {
+            return converted;
         }
         let values = self.values(args);
         let ty = self.ty(receiver).peel();

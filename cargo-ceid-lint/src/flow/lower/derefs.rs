@@ -1,4 +1,4 @@
-//! `Deref` impls of the analysed code: the place that one hands out, and what it does before.
+//! `Deref` and `From` impls of the analysed code: the place that one hands out, and what it does before.
 
 use std::sync::Arc;
 
@@ -23,6 +23,9 @@ struct DerefPath {
 impl Builder<'_> {
     /// A field of a place, through the `Deref` impls of newtypes.
     pub(super) fn field_place(&self, base: ExprId, place: &Place, name: &str) -> Place {
+        if let Some(place) = self.field_of_other_name(base, name) {
+            return place;
+        }
         let through = |place: Place, through: &FunctionId| match self.through_deref(*through) {
             Some(path) => place.join(&path.steps),
             None => place,
@@ -32,6 +35,9 @@ impl Builder<'_> {
 
     /// The same, with what the `Deref` impls do.
     pub(super) fn read_field(&mut self, base: ExprId, place: Place, name: &str) -> Place {
+        if let Some(place) = self.field_of_other_name(base, name) {
+            return place;
+        }
         let span = self.span(base);
         let derefs = self.derefs_before(base, name);
         derefs.into_iter().fold(place, |place, through| self.dereferenced(place, through, span)).field(name)
@@ -111,6 +117,16 @@ impl Builder<'_> {
             value.place = Some(derefs.iter().fold(place, through));
         }
         value
+    }
+
+    /// `filter.into()`: the only `From` impl that takes a filter runs, or what holds one.
+    pub(super) fn converted(&mut self, id: ExprId, receiver: ExprId, method: &str, value: &Value) -> Option<Value> {
+        if method != "into" || value.place.is_none() || !self.may_hold_filter(self.ty(receiver)) {
+            return None;
+        }
+        let from = self.program.index.only_conversion(self.ty(receiver))?;
+        let result = self.emit_call(id, &[from], &[receiver], std::slice::from_ref(value), None);
+        Some(Value { place: Some(Place::var(result)), is_owned: true, ..Value::default() })
     }
 
     /// Whether what is called takes an argument by a shared reference, whatever it is given: `show(lag)` of a `fn(&Lag)`.

@@ -4,7 +4,7 @@ use super::carried::State;
 use super::sources::{Item, Source, Stage, is_map};
 use super::{Builder, ClosureRef, Value};
 use crate::flow::{Cause, CycleKind, Effect, IndexKey, Limit, LoopId, LoopInfo, Place, Rounds, Test, Transfer, Var};
-use crate::index::Ty;
+use crate::index::{FunctionId, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, PatKind};
 use crate::types::Callee;
@@ -37,7 +37,9 @@ impl Builder<'_> {
     fn source_of(&mut self, id: ExprId, is_lent: bool) -> Source {
         let body = self.body();
         let row = self.row_of_variants(id);
+        let own = self.program.index.own_into_iter(self.ty(id));
         let mut source = match &body.expr(id).kind {
+            _ if own.is_some() => self.own_collection(id, own),
             _ if row.is_some() => {
                 let (first, count) = row.unwrap_or_default();
                 Source { item: Item::Counter(Some(first)), rounds: Rounds::Constant(count), ..Source::bounded() }
@@ -75,6 +77,28 @@ impl Builder<'_> {
             source.item = Item::Drawn(source.reads.clone(), self.computed_from(id));
         }
         source
+    }
+
+    /// A value of a type of the analysed code that says itself what it is iterated over by.
+    fn own_collection(&mut self, id: ExprId, into_iter: Option<FunctionId>) -> Source {
+        let value = self.expr(id);
+        let (Some(into_iter), Some(place)) = (into_iter.filter(|_| self.at.is_some()), value.place) else {
+            return Source::bounded();
+        };
+        let index = self.program.index;
+        let output = index.project(self.ty(id), "IntoIter");
+        let text = format!("{}.into_iter()", self.text(id));
+        let iterator = Place::var(self.run_on(into_iter, place, output.clone(), text, self.span(id)));
+        let item = match &output {
+            ty if self.draws_by_itself(ty) => {
+                let cause = Cause::Call(self.text(id));
+                self.emit(Effect::Unknown { places: vec![iterator.clone()], cause }, self.span(id));
+                Item::Opaque
+            }
+            ty if self.may_hold_filter(ty) => Item::Element(iterator.clone()),
+            _ => Item::Opaque,
+        };
+        Source { item, over: Some(iterator), ..Source::bounded() }
     }
 
     /// A place that is iterated over.

@@ -1,7 +1,7 @@
 //! Macros that are read as code: which operands run, and how often.
 
 use super::{Builder, Value};
-use crate::flow::{CycleKind, Effect, Place, Rounds};
+use crate::flow::{Cause, CycleKind, Effect, Place, Rounds};
 use crate::syntax::tree::{ExprId, MacroExpr, MacroKind, PatId, SelectArm};
 
 impl Builder<'_> {
@@ -10,8 +10,11 @@ impl Builder<'_> {
         match &macro_expr.kind {
             MacroKind::All(operands) => {
                 let mut last = Value::default();
-                for operand in operands {
+                for (number, operand) in operands.iter().enumerate() {
                     last = self.expr(*operand);
+                    if number == 0 && writes_into(&macro_expr.path) {
+                        self.written_into(id, *operand, &last);
+                    }
                 }
                 match macro_expr.path.rsplit("::").next().unwrap_or("") {
                     "dbg" | "block" | "pin" | "unwrap" | "expect" => last,
@@ -98,6 +101,24 @@ impl Builder<'_> {
                 Value::default()
             }
             MacroKind::EachCycle { names, control, body } => self.each_cycle(id, names, *control, *body),
+        }
+    }
+
+    /// `write!(log, …)` calls what the analysed code says of writing into it, for each piece of the text.
+    fn written_into(&mut self, id: ExprId, writer: ExprId, value: &Value) {
+        let index = self.program.index;
+        let ty = self.ty(writer).peel();
+        let Some(place) = value.place.as_ref().filter(|_| self.at.is_some() && index.holds_filter(ty)) else { return };
+        let own = WRITING.iter().flat_map(|name| index.methods(ty, name)).filter(|owner| owner.of_trait().is_some());
+        let mut places = Vec::new();
+        for function in own.filter_map(|owner| owner.function()) {
+            match super::written::written_fields(self.program, function) {
+                Some(fields) => places.extend(fields.iter().map(|field| place.field(field))),
+                None => places.push(place.clone()),
+            }
+        }
+        if !places.is_empty() {
+            self.emit(Effect::Unknown { places, cause: Cause::Call(self.text(id)) }, self.span(id));
         }
     }
 
@@ -223,4 +244,12 @@ impl Builder<'_> {
             crate::index::Shape::Enum(_) => Vec::new(),
         }
     }
+}
+
+/// The methods of `fmt::Write`, `io::Write` and their like that formatted text goes through.
+const WRITING: &[&str] = &["write_fmt", "write_str", "write_char", "write_all", "write"];
+
+/// Whether a macro writes into what its first operand is.
+fn writes_into(path: &str) -> bool {
+    matches!(path.rsplit("::").next().unwrap_or(""), "write" | "writeln" | "uwrite" | "uwriteln")
 }

@@ -38,6 +38,7 @@ mod iterators;
 mod last;
 mod laws;
 mod lazy;
+mod lent_names;
 mod limits;
 mod locks;
 mod loops;
@@ -120,6 +121,8 @@ struct Frame<'a> {
     vars: FxHashMap<LocalId, Var>,
     /// The parameters that stand for places of the caller, where a function is read in the place of its call.
     stand_ins: FxHashMap<LocalId, Place>,
+    /// The other names of places with filters in them, and whether each is a reference.
+    owners: FxHashMap<LocalId, (Place, bool)>,
     /// The locals that are assigned or borrowed mutably somewhere.
     mutated: FxHashSet<LocalId>,
     /// What is given to calls as it is, or taken apart by a pattern.
@@ -142,6 +145,7 @@ impl<'a> Frame<'a> {
             typed,
             vars: FxHashMap::default(),
             stand_ins: FxHashMap::default(),
+            owners: FxHashMap::default(),
             mutated: borrowed::mutated_locals(body, typed),
             passed: borrowed::passed(body, typed),
             given_anew: closures::given_anew(body, typed),

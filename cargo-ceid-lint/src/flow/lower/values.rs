@@ -166,6 +166,7 @@ impl Builder<'_> {
     fn let_stmt(&mut self, pat: crate::syntax::tree::PatId, init: ExprId, span: Span) {
         let bound = self.vars_of(pat);
         self.derive_pattern(pat, init);
+        self.note_lent_names(pat, init);
         let value = self.expr_into(bound.clone(), init);
         if self.at.is_none() {
             // The names are still bound, so that what follows can be read.
