@@ -227,20 +227,18 @@ impl Index {
         self.impl_methods(ty, "into_iter").into_iter().filter(is_std).find_map(|owner| owner.function())
     }
 
-    /// What `into` runs on a value of the type: the only `From` impl of the analysed code that takes it.
+    /// What `into` may run on a value of the type: the `From` impls of the analysed code that take it.
     #[must_use]
-    pub fn only_conversion(&self, ty: &Ty) -> Option<FunctionId> {
-        let Ty::Adt(id, _) = ty else { return None };
+    pub fn conversions(&self, ty: &Ty) -> Vec<FunctionId> {
         let is_from =
             |def: &&ImplDef| matches!(&def.implements, Some(TraitName::External(path)) if path.ends_with("::From"));
         let takes_it = |function: &FunctionId| {
             let given = self.function(*function).function.params.first();
             let given = given.map(|given| self.lower(given, &self.scope_of(*function)));
-            matches!(given, Some(Ty::Adt(own, _)) if own == *id)
+            given.is_some_and(|given| matches!(given, Ty::Adt(..)) && given.may_be(ty))
         };
         let from = self.impls.iter().filter(is_from).filter_map(|def| def.methods.get("from").copied());
-        let mut found = from.filter(takes_it);
-        found.next().filter(|_| found.next().is_none())
+        from.filter(takes_it).collect()
     }
 
     fn impl_methods(&self, ty: &Ty, name: &str) -> Vec<MethodOwner> {

@@ -455,9 +455,6 @@ impl Builder<'_> {
         if method == "clone" && args.is_empty() && self.is_shared_handle(receiver) {
             return Value { is_owned: false, ..value };
         }
-        if let Some(converted) = self.converted(id, receiver, method, &value) {
-            return converted;
-        }
         let values = self.values(args);
         let ty = self.ty(receiver).peel();
         let reads_only = super::borrowed::only_reads(method);

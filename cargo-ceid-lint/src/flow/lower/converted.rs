@@ -2,7 +2,7 @@
 
 use super::{Builder, Value};
 use crate::flow::{Cause, Effect, Place};
-use crate::index::{FunctionId, Owner, Ty};
+use crate::index::{Owner, Ty};
 use crate::syntax::tree::ExprId;
 
 impl Builder<'_> {
@@ -12,16 +12,7 @@ impl Builder<'_> {
         let is_own = matches!(ty, Ty::Adt(..)) && self.may_hold_filter(&ty) && value.is_owned;
         let place = value.place.clone().filter(|_| method == "into" && is_own && self.at.is_some())?;
         let index = self.program.index;
-        let takes_it = |target: &FunctionId| match index.function(*target).function.params.as_slice() {
-            [param] => index.lower(param, &index.scope_of(*target)) == ty,
-            _ => false,
-        };
-        let all = (0u32..).map(FunctionId).take(index.functions.len());
-        let named = all.filter(|id| {
-            let def = index.function(*id);
-            def.name == "from" && def.function.receiver.is_none() && matches!(def.owner, Owner::Impl(_))
-        });
-        match named.filter(takes_it).collect::<Vec<_>>().as_slice() {
+        match index.conversions(&ty).as_slice() {
             [] => None,
             [target] => {
                 let result = self.emit_call(id, &[*target], &[receiver], std::slice::from_ref(value), None);

@@ -119,16 +119,6 @@ impl Builder<'_> {
         value
     }
 
-    /// `filter.into()`: the only `From` impl that takes a filter runs, or what holds one.
-    pub(super) fn converted(&mut self, id: ExprId, receiver: ExprId, method: &str, value: &Value) -> Option<Value> {
-        if method != "into" || value.place.is_none() || !self.may_hold_filter(self.ty(receiver)) {
-            return None;
-        }
-        let from = self.program.index.only_conversion(self.ty(receiver))?;
-        let result = self.emit_call(id, &[from], &[receiver], std::slice::from_ref(value), None);
-        Some(Value { place: Some(Place::var(result)), is_owned: true, ..Value::default() })
-    }
-
     /// Whether what is called takes an argument by a shared reference, whatever it is given: `show(lag)` of a `fn(&Lag)`.
     pub(super) fn is_taken_shared(&self, id: ExprId, arg: ExprId) -> bool {
         let (callee, receiver, args) = match &self.body().expr(id).kind {
