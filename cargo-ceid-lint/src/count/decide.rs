@@ -332,7 +332,7 @@ fn skipped(
             kinds.extend(span.map(|span| (span, gate)));
             false
         }
-        None => match gates.doubt(end) {
+        None => match gates.doubt(end).or_else(|| search.asks_dropped(exploration, end).then(too_many_conditions)) {
             Some(cause) => {
                 doubt.get_or_insert(cause);
                 false
@@ -346,9 +346,6 @@ fn skipped(
             // Of nested gates the outer one comes first.
             let gate = kinds.into_iter().min_by_key(|(span, _)| *span).map(|(_, gate)| gate);
             Decision { verdict: Verdict::Gated, gate, ..base }
-        }
-        Some(end) if search.asks_dropped(exploration, end) => {
-            Decision { verdict: Verdict::Unproved, cause: Some(too_many_conditions()), ..base }
         }
         Some(end) => {
             let witness = steps(search, region, exploration, end);

@@ -19,7 +19,7 @@ pub(super) struct ControlDependence {
     /// The nodes that give a subject a head that is known.
     pub(super) assigned: BTreeMap<SubjectId, Vec<NodeId>>,
     /// The nodes that give a subject any head.
-    overwritten: BTreeMap<SubjectId, Vec<NodeId>>,
+    pub(super) overwritten: BTreeMap<SubjectId, Vec<NodeId>>,
     /// The branches on a subject.
     asking: BTreeMap<SubjectId, Vec<NodeId>>,
     /// The heads with which a subject that never changes comes to a node, as far as it was asked: it is the same for all filters.
@@ -272,7 +272,7 @@ pub(super) struct Tracked {
 const MAX_WITH_EXITS: usize = 6;
 
 impl Tracked {
-    /// Tracks more, where there is room.
+    /// Tracks more, where there is room; what is usually told apart is missed where fewer are.
     pub(super) fn add(&mut self, more: Self, most: usize) {
         let room = MAX_WITH_EXITS.min(most).saturating_sub(self.subjects.len());
         let mut new: Vec<SubjectId> = Vec::new();
@@ -282,12 +282,11 @@ impl Tracked {
             }
             if new.len() < room {
                 new.push(id);
-            } else {
+            } else if most < MAX_TRACKED {
                 self.dropped.insert(id);
             }
         }
         self.subjects.extend(new);
-        self.dropped.extend(more.dropped);
         self.subjects.sort_unstable();
         self.often.extend(more.often);
     }

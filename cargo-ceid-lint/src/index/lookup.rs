@@ -223,6 +223,10 @@ impl Index {
         if !matches!(ty.peel(), Ty::Adt(..)) {
             return None;
         }
+        // What an iterator of a crate that is not read lends cannot be told.
+        if matches!(self.project(ty, "IntoIter"), Ty::External(path, _) if !path.starts_with("std::")) {
+            return None;
+        }
         let is_std = |owner: &MethodOwner| matches!(owner.of_trait(), Some(TraitName::External(path)) if path.ends_with("::IntoIterator"));
         self.impl_methods(ty, "into_iter").into_iter().filter(is_std).find_map(|owner| owner.function())
     }

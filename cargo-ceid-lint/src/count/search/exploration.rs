@@ -1,6 +1,6 @@
 //! What a search has found: its states, and how its ways end.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::run::Run;
 use super::{Region, Search, Start, State};
@@ -103,18 +103,57 @@ impl Search<'_> {
         if fewer.limit { exploration } else { fewer }
     }
 
-    /// Whether a way passes a condition twice that could not be told apart, or one that something gives a value: then it may not exist.
+    /// Whether a way may not exist, for what it asks of conditions that were not told apart: one is to hold and not to hold, or another
+    /// than it was given.
     pub(in crate::count) fn asks_dropped(&self, exploration: &Exploration, end: &End) -> bool {
-        let mut asked = BTreeSet::new();
-        let is_given = |id: &SubjectId| self.dependence.assigned.get(id).is_some_and(|writers| !writers.is_empty());
-        let mut may_be_known = |id: SubjectId| is_given(&id) || !asked.insert(id);
-        !exploration.dropped.is_empty()
-            && exploration.path(end.at).iter().any(|at| match &self.graph.node(exploration.states[*at].node).effect {
-                Effect::Branch(test) => {
-                    test.subject.is_some_and(|id| exploration.dropped.contains(&id) && may_be_known(id))
-                }
-                _ => false,
-            })
+        let dropped = &exploration.dropped;
+        if dropped.is_empty() {
+            return false;
+        }
+        let writers = |of: &BTreeMap<SubjectId, Vec<NodeId>>| {
+            let mut found: BTreeMap<NodeId, Vec<SubjectId>> = BTreeMap::new();
+            for (id, nodes) in of.iter().filter(|(id, _)| dropped.contains(id)) {
+                nodes.iter().for_each(|node| found.entry(*node).or_default().push(*id));
+            }
+            found
+        };
+        let (given, overwritten) = (writers(&self.dependence.assigned), writers(&self.dependence.overwritten));
+        let path: Vec<NodeId> = exploration.path(end.at).into_iter().map(|at| exploration.states[at].node).collect();
+        // The heads that each may have; none where it has some that are not followed.
+        let mut known: BTreeMap<SubjectId, Option<u32>> = BTreeMap::new();
+        for (number, at) in path.iter().enumerate() {
+            let node = self.graph.node(*at);
+            for id in overwritten.get(at).into_iter().flatten() {
+                known.remove(id);
+            }
+            for id in given.get(at).into_iter().flatten() {
+                let from = self.graph.copied(*at).and_then(|from| self.graph.subject_of(&from));
+                let heads = match (&node.effect, from) {
+                    (Effect::Set(set) | Effect::Write(set), _) if set.head.is_some() => {
+                        let bit = |head: &String| self.graph.subjects[id.0 as usize].bit(head);
+                        Some(set.head.as_ref().map(bit))
+                    }
+                    (_, Some(from)) if dropped.contains(&from) && !known.contains_key(&from) => None,
+                    _ => Some(None),
+                };
+                match heads {
+                    Some(heads) => known.insert(*id, heads),
+                    None => known.remove(id),
+                };
+            }
+            let Effect::Branch(test) = &node.effect else { continue };
+            let Some(id) = test.subject.filter(|id| dropped.contains(id)) else { continue };
+            let goes = |answer: usize| path.get(number + 1).is_none_or(|next| node.next.get(answer) == Some(next));
+            let asked = [(0, test.holds), (1, test.fails)];
+            let asked = asked.iter().filter(|(answer, _)| goes(*answer)).fold(0, |all, (_, heads)| all | heads);
+            match known.get(&id) {
+                Some(None) => return true,
+                Some(Some(heads)) if heads & asked == 0 => return true,
+                Some(Some(heads)) => known.insert(id, Some(heads & asked)),
+                None => known.insert(id, Some(asked)),
+            };
+        }
+        false
     }
 }
 

@@ -49,14 +49,14 @@ impl Search<'_> {
                 heads |= returned;
                 continue;
             }
-            if !certain.contains(&end.state.count) {
-                outcomes.insert(Outcome { returned, ..Outcome::unknown(too_many_conditions()) });
-                continue;
-            }
             let gate = gates.of_end(&exploration, end);
             let unknown = end.state.unknown.map(|cause| exploration.causes[cause as usize].clone());
             let asks = gates.asks(&exploration, end);
             let is_explained = gate.is_some() || asks.is_some();
+            if !certain.contains(&end.state.count) && gate.is_none() {
+                outcomes.insert(Outcome { returned, ..Outcome::unknown(too_many_conditions()) });
+                continue;
+            }
             let is_passed = super::super::skips::is_passed_by_search(self, region, end)
                 || !is_explained && super::super::skips::is_behind_number(self, &exploration, end);
             let unknown = unknown
