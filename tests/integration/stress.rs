@@ -50,6 +50,11 @@ const SHAPES: &[Shape] = &[
     Shape { name: "conditions", verdict: "skipped", source: |n| nested("if bus.is_busy() {", n.min(400)) },
     Shape { name: "loops in loops", verdict: "once", source: |n| nested("while bus.is_busy() {", n.min(400)) },
     Shape {
+        name: "counting loops in loops",
+        verdict: "repeated",
+        source: |n| nested("for k in 0..bus.state() {", n.min(400)),
+    },
+    Shape {
         name: "ways out",
         verdict: "skipped",
         source: |n| cycle(&(each(n, |n| format!("if bus.read() > {n}.0 {{ continue; }}\n")) + "kf.update(1.0);")),

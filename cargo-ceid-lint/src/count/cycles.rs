@@ -89,10 +89,7 @@ pub(super) fn choose_cycles(
         let inner = if kind == FunctionKind::Cycle { around.len() } else { going.unwrap_or(0) };
         let mut at = 0..;
         around.retain(|id| at.next().is_none_or(|at| at >= inner) || graph.loop_info(*id).goes_round);
-        chosen.push((
-            node,
-            choose(graph, aliases, summaries, search, node, &around, counts_as, is_helper, &mut sample_loops),
-        ));
+        chosen.push((node, choose(graph, aliases, search, node, &around, counts_as, is_helper, &mut sample_loops)));
     }
     // A loop over the samples of its siblings is one over samples: a control rate inside it is a rate of samples.
     if kind == FunctionKind::Cycle {
@@ -161,7 +158,6 @@ fn is_given_away(search: &Search<'_>, graph: &ControlFlowGraph, instance: &Place
 fn choose(
     graph: &ControlFlowGraph,
     aliases: &Aliases,
-    summaries: &Summaries,
     search: &Search<'_>,
     node: NodeId,
     around: &[LoopId],
@@ -180,7 +176,7 @@ fn choose(
     // A loop over samples that are fed to the instance is its cycle, inside whatever else is one.
     let inner = &around[..unbounded.unwrap_or(around.len())];
     for id in inner {
-        if feeds(graph, aliases, summaries, search, node, *id) || chooses(graph, aliases, search, node, *id) {
+        if search.feeds(node, *id) || chooses(graph, aliases, search, node, *id) {
             let is_nested = around.iter().any(|other| other != id && graph.is_within(Some(*id), *other));
             if is_nested || is_helper || kind == FunctionKind::Cycle {
                 sample_loops.insert(*id);
@@ -225,14 +221,8 @@ fn comes_from(graph: &ControlFlowGraph, place: &Place, places: &[&Place]) -> boo
 }
 
 /// Whether what a loop binds is fed to the instance at an update in it, or its result is combined with that.
-pub(super) fn feeds(
-    graph: &ControlFlowGraph,
-    aliases: &Aliases,
-    summaries: &Summaries,
-    search: &Search<'_>,
-    node: NodeId,
-    id: LoopId,
-) -> bool {
+pub(super) fn feeds(search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
+    let Search { graph, aliases, summaries, .. } = *search;
     let info = graph.loop_info(id);
     if info.rounds == Rounds::Unbounded || info.bound.is_empty() || picks_round(graph, search, node, id) {
         return false;
@@ -266,16 +256,15 @@ pub(super) fn feeds(
     }
     let inside = |other: &NodeId| graph.is_within(graph.node(*other).in_loop, id);
     let (from_bound, origins) = (aliases.derived_from(&bound), aliases.origins(&bound));
+    // What is combined with the result for each sample of a loop around it is no sample.
+    let is_inner = is_gone_through_for_samples(search, node, id);
     let is_fed = |fed: &[Var], into: &[Var]| {
-        fed.iter().any(|var| from_bound.contains(*var)) || into.iter().any(|var| origins.contains(var))
+        fed.iter().any(|var| from_bound.contains(*var)) || !is_inner && into.iter().any(|var| origins.contains(var))
     };
     let is_written = |from: &Computed| writes_fed(graph, aliases, search, id, from, (&from_bound, &sampled));
-    // What is combined with the result for each sample of a loop around it is no sample.
-    let is_inner = is_gone_through_for_samples(graph, aliases, summaries, search, node, id);
-    let combined = |into: &'_ [Var]| -> Vec<Var> { if is_inner { Vec::new() } else { into.to_vec() } };
     let at_update = match &graph.node(node).effect {
-        Effect::Update(update) => is_fed(&update.fed, &combined(&update.into)) || is_written(&update.from),
-        Effect::Call(site) => is_fed(&site.fed, &combined(&site.into)) || is_written(&site.from),
+        Effect::Update(update) => is_fed(&update.fed, &update.into) || is_written(&update.from),
+        Effect::Call(site) => is_fed(&site.fed, &site.into) || is_written(&site.from),
         _ => false,
     };
     if at_update {
@@ -354,14 +343,8 @@ pub(super) fn feeds(
 }
 
 /// Whether a loop goes through the same values for each sample of a loop around it: `for s in out { for voice in &voices { … } }`.
-fn is_gone_through_for_samples(
-    graph: &ControlFlowGraph,
-    aliases: &Aliases,
-    summaries: &Summaries,
-    search: &Search<'_>,
-    node: NodeId,
-    id: LoopId,
-) -> bool {
+fn is_gone_through_for_samples(search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
+    let Search { graph, aliases, .. } = *search;
     let info = graph.loop_info(id);
     let bases = info.indexes.iter().chain(&info.sampled).chain(&info.over);
     let keys = bases.clone().flat_map(|place| place.steps.iter().filter_map(Projection::key));
@@ -370,8 +353,7 @@ fn is_gone_through_for_samples(
     let mut around = std::iter::successors(info.parent, |outer| graph.loop_info(*outer).parent);
     around.any(|outer| {
         let of_sample = &graph.loop_info(outer).bound;
-        !own.iter().any(|var| aliases.is_derived(*var, of_sample))
-            && feeds(graph, aliases, summaries, search, node, outer)
+        !own.iter().any(|var| aliases.is_derived(*var, of_sample)) && search.feeds(node, outer)
     })
 }
 

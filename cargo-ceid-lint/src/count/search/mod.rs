@@ -117,6 +117,8 @@ pub(super) struct Search<'a> {
     homes: OnceCell<Vec<Place>>,
     /// The branches that ask whether it is there, as far as it was looked.
     presence: RefCell<FxHashMap<NodeId, bool>>,
+    /// See [`Self::feeds`].
+    feeding: RefCell<FxHashMap<(NodeId, LoopId), bool>>,
     /// How many states were looked at.
     states: Cell<usize>,
     /// Whether a search for what a mode resets came to no end.
@@ -151,6 +153,7 @@ impl<'a> Search<'a> {
             updating: OnceCell::new(),
             homes: OnceCell::new(),
             presence: RefCell::default(),
+            feeding: RefCell::default(),
             states: Cell::new(0),
             gave_up: Cell::new(false),
         };
@@ -227,10 +230,14 @@ impl<'a> Search<'a> {
             .collect()
     }
 
-    /// Whether what a loop binds is fed to the instance at an update in it.
-    fn feeds(&self, node: NodeId, id: LoopId) -> bool {
-        self.graph.is_within(self.graph.node(node).in_loop, id)
-            && super::cycles::feeds(self.graph, self.aliases, self.summaries, self, node, id)
+    /// Whether what a loop binds is fed to the instance at an update in it. It depends on the loops around it, and is found once.
+    pub(super) fn feeds(&self, node: NodeId, id: LoopId) -> bool {
+        let known = self.feeding.borrow().get(&(node, id)).copied();
+        known.unwrap_or_else(|| {
+            let feeds = self.graph.is_within(self.graph.node(node).in_loop, id) && super::cycles::feeds(self, node, id);
+            self.feeding.borrow_mut().insert((node, id), feeds);
+            feeds
+        })
     }
 
     /// Whether a law runs at a node for an element that only data tells, which may be the instance or another one.
