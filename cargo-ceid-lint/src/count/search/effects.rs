@@ -57,21 +57,23 @@ impl Run<'_, '_> {
             // What the function does to an element that it names is told with it, also what it does to each.
             let is_named =
                 related.iter().any(|(place, _, relations)| !place.stands_for_several() && is_exact(relations));
-            let mut told: Vec<&Vec<Outcome>> = Vec::new();
+            let mut told: Option<&Vec<Outcome>> = None;
             for (place, outcomes, relations) in related {
                 let exact = is_exact(&relations);
                 // Of several variants one is there.
                 if exact && !search.homes().is_empty() {
-                    if !told.is_empty() && !told.contains(&outcomes) {
-                        let cause = self.cause(&called::which_variant());
-                        for (state, _) in &mut states {
-                            state.unknown = Some(cause);
+                    match told {
+                        None => told = Some(outcomes),
+                        Some(first) => {
+                            if first != outcomes {
+                                let cause = self.cause(&called::which_variant());
+                                for (state, _) in &mut states {
+                                    state.unknown = Some(cause);
+                                }
+                            }
+                            continue;
                         }
                     }
-                    if !told.is_empty() {
-                        continue;
-                    }
-                    told.push(outcomes);
                 }
                 if exact && is_named && place.stands_for_several() {
                     continue;

@@ -51,7 +51,15 @@ pub(in crate::count) struct Exploration {
     /// Set if the search gave up.
     pub(in crate::count) limit: bool,
     /// Conditions that could not be told apart, because there are too many.
-    pub(in crate::count) dropped: BTreeSet<SubjectId>,
+    pub(super) dropped: Dropped,
+}
+
+/// Conditions that were not told apart, with those that are copied from one of them, and the nodes that say something of them.
+#[derive(Debug, Default)]
+pub(in crate::count) struct Dropped {
+    subjects: BTreeSet<SubjectId>,
+    given: BTreeMap<NodeId, Vec<SubjectId>>,
+    overwritten: BTreeMap<NodeId, Vec<SubjectId>>,
 }
 
 impl Exploration {
@@ -106,18 +114,10 @@ impl Search<'_> {
     /// Whether a way may not exist, for what it asks of conditions that were not told apart: one is to hold and not to hold, or another
     /// than it was given.
     pub(in crate::count) fn asks_dropped(&self, exploration: &Exploration, end: &End) -> bool {
-        let dropped = &exploration.dropped;
+        let Dropped { subjects: dropped, given, overwritten } = &exploration.dropped;
         if dropped.is_empty() {
             return false;
         }
-        let writers = |of: &BTreeMap<SubjectId, Vec<NodeId>>| {
-            let mut found: BTreeMap<NodeId, Vec<SubjectId>> = BTreeMap::new();
-            for (id, nodes) in of.iter().filter(|(id, _)| dropped.contains(id)) {
-                nodes.iter().for_each(|node| found.entry(*node).or_default().push(*id));
-            }
-            found
-        };
-        let (given, overwritten) = (writers(&self.dependence.assigned), writers(&self.dependence.overwritten));
         let path: Vec<NodeId> = exploration.path(end.at).into_iter().map(|at| exploration.states[at].node).collect();
         // The heads that each may have; none where it has some that are not followed.
         let mut known: BTreeMap<SubjectId, Option<u32>> = BTreeMap::new();
@@ -158,23 +158,31 @@ impl Search<'_> {
 }
 
 impl Run<'_, '_> {
-    /// The subjects that were not told apart, with those that are copied from one of them.
-    pub(super) fn untracked(&self) -> BTreeSet<SubjectId> {
+    /// The conditions that were not told apart.
+    pub(super) fn untracked(&self) -> Dropped {
         let search = self.search;
         let is_tracked = |id: &SubjectId| self.tracked.subjects.contains(id);
-        let mut found: BTreeSet<SubjectId> =
+        let mut subjects: BTreeSet<SubjectId> =
             self.tracked.dropped.iter().filter(|id| !is_tracked(id)).copied().collect();
         let mut before = 0;
-        while found.len() > before {
-            before = found.len();
+        while subjects.len() > before {
+            before = subjects.len();
             for (id, writers) in &search.dependence.assigned {
                 let from = |writer: &NodeId| search.graph.subject_of(&search.graph.copied(*writer)?);
-                if writers.iter().filter_map(from).any(|from| found.contains(&from)) {
-                    found.insert(*id);
+                if writers.iter().filter_map(from).any(|from| subjects.contains(&from)) {
+                    subjects.insert(*id);
                 }
             }
         }
-        found
+        let writers = |of: &BTreeMap<SubjectId, Vec<NodeId>>| {
+            let mut found: BTreeMap<NodeId, Vec<SubjectId>> = BTreeMap::new();
+            for (id, nodes) in of.iter().filter(|(id, _)| subjects.contains(id)) {
+                nodes.iter().for_each(|node| found.entry(*node).or_default().push(*id));
+            }
+            found
+        };
+        let (given, overwritten) = (writers(&search.dependence.assigned), writers(&search.dependence.overwritten));
+        Dropped { subjects, given, overwritten }
     }
 }
 

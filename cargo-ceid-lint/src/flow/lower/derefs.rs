@@ -1,4 +1,4 @@
-//! `Deref` and `From` impls of the analysed code: the place that one hands out, and what it does before.
+//! `Deref` impls of the analysed code: the place that one hands out, and what it does before.
 
 use std::sync::Arc;
 

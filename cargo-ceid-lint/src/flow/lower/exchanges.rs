@@ -1,5 +1,6 @@
 //! Values that change places: `mem::swap`, and what puts the elements of a collection in another order.
 
+use super::parts::given_to;
 use super::{Builder, Value};
 use crate::flow::{Assignment, Cause, Effect, IndexKey, Place, Transfer};
 use crate::index::Ty;
@@ -50,14 +51,7 @@ impl Builder<'_> {
     fn exchange(&mut self, [a, b]: [&Place; 2], [to_a, to_b]: [Option<ExprId>; 2], span: Span) {
         let between = Place::var(self.temporary(Ty::Unknown, span));
         for (place, from, given) in [(&between, a, None), (a, b, to_a), (b, &between, to_b)] {
-            let assignment = Assignment {
-                place: place.clone(),
-                from: Some(from.clone()),
-                transfer: Transfer::Move,
-                rebinds: true,
-                head: None,
-                same_as: None,
-            };
+            let assignment = Assignment { from: Some(from.clone()), ..given_to(place.clone(), None) };
             self.emit(Effect::Set(Box::new(assignment)), span);
             if let Some(given) = given {
                 self.note_given(place, given);

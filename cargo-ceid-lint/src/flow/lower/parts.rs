@@ -84,6 +84,7 @@ impl Builder<'_> {
     }
 }
 
-fn given_to(place: Place, head: Option<Head>) -> Assignment {
+/// A place is given a value of its own, of which no more is known than its head.
+pub(super) fn given_to(place: Place, head: Option<Head>) -> Assignment {
     Assignment { place, from: None, transfer: Transfer::Move, rebinds: true, head, same_as: None }
 }

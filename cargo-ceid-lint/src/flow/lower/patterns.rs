@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use std::sync::Arc;
 
+use super::parts::given_to;
 use super::subjects::Pure;
 use super::{Builder, Value};
 use crate::flow::{About, Assignment, Effect, Head, IndexKey, Mark, NodeId, Place, Section, Test, Transfer, Var};
@@ -109,14 +110,7 @@ impl Builder<'_> {
         self.resume_if_reached(failed);
         for set in moved.into_iter().rev() {
             if let Some(place) = set.from.filter(|_| self.at.is_some()) {
-                let back = Assignment {
-                    place,
-                    from: Some(set.place),
-                    transfer: Transfer::Move,
-                    rebinds: true,
-                    head: None,
-                    same_as: None,
-                };
+                let back = Assignment { from: Some(set.place), ..given_to(place, None) };
                 self.emit(Effect::Set(Box::new(back)), span);
             }
         }
