@@ -21,6 +21,7 @@ mod head;
 mod holding;
 mod hollow;
 mod implicit;
+mod import;
 mod imports;
 mod inputs;
 mod iteration;
@@ -53,7 +54,7 @@ use crate::diagnostic::{Applicability, Suggestion};
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
 
-pub use imports::{IdleImports, idle_imports};
+pub use imports::{HandedOn, IdleImports, idle_imports};
 pub use manifest::{Wanted, dependency, is_ceid_core};
 pub use plan::plans;
 pub use text::is_no_std;

@@ -2,6 +2,7 @@
 
 mod args;
 mod core;
+mod files;
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -9,13 +10,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use self::core::{core_directory, relative};
+use self::files::{same_file, text_of};
 use super::args::FixArgs;
 use super::{Console, ExitStatus, input, interrupted, vcs};
 use crate::count::{Cycle, CycleKind, Gate, Pair, Verdict};
 use crate::diagnostic::Diagnostic;
 use crate::fix::{self, Bounds, Edit, Fix, Revision};
 use crate::index::{FunctionId, Ty};
-use crate::migrate::{self, Plan, Reason, Rewrite, Wanted};
+use crate::migrate::{self, HandedOn, Plan, Reason, Rewrite, Wanted};
 use crate::pipeline::{Options, Report};
 use crate::project::{Package, Project};
 use crate::report::count;
@@ -281,6 +283,17 @@ impl Run<'_> {
                 fixes.push(self.fix(report, *span, IDLE_IMPORT.to_owned(), edits));
             }
         }
+        // What was handed on for nothing before is none of it.
+        let is_lost = |handed: &&HandedOn| {
+            self.touched.borrow().iter().any(|path| {
+                let texts = text_of(&first.sources, path).zip(text_of(&report.sources, path));
+                texts.is_some_and(|(before, now)| handed.is_said_less(before, now))
+            })
+        };
+        for handed in report.idle_imports.handed_on.iter().filter(is_lost) {
+            let edits = handed.edits.iter().map(|edit| self.edit(&report.sources, edit)).collect();
+            fixes.extend(handed.edits.first().map(|(span, _)| self.fix(report, *span, IDLE_IMPORT.to_owned(), edits)));
+        }
         let sources = &report.sources;
         let doubtful = report.idle_imports.doubtful.iter().filter(|(span, _)| {
             self.touched.borrow().iter().any(|path| same_file(path, &sources.file(span.file).path))
@@ -471,10 +484,6 @@ fn title_of(report: &Report, plan: &Plan) -> String {
 
 fn names(filters: &[String]) -> String {
     filters.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
-}
-
-fn same_file(one: &Path, other: &Path) -> bool {
-    one == other || matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
 }
 
 /// Whether a crate of the package does without the standard library.
