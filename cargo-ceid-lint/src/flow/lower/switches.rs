@@ -44,7 +44,19 @@ impl Builder<'_> {
             self.spoken = Some((self.span(id), self.text(id)));
         }
         let places: Vec<Option<Place>> = exprs.iter().map(|expr| self.static_place(*expr)).collect();
-        self.read_in_place(target, &places, &values, |this, body| this.condition(body.root, no));
+        let (span, text, about) = (self.span(id), self.text(id), self.about(id));
+        self.read_in_place(target, &places, &values, |this, body| {
+            if !super::optional::leaves(body, body.root) {
+                return this.condition(body.root, no);
+            }
+            // What returns early gives its answer, and does not leave the code that asks.
+            let answer = this.inline_body(Ty::Bool, span, true, |this| this.expr(body.root));
+            if this.at.is_some() {
+                let (yes, failed) = this.branch_on_head(&answer, "true", "false", span, text, about);
+                this.link(failed, no);
+                this.resume(yes);
+            }
+        });
         self.spoken = outer_spoken;
         true
     }
