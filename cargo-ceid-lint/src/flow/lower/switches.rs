@@ -230,6 +230,8 @@ impl Builder<'_> {
                 ExprKind::AssignOp { place, .. } => switches |= answers && !is_local(body, *place),
                 ExprKind::MethodCall { receiver, method, args, .. } => {
                     switches |= super::flags::is_flag(typed.ty(*receiver)) && super::flags::changes_flag(method);
+                    // What is taken is gone for whoever looks next.
+                    switches |= method == "take" && args.is_empty() && self.is_plain_option(typed.ty(*receiver));
                     let is_for_each = method == "for_each" && self.program.index.holds_filter(typed.ty(*receiver));
                     of_filters.extend(args.iter().filter(|_| is_for_each));
                 }
