@@ -352,6 +352,8 @@ pub struct Argument {
     pub value_of: Option<Place>,
     /// Its head, if that is constant.
     pub head: Option<Head>,
+    /// Whether it is a constant with a name: a setting, which another build may have otherwise.
+    pub is_setting: bool,
     /// Whether it is a shared reference, through which nothing is updated.
     pub is_shared: bool,
     /// Whether it is passed by value, so that it is in what the function makes of it from then on.

@@ -277,6 +277,7 @@ impl Builder<'_> {
                 index: self.argument_index(*expr, value),
                 value_of: self.value_of(*expr).or_else(|| self.state_given(*expr, value)),
                 head: value.head.clone().or_else(|| self.name_behind(*expr)),
+                is_setting: self.is_setting(*expr),
                 is_shared: self.is_shared(*expr),
                 is_moved: self.is_passed_by_value(*expr, value, receiver, targets),
                 is_copy: law_of.is_none()
