@@ -1,5 +1,7 @@
 //! What a function does with an instance that it never updates.
 
+use std::cell::OnceCell;
+
 use super::analyse::{Context, FunctionFacts};
 use super::counts::Count;
 use super::instances;
@@ -24,7 +26,7 @@ pub(super) struct Uses {
     pub(super) fed: bool,
     /// It is read.
     pub(super) read: bool,
-    /// A part of it is read, or a method of its own, and not only before the cycles of the function begin.
+    /// A part of it is read, or a method of its own, and not only outside the cycles that begin with its state.
     pub(super) looked_into: bool,
     /// Something else is given its state.
     pub(super) is_assigned: bool,
@@ -56,8 +58,11 @@ impl Context<'_> {
             let output = &index.function(function).function.output;
             instances::may_hold_filter(index, &index.lower(output, &index.scope_of(function)))
         };
+        let is_renewed = OnceCell::new();
+        let is_renewed = || *is_renewed.get_or_init(|| self.is_renewed(facts, holds));
         for node in &facts.graph.nodes {
-            let is_before_cycles = || is_before_loop(facts.graph, node);
+            let is_beside_cycles =
+                || node.in_loop.is_none() && (is_before_loop(facts.graph, node) || is_renewed());
             match &node.effect {
                 Effect::Unknown { places, .. } => uses.leaves |= places.iter().any(&holds),
                 Effect::Reset { place, .. } => uses.written |= holds(place),
@@ -91,7 +96,7 @@ impl Context<'_> {
                 Effect::Use { place: used } => {
                     uses.read |= holds(used);
                     let is_part = |root: &Place| root.overlaps(place) && root.steps.len() > place.steps.len();
-                    uses.looked_into |= facts.aliases.shared_roots(used).iter().any(is_part) && !is_before_cycles();
+                    uses.looked_into |= facts.aliases.shared_roots(used).iter().any(is_part) && !is_beside_cycles();
                 }
                 Effect::Call(site) => {
                     for (number, arg) in site.args.iter().enumerate() {
@@ -115,7 +120,7 @@ impl Context<'_> {
                             uses.leaves = true;
                         } else if arg.is_shared || self.reads_only(site, number) {
                             uses.read = true;
-                            uses.looked_into |= !self.is_clone(site) && !is_before_cycles();
+                            uses.looked_into |= !self.is_clone(site) && !is_beside_cycles();
                         } else {
                             uses.fed = true;
                         }
@@ -139,6 +144,13 @@ impl Context<'_> {
                 let mut updates = self.updates_of(facts, &copy).into_iter().peekable();
                 updates.peek().is_some() && (updates.all(|(_, is_sampled)| is_sampled) || self.goes_on(facts, &copy))
             })
+    }
+
+    /// Whether each copy of an instance is made and updated in an iteration of a loop, so that none goes on where another one was.
+    fn is_renewed(&self, facts: &FunctionFacts<'_>, holds: &impl Fn(&Place) -> bool) -> bool {
+        let mut copies = copies_of(facts.graph, holds).peekable();
+        copies.peek().is_some()
+            && copies.all(|copy| copy.made_in.is_some() && !self.updates_of(facts, &copy).is_empty())
     }
 
     /// Whether a copy leaves, or another one begins with its state.
@@ -267,7 +279,7 @@ impl Context<'_> {
     }
 }
 
-/// Whether a node stands before a loop of the function that holds it, and in none: what a template is asked there says how the
+/// Whether a node stands before a loop of the function that holds it: what a template is asked there says how the
 /// filters begin that are cloned from it.
 fn is_before_loop(graph: &ControlFlowGraph, node: &Node) -> bool {
     let follows = |info: &LoopInfo| {
@@ -276,7 +288,7 @@ fn is_before_loop(graph: &ControlFlowGraph, node: &Node) -> bool {
             && info.keyword.file == node.span.file
             && info.keyword.start >= node.span.end
     };
-    node.in_loop.is_none() && graph.loops.iter().any(follows)
+    graph.loops.iter().any(follows)
 }
 
 /// Whether a place holds a plain value of a `Copy` type: whoever takes that leaves the filter that it lies in where it is.
