@@ -55,6 +55,8 @@ impl Builder<'_> {
             }
             ExprKind::Path(path) => Some(self.index_path(id, path)),
             ExprKind::Binary { op: "-", rhs, .. } if self.is_mirrored(*rhs) => self.index_key(*rhs),
+            // `bank[N + 1]`
+            ExprKind::Binary { .. } if let Some(number) = self.number(id) => Some(IndexKey::Number(number)),
             _ => Some(IndexKey::Data(self.text(id).into())),
         }
     }
