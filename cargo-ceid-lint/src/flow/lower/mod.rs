@@ -121,6 +121,8 @@ struct Frame<'a> {
     vars: FxHashMap<LocalId, Var>,
     /// The parameters that stand for places of the caller, where a function is read in the place of its call.
     stand_ins: FxHashMap<LocalId, Place>,
+    /// The parameters that are given a constant with bits in it there.
+    masks: FxHashMap<LocalId, u32>,
     /// The other names of places with filters in them, and whether each is a reference.
     owners: FxHashMap<LocalId, (Place, bool)>,
     /// The locals that are assigned or borrowed mutably somewhere.
@@ -145,6 +147,7 @@ impl<'a> Frame<'a> {
             typed,
             vars: FxHashMap::default(),
             stand_ins: FxHashMap::default(),
+            masks: FxHashMap::default(),
             owners: FxHashMap::default(),
             mutated: borrowed::mutated_locals(body, typed),
             passed: borrowed::passed(body, typed),

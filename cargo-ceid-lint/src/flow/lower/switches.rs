@@ -29,7 +29,7 @@ impl Builder<'_> {
             || self.inlining.contains(&target)
             || !(is_pure_function(self.program, target, 0) || self.takes_flag(body, typed) || self.asks_clock(target))
             || self.static_place(receiver).is_none()
-            || args.iter().any(|arg| self.is_constant(*arg))
+            || args.iter().any(|arg| self.is_constant(*arg) && self.mask_within(*arg).is_none())
         {
             return false;
         }
@@ -45,7 +45,7 @@ impl Builder<'_> {
         }
         let places: Vec<Option<Place>> = exprs.iter().map(|expr| self.static_place(*expr)).collect();
         let (span, text, about) = (self.span(id), self.text(id), self.about(id));
-        self.read_in_place(target, &places, &values, |this, body| {
+        self.read_in_place(target, &exprs, &places, &values, |this, body| {
             if !super::optional::leaves(body, body.root) {
                 return this.condition(body.root, no);
             }
@@ -86,7 +86,7 @@ impl Builder<'_> {
             .collect();
         let (ty, span) = (typed.ty(body.root).clone(), self.span(id));
         let mut result = Value::default();
-        self.read_in_place(*target, &places, values, |this, body| {
+        self.read_in_place(*target, exprs, &places, values, |this, body| {
             result = this.inline_body(ty, span, true, |this| this.expr(body.root));
         });
         Some(result)
@@ -96,18 +96,24 @@ impl Builder<'_> {
     fn read_in_place(
         &mut self,
         target: FunctionId,
+        exprs: &[ExprId],
         places: &[Option<Place>],
         values: &[Value],
         read: impl FnOnce(&mut Self, &Body),
     ) {
         let def = self.program.index.function(target);
         let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(target)) else { return };
+        let masks: Vec<Option<u32>> = exprs.iter().map(|expr| self.mask_within(*expr)).collect();
         self.frames.push(Frame::new(target, body, typed));
         let outer = std::mem::replace(&mut self.frame, self.frames.len() - 1);
         self.depth += 1;
         self.graph.read_here.insert(target);
         self.inlining.push(target);
         for (number, pat) in body.params.iter().enumerate() {
+            if let (Some(Some(mask)), Some(local)) = (masks.get(number), typed.pat_local.get(pat)) {
+                let frame = &mut self.frames[self.frame];
+                frame.masks.extend((!frame.mutated.contains(local)).then_some((*local, *mask)));
+            }
             match (places.get(number).cloned().flatten(), typed.pat_local.get(pat)) {
                 (Some(place), Some(local)) => {
                     self.frames[self.frame].stand_ins.insert(*local, place);
@@ -227,7 +233,11 @@ impl Builder<'_> {
                 ExprKind::Assign { place, .. } => {
                     switches |= (answers || self.is_state(typed.ty(*place))) && !is_local(body, *place);
                 }
-                ExprKind::AssignOp { place, .. } => switches |= answers && !is_local(body, *place),
+                ExprKind::AssignOp { op, place, .. } => {
+                    let is_of_bits = matches!(*op, "|" | "&") && *typed.ty(*place).peel() == Ty::Int;
+                    let sets_flag = is_of_bits && !self.may_hold_filter(&resolved.self_ty);
+                    switches |= (answers || sets_flag) && !is_local(body, *place);
+                }
                 ExprKind::MethodCall { receiver, method, args, .. } => {
                     switches |= super::flags::is_flag(typed.ty(*receiver)) && super::flags::changes_flag(method);
                     // What is taken is gone for whoever looks next.
