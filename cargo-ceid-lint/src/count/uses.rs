@@ -4,6 +4,7 @@ use std::cell::OnceCell;
 
 use super::analyse::{Context, FunctionFacts};
 use super::counts::Count;
+use super::given::takes_by_value;
 use super::instances;
 use super::owed::is_named;
 use crate::flow::{
@@ -11,7 +12,7 @@ use crate::flow::{
 };
 use crate::index::{FunctionId, Index};
 use crate::source::Span;
-use crate::syntax::tree::{Receiver, TypeRef};
+use crate::syntax::tree::Receiver;
 
 /// What a function does with an instance.
 #[derive(Clone, Copy, Debug, Default)]
@@ -61,8 +62,7 @@ impl Context<'_> {
         let is_renewed = OnceCell::new();
         let is_renewed = || *is_renewed.get_or_init(|| self.is_renewed(facts, holds));
         for node in &facts.graph.nodes {
-            let is_beside_cycles =
-                || node.in_loop.is_none() && (is_before_loop(facts.graph, node) || is_renewed());
+            let is_beside_cycles = || node.in_loop.is_none() && (is_before_loop(facts.graph, node) || is_renewed());
             match &node.effect {
                 Effect::Unknown { places, .. } => uses.leaves |= places.iter().any(&holds),
                 Effect::Reset { place, .. } => uses.written |= holds(place),
@@ -116,7 +116,7 @@ impl Context<'_> {
                         if !holds(own) {
                             continue;
                         }
-                        if (!is_lent && self.takes_by_value(site, number)) || is_kept {
+                        if (!is_lent && takes_by_value(index, site, number)) || is_kept {
                             uses.leaves = true;
                         } else if arg.is_shared || self.reads_only(site, number) {
                             uses.read = true;
@@ -253,21 +253,6 @@ impl Context<'_> {
     fn is_real_move(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
         let is_name = |name: &str| !name.is_empty() && !name.starts_with('_');
         place.base_var().is_none_or(|var| is_name(&facts.graph.var(var).name) || !place.steps.is_empty())
-    }
-
-    /// Whether every target of a call takes an argument by value.
-    fn takes_by_value(&self, site: &CallSite, number: usize) -> bool {
-        site.targets.iter().any(|target| {
-            let function = &self.program.index.function(*target).function;
-            match (&function.receiver, number) {
-                (Some(Receiver::Value), 0) => true,
-                (Some(_), 0) => false,
-                (receiver, number) => {
-                    let at = number - usize::from(receiver.is_some());
-                    function.params.get(at).is_some_and(|ty| !matches!(ty, TypeRef::Reference { .. }))
-                }
-            }
-        })
     }
 
     fn reads_only(&self, site: &CallSite, number: usize) -> bool {

@@ -30,6 +30,7 @@ mod futures;
 mod given_away;
 mod guards;
 mod halves;
+mod handed_back;
 mod heads;
 mod held;
 mod intervals;
@@ -239,6 +240,7 @@ struct Builder<'a> {
     bounds: std::collections::BTreeMap<super::SubjectId, intervals::Bound>,
     orders: std::collections::BTreeMap<super::SubjectId, orders::Order>,
     inlining: Vec<FunctionId>,
+    handed_back: Option<handed_back::HandedBack>,
     /// The variables that the value of the expression at hand goes into.
     targets: Vec<Var>,
     /// The expression whose value they get.
@@ -295,6 +297,7 @@ impl<'a> Builder<'a> {
             bounds: std::collections::BTreeMap::new(),
             orders: std::collections::BTreeMap::new(),
             inlining: vec![function],
+            handed_back: None,
             targets: Vec::new(),
             target_value: None,
             reached: Vec::new(),

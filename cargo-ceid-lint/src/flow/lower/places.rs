@@ -276,12 +276,16 @@ impl Builder<'_> {
         let bases = if is_by_parts { Vec::new() } else { self.assigned_vars(target) };
         self.derive(&bases, value);
         self.derive_owner(target, value);
+        let handed_back = self.handed_back(target, value);
+        let outer = std::mem::replace(&mut self.handed_back, handed_back);
         let given = match self.own_rest(target, value) {
             // What it keeps of itself goes nowhere.
             Some(fields) => self.struct_value(value, fields, None),
             None => self.expr_into(bases, value),
         };
-        if self.at.is_none() {
+        // What comes back to its place is there.
+        let is_back = std::mem::replace(&mut self.handed_back, outer).is_none() && handed_back.is_some();
+        if self.at.is_none() || is_back {
             return Value::default();
         }
         let span = self.span(id);
