@@ -59,7 +59,6 @@ pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -
     // What is written is judged once, and the loops of its instances for the types that are known.
     let is_written = |graph: &&ControlFlowGraph| program.index.origin(graph.function) == graph.function;
     let (written, copies): (Vec<&ControlFlowGraph>, Vec<_>) = graphs.iter().flatten().partition(is_written);
-    let known = generic_cycles::fully_known(program.index, graphs);
     let copies = copies.into_iter().filter(|graph| generic_cycles::has_cycles(graph));
     let judged: Vec<&ControlFlowGraph> = written.into_iter().chain(copies).collect();
     let facts = program.cores.deeply(judged.len(), |at| {
@@ -105,9 +104,7 @@ pub fn analyse(program: &Program<'_>, graphs: &mut [Option<ControlFlowGraph>]) -
             generic_cycles::merge(cycles, part.cycles, false);
         }
     }
-    for (origin, cycles) in of_instances {
-        generic_cycles::merge(&mut analysis.cycles, cycles, known.contains(&origin));
-    }
+    generic_cycles::merge_all(program.index, graphs, &mut analysis.cycles, of_instances);
     analysis.cycles.sort_by_key(|cycle| (cycle.head, cycle.package, cycle.target));
     analysis
 }

@@ -54,7 +54,7 @@ fn leave_laws(graphs: &mut [Option<ControlFlowGraph>]) {
 }
 
 /// Why it is not known what such a call does.
-fn too_many() -> Cause {
+pub(super) fn too_many() -> Cause {
     Cause::Limit("too many types may be behind the trait".to_owned())
 }
 

@@ -7,7 +7,8 @@ use crate::flow::{
     Argument, Assignment, Base, CallSite, Cause, ControlFlowGraph, Effect, IndexKey, Place, Projection, Section,
     Subject, Transfer,
 };
-use crate::index::ValueId;
+use crate::index::{Index, ValueId};
+use crate::syntax::tree::{Receiver, TypeRef};
 
 /// A place that a function is given: the parameter or static, and the steps into it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -211,4 +212,26 @@ pub(super) fn place_of(given: &Given, site: &CallSite) -> Option<Place> {
         GivenBase::Param(param) => Some(site.args.get(param)?.place.as_ref()?.join(&steps)),
         GivenBase::Static(id) => Some(Place { base: Base::Static(id), steps }),
     }
+}
+
+/// Whether some target of a call takes an argument by value.
+pub(super) fn takes_by_value(index: &Index, site: &CallSite, number: usize) -> bool {
+    site.targets.iter().any(|target| {
+        let function = &index.function(*target).function;
+        match (&function.receiver, number) {
+            (Some(Receiver::Value), 0) => true,
+            (Some(_), 0) => false,
+            (receiver, number) => {
+                let at = number - usize::from(receiver.is_some());
+                function.params.get(at).is_some_and(|ty| !matches!(ty, TypeRef::Reference { .. }))
+            }
+        }
+    })
+}
+
+/// Whether what a callee leaves in what it is given is in the caller's place afterwards: what it gets by value is its own, unless its
+/// result takes that place.
+pub(super) fn is_left_there(index: &Index, given: &Given, site: &CallSite) -> bool {
+    let GivenBase::Param(number) = given.base else { return true };
+    site.args.get(number).is_some_and(|arg| arg.is_back) || !takes_by_value(index, site, number)
 }

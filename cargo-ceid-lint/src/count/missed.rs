@@ -1,10 +1,10 @@
 //! Filters that no path of a cycle updates.
 
 use super::decide::{Decision, law_name};
-use super::search::{EndKind, Region, Search};
+use super::search::{End, EndKind, Region, Search};
 use super::stand_ins;
 use super::taken_out;
-use super::verdict::Verdict;
+use super::verdict::{Gate, Verdict};
 use crate::diagnostic::WitnessStep;
 use crate::source::Span;
 
@@ -29,8 +29,13 @@ pub(super) fn decide_missed(search: &Search<'_>, region: Region, head: Span) -> 
         skips: false,
         law: law_name(search),
     };
+    // A helper is told by a constant with a name, which another build may have otherwise, not to update.
+    let is_switched_off = |end: &End| end.kind != EndKind::Completes || end.state.helper_gate == Some(Gate::Config);
     match (&base.cause, completes) {
         (Some(_), _) => base,
+        (None, true) if !exploration.limit && exploration.ends.iter().all(is_switched_off) => {
+            Decision { verdict: Verdict::Gated, gate: Some(Gate::Config), primary: None, ..base }
+        }
         (None, true) => missed(search, region, head, base),
         // Only a path that completes owes an update.
         (None, false) => Decision { verdict: Verdict::Once, counts: Vec::new(), ..base },

@@ -8,7 +8,7 @@ use crate::index::{FunctionId, Index, Owner, Ty};
 use crate::source::Span;
 
 /// How many instances of one function there may be: a recursion can ask for another type with each call.
-const MAX_INSTANCES: usize = 64;
+pub(super) const MAX_INSTANCES: usize = 64;
 
 /// What the parameters of a generic function stand for, by their names.
 type Types = Vec<(String, Ty)>;

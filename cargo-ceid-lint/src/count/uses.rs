@@ -1,7 +1,10 @@
 //! What a function does with an instance that it never updates.
 
+use std::cell::OnceCell;
+
 use super::analyse::{Context, FunctionFacts};
 use super::counts::Count;
+use super::given::takes_by_value;
 use super::instances;
 use super::owed::is_named;
 use crate::flow::{
@@ -9,7 +12,7 @@ use crate::flow::{
 };
 use crate::index::{FunctionId, Index};
 use crate::source::Span;
-use crate::syntax::tree::{Receiver, TypeRef};
+use crate::syntax::tree::Receiver;
 
 /// What a function does with an instance.
 #[derive(Clone, Copy, Debug, Default)]
@@ -24,7 +27,7 @@ pub(super) struct Uses {
     pub(super) fed: bool,
     /// It is read.
     pub(super) read: bool,
-    /// A part of it is read, or a method of its own, and not only before the cycles of the function begin.
+    /// A part of it is read, or a method of its own, and not only outside the cycles that begin with its state.
     pub(super) looked_into: bool,
     /// Something else is given its state.
     pub(super) is_assigned: bool,
@@ -56,8 +59,10 @@ impl Context<'_> {
             let output = &index.function(function).function.output;
             instances::may_hold_filter(index, &index.lower(output, &index.scope_of(function)))
         };
+        let is_renewed = OnceCell::new();
+        let is_renewed = || *is_renewed.get_or_init(|| self.is_renewed(facts, holds));
         for node in &facts.graph.nodes {
-            let is_before_cycles = || is_before_loop(facts.graph, node);
+            let is_beside_cycles = || node.in_loop.is_none() && (is_before_loop(facts.graph, node) || is_renewed());
             match &node.effect {
                 Effect::Unknown { places, .. } => uses.leaves |= places.iter().any(&holds),
                 Effect::Reset { place, .. } => uses.written |= holds(place),
@@ -91,7 +96,7 @@ impl Context<'_> {
                 Effect::Use { place: used } => {
                     uses.read |= holds(used);
                     let is_part = |root: &Place| root.overlaps(place) && root.steps.len() > place.steps.len();
-                    uses.looked_into |= facts.aliases.shared_roots(used).iter().any(is_part) && !is_before_cycles();
+                    uses.looked_into |= facts.aliases.shared_roots(used).iter().any(is_part) && !is_beside_cycles();
                 }
                 Effect::Call(site) => {
                     for (number, arg) in site.args.iter().enumerate() {
@@ -111,11 +116,11 @@ impl Context<'_> {
                         if !holds(own) {
                             continue;
                         }
-                        if (!is_lent && self.takes_by_value(site, number)) || is_kept {
+                        if (!is_lent && takes_by_value(index, site, number)) || is_kept {
                             uses.leaves = true;
                         } else if arg.is_shared || self.reads_only(site, number) {
                             uses.read = true;
-                            uses.looked_into |= !self.is_clone(site) && !is_before_cycles();
+                            uses.looked_into |= !self.is_clone(site) && !is_beside_cycles();
                         } else {
                             uses.fed = true;
                         }
@@ -139,6 +144,13 @@ impl Context<'_> {
                 let mut updates = self.updates_of(facts, &copy).into_iter().peekable();
                 updates.peek().is_some() && (updates.all(|(_, is_sampled)| is_sampled) || self.goes_on(facts, &copy))
             })
+    }
+
+    /// Whether each copy of an instance is made and updated in an iteration of a loop, so that none goes on where another one was.
+    fn is_renewed(&self, facts: &FunctionFacts<'_>, holds: &impl Fn(&Place) -> bool) -> bool {
+        let mut copies = copies_of(facts.graph, holds).peekable();
+        copies.peek().is_some()
+            && copies.all(|copy| copy.made_in.is_some() && !self.updates_of(facts, &copy).is_empty())
     }
 
     /// Whether a copy leaves, or another one begins with its state.
@@ -243,21 +255,6 @@ impl Context<'_> {
         place.base_var().is_none_or(|var| is_name(&facts.graph.var(var).name) || !place.steps.is_empty())
     }
 
-    /// Whether every target of a call takes an argument by value.
-    fn takes_by_value(&self, site: &CallSite, number: usize) -> bool {
-        site.targets.iter().any(|target| {
-            let function = &self.program.index.function(*target).function;
-            match (&function.receiver, number) {
-                (Some(Receiver::Value), 0) => true,
-                (Some(_), 0) => false,
-                (receiver, number) => {
-                    let at = number - usize::from(receiver.is_some());
-                    function.params.get(at).is_some_and(|ty| !matches!(ty, TypeRef::Reference { .. }))
-                }
-            }
-        })
-    }
-
     fn reads_only(&self, site: &CallSite, number: usize) -> bool {
         number == 0
             && site
@@ -267,7 +264,7 @@ impl Context<'_> {
     }
 }
 
-/// Whether a node stands before a loop of the function that holds it, and in none: what a template is asked there says how the
+/// Whether a node stands before a loop of the function that holds it: what a template is asked there says how the
 /// filters begin that are cloned from it.
 fn is_before_loop(graph: &ControlFlowGraph, node: &Node) -> bool {
     let follows = |info: &LoopInfo| {
@@ -276,7 +273,7 @@ fn is_before_loop(graph: &ControlFlowGraph, node: &Node) -> bool {
             && info.keyword.file == node.span.file
             && info.keyword.start >= node.span.end
     };
-    node.in_loop.is_none() && graph.loops.iter().any(follows)
+    graph.loops.iter().any(follows)
 }
 
 /// Whether a place holds a plain value of a `Copy` type: whoever takes that leaves the filter that it lies in where it is.

@@ -352,10 +352,14 @@ pub struct Argument {
     pub value_of: Option<Place>,
     /// Its head, if that is constant.
     pub head: Option<Head>,
+    /// Whether it is a constant with a name: a setting, which another build may have otherwise.
+    pub is_setting: bool,
     /// Whether it is a shared reference, through which nothing is updated.
     pub is_shared: bool,
     /// Whether it is passed by value, so that it is in what the function makes of it from then on.
     pub is_moved: bool,
+    /// Whether the result of the call takes its place: `state = step(state)`.
+    pub is_back: bool,
     /// Whether it is passed by value and its type is `Copy`: what is done to it is done to another instance.
     pub is_copy: bool,
     /// What it reads and calls; nothing for `self`.
@@ -403,6 +407,20 @@ pub struct GuardInfo {
 }
 
 impl ControlFlowGraph {
+    /// Whether what the function leaves in a parameter can be in the caller's place afterwards: it is lent exclusively, or is all that the
+    /// function gives back (`state = step(state)`).
+    #[must_use]
+    pub fn leaves_behind(&self, var: Var) -> bool {
+        let info = self.var(var);
+        let whole = Some(Place::var(var));
+        let given = |node: &Node| match &node.effect {
+            Effect::Return(value) => Some(value.place == whole),
+            _ => None,
+        };
+        let is_given_back = || self.nodes.iter().filter_map(given).reduce(|all, is_it| all && is_it) == Some(true);
+        matches!(info.ty, Ty::Ref(true, _)) || info.param.is_some() && matches!(info.ty, Ty::Adt(..)) && is_given_back()
+    }
+
     /// The node with that id.
     #[must_use]
     pub fn node(&self, id: NodeId) -> &Node {

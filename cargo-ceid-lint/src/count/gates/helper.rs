@@ -1,6 +1,7 @@
 //! Conditions in a helper on what its caller has: only the caller can say what they wait for.
 
 use super::{Gates, Way};
+use crate::count::assumed::is_open_to;
 use crate::count::counts::Count;
 use crate::count::given::{Given, GivenBase, asked_at, given, place_of};
 use crate::count::returned;
@@ -247,7 +248,8 @@ impl Gates<'_, '_> {
                 if place_of(given, site).is_some_and(|place| self.is_instance(&place)) {
                     let skips = |outcome: &&Outcome| {
                         let skips = outcome.count == Count::Zero && !outcome.reset;
-                        skips && outcome.gate == gate && !outcome.attempted && outcome.returned & heads != 0
+                        let is_asked = outcome.gate == gate && outcome.returned & heads != 0;
+                        skips && is_asked && !outcome.attempted && is_open_to(&outcome.assumed, site)
                     };
                     for outcome in outcomes.iter().filter(skips) {
                         let asks = outcome.asks.as_ref()?;
@@ -301,7 +303,7 @@ fn read_by(asks: &Asks, site: &CallSite) -> Option<Read> {
         }
         // What is given is made up for the call.
         let Computed { places, calls } = &argument.from;
-        if places.is_empty() {
+        if places.is_empty() && !argument.is_setting {
             return None;
         }
         read.places.extend_from_slice(places);

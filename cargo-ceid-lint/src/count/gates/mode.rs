@@ -93,7 +93,7 @@ impl Gates<'_, '_> {
         let Search { graph, program, .. } = self.search;
         let is_given = |var: Var| {
             let info = graph.var(var);
-            info.param.is_some() && info.name != "self" && !matches!(info.ty, Ty::Ref(true, _))
+            info.param.is_some() && info.name != "self" && !graph.leaves_behind(var)
         };
         matches!(self.region, Region::Function)
             && place.base_var().is_some_and(is_given)

@@ -324,10 +324,8 @@ impl Gates<'_, '_> {
         // `let (is_valid, sample) = imu.read();`
         let is_beside = |other: &Place| {
             other.base_var().is_some_and(|other| {
-                let (own, beside) = (graph.var(var), graph.var(other));
                 let computed = graph.computed.get(&other);
                 other != var
-                    && own.declared <= beside.declared
                     && graph.read_at.get(&var) == graph.read_at.get(&other)
                     && computed.is_some_and(|own| own.calls == made_by.calls && own.places == made_by.places)
             })

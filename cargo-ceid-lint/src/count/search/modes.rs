@@ -138,7 +138,7 @@ impl Run<'_, '_> {
         // What a parameter brings may be another one with each call, but for what lies behind an exclusive reference.
         let is_kept = |var: Var| {
             let info = graph.var(var);
-            info.param.is_some() && (info.name == "self" || matches!(info.ty, Ty::Ref(true, _)))
+            info.param.is_some() && (info.name == "self" || graph.leaves_behind(var))
         };
         let is_behind = |var: Var| matches!(graph.var(var).ty, Ty::Ref(true, _));
         let outlives = |place: &Place| match place.base_var() {

@@ -7,10 +7,9 @@ use super::{Called, Search, State};
 use crate::count::answers::Answer;
 use crate::count::assumed::{Assumed, Heads, is_open_to};
 use crate::count::counts::Count;
-use crate::count::given::{Given, argument, asked_at, given_subject};
+use crate::count::given::{Given, argument, asked_at, given_subject, is_left_there};
 use crate::count::returned;
 use crate::flow::{CallSite, Effect, NodeId, Place, Subject, SubjectId};
-use crate::index::Ty;
 
 /// How many conditions of a caller's are told apart in a function for the caller's sake.
 const MAX_TOLD: usize = 4;
@@ -56,10 +55,11 @@ impl Search<'_> {
         !ways.any(|way| way.count != Count::Zero && is_open_to(&way.assumed, site))
     }
 
-    /// Whether what a function writes there is in the caller's place afterwards: what it gets by value is its own.
+    /// Whether what a function writes there may be in the caller's place afterwards: what it gets by value is its own, unless it is what
+    /// it gives back.
     fn is_behind(&self, subject: &Subject) -> bool {
         let base = subject.whole.as_ref().and_then(Place::base_var);
-        base.is_some_and(|var| matches!(self.graph.var(var).ty, Ty::Ref(true, _)))
+        base.is_some_and(|var| self.graph.leaves_behind(var))
     }
 
     /// The place that callers know a subject by.
@@ -209,7 +209,8 @@ impl Run<'_, '_> {
             }
         }
         let is_trusted = site.law_of.is_some() && self.mode.is_some_and(|mode| mode.trusts_laws);
-        for (given, heads) in left.iter().filter(|_| !is_trusted) {
+        let is_left = |given: &Given| !is_trusted && is_left_there(self.search.program.index, given, site);
+        for (given, heads) in left.iter().filter(|(given, _)| is_left(given)) {
             let Some(at) = self.tracked_as(given, &called) else { continue };
             if self.is_written_by(at, &called) && self.is_lent_once(at, site) {
                 all[at] = heads.as_of(&self.search.graph.subjects[self.tracked.subjects[at].0 as usize]);

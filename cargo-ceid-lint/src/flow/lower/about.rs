@@ -26,6 +26,13 @@ impl Builder<'_> {
         }
     }
 
+    /// Whether an expression is the name of a constant.
+    pub(super) fn is_setting(&self, id: ExprId) -> bool {
+        let is_constant =
+            |def: &Def| matches!(def, Def::Value(value) if !self.program.index.value(*value).item.is_static);
+        self.typed().expr_def.get(&id).is_some_and(is_constant)
+    }
+
     pub(super) fn about_presence(&mut self, id: ExprId, binds: Vec<Var>) -> About {
         let mut about = self.about(id);
         about.is_presence = true;

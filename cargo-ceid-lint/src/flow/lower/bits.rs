@@ -1,13 +1,15 @@
-//! Bits of a number that stand for truth values: `if self.flags & ARMED != 0`, `self.flags |= ARMED`. Each is a place inside of the
+//! Bits of a number that stand for truth values: `if self.flags & ARMED != 0`, `self.flags |= ARMED`, also in a type of the code's
+//! own (`self.flags.insert(Flags::ARMED)`). Each is a place inside of the
 //! number, so that what changes one of them leaves the others as they were.
 
 use super::Builder;
 use super::closures::is_named;
-use super::constants::Constant;
+use super::constants::{Constant, Constants, in_constant, whole};
 use super::subjects::pure_place;
 use crate::flow::{About, Assignment, Effect, NodeId, Place, Transfer};
-use crate::index::Ty;
+use crate::index::{Def, Ty};
 use crate::syntax::tree::{ExprId, ExprKind};
+use crate::types::Callee;
 
 /// How many bits one assignment may change for each to be told apart.
 const MAX_BITS: u32 = 4;
@@ -113,9 +115,53 @@ impl Builder<'_> {
 
     /// The whole number that an expression is, where the source fixes it.
     fn mask(&self, id: ExprId) -> Option<u32> {
+        if let ExprKind::Field { base, .. } = &self.body().expr(id).kind
+            && let Some(mask) = self.mask_within(*base)
+        {
+            return Some(mask);
+        }
         match self.constants().value(id)? {
-            Constant::Number(number) => super::constants::whole(number),
+            Constant::Number(number) => whole(number),
             Constant::Seconds(_) => None,
         }
+    }
+
+    /// The number in a constant of a type that holds nothing else: `const ARMED: Self = Self(1 << 0);`
+    pub(super) fn mask_within(&self, id: ExprId) -> Option<u32> {
+        if let ExprKind::Reference { value, .. } = &self.body().expr(id).kind {
+            return self.mask_within(*value);
+        }
+        if let Some(local) = self.typed().expr_local.get(&id) {
+            return self.frames[self.frame].masks.get(local).copied();
+        }
+        let Some(Def::Value(value)) = self.typed().expr_def.get(&id) else { return None };
+        if self.program.index.value(*value).item.is_static {
+            return None;
+        }
+        let held = |own: Constants<'_>| {
+            let held = match &own.body.expr(own.body.root).kind {
+                ExprKind::Call { args, .. }
+                    if matches!(
+                        own.typed.callees.get(&own.body.root),
+                        Some(Callee::Constructor(Some(Def::Type(_))))
+                    ) =>
+                {
+                    args.as_slice()
+                }
+                ExprKind::Struct { fields, rest: None, .. } => match fields.as_slice() {
+                    [(_, field)] => std::slice::from_ref(field),
+                    _ => return None,
+                },
+                _ => return None,
+            };
+            match held {
+                [held] => match own.value(*held)? {
+                    Constant::Number(number) => whole(number),
+                    Constant::Seconds(_) => None,
+                },
+                _ => None,
+            }
+        };
+        in_constant(self.program, *value, held)?
     }
 }

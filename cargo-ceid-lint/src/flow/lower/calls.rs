@@ -268,7 +268,7 @@ impl Builder<'_> {
             receiver == Some(expr) && targets.iter().any(of)
         };
         let lent: Vec<bool> = exprs.iter().map(|expr| is_lent(*expr)).collect();
-        let args: Vec<Argument> = exprs
+        let mut args: Vec<Argument> = exprs
             .iter()
             .zip(values)
             .zip(lent)
@@ -277,14 +277,17 @@ impl Builder<'_> {
                 index: self.argument_index(*expr, value),
                 value_of: self.value_of(*expr).or_else(|| self.state_given(*expr, value)),
                 head: value.head.clone().or_else(|| self.name_behind(*expr)),
+                is_setting: self.is_setting(*expr),
                 is_shared: self.is_shared(*expr),
                 is_moved: self.is_passed_by_value(*expr, value, receiver, targets),
+                is_back: false,
                 is_copy: law_of.is_none()
                     && self.is_passed_by_value(*expr, value, receiver, targets)
                     && (value.leaves_by == Some(Transfer::Copy) || self.program.index.copies_filter(self.ty(*expr))),
                 from: if receiver == Some(*expr) { Computed::default() } else { self.computed_from(*expr) },
             })
             .collect();
+        self.note_handed_back(id, &mut args);
         let text = self.text(id);
         let (mut fed, mut from) = (Vec::new(), Computed::default());
         for arg in exprs.iter().skip(1) {

@@ -54,6 +54,10 @@ impl Builder<'_> {
             {
                 self.condition_value(id)
             }
+            // So is what only reads: `feed(&mut f, queue.is_empty()); feed(&mut f, !queue.is_empty());`
+            ExprKind::MethodCall { .. } if *self.ty(id) == Ty::Bool && self.pure(id).is_some() => {
+                self.condition_value(id)
+            }
             ExprKind::MethodCall { receiver, method, args, .. } => self.method_expr(id, *receiver, method, args),
             ExprKind::Field { base, name } => {
                 let value = self.expr(*base);

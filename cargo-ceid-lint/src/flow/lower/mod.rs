@@ -30,6 +30,7 @@ mod futures;
 mod given_away;
 mod guards;
 mod halves;
+mod handed_back;
 mod heads;
 mod held;
 mod intervals;
@@ -121,6 +122,8 @@ struct Frame<'a> {
     vars: FxHashMap<LocalId, Var>,
     /// The parameters that stand for places of the caller, where a function is read in the place of its call.
     stand_ins: FxHashMap<LocalId, Place>,
+    /// The parameters that are given a constant with bits in it there.
+    masks: FxHashMap<LocalId, u32>,
     /// The other names of places with filters in them, and whether each is a reference.
     owners: FxHashMap<LocalId, (Place, bool)>,
     /// The locals that are assigned or borrowed mutably somewhere.
@@ -145,6 +148,7 @@ impl<'a> Frame<'a> {
             typed,
             vars: FxHashMap::default(),
             stand_ins: FxHashMap::default(),
+            masks: FxHashMap::default(),
             owners: FxHashMap::default(),
             mutated: borrowed::mutated_locals(body, typed),
             passed: borrowed::passed(body, typed),
@@ -236,6 +240,7 @@ struct Builder<'a> {
     bounds: std::collections::BTreeMap<super::SubjectId, intervals::Bound>,
     orders: std::collections::BTreeMap<super::SubjectId, orders::Order>,
     inlining: Vec<FunctionId>,
+    handed_back: Option<handed_back::HandedBack>,
     /// The variables that the value of the expression at hand goes into.
     targets: Vec<Var>,
     /// The expression whose value they get.
@@ -292,6 +297,7 @@ impl<'a> Builder<'a> {
             bounds: std::collections::BTreeMap::new(),
             orders: std::collections::BTreeMap::new(),
             inlining: vec![function],
+            handed_back: None,
             targets: Vec::new(),
             target_value: None,
             reached: Vec::new(),

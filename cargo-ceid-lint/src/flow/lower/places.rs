@@ -55,6 +55,8 @@ impl Builder<'_> {
             }
             ExprKind::Path(path) => Some(self.index_path(id, path)),
             ExprKind::Binary { op: "-", rhs, .. } if self.is_mirrored(*rhs) => self.index_key(*rhs),
+            // `bank[N + 1]`
+            ExprKind::Binary { .. } if let Some(number) = self.number(id) => Some(IndexKey::Number(number)),
             _ => Some(IndexKey::Data(self.text(id).into())),
         }
     }
@@ -274,12 +276,16 @@ impl Builder<'_> {
         let bases = if is_by_parts { Vec::new() } else { self.assigned_vars(target) };
         self.derive(&bases, value);
         self.derive_owner(target, value);
+        let handed_back = self.handed_back(target, value);
+        let outer = std::mem::replace(&mut self.handed_back, handed_back);
         let given = match self.own_rest(target, value) {
             // What it keeps of itself goes nowhere.
             Some(fields) => self.struct_value(value, fields, None),
             None => self.expr_into(bases, value),
         };
-        if self.at.is_none() {
+        // What comes back to its place is there.
+        let is_back = std::mem::replace(&mut self.handed_back, outer).is_none() && handed_back.is_some();
+        if self.at.is_none() || is_back {
             return Value::default();
         }
         let span = self.span(id);

@@ -29,7 +29,7 @@ impl Builder<'_> {
             || self.inlining.contains(&target)
             || !(is_pure_function(self.program, target, 0) || self.takes_flag(body, typed) || self.asks_clock(target))
             || self.static_place(receiver).is_none()
-            || args.iter().any(|arg| self.is_constant(*arg))
+            || args.iter().any(|arg| self.is_constant(*arg) && self.mask_within(*arg).is_none())
         {
             return false;
         }
@@ -44,7 +44,19 @@ impl Builder<'_> {
             self.spoken = Some((self.span(id), self.text(id)));
         }
         let places: Vec<Option<Place>> = exprs.iter().map(|expr| self.static_place(*expr)).collect();
-        self.read_in_place(target, &places, &values, |this, body| this.condition(body.root, no));
+        let (span, text, about) = (self.span(id), self.text(id), self.about(id));
+        self.read_in_place(target, &exprs, &places, &values, |this, body| {
+            if !super::optional::leaves(body, body.root) {
+                return this.condition(body.root, no);
+            }
+            // What returns early gives its answer, and does not leave the code that asks.
+            let answer = this.inline_body(Ty::Bool, span, true, |this| this.expr(body.root));
+            if this.at.is_some() {
+                let (yes, failed) = this.branch_on_head(&answer, "true", "false", span, text, about);
+                this.link(failed, no);
+                this.resume(yes);
+            }
+        });
         self.spoken = outer_spoken;
         true
     }
@@ -74,7 +86,7 @@ impl Builder<'_> {
             .collect();
         let (ty, span) = (typed.ty(body.root).clone(), self.span(id));
         let mut result = Value::default();
-        self.read_in_place(*target, &places, values, |this, body| {
+        self.read_in_place(*target, exprs, &places, values, |this, body| {
             result = this.inline_body(ty, span, true, |this| this.expr(body.root));
         });
         Some(result)
@@ -84,18 +96,24 @@ impl Builder<'_> {
     fn read_in_place(
         &mut self,
         target: FunctionId,
+        exprs: &[ExprId],
         places: &[Option<Place>],
         values: &[Value],
         read: impl FnOnce(&mut Self, &Body),
     ) {
         let def = self.program.index.function(target);
         let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(target)) else { return };
+        let masks: Vec<Option<u32>> = exprs.iter().map(|expr| self.mask_within(*expr)).collect();
         self.frames.push(Frame::new(target, body, typed));
         let outer = std::mem::replace(&mut self.frame, self.frames.len() - 1);
         self.depth += 1;
         self.graph.read_here.insert(target);
         self.inlining.push(target);
         for (number, pat) in body.params.iter().enumerate() {
+            if let (Some(Some(mask)), Some(local)) = (masks.get(number), typed.pat_local.get(pat)) {
+                let frame = &mut self.frames[self.frame];
+                frame.masks.extend((!frame.mutated.contains(local)).then_some((*local, *mask)));
+            }
             match (places.get(number).cloned().flatten(), typed.pat_local.get(pat)) {
                 (Some(place), Some(local)) => {
                     self.frames[self.frame].stand_ins.insert(*local, place);
@@ -215,9 +233,15 @@ impl Builder<'_> {
                 ExprKind::Assign { place, .. } => {
                     switches |= (answers || self.is_state(typed.ty(*place))) && !is_local(body, *place);
                 }
-                ExprKind::AssignOp { place, .. } => switches |= answers && !is_local(body, *place),
+                ExprKind::AssignOp { op, place, .. } => {
+                    let is_of_bits = matches!(*op, "|" | "&") && *typed.ty(*place).peel() == Ty::Int;
+                    let sets_flag = is_of_bits && !self.may_hold_filter(&resolved.self_ty);
+                    switches |= (answers || sets_flag) && !is_local(body, *place);
+                }
                 ExprKind::MethodCall { receiver, method, args, .. } => {
                     switches |= super::flags::is_flag(typed.ty(*receiver)) && super::flags::changes_flag(method);
+                    // What is taken is gone for whoever looks next.
+                    switches |= method == "take" && args.is_empty() && self.is_plain_option(typed.ty(*receiver));
                     let is_for_each = method == "for_each" && self.program.index.holds_filter(typed.ty(*receiver));
                     of_filters.extend(args.iter().filter(|_| is_for_each));
                 }
