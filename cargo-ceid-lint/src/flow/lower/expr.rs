@@ -129,7 +129,16 @@ impl Builder<'_> {
             ExprKind::Array { elements, .. } => self.array_value(id, elements),
             ExprKind::Repeat { value, len, .. } => {
                 let repeated = self.expr(*value);
-                self.keep(&repeated, *value);
+                if self.program.index.is_handle(self.ty(*value)) {
+                    // Each element is another handle to the same.
+                    let handle = Place::var(self.temporary(self.ty(*value).clone(), self.span(*value)));
+                    self.place_part(handle.clone(), &repeated, *value);
+                    let handle = Value { place: Some(handle), is_owned: true, ..Value::default() };
+                    let collection = self.keep(&handle, *value);
+                    self.place_part(collection.element(IndexKey::Each), &handle, *value);
+                } else {
+                    self.keep(&repeated, *value);
+                }
                 self.expr(*len);
                 Value::default()
             }
@@ -326,13 +335,14 @@ impl Builder<'_> {
     }
 
     /// A value goes into a collection that is not followed element by element.
-    pub(super) fn keep(&mut self, value: &Value, expr: ExprId) {
+    pub(super) fn keep(&mut self, value: &Value, expr: ExprId) -> Place {
         let collection = self.temporary(Ty::Unknown, self.span(expr));
         // What a closure gives back goes on as a value of its own, unless it is a reference.
         let base = value.place.as_ref().and_then(Place::base_var);
         let is_value = base.is_some_and(|var| matches!(self.graph.var(var).ty, Ty::Adt(..) | Ty::External(..)));
         let value = Value { is_owned: value.is_owned || is_value, ..value.clone() };
         self.place_part(Place::var(collection).element(IndexKey::Each), &value, expr);
+        Place::var(collection)
     }
 
     /// A part of a new value.
