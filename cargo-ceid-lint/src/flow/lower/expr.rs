@@ -144,6 +144,11 @@ impl Builder<'_> {
             }
             ExprKind::Cast { value: inner, .. } => {
                 let value = self.expr(*inner);
+                if let Some(place) = value.place.as_ref().filter(|_| self.loses_type(id, *inner)) {
+                    let cause = Cause::Code("a pointer without the filter's type".to_owned());
+                    self.emit(Effect::Unknown { places: vec![place.clone()], cause }, self.span(id));
+                    return Value::default();
+                }
                 if self.is_reinterpreted(id, *inner) {
                     let var = self.temporary(self.ty(id).clone(), self.span(id));
                     return Value { place: Some(Place::var(var)), ..Value::default() };
@@ -208,6 +213,22 @@ impl Builder<'_> {
             ty => matches!(ty, Ty::Ref(..)),
         };
         matches!(self.ty(id), Ty::Pointer(_)) && is_known(self.ty(id)) && !is_known(self.ty(inner))
+    }
+
+    /// Whether what is written through a pointer to a filter gets a type that tells nothing of it: `self as *mut Self as *mut c_void`.
+    fn loses_type(&self, id: ExprId, inner: ExprId) -> bool {
+        let is_told = |ty: &Ty| {
+            matches!(ty, Ty::Adt(..) | Ty::Array(..) | Ty::Slice(_) | Ty::Param(_) | Ty::Opaque(_))
+                || matches!(ty, Ty::Unknown | Ty::Var(_) | Ty::Tuple(_))
+        };
+        let (Ty::Pointer(to), Ty::Pointer(from) | Ty::Ref(true, from)) = (self.ty(id), self.ty(inner)) else {
+            return false;
+        };
+        let mut origin = inner;
+        while let ExprKind::Cast { value, .. } = &self.body().expr(origin).kind {
+            origin = *value;
+        }
+        !is_told(to.peel()) && self.may_hold_filter(from) && !matches!(self.ty(origin), Ty::Ref(false, _))
     }
 
     fn path_value(&mut self, id: ExprId) -> Value {
