@@ -11,7 +11,7 @@ use super::given::{Given, place_of};
 use super::instances::{lends, may_hold_filter};
 use super::search::Called;
 use super::shared_handles::shared_handles;
-use super::summary::{Summaries, Summary};
+use super::summary::Summaries;
 use crate::flow::{
     Assignment, Base, CallSite, Cause, ControlFlowGraph, Effect, IndexKey, LoopId, LoopInfo, NodeId, Place, Projection,
     Relation, Transfer, Update, Var,
@@ -239,7 +239,8 @@ impl Aliases {
 
     /// Notes of which collections a callee takes the element that an argument numbers.
     fn index_through(&mut self, site: &CallSite, summaries: &Summaries) {
-        for given in site.targets.iter().filter_map(|target| summaries.get(*target)).flat_map(Summary::given_places) {
+        let targets = site.targets.iter().filter_map(|target| summaries.get(*target));
+        for given in targets.flat_map(|summary| summary.given_places().cloned().chain(summary.lent_places(site))) {
             for (at, step) in given.steps.iter().enumerate() {
                 let Some(IndexKey::Param(param)) = step.key() else { continue };
                 let Some(IndexKey::Var(var)) = site.args.get(*param).and_then(|arg| arg.index.as_ref()) else {

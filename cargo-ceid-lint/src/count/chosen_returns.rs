@@ -42,6 +42,12 @@ impl Summary {
         });
         chosen.unwrap_or(&self.returns)
     }
+
+    /// The same as places that it is given.
+    pub(super) fn lent_places<'a>(&'a self, site: &CallSite) -> impl Iterator<Item = Given> + use<'a> {
+        let borrows = self.returns_at(site).iter();
+        borrows.map(|borrow| Given { base: GivenBase::Param(borrow.param), steps: borrow.steps.clone() })
+    }
 }
 
 /// What a function lends by the value of a parameter; `None` if none decides.

@@ -29,9 +29,28 @@ struct Source {
     at: Option<NodeId>,
 }
 
-/// Parts of types that some code makes lead to one filter.
+/// Parts of what is made somewhere that lead to one filter there, wherever it is used.
 #[derive(Debug, Default)]
-pub(super) struct Joined(BTreeSet<(TypeId, Vec<Projection>, Vec<Projection>)>);
+pub(super) struct Joined {
+    /// The steps to the two parts of a value.
+    parts: Vec<(Made, Vec<Projection>, Vec<Projection>)>,
+    /// The steps into the elements of a collection of which several have the same.
+    elements: Vec<(Made, Vec<Projection>)>,
+}
+
+/// What is made of parts: its type, if that has a name, and the type of the filter.
+type Made = (Option<TypeId>, Option<Ty>);
+
+/// The type of the filter that a handle leads to.
+fn filter_at(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Option<Ty> {
+    let ty = place_ty(index, graph, place)?;
+    leaves(index, &ty).into_iter().find(|leaf| leaf.steps.is_empty()).map(|leaf| leaf.ty)
+}
+
+/// The name of the type of a value.
+fn name_of(ty: &Ty) -> Option<TypeId> {
+    if let Ty::Adt(id, _) = ty.peel() { Some(*id) } else { None }
+}
 
 /// Whether a function has to do with handles of filters at all.
 pub(super) fn has_handles(index: &Index, graph: &ControlFlowGraph) -> bool {
@@ -135,6 +154,21 @@ impl Handles {
         self.origins(left, false).overlaps(&self.origins(right, false))
     }
 
+    /// The same with what is known of the values that they are parts of.
+    fn are_one(
+        &self,
+        context: &Context<'_>,
+        graph: &ControlFlowGraph,
+        (left, right): (&Place, &Place),
+        filter: &Option<Ty>,
+    ) -> bool {
+        let has = |pair: (&Place, &Place)| context.joined.has(context.program.index, graph, pair, filter);
+        let [of_left, of_right] = [left, right].map(|place| self.origins(place, false));
+        of_left.overlaps(&of_right)
+            || has((left, right))
+            || of_left.first.iter().any(|left| of_right.first.iter().any(|right| has((left, right))))
+    }
+
     /// Whether a filter lies in several elements of a collection, through which something is updated.
     fn is_repeated_in_a_collection(&self, graph: &ControlFlowGraph, place: &Place) -> bool {
         let own = self.origins(place, false);
@@ -172,37 +206,121 @@ impl Origins {
 impl Joined {
     /// Finds them in everything that is made of parts.
     pub(super) fn of(index: &Index, facts: &[FunctionFacts<'_>]) -> Self {
-        let mut found = BTreeSet::new();
-        for facts in facts {
-            for var in facts.handles.sources.keys() {
-                let Ty::Adt(id, _) = facts.graph.var(*var).ty.peel() else { continue };
-                let mut shared = leaves(index, facts.graph.var(*var).ty.peel());
-                shared.retain(|leaf| leaf.is_shared);
-                for (at, left) in shared.iter().enumerate() {
-                    for right in shared[at + 1..].iter().filter(|right| right.ty == left.ty) {
-                        let [one, other] = [left, right].map(|leaf| Place::var(*var).join(&leaf.steps));
-                        if facts.handles.may_be_one(&one, &other) {
-                            found.insert((*id, left.steps.clone(), right.steps.clone()));
-                        }
-                    }
+        let mut found = Self::default();
+        for FunctionFacts { graph, handles, .. } in facts {
+            for (var, sources) in &handles.sources {
+                let ty = graph.var(*var).ty.peel();
+                if matches!(ty, Ty::Adt(..) | Ty::Tuple(_)) {
+                    found.note_parts(index, handles, (*var, ty));
+                }
+                found.note_elements(index, graph, handles, (*var, sources));
+            }
+        }
+        found
+    }
+
+    fn note_parts(&mut self, index: &Index, handles: &Handles, (var, ty): (Var, &Ty)) {
+        let mut shared = leaves(index, ty);
+        shared.retain(|leaf| leaf.is_shared);
+        for (at, left) in shared.iter().enumerate() {
+            for right in shared[at + 1..].iter().filter(|right| right.ty == left.ty) {
+                let [one, other] = [left, right].map(|leaf| Place::var(var).join(&leaf.steps));
+                if handles.may_be_one(&one, &other) {
+                    self.parts.push(((name_of(ty), Some(left.ty.clone())), left.steps.clone(), right.steps.clone()));
                 }
             }
         }
-        Self(found)
+    }
+
+    /// Notes what several elements of a collection get.
+    fn note_elements(
+        &mut self,
+        index: &Index,
+        graph: &ControlFlowGraph,
+        handles: &Handles,
+        (var, sources): (Var, &Vec<Source>),
+    ) {
+        let is_key = |step: &Projection| matches!(step, Projection::Index(_));
+        // What the elements are given, by their collections.
+        let mut elements: BTreeMap<&[Projection], Vec<(&Source, usize)>> = BTreeMap::new();
+        for source in sources {
+            if let Some(at) = source.steps.iter().position(is_key) {
+                elements.entry(&source.steps[..at]).or_default().push((source, at + 1));
+            }
+        }
+        for given in elements.values() {
+            // What a collection is, is not always known, but what comes into it is.
+            let ty = given.iter().find_map(|(source, at)| {
+                let is_whole = source.steps.len() == *at;
+                let element = Place::var(var).join(&source.steps[..*at]);
+                place_ty(index, graph, if is_whole { &source.from } else { &element })
+            });
+            let Some(ty) = ty else { continue };
+            let are_handles = given.iter().any(|(source, _)| is_shared(index, graph, &source.from));
+            for leaf in leaves(index, &ty).into_iter().filter(|leaf| leaf.is_shared || are_handles) {
+                let from = given.iter().filter_map(|(source, at)| {
+                    let rest = leaf.steps.strip_prefix(&source.steps[*at..])?;
+                    Some((source.at, handles.origins(&source.from.join(rest), false)))
+                });
+                let from: Vec<(Option<NodeId>, Origins)> = from.collect();
+                let is_again = |(at, origins): &(Option<NodeId>, Origins)| {
+                    at.is_some_and(|at| origins.first.iter().any(|place| outlasts_round(graph, place, at)))
+                        || from.iter().any(|(other, others)| other != at && others.overlaps(origins))
+                };
+                if from.iter().any(is_again) {
+                    self.elements.push(((name_of(&ty), Some(leaf.ty)), leaf.steps));
+                }
+            }
+        }
     }
 
     /// Whether two places are parts of one value that some code makes lead to one filter.
-    fn has(&self, index: &Index, graph: &ControlFlowGraph, left: &Place, right: &Place) -> bool {
+    fn has(
+        &self,
+        index: &Index,
+        graph: &ControlFlowGraph,
+        (left, right): (&Place, &Place),
+        filter: &Option<Ty>,
+    ) -> bool {
         let common = left.steps.iter().zip(&right.steps).take_while(|(left, right)| left == right).count();
         left.base == right.base
-            && !self.0.is_empty()
+            && !self.parts.is_empty()
             && (0..=common).any(|at| {
                 let owner = Place { base: left.base, steps: left.steps[..at].to_vec() };
-                let Some(Ty::Adt(id, _)) = place_ty(index, graph, &owner) else { return false };
-                let [one, other] = [left, right].map(|place| place.steps[at..].to_vec());
-                self.0.contains(&(id, one.clone(), other.clone())) || self.0.contains(&(id, other, one))
+                let Some(ty) = place_ty(index, graph, &owner) else { return false };
+                let made = (name_of(&ty), filter.clone());
+                let [one, other] = [left, right].map(|place| &place.steps[at..]);
+                let are_these = |left: &[Projection], right: &[Projection]| left == one && right == other;
+                let is_it = |(own, left, right): &(Made, Vec<Projection>, Vec<Projection>)| {
+                    *own == made && (are_these(left, right) || are_these(right, left))
+                };
+                self.parts.iter().any(is_it)
             })
     }
+
+    /// Whether a place lies in the elements of a collection, several of which some code gives the same filter.
+    fn has_elements(&self, index: &Index, graph: &ControlFlowGraph, place: &Place, filter: &Option<Ty>) -> bool {
+        !self.elements.is_empty()
+            && (0..place.steps.len()).filter(|at| matches!(place.steps[*at], Projection::Index(_))).any(|at| {
+                let element = Place { base: place.base, steps: place.steps[..=at].to_vec() };
+                let Some(ty) = place_ty(index, graph, &element) else { return false };
+                let made = (name_of(&ty), filter.clone());
+                self.elements.iter().any(|(own, steps)| *own == made && *steps == place.steps[at + 1..])
+            })
+    }
+}
+
+/// Whether a place has the same in each round of the loop around a node.
+fn outlasts_round(graph: &ControlFlowGraph, place: &Place, at: NodeId) -> bool {
+    let Some(inner) = graph.node(at).in_loop else { return false };
+    let is_element = place.steps.iter().any(|step| matches!(step, Projection::Index(_)));
+    let Some(var) = place.base_var() else { return !is_element };
+    let declared = graph.var(var).in_loop;
+    let is_given_anew = graph.nodes.iter().any(|node| match &node.effect {
+        Effect::Set(set) => set.place.base_var() == Some(var) && graph.is_within(node.in_loop, inner),
+        _ => false,
+    });
+    !is_element && !is_given_anew && declared != Some(inner) && !graph.is_within(declared, inner)
 }
 
 /// What may be the same filter as another one that the cycle updates is not proved to be updated once.
@@ -222,17 +340,20 @@ pub(super) fn settle(context: &Context<'_>, facts: &FunctionFacts<'_>, pairs: &m
             .iter()
             .map(|pair| {
                 let place = shared.get(&pair.name).filter(|_| pair.verdict != Verdict::Repeated)?;
+                let filter = &filter_at(index, graph, place);
                 let is_same = |other: &&Pair| {
                     let is_alike = other.half == pair.half && other.filter_type == pair.filter_type;
                     let other = shared.get(&other.name).filter(|other| is_alike && *other != place);
-                    other.is_some_and(|other| {
-                        facts.handles.may_be_one(place, other) || context.joined.has(index, graph, place, other)
-                    })
+                    other.is_some_and(|other| facts.handles.are_one(context, graph, (place, other), filter))
                 };
                 if let Some(other) = filters.iter().find(is_same) {
                     return Some(Cause::Limit(format!("`{}` may be another handle to it", other.name)));
                 }
-                let is_repeated = facts.handles.is_repeated_in_a_collection(graph, place);
+                // What was taken out of a collection is still one of its elements.
+                let is_element = |place: &Place| context.joined.has_elements(index, graph, place, filter);
+                let is_repeated = facts.handles.is_repeated_in_a_collection(graph, place)
+                    || is_element(place)
+                    || facts.handles.origins(place, false).first.iter().any(is_element);
                 is_repeated.then(|| Cause::Limit("several elements of a collection are handles to it".to_owned()))
             })
             .collect();

@@ -52,9 +52,9 @@ fn is_event_of_others(ty: &Ty, name: &str) -> bool {
     contains_any(of_type, EVENT_WORDS) || contains_any(name, EVENT_WORDS)
 }
 
-/// Whether a name says that something is an event.
+/// Whether a name says that something is an event, or is short for one.
 fn says_event(name: &str) -> bool {
-    contains_any(name, EVENT_WORDS) || contains_any(name, DOUBTFUL_WORDS)
+    name.eq_ignore_ascii_case("ev") || contains_any(name, EVENT_WORDS) || contains_any(name, DOUBTFUL_WORDS)
 }
 
 impl Gates<'_, '_> {

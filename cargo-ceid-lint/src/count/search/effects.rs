@@ -26,7 +26,7 @@ impl Run<'_, '_> {
         if goes_on
             && self.tracked.subjects.is_empty()
             && called.effects.iter().all(|effect| effect.outcomes.is_empty())
-            && search.borrowed(self.names.get(state.names), site).is_none()
+            && search.borrowed(self.names.get(state.names), site, &|var| self.number(state, var)).is_none()
             && site.hands.is_none()
         {
             self.everywhere(at, state);
@@ -111,7 +111,8 @@ impl Run<'_, '_> {
             after.push(state);
         }
         for next in after {
-            let Some((names, is_doubtful)) = search.borrowed(self.names.get(next.names), site) else {
+            let number = |var| self.number(&next, var);
+            let Some((names, is_doubtful)) = search.borrowed(self.names.get(next.names), site, &number) else {
                 self.everywhere(at, &next);
                 continue;
             };

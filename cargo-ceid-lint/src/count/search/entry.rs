@@ -158,7 +158,7 @@ impl Search<'_> {
                     behind.push((names, doubt.clone()));
                 }
                 Effect::Call(site) => {
-                    if let Some((names, is_doubtful)) = self.borrowed(names, site) {
+                    if let Some((names, is_doubtful)) = self.borrowed(names, site, &|_| None) {
                         let cause = || Cause::Index(site.text.clone());
                         behind.push((names, if is_doubtful { Some(cause()) } else { doubt.clone() }));
                     }

@@ -80,7 +80,12 @@ impl Search<'_> {
 
     /// The names after a call that may give back a borrow, if they are others than before, and whether it depends on the callee if
     /// the instance is among what is borrowed.
-    pub(super) fn borrowed(&self, names: &[Place], site: &CallSite) -> Option<(Vec<Place>, bool)> {
+    pub(super) fn borrowed(
+        &self,
+        names: &[Place],
+        site: &CallSite,
+        value: &dyn Fn(Var) -> Option<u64>,
+    ) -> Option<(Vec<Place>, bool)> {
         // Which state comes back of those that there were, its versions tell.
         if site.hands.is_some() {
             return None;
@@ -98,7 +103,7 @@ impl Search<'_> {
             let place = result.join(part);
             let gained: Vec<Place> = base
                 .iter()
-                .filter_map(|name| match from.relate(name, &|_| None) {
+                .filter_map(|name| match from.relate(name, value) {
                     Relation::Holds(rest) => Some(place.join(&rest)),
                     _ => None,
                 })

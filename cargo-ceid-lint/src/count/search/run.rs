@@ -397,12 +397,15 @@ impl<'s, 'a> Run<'s, 'a> {
         let is_covered = lender.is_some_and(|id| self.search.covers(id));
         let may_be = |key: &IndexKey| match key {
             IndexKey::EachIn(_) => !is_covered,
+            IndexKey::Var(var) => graph.var(*var).param.is_none(),
             key => matches!(key, IndexKey::Data(_)),
         };
         let roots = self.search.aliases.shared_roots(place);
         let root = roots.iter().find(|root| {
             root.steps.iter().any(|step| step.key().is_some_and(may_be))
                 && is_doubt(&root.relate(self.search.instance, &|var| self.number(state, var)))
+                && !self.is_other_round(state, root)
+                && !self.search.counts_behind(root, self.search.instance)
         })?;
         Some(Cause::Index(self.search.graph.place_name(self.search.program.index, root)))
     }
@@ -449,7 +452,9 @@ impl<'s, 'a> Run<'s, 'a> {
         // Rounds that count by elements with numbers are asked for that of the instance, one by one.
         let search = self.search;
         let is_told = |node: &&&NodeId| match &graph.node(***node).effect {
-            Effect::Update(update) => !search.is_by_number(&update.place),
+            Effect::Update(update) => {
+                !search.aliases.shared_roots(&update.place).iter().any(|root| search.is_by_number(root))
+            }
             _ => true,
         };
         self.own = certain.iter().filter(is_told).flat_map(|node| own(node)).collect();

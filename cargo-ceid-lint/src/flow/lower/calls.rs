@@ -344,12 +344,15 @@ impl Builder<'_> {
         value.is_owned && !is_reference && (receiver != Some(expr) || targets.iter().all(by_value))
     }
 
-    /// The index that an argument is; `None` if it is a range.
+    /// The index that an argument is; `None` if it is a range. A parameter that is given another number is one that data decides.
     pub(super) fn argument_index(&mut self, expr: ExprId, value: &Value) -> Option<IndexKey> {
-        if let Some(key) = value.head.as_deref().and_then(IndexKey::of_head) {
-            return Some(key);
-        }
-        self.index_key(expr)
+        let told = value.head.as_deref().and_then(IndexKey::of_head);
+        told.or_else(|| self.index_key(expr)).map(|key| match key {
+            IndexKey::Var(var) if self.graph.var(var).param.is_some() && self.is_assigned(var) => {
+                IndexKey::Data(self.graph.var(var).name.clone().into())
+            }
+            key => key,
+        })
     }
 
     /// The place whose value an argument is. What is cast has other heads.

@@ -133,12 +133,26 @@ impl Builder<'_> {
             ExprKind::Array { elements, .. } => self.array_value(id, elements),
             ExprKind::Repeat { value, len, .. } => {
                 let repeated = self.expr(*value);
-                self.keep(&repeated, *value);
+                if self.program.index.is_handle(self.ty(*value)) {
+                    // Each element is another handle to the same.
+                    let handle = Place::var(self.temporary(self.ty(*value).clone(), self.span(*value)));
+                    self.place_part(handle.clone(), &repeated, *value);
+                    let handle = Value { place: Some(handle), is_owned: true, ..Value::default() };
+                    let collection = self.keep(&handle, *value);
+                    self.place_part(collection.element(IndexKey::Each), &handle, *value);
+                } else {
+                    self.keep(&repeated, *value);
+                }
                 self.expr(*len);
                 Value::default()
             }
             ExprKind::Cast { value: inner, .. } => {
                 let value = self.expr(*inner);
+                if let Some(place) = value.place.as_ref().filter(|_| self.loses_type(id, *inner)) {
+                    let cause = Cause::Code("a pointer without the filter's type".to_owned());
+                    self.emit(Effect::Unknown { places: vec![place.clone()], cause }, self.span(id));
+                    return Value::default();
+                }
                 if self.is_reinterpreted(id, *inner) {
                     let var = self.temporary(self.ty(id).clone(), self.span(id));
                     return Value { place: Some(Place::var(var)), ..Value::default() };
@@ -203,6 +217,22 @@ impl Builder<'_> {
             ty => matches!(ty, Ty::Ref(..)),
         };
         matches!(self.ty(id), Ty::Pointer(_)) && is_known(self.ty(id)) && !is_known(self.ty(inner))
+    }
+
+    /// Whether what is written through a pointer to a filter gets a type that tells nothing of it: `self as *mut Self as *mut c_void`.
+    fn loses_type(&self, id: ExprId, inner: ExprId) -> bool {
+        let is_told = |ty: &Ty| {
+            matches!(ty, Ty::Adt(..) | Ty::Array(..) | Ty::Slice(_) | Ty::Param(_) | Ty::Opaque(_))
+                || matches!(ty, Ty::Unknown | Ty::Var(_) | Ty::Tuple(_))
+        };
+        let (Ty::Pointer(to), Ty::Pointer(from) | Ty::Ref(true, from)) = (self.ty(id), self.ty(inner)) else {
+            return false;
+        };
+        let mut origin = inner;
+        while let ExprKind::Cast { value, .. } = &self.body().expr(origin).kind {
+            origin = *value;
+        }
+        !is_told(to.peel()) && self.may_hold_filter(from) && !matches!(self.ty(origin), Ty::Ref(false, _))
     }
 
     fn path_value(&mut self, id: ExprId) -> Value {
@@ -330,13 +360,14 @@ impl Builder<'_> {
     }
 
     /// A value goes into a collection that is not followed element by element.
-    pub(super) fn keep(&mut self, value: &Value, expr: ExprId) {
+    pub(super) fn keep(&mut self, value: &Value, expr: ExprId) -> Place {
         let collection = self.temporary(Ty::Unknown, self.span(expr));
         // What a closure gives back goes on as a value of its own, unless it is a reference.
         let base = value.place.as_ref().and_then(Place::base_var);
         let is_value = base.is_some_and(|var| matches!(self.graph.var(var).ty, Ty::Adt(..) | Ty::External(..)));
         let value = Value { is_owned: value.is_owned || is_value, ..value.clone() };
         self.place_part(Place::var(collection).element(IndexKey::Each), &value, expr);
+        Place::var(collection)
     }
 
     /// A part of a new value.
