@@ -7,7 +7,7 @@ use super::callgraph::{by_return, calls_itself, levels};
 use super::given::{Given, GivenBase, given, instance_of};
 use super::instances::may_hold_filter;
 use super::recursive::has_owner_twice;
-use super::summary::{MAX_STATES, Outcome, Summaries, Summary};
+use super::summary::{Outcome, Summaries, Summary};
 use crate::flow::{Cause, ControlFlowGraph, Place, Program};
 use crate::index::FunctionId;
 
@@ -51,7 +51,7 @@ impl Summaries {
                     continue;
                 }
                 changed = true;
-                is_too_much |= searched > MAX_STATES || is_too_wide(program, graph, &summary);
+                is_too_much |= searched > most_states(true) || is_too_wide(program, graph, &summary);
                 self.of.insert(*id, summary);
                 // After the first round there is something of each to give up.
                 if is_too_much && round > 0 {
@@ -99,6 +99,12 @@ fn is_too_wide(program: &Program<'_>, graph: &ControlFlowGraph, summary: &Summar
     let places: BTreeSet<&Given> = summary.given_places().collect();
     places.len() > MAX_NESTED
         && places.iter().any(|given| has_owner_twice(program.index, graph, &instance_of(graph, given)))
+}
+
+/// How many states the searches of a function for all its filters may have together. Functions that call each other have fewer for
+/// all of them, for they are searched again and again.
+pub(super) fn most_states(is_recursion: bool) -> usize {
+    if is_recursion { 400_000 } else { 1_200_000 }
 }
 
 /// Why functions are not followed to their end: they call each other, or have to do with many filters on many paths.

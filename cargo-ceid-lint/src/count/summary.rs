@@ -7,7 +7,7 @@ use rustc_hash::FxHashMap;
 use super::aliases::Aliases;
 use super::answers::{Answers, answers};
 use super::assumed::Assumed;
-use super::bottom_up::too_many_ways;
+use super::bottom_up::{most_states, too_many_ways};
 use super::chosen_resets;
 use super::chosen_returns::{self, Borrow, ChosenReturns};
 use super::counts::Count;
@@ -198,9 +198,6 @@ pub(super) struct Summaries {
     /// Whether they call each other at all, or themselves.
     pub(super) is_recursion: bool,
 }
-
-/// How many states the searches of all functions that call each other may have together.
-pub(super) const MAX_STATES: usize = 400_000;
 
 impl Summaries {
     pub(super) fn get(&self, id: FunctionId) -> Option<&Summary> {
@@ -470,7 +467,7 @@ impl Summaries {
                 if is_updated {
                     runs_cycles = Some(runs_cycles != Some(false) && own_cycles::runs(&search));
                 }
-                let outcomes = if *searched > MAX_STATES {
+                let outcomes = if *searched > most_states(self.is_recursion) {
                     vec![Outcome::unknown(too_many_ways(self.is_recursion))]
                 } else {
                     let ways = search.ways(Region::Function);

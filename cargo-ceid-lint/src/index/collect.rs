@@ -3,8 +3,6 @@
 use std::collections::BTreeMap;
 use std::collections::hash_map::Entry::{Occupied, Vacant};
 
-use rustc_hash::FxHashMap;
-
 use super::{
     AliasDef, AliasId, BodyOwner, CrateId, CrateInfo, CrateInput, Def, Entry, FunctionDef, FunctionId, ImplDef, ImplId,
     Index, Module, ModuleId, Namespace, Owner, Shape, TraitDef, TraitId, Ty, TypeDef, TypeId, ValueDef, ValueId,
@@ -53,28 +51,13 @@ impl Collector {
             is_reported: input.is_reported,
             is_test: input.is_test,
         });
-        self.add_module(krate, None, String::new(), false, input.is_test);
+        self.add_module(Module { is_test: input.is_test, ..Module::of(krate, None) });
         self.collect_items(root, input.items);
     }
 
-    fn add_module(
-        &mut self,
-        krate: CrateId,
-        parent: Option<ModuleId>,
-        name: String,
-        is_block: bool,
-        is_test: bool,
-    ) -> ModuleId {
+    fn add_module(&mut self, module: Module) -> ModuleId {
         let id = ModuleId(next(&self.index.modules));
-        self.index.modules.push(Module {
-            krate,
-            parent,
-            name,
-            is_block,
-            is_test,
-            names: FxHashMap::default(),
-            globs: Vec::new(),
-        });
+        self.index.modules.push(module);
         id
     }
 
@@ -94,18 +77,24 @@ impl Collector {
     }
 
     fn collect_items(&mut self, module: ModuleId, items: Vec<Item>) {
+        self.index.modules[module.0 as usize].file = items.first().map(|item| item.span.file);
         for item in items {
             self.collect_item(module, item);
         }
     }
 
     fn collect_item(&mut self, module: ModuleId, item: Item) {
-        let Item { name, name_span, attributes, kind, .. } = item;
+        let Item { name, name_span, attributes, kind, is_pub, .. } = item;
         match kind {
             ItemKind::Mod(items) => {
                 let parent = self.index.module(module);
                 let is_test = parent.is_test || is_test_only(&attributes);
-                let id = self.add_module(parent.krate, Some(module), name.clone(), false, is_test);
+                let id = self.add_module(Module {
+                    name: name.clone(),
+                    is_private: !is_pub,
+                    is_test,
+                    ..Module::of(parent.krate, Some(module))
+                });
                 self.define(module, Namespace::Type, &name, Entry::Def(Def::Module(id)));
                 if super::rtic::is_app(&attributes) {
                     for task in super::rtic::contexts(&items) {
@@ -207,7 +196,12 @@ impl Collector {
     /// The module of a task: its names are those of the application, too.
     fn collect_context(&mut self, app: ModuleId, task: Item) {
         let parent = self.index.module(app);
-        let id = self.add_module(parent.krate, Some(app), task.name.clone(), true, parent.is_test);
+        let id = self.add_module(Module {
+            name: task.name.clone(),
+            is_block: true,
+            is_test: parent.is_test,
+            ..Module::of(parent.krate, Some(app))
+        });
         self.define(app, Namespace::Type, &task.name, Entry::Def(Def::Module(id)));
         if let ItemKind::Mod(items) = task.kind {
             self.collect_items(id, items);
@@ -305,7 +299,7 @@ impl Collector {
         let is_test = self.index.module(module).is_test;
         for (block, around, items) in blocks.into_iter().rev() {
             let parent = around.and_then(|around| self.index.blocks.get(&(owner, around)).copied()).unwrap_or(module);
-            let id = self.add_module(krate, Some(parent), String::new(), true, is_test);
+            let id = self.add_module(Module { is_block: true, is_test, ..Module::of(krate, Some(parent)) });
             self.index.blocks.insert((owner, block), id);
             self.collect_items(id, items);
         }

@@ -19,7 +19,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::source::Span;
+use crate::source::{FileId, Span};
 use crate::syntax::tree::{
     Attribute, Bound, ExprId, Fields, Function, Generics, OpaqueMacro, Path, TypeRef, ValueItem, Variant,
 };
@@ -195,8 +195,29 @@ pub struct Module {
     pub is_block: bool,
     /// Whether it is compiled for tests only.
     pub is_test: bool,
+    /// Whether it stands without any `pub`.
+    pub is_private: bool,
+    /// Where its items stand; none for a module without items.
+    pub file: Option<FileId>,
     names: FxHashMap<(Namespace, String), Entry>,
     globs: Vec<Vec<String>>,
+}
+
+impl Module {
+    /// A module without names, that of a whole crate where there is none around it.
+    fn of(krate: CrateId, parent: Option<ModuleId>) -> Self {
+        Self {
+            krate,
+            parent,
+            name: String::new(),
+            is_block: false,
+            is_test: false,
+            is_private: false,
+            file: None,
+            names: FxHashMap::default(),
+            globs: Vec::new(),
+        }
+    }
 }
 
 #[derive(Clone, Debug)]

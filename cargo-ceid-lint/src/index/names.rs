@@ -6,6 +6,7 @@ use rustc_hash::FxHashMap;
 
 use super::known;
 use super::{CrateId, Def, Entry, Index, ModuleId, Shape, TraitId};
+use crate::source::FileId;
 
 /// Types and values have names of their own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -62,6 +63,19 @@ impl Index {
             _ => None,
         });
         renamed.collect()
+    }
+
+    /// The modules whose items stand in files, with those files.
+    pub fn modules_in_files(&self) -> impl Iterator<Item = (ModuleId, FileId)> {
+        (0..).map(ModuleId).zip(&self.modules).filter_map(|(id, module)| Some((id, module.file?)))
+    }
+
+    /// The modules in a file that import something by a name.
+    #[must_use]
+    pub fn importing(&self, file: FileId, name: &str) -> BTreeSet<ModuleId> {
+        let key = (Namespace::Type, name.to_owned());
+        let is_import = |id: &ModuleId| matches!(self.module(*id).names.get(&key), Some(Entry::Import(_)));
+        self.modules_in_files().filter(|(_, own)| *own == file).map(|(id, _)| id).filter(is_import).collect()
     }
 
     /// Whether a module imports one of the names from one of these modules, or all that is there.

@@ -4,12 +4,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::{Value, json};
 
+use super::documents::identity;
 use super::explain;
 use super::protocol::{InRange, Range, TextEdit};
 use super::text::Lines;
 use super::view::View;
 use crate::diagnostic::{Applicability, Diagnostic, Level, Suggestion};
-use crate::migrate::Plan;
+use crate::migrate::{Plan, Rewrite};
+use crate::pipeline::dependencies;
 use crate::report::text::suggested;
 use crate::rules::{self, Group};
 use crate::source::{FileId, Span};
@@ -50,29 +52,39 @@ pub(super) fn actions(view: &View<'_>, asked: &InRange) -> Vec<Value> {
     actions
 }
 
-/// Hands the filters of a loop to a guard, or some of them, where its head is on the lines of a range and no manifest has to change.
+/// Hands the filters of a loop to a guard, or some of them, where its head is on the lines of a range; the packages depend on
+/// `ceid-core` then.
 fn migrate(view: &View<'_>, plan: &Plan, range: Range) -> Vec<Value> {
     let head = view.range(plan.head);
     if plan.head.file != view.file || head.start.line > range.end.line || range.start.line > head.end.line {
         return Vec::new();
     }
-    let action = |suggestion: &Suggestion| {
-        json!({
-            "title": suggestion.message,
-            "kind": REWRITE,
-            "edit": workspace_edit(view, edits(view, &suggestion.edits)),
-        })
+    let action = |(title, rewrite): (String, &Rewrite)| {
+        let mut by_uri = edits(view, &rewrite.edits);
+        let added = match view.project {
+            Some(project) => dependencies(view.report, project, rewrite, |_| Ok(None)).ok()?,
+            None if rewrite.is_dependency => Vec::new(),
+            None => return None,
+        };
+        let title = if added.is_empty() { title } else { format!("{title}, with `ceid-core` as a dependency") };
+        for (path, at, text) in added {
+            let manifest = view.report.manifests.get(&path)?;
+            let place = Lines::new(manifest).position(at, view.client.encoding);
+            let edit = TextEdit { range: Range { start: place, end: place }, new_text: text };
+            by_uri.entry(view.documents.uri_of(&identity(&path))).or_default().push(edit);
+        }
+        Some(json!({ "title": title, "kind": REWRITE, "edit": workspace_edit(view, by_uri) }))
     };
-    plan.suggestions().iter().map(action).collect()
+    plan.rewrites().into_iter().filter_map(action).collect()
 }
 
-fn edits(view: &View<'_>, edits: &[(Span, String)]) -> BTreeMap<FileId, Vec<TextEdit>> {
-    let mut by_file: BTreeMap<FileId, Vec<TextEdit>> = BTreeMap::new();
+fn edits(view: &View<'_>, edits: &[(Span, String)]) -> BTreeMap<String, Vec<TextEdit>> {
+    let mut by_uri: BTreeMap<String, Vec<TextEdit>> = BTreeMap::new();
     for (span, text) in edits {
         let edit = TextEdit { range: view.location(*span).range, new_text: text.clone() };
-        by_file.entry(span.file).or_default().push(edit);
+        by_uri.entry(view.uri(span.file)).or_default().push(edit);
     }
-    by_file
+    by_uri
 }
 
 /// Whether a finding, the head of its cycle or one of its suggestions is on the lines of a range of this file.
@@ -105,15 +117,15 @@ fn fix(view: &View<'_>, suggestion: &Suggestion, about: &[Value]) -> Value {
     })
 }
 
-fn workspace_edit(view: &View<'_>, by_file: BTreeMap<FileId, Vec<TextEdit>>) -> Value {
-    let by_uri = by_file.into_iter().map(|(file, edits)| (view.uri(file), edits));
+fn workspace_edit(view: &View<'_>, by_uri: BTreeMap<String, Vec<TextEdit>>) -> Value {
     if view.client.takes_versioned_edits {
         let version = |uri: &str| view.documents.path_of(uri).and_then(|path| Some(view.documents.get(&path)?.version));
         let changes = by_uri
+            .into_iter()
             .map(|(uri, edits)| json!({ "textDocument": { "uri": uri, "version": version(&uri) }, "edits": edits }));
         return json!({ "documentChanges": changes.collect::<Vec<_>>() });
     }
-    json!({ "changes": by_uri.collect::<BTreeMap<_, _>>() })
+    json!({ "changes": by_uri })
 }
 
 /// Writes a suppression above the line of the finding; its reason is left to the user.
@@ -136,7 +148,7 @@ fn suppression(view: &View<'_>, finding: &Diagnostic, about: &[Value]) -> Option
         "title": format!("suppress `ceid::{}` here, with a reason", finding.rule),
         "kind": QUICK_FIX,
         "diagnostics": about,
-        "edit": workspace_edit(view, [(file, vec![edit])].into()),
+        "edit": workspace_edit(view, [(view.uri(file), vec![edit])].into()),
     }))
 }
 

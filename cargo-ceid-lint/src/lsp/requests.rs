@@ -87,8 +87,8 @@ impl Server {
 
     /// What was found in a file, if it was read.
     fn view(&self, uri: &str) -> Option<View<'_>> {
-        let (report, file) = self.units.of_file(&self.documents.path_of(uri)?)?;
-        Some(View::new(report, file, &self.client, &self.documents))
+        let (report, project, file) = self.units.of_file(&self.documents.path_of(uri)?)?;
+        Some(View { project, ..View::new(report, file, &self.client, &self.documents) })
     }
 
     /// Runs a command. `ceid-lint.explain` shows the text of a rule, and answers it.

@@ -144,10 +144,11 @@ impl Units {
         list
     }
 
-    /// The check that tells the findings of a file, with the file's number in it.
-    pub(super) fn of_file(&self, path: &Path) -> Option<(&Report, FileId)> {
+    /// The check that tells the findings of a file, with what was checked and the file's number in it.
+    pub(super) fn of_file(&self, path: &Path) -> Option<(&Report, Option<&Project>, FileId)> {
         let covering = self.of.values().find(|unit| unit.covers(path));
-        covering.or_else(|| self.of.values().find(|unit| unit.reads(path)))?.of_file(path)
+        let unit = covering.or_else(|| self.of.values().find(|unit| unit.reads(path)))?;
+        unit.of_file(path).map(|(report, file)| (report, unit.project.as_deref(), file))
     }
 }
 
@@ -163,6 +164,8 @@ fn add_new<'a>(list: &mut Vec<&'a Diagnostic>, diagnostics: &'a [Diagnostic]) {
 #[derive(Debug)]
 pub(super) struct View<'a> {
     pub(super) report: &'a Report,
+    /// What was checked, if that is known.
+    pub(super) project: Option<&'a Project>,
     pub(super) file: FileId,
     /// The identity of the file.
     pub(super) path: PathBuf,
@@ -174,7 +177,8 @@ pub(super) struct View<'a> {
 impl<'a> View<'a> {
     pub(super) fn new(report: &'a Report, file: FileId, client: &'a Client, documents: &'a Documents) -> Self {
         let source = report.sources.file(file);
-        Self { report, file, path: identity(&source.path), lines: Lines::new(&source.text), client, documents }
+        let lines = Lines::new(&source.text);
+        Self { report, project: None, file, path: identity(&source.path), lines, client, documents }
     }
 
     /// The findings that an editor shows: those that are known as well.

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::imports::{IdleImports, Import, Scope, Sought, segment_before, to_u32};
+use super::import::Import;
+use super::imports::{IdleImports, Scope, Sought, modules_in, segment_before, to_u32};
 use super::macros::Macros;
 use super::takers::Takers;
 use super::text::{without_comments, words};
@@ -60,7 +61,8 @@ pub(super) fn idle(
         if is_in_macro || !unconditional[stmt.start..].starts_with("use") {
             continue;
         }
-        let is_handed_on = around.is_none() && Takers::of(program, file, &names).need(wanted, false);
+        let takers = || Takers::of(program, modules_in(program, file), &names, &(file, stmt.clone()));
+        let is_handed_on = around.is_none() && takers().need(wanted, macros, false);
         if !glob.is_conditional
             && !brought.has_unknown
             && !is_handed_on
@@ -127,7 +129,7 @@ impl<'t> Glob<'t> {
         };
         let names = format!("{prefix}{}", &code[entry.start..at]);
         let path = names.split("::").map(|name| name.trim().to_owned()).collect();
-        let import = Import { stmt: start..end, alias: None, entry, list };
+        let import = Import { stmt: start..end, visibility: "", alias: None, entry, list };
         Some(Self { import, path, is_conditional: before.ends_with(']') })
     }
 }

@@ -4,11 +4,10 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::globs;
+use super::import::Import;
 use super::macros::Macros;
 use super::takers::Takers;
-use super::text::{
-    Style, begins_line, has_word, indentation, line_stop, removal, with_attributes, without_comments, words,
-};
+use super::text::{has_word, with_attributes, without_comments, words};
 use crate::count::{Cycle, Verdict};
 use crate::flow::Program;
 use crate::index::{FunctionId, ModuleId, Owner, TraitId};
@@ -22,8 +21,28 @@ use crate::types::Callee;
 pub struct IdleImports {
     /// The edits that remove each of those that nothing needs.
     pub removals: Vec<Vec<(Span, String)>>,
+    /// Those that hand on to other modules what nothing needs.
+    pub handed_on: Vec<HandedOn>,
     /// Those that stay though perhaps nothing needs them, with what they import.
     pub doubtful: Vec<(Span, String)>,
+}
+
+/// An import that hands on what nothing needs.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct HandedOn {
+    /// What removes it.
+    pub edits: Vec<(Span, String)>,
+    /// What code says that needs it.
+    pub words: Vec<String>,
+}
+
+impl HandedOn {
+    /// Whether the text of a file says less of what needs it than it did before.
+    #[must_use]
+    pub fn is_said_less(&self, before: &str, now: &str) -> bool {
+        let said = |text: &str| self.words.iter().map(|word| words(text, word).count()).sum::<usize>();
+        said(now) < said(before)
+    }
 }
 
 /// The imports that calls of a law needed, in files whose loops have a guard.
@@ -58,23 +77,41 @@ pub fn idle_imports(program: &Program<'_>, cycles: &[Cycle]) -> IdleImports {
     let homes = homes.map(|(home, parent)| (home.name.as_str(), parent, Vec::new()));
     let named: Vec<_> = traits.iter().cloned().chain(filters).chain(homes).collect();
     let macros = Macros::of(program);
-    for file in files {
+    for file in handing_on(program, &files) {
         let text = &*program.sources.file(file).text;
         let outline = Outline::of(text);
         let functions = written_in(program, file);
+        let has_guard = files.contains(&file);
         for (name, module, methods) in &named {
             let (outline, functions, macros) = (&outline, &functions[..], &macros);
             let scope = Scope { program, file, functions, text, outline, name, module: *module, methods, macros };
             for at in words(text, name) {
-                match scope.import(at) {
-                    Some(edits) => found.removals.push(edits),
-                    None => found.doubtful.extend(scope.doubt(at)),
+                if let Some(edits) = scope.import(at, true) {
+                    let words = std::iter::once(*name).chain(methods.iter().map(|method| method.as_str()));
+                    found.handed_on.push(HandedOn { edits, words: words.map(str::to_owned).collect() });
+                } else if has_guard {
+                    match scope.import(at, false) {
+                        Some(edits) => found.removals.push(edits),
+                        None => found.doubtful.extend(scope.doubt(at)),
+                    }
                 }
             }
         }
-        globs::idle(program, file, text, &outline, &functions, &macros, &mut found);
+        if has_guard {
+            globs::idle(program, file, text, &outline, &functions, &macros, &mut found);
+        }
     }
     found
+}
+
+/// These files and those of their crates in which imports may hand something on.
+fn handing_on(program: &Program<'_>, files: &BTreeSet<FileId>) -> BTreeSet<FileId> {
+    let index = program.index;
+    let modules: Vec<_> = index.modules_in_files().map(|(module, file)| (index.module(module).krate, file)).collect();
+    let crates: BTreeSet<_> =
+        modules.iter().filter(|(_, file)| files.contains(file)).map(|(krate, _)| *krate).collect();
+    let own = modules.into_iter().filter(|(krate, _)| crates.contains(krate)).map(|(_, file)| file);
+    own.filter(|file| has_word(&program.sources.file(*file).text, "pub")).chain(files.iter().copied()).collect()
 }
 
 /// Whether a guard of free variables stands in the file: what a migration writes.
@@ -118,26 +155,38 @@ pub(super) struct Scope<'a> {
 }
 
 impl Scope<'_> {
-    /// What removes the import whose name stands at a byte, if nothing in the block or module around it needs it.
-    fn import(&self, at: usize) -> Option<Vec<(Span, String)>> {
-        let Self { program, file, text, name, .. } = *self;
-        let import = Import::of(text, at, name)?;
-        if self.is_of_core(&import) {
+    /// What removes the import whose name stands at a byte, if nothing in the block or module around it needs it, and nothing that
+    /// has the name from there.
+    fn import(&self, at: usize, hands_on: bool) -> Option<Vec<(Span, String)>> {
+        let Self { program, file, text, name, macros, .. } = *self;
+        let import = Import::at(text, at, name)?;
+        if self.is_of_core(&import) || import.visibility.is_empty() == hands_on {
             return None;
         }
         let around = self.outline.around(import.stmt.start).next();
         let scope = around.map_or(0..text.len(), |around| around.brackets.clone());
         let bound = import.alias.unwrap_or(name);
         let names: BTreeSet<&str> = Some(bound).into_iter().filter(|bound| *bound != "_").collect();
-        let takers = around.is_none().then(|| Takers::of(program, file, &names));
+        let from = match hands_on {
+            true => self.importing(&import, bound),
+            false => modules_in(program, file),
+        };
+        if hands_on && from.is_empty() {
+            return None;
+        }
+        let takers = (hands_on || around.is_none())
+            .then(|| Takers::of(program, from.clone(), &names, &(file, import.stmt.clone())));
+        if import.visibility == "pub" && !takers.as_ref().is_some_and(|takers| self.is_inside(&from, takers)) {
+            return None;
+        }
         let is_needed = |without_tests: bool| {
-            takers.as_ref().is_some_and(|takers| takers.need(self.wanted(&names), without_tests)) || {
+            takers.as_ref().is_some_and(|takers| takers.need(self.wanted(&names), macros, without_tests)) || {
                 let [code, calls] = [Sought::Names, Sought::Calls].map(|of| self.in_sight(&scope, without_tests, of));
                 self.is_used(&import, &code, &calls, &scope)
             }
         };
         let edits = if is_needed(true) {
-            let is_taken = || takers.as_ref().is_some_and(|takers| takers.need(self.wanted(&names), false));
+            let is_taken = || takers.as_ref().is_some_and(|takers| takers.need(self.wanted(&names), macros, false));
             import.under(text, &self.only_condition(&import, &scope).filter(|_| !is_taken())?)?
         } else if is_needed(false) {
             import.under(text, "#[cfg(test)]")?
@@ -147,6 +196,30 @@ impl Scope<'_> {
         let placed =
             |(range, new): (Range<usize>, String)| (Span::new(file, to_u32(range.start), to_u32(range.end)), new);
         Some(edits.into_iter().map(placed).collect())
+    }
+
+    /// The modules in which an import may stand: of those of its file that import something by that name.
+    fn importing(&self, import: &Import<'_>, bound: &str) -> BTreeSet<ModuleId> {
+        let index = self.program.index;
+        let around = self.outline.around(import.stmt.start).next();
+        let head = around.map(|around| self.text[around.head.start..around.brackets.start].trim());
+        let is_around = |id: &ModuleId| {
+            let module = index.module(*id);
+            match head.map(|head| head.rsplit_once(char::is_whitespace)) {
+                None => module.parent.is_none_or(|parent| index.module(parent).file != module.file),
+                Some(Some((before, name))) => name == module.name && before.ends_with("mod"),
+                Some(None) => false,
+            }
+        };
+        index.importing(self.file, bound).into_iter().filter(is_around).collect()
+    }
+
+    /// Whether other crates cannot have what these modules hand on.
+    fn is_inside(&self, from: &BTreeSet<ModuleId>, takers: &Takers) -> bool {
+        let module = |id: ModuleId| self.program.index.module(id);
+        let around = |id: ModuleId| std::iter::successors(Some(module(id)), |inner| inner.parent.map(module));
+        let is_inside = |id: &ModuleId| around(*id).any(|around| around.is_private);
+        from.iter().all(|id| is_inside(id) && !takers.publish(&module(*id).name))
     }
 
     /// What code says that needs the import.
@@ -183,7 +256,8 @@ impl Scope<'_> {
 
     /// The import whose name stands at a byte, if only code that is compiled under a condition needs it, or a comment.
     fn doubt(&self, at: usize) -> Option<(Span, String)> {
-        let import = Import::of(self.text, at, self.name).filter(|import| !self.is_of_core(import))?;
+        let import = Import::at(self.text, at, self.name)
+            .filter(|import| import.visibility.is_empty() && !self.is_of_core(import))?;
         let around = self.outline.around(import.stmt.start).next();
         let scope = around.map_or(0..self.text.len(), |around| around.brackets.clone());
         let code = self.unconditional(&self.in_sight(&(0..self.text.len()), true, Sought::Names));
@@ -299,7 +373,7 @@ impl Scope<'_> {
 }
 
 /// Code with blanks for parts of it.
-fn blanked(code: &str, parts: impl Iterator<Item = Range<usize>>) -> String {
+pub(super) fn blanked(code: &str, parts: impl Iterator<Item = Range<usize>>) -> String {
     let mut left = code.as_bytes().to_vec();
     parts.for_each(|part| left[part].fill(b' '));
     String::from_utf8(left).unwrap_or_else(|_| code.to_owned())
@@ -312,182 +386,7 @@ pub(super) fn segment_before(code: &str, at: usize) -> Option<&str> {
     Some(before.get(start..).unwrap_or_default())
 }
 
-/// A private `use` that names a trait.
-pub(super) struct Import<'t> {
-    pub(super) stmt: Range<usize>,
-    /// What it is called, and how it is written in the innermost list: `filter::Step as Other`.
-    pub(super) alias: Option<&'t str>,
-    pub(super) entry: Range<usize>,
-    /// The innermost list around it, with its braces.
-    pub(super) list: Option<Range<usize>>,
-}
-
-impl<'t> Import<'t> {
-    /// The import whose name stands at a byte.
-    fn of(text: &'t str, at: usize, name: &str) -> Option<Self> {
-        let start = text[..at].rfind([';', '}']).map_or(0, |end| end + 1);
-        let head = &text[start..at];
-        let word = words(head, "use").last()?;
-        let own = start + word;
-        if name == "_" || text[..at].trim_end().ends_with(" as") {
-            return None;
-        }
-        let mut before = head[..word].lines().map(str::trim);
-        // Attributes and a visibility belong to it; a block begins with a brace.
-        let before = before.rfind(|line| !line.starts_with("//") && !line.starts_with("#![") && !line.is_empty());
-        if before.is_some_and(|line| !line.ends_with('{')) {
-            return None;
-        }
-        let is_path = |c: char| c.is_alphanumeric() || "_:".contains(c);
-        let stop = at + text[at..].find(';')? + 1;
-        let code = without_comments(&text[own..stop]);
-        if !code.chars().all(|c| is_path(c) || " {},;\n\r\t".contains(c)) {
-            return None;
-        }
-        let end = at + name.len();
-        let rest = code[end - own..].trim_start();
-        if rest.starts_with("::") {
-            return None;
-        }
-        let alias = rest.strip_prefix("as ").map(str::trim_start);
-        let alias = alias.map(|alias| &alias[..alias.find(|c| !is_path(c)).unwrap_or(alias.len())]);
-        let entry_end = own + code[end - own..].find([',', '}', ';'])? + end - own;
-        let first = text[..at].rfind(|c| !is_path(c)).map_or(0, |before| before + 1);
-        let mut depth = 0;
-        let open = code[..at - own].rfind(|sign| {
-            depth += match sign {
-                '}' => 1,
-                '{' => -1,
-                _ => 0,
-            };
-            depth < 0
-        });
-        let list = match open {
-            Some(open) => Some(own + open..own + code[end - own..].find('}')? + end - own + 1),
-            None => None,
-        };
-        let alias = alias.and_then(|alias| {
-            text[end..entry_end].contains(alias).then(|| {
-                let at = end + text[end..entry_end].rfind(alias).unwrap_or(0);
-                &text[at..at + alias.len()]
-            })
-        });
-        Some(Self { stmt: own..stop, alias, entry: first..entry_end, list })
-    }
-
-    /// What to replace, and by what, so that only code under a condition has the name.
-    fn under(&self, text: &str, condition: &str) -> Option<Vec<(Range<usize>, String)>> {
-        let Style { end, .. } = Style::of(text);
-        let start = self.stmt.start;
-        let line = format!("{condition}{end}{}", indentation(text, start));
-        let Some(list) = &self.list else { return Some(vec![(start..start, line)]) };
-        let (range, new) = self.without(text)?;
-        if range.contains(&start) {
-            return Some(vec![(start..start, line)]);
-        }
-        let path = text[start..list.start].trim_end();
-        if path.contains('{') {
-            return None;
-        }
-        let own = format!("{end}{}{line}{path}{};", indentation(text, start), text[self.entry.clone()].trim());
-        Some(vec![(range, new), (self.stmt.end..self.stmt.end, own)])
-    }
-
-    /// What to replace, and by what, so that the `use` is without the name.
-    pub(super) fn without(&self, text: &str) -> Option<(Range<usize>, String)> {
-        let Some(list) = self.list.clone() else {
-            return Some((removal(text, self.stmt.clone()), String::new()));
-        };
-        let inner = &text[list.start + 1..list.end - 1];
-        if without_comments(inner).contains('{') {
-            return None;
-        }
-        let is_nested = text[self.stmt.start..list.start].contains('{');
-        let code = without_comments(inner);
-        let entries = code.split(',').map(str::trim).filter(|entry| !entry.is_empty());
-        let own = text[self.entry.clone()].trim();
-        let left: Vec<&str> = entries.filter(|entry| *entry != own).collect();
-        let has_comments = code != inner;
-        match left.as_slice() {
-            [] if is_nested || has_comments => None,
-            [] => Some((removal(text, self.stmt.clone()), String::new())),
-            [one] if *one != "self" && !has_comments => Some((list, (*one).to_owned())),
-            _ if !inner.contains('\n') && !has_comments => Some((list.start + 1..list.end - 1, left.join(", "))),
-            _ => {
-                let comma = if text[self.entry.end..].starts_with(',') { 1 } else { 0 };
-                let end = self.entry.end + comma;
-                let stop = line_stop(text, end);
-                let rest = text[end..stop].trim();
-                // What is said of the name goes with it.
-                let is_alone = begins_line(text, self.entry.start) && (rest.is_empty() || rest.starts_with("//"));
-                let end = if rest.starts_with("//") { end + text[end..stop].trim_end().len() } else { end };
-                is_alone.then(|| (removal(text, self.entry.start..end), String::new()))
-            }
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[track_caller]
-    fn check(text: &str, expected: Option<&str>) {
-        let at = words(text, "Step").next().expect("it is there");
-        let changed = Import::of(text, at, "Step").and_then(|import| import.without(text)).map(|(range, new)| {
-            let mut text = text.to_owned();
-            text.replace_range(range, &new);
-            text
-        });
-        assert_eq!(changed.as_deref(), expected);
-    }
-
-    #[test]
-    fn an_import_goes_alone() {
-        check("use a;\nuse crate::b::Step;\nuse c;\n", Some("use a;\nuse c;\n"));
-        check("use crate::b::{Pid, Step};\n", Some("use crate::b::Pid;\n"));
-        check("use crate::b::{Kf, Pid, Step};\n", Some("use crate::b::{Kf, Pid};\n"));
-        check("use crate::b::{\n    Kf,\n    Step,\n    Pid,\n};\n", Some("use crate::b::{\n    Kf,\n    Pid,\n};\n"));
-        check("use crate::b::{Step};\nfn f() {}\n", Some("fn f() {}\n"));
-        check("use crate::Step::Kf;\n", None);
-        check("use crate::b::Step as Other;\n", Some(""));
-        check("#![deny(warnings)]\nuse crate::b::Step;\n", Some("#![deny(warnings)]\n"));
-        check(
-            "mod a {\n    // c\n    use crate::b::{Kf, Step as _};\n}\n",
-            Some("mod a {\n    // c\n    use crate::b::Kf;\n}\n"),
-        );
-        check("use crate::{b::{Step, Kf}, c};\n", Some("use crate::{b::Kf, c};\n"));
-        check("use crate::{b::Step, c, d};\n", Some("use crate::{c, d};\n"));
-        check(
-            "use a::{\n    Kf,   // the filter\n    Step, // its trait\n};\n",
-            Some("use a::{\n    Kf,   // the filter\n};\n"),
-        );
-    }
-
-    #[track_caller]
-    fn check_for_tests(text: &str, expected: &str) {
-        let at = words(text, "Step").next().expect("it is there");
-        let import = Import::of(text, at, "Step").expect("it is an import");
-        let mut changed = text.to_owned();
-        for (range, new) in import.under(text, "#[cfg(test)]").expect("it can be under a condition").into_iter().rev() {
-            changed.replace_range(range, &new);
-        }
-        assert_eq!(changed, expected);
-    }
-
-    #[test]
-    fn an_import_is_kept_for_tests() {
-        check_for_tests("    use b::Step;\n", "    #[cfg(test)]\n    use b::Step;\n");
-        check_for_tests("use b::{Kf, Step};\n", "use b::Kf;\n#[cfg(test)]\nuse b::Step;\n");
-        check_for_tests("use b::{Step};\n", "#[cfg(test)]\nuse b::{Step};\n");
-    }
-
-    #[test]
-    fn what_is_more_than_an_import_stays() {
-        check("pub use crate::b::Step;\n", None);
-        check("pub(crate) use crate::b::Step;\n", None);
-        check("#[cfg(x)]\nuse crate::b::Step;\n", None);
-        check("use crate::{b::{Step}, c};\n", None);
-        check("fn f<T: Step>() {}\n", None);
-    }
+/// The modules that stand in a file.
+pub(super) fn modules_in(program: &Program<'_>, file: FileId) -> BTreeSet<ModuleId> {
+    program.index.modules_in_files().filter(|(_, own)| *own == file).map(|(module, _)| module).collect()
 }

@@ -21,6 +21,7 @@ mod head;
 mod holding;
 mod hollow;
 mod implicit;
+mod import;
 mod imports;
 mod inputs;
 mod iteration;
@@ -53,7 +54,7 @@ use crate::diagnostic::{Applicability, Suggestion};
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
 
-pub use imports::{IdleImports, idle_imports};
+pub use imports::{HandedOn, IdleImports, idle_imports};
 pub use manifest::{Wanted, dependency, is_ceid_core};
 pub use plan::plans;
 pub use text::is_no_std;
@@ -85,40 +86,36 @@ pub struct Partly {
 }
 
 impl Plan {
-    /// The rewritings as suggestions, where no manifest has to change for them: of some of the filters, by which the program does the
-    /// same, and of all.
+    /// The rewritings, with what each does: of some of the filters, by which the program does the same, and of all.
     #[must_use]
-    pub fn suggestions(&self) -> Vec<Suggestion> {
-        let partly = self.partly.as_ref().filter(|partly| partly.rewrite.is_dependency).map(|partly| {
-            let staying: Vec<String> = self
-                .filters
-                .iter()
-                .filter(|name| !partly.filters.contains(name))
-                .map(|name| format!("`{name}`"))
-                .collect();
+    pub fn rewrites(&self) -> Vec<(String, &Rewrite)> {
+        let partly = self.partly.as_ref().map(|partly| {
+            let staying: Vec<String> =
+                self.filters.iter().filter(|name| !partly.filters.contains(name)).cloned().collect();
             let verb = if staying.len() == 1 { "stays" } else { "stay" };
-            let going: Vec<String> = partly.filters.iter().map(|name| format!("`{name}`")).collect();
-            Suggestion {
-                message: format!("let a guard update {}; {} {verb} by hand", going.join(", "), staying.join(", ")),
-                edits: partly.rewrite.edits.clone(),
-                applicability: Applicability::MaybeIncorrect,
-            }
+            let title = format!("let a guard update {}; {} {verb} by hand", quoted(&partly.filters), quoted(&staying));
+            (title, &partly.rewrite)
         });
-        partly.into_iter().chain(self.suggestion()).collect()
+        let all = self.outcome.as_ref().ok().map(|rewrite| {
+            let changes = if rewrite.changes.is_empty() { "" } else { ", which changes what the program does" };
+            (format!("let a guard update {}{changes}", quoted(&self.filters)), rewrite)
+        });
+        partly.into_iter().chain(all).collect()
     }
 
-    /// The rewriting as a suggestion, if there is one and no manifest has to change for it.
+    /// The rewriting of all filters as a suggestion, if there is one and no manifest has to change for it.
     #[must_use]
     pub fn suggestion(&self) -> Option<Suggestion> {
-        let rewrite = self.outcome.as_ref().ok().filter(|rewrite| rewrite.is_dependency)?;
-        let names: Vec<String> = self.filters.iter().map(|name| format!("`{name}`")).collect();
-        let changes = if rewrite.changes.is_empty() { "" } else { ", which changes what the program does" };
-        Some(Suggestion {
-            message: format!("let a guard update {}{changes}", names.join(", ")),
-            edits: rewrite.edits.clone(),
-            applicability: Applicability::MaybeIncorrect,
-        })
+        self.outcome.as_ref().ok().filter(|rewrite| rewrite.is_dependency)?;
+        let (message, rewrite) = self.rewrites().pop()?;
+        Some(Suggestion { message, edits: rewrite.edits.clone(), applicability: Applicability::MaybeIncorrect })
     }
+}
+
+/// Names as a sentence has them.
+#[must_use]
+pub fn quoted(names: &[String]) -> String {
+    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
 /// How a loop is rewritten.

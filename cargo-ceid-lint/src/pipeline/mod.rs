@@ -4,6 +4,7 @@ mod configured;
 mod entries;
 mod known;
 mod macros;
+mod manifests;
 mod memory;
 mod parse;
 mod prospect;
@@ -14,11 +15,11 @@ mod timings;
 mod too_large;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 pub use configured::{Again, Configured, Options, check_again, check_configured, check_read_ahead};
 pub use known::{BaselineChoice, CheckedCrate};
+pub use manifests::dependencies;
 pub use memory::Memory;
 pub use prospect::{Prospect, prospect};
 pub use report::Report;
@@ -225,7 +226,7 @@ impl Run<'_> {
         })?;
         report.timings.add(&watch.stop());
         report.sort();
-        report.manifests = manifests(self.project, &report.plans, &**source);
+        report.manifests = manifests::of_plans(self.project, &report.plans, &**source);
         Ok(report)
     }
 
@@ -246,7 +247,7 @@ impl Run<'_> {
             (report, Named::new())
         };
         report.sort();
-        report.manifests = manifests(self.project, &report.plans, &**source);
+        report.manifests = manifests::of_plans(self.project, &report.plans, &**source);
         read.extend(report.manifests.keys().cloned());
         Ok(Judged { packages, read, can_matter, report: Arc::new(report), named })
     }
@@ -376,15 +377,6 @@ fn suggest_guards(findings: &mut [Diagnostic], plans: &[Plan]) {
         let plan = finding.facts.cycle.and_then(|cycle| by_head.get(&cycle));
         finding.suggestions.extend(plan.and_then(|plan| plan.suggestion()));
     }
-}
-
-/// The manifests that plans are about.
-fn manifests(project: &Project, plans: &[Plan], source: &dyn ReadSource) -> BTreeMap<PathBuf, Arc<str>> {
-    let rewrites = plans.iter().filter_map(|plan| plan.outcome.as_ref().ok());
-    let packages: BTreeSet<usize> = rewrites.flat_map(|rewrite| rewrite.packages.iter().copied()).collect();
-    let packages = packages.iter().map(|package| &project.packages[*package]);
-    let paths = packages.flat_map(|package| [package.manifest_path.clone(), package.workspace_root.join("Cargo.toml")]);
-    paths.filter_map(|path| Some((path.clone(), source.read(&path).ok()?))).collect()
 }
 
 /// The rules that are at `forbid`, by package.

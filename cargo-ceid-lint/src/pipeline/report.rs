@@ -83,6 +83,7 @@ impl Report {
         self.functions.extend(other.functions);
         self.plans.extend(other.plans);
         self.idle_imports.removals.extend(other.idle_imports.removals);
+        self.idle_imports.handed_on.extend(other.idle_imports.handed_on);
         self.idle_imports.doubtful.extend(other.idle_imports.doubtful);
         self.manifests.extend(other.manifests);
         self.beside.extend(other.beside);
@@ -104,6 +105,7 @@ impl Report {
         self.checked.sort_by_key(|krate| krate.package);
         self.plans.sort_by_key(|plan| plan.head);
         self.idle_imports.removals.sort();
+        self.idle_imports.handed_on.sort();
         self.idle_imports.doubtful.sort();
         for list in [&mut self.problems, &mut self.unread] {
             let mut seen = BTreeSet::new();

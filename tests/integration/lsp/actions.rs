@@ -232,6 +232,26 @@ fn a_loop_is_handed_to_a_guard() {
 }
 
 #[test]
+fn a_loop_is_handed_to_a_guard_in_a_package_that_knows_none_yet() {
+    let text = GUILTY.replacen("        kf.update();\n        kf.update();", "        kf.update();", 1);
+    let manifest = "[workspace]\n\n[package]\nname = \"unguarded\"\nversion = \"0.0.0\"\nedition = \"2024\"\n";
+    let directory = temporary("lsp_migrate_dependency");
+    write(&directory, "src/lib.rs", text.as_bytes());
+    write(&directory, "Cargo.toml", manifest.as_bytes());
+    let file = directory.join("src/lib.rs");
+    let mut client = Client::in_folder(&directory, &plain());
+    client.open(&file, &text);
+    assert_eq!(client.pull(&file), Vec::<Value>::new());
+    let at = json!({ "start": { "line": 4, "character": 4 }, "end": { "line": 4, "character": 4 } });
+    let actions = client.actions(&file, &at, &[]);
+    let action = titled(&actions, "let a guard update `kf`, with `ceid-core` as a dependency");
+    let changed = |text: &str, file: &Path| applied(text, &action["edit"]["changes"][&uri(file)]);
+    assert!(changed(&text, &file).contains("        ceid_core::ceid!(clock.begin_cycle() => kf);\n    }\n"));
+    let after = changed(manifest, &directory.join("Cargo.toml"));
+    assert_eq!(after, format!("{manifest}\n[dependencies]\nceid-core = \"0.1.0\"\n"));
+}
+
+#[test]
 fn those_filters_of_a_loop_go_that_can() {
     let core = root().join("ceid-core");
     let text = "\

@@ -72,6 +72,23 @@ fn those_that_can_go_without_the_others_go() {
 }
 
 #[test]
+fn what_can_go_brings_the_dependency_where_the_others_cannot() {
+    let before = TWO_LOOPS
+        .replace("let mut second = Ramp(0.0);", "let mut second = [Ramp(0.0), Ramp(1.0)];")
+        .replace("first.update();", "first.update();\n        second[std::env::args().count() % 2].update();")
+        .replace("    }\n    for _ in 0..3 {\n        second.update();\n        println!(\"{}\", second.0);\n", "");
+    let directory = package("migrate_in_part_with_dependency", &[("robot".to_owned(), before)]);
+    let manifest = read(&directory.join("Cargo.toml"));
+    let (without, _) = manifest.split_once("\n[dependencies]").expect("the package depends on ceid-core");
+    crate::support::workspace::write(&directory, "Cargo.toml", without.as_bytes());
+    let core = crate::support::root().join("ceid-core");
+    let said = migrate(&directory, &["--all", "--ceid-core-path", &core.to_string_lossy()]);
+    said.assert_code(0).assert_stderr("migrated src/bin/robot.rs:8: `first` in `main`");
+    said.assert_stderr("`second[*]` stays by hand:");
+    assert!(read(&directory.join("Cargo.toml")).contains("[dependencies]\nceid-core = { path ="));
+}
+
+#[test]
 fn a_place_is_one_loop_of_two_with_the_same_filter() {
     let text = TWO_LOOPS.replace("second", "first").replace("    let mut first = Ramp(0.0);\n", "");
     let text = text.replace("fn main() {\n", "fn main() {\n    let mut first = Ramp(0.0);\n");

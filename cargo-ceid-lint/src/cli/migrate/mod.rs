@@ -2,6 +2,7 @@
 
 mod args;
 mod core;
+mod files;
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -9,15 +10,16 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use self::core::{core_directory, relative};
+use self::files::{same_file, text_of};
 use super::args::FixArgs;
 use super::{Console, ExitStatus, input, interrupted, vcs};
 use crate::count::{Cycle, CycleKind, Gate, Pair, Verdict};
 use crate::diagnostic::Diagnostic;
 use crate::fix::{self, Bounds, Edit, Fix, Revision};
 use crate::index::{FunctionId, Ty};
-use crate::migrate::{self, Plan, Reason, Rewrite, Wanted};
-use crate::pipeline::{Options, Report};
-use crate::project::{Package, Project};
+use crate::migrate::{HandedOn, Plan, Reason, Rewrite, quoted};
+use crate::pipeline::{Options, Report, dependencies};
+use crate::project::Project;
 use crate::report::count;
 use crate::source::{DiskSource, ReadSource, SourceMap, Span};
 use args::Asked;
@@ -243,7 +245,7 @@ impl Run<'_> {
             }
             Err(reasons) => ("", reasons),
         };
-        self.console.say(&format!("  {} {verb} by hand{how}:", names(&staying)));
+        self.console.say(&format!("  {} {verb} by hand{how}:", quoted(&staying)));
         let mut reasons: Vec<String> = reasons.iter().map(|reason| told(report, plan, reason)).collect();
         reasons.dedup();
         reasons.iter().for_each(|reason| self.console.say(&format!("    {reason}")));
@@ -281,6 +283,17 @@ impl Run<'_> {
                 fixes.push(self.fix(report, *span, IDLE_IMPORT.to_owned(), edits));
             }
         }
+        // What was handed on for nothing before is none of it.
+        let is_lost = |handed: &&HandedOn| {
+            self.touched.borrow().iter().any(|path| {
+                let texts = text_of(&first.sources, path).zip(text_of(&report.sources, path));
+                texts.is_some_and(|(before, now)| handed.is_said_less(before, now))
+            })
+        };
+        for handed in report.idle_imports.handed_on.iter().filter(is_lost) {
+            let edits = handed.edits.iter().map(|edit| self.edit(&report.sources, edit)).collect();
+            fixes.extend(handed.edits.first().map(|(span, _)| self.fix(report, *span, IDLE_IMPORT.to_owned(), edits)));
+        }
         let sources = &report.sources;
         let doubtful = report.idle_imports.doubtful.iter().filter(|(span, _)| {
             self.touched.borrow().iter().any(|path| same_file(path, &sources.file(span.file).path))
@@ -308,25 +321,11 @@ impl Run<'_> {
 
     /// The edits of a plan, those in manifests included.
     fn edits(&self, report: &Report, rewrite: &Rewrite) -> Result<Vec<Edit>, String> {
-        let mut edits: Vec<Edit> = rewrite.edits.iter().map(|edit| self.edit(&report.sources, edit)).collect();
-        for package in &rewrite.packages {
-            let package = &self.project.packages[*package];
-            let text = |path: &Path| report.manifests.get(path).map(|text| &**text);
-            let path = &package.manifest_path;
-            let Some(own) = text(path) else {
-                return Err("the file belongs to no package, so that it cannot depend on `ceid-core`".to_owned());
-            };
-            let workspace = text(&package.workspace_root.join("Cargo.toml"));
-            let wanted = Wanted {
-                path: self.args.ceid_core_path.as_ref().map(|core| relative(core, path)).transpose()?,
-                is_no_std: does_without_std(report, package),
-                needs_alloc: rewrite.needs_alloc,
-            };
-            if let Some((at, text)) = migrate::dependency(own, workspace, &wanted)? {
-                edits.push(Edit { path: path.clone(), start: at, end: at, text });
-            }
-        }
-        Ok(edits)
+        let core = self.args.ceid_core_path.as_deref();
+        let named = |manifest: &Path| core.map(|core| relative(core, manifest)).transpose();
+        let added = dependencies(report, self.project, rewrite, named)?.into_iter();
+        let added = added.map(|(path, at, text)| Edit { path, start: at, end: at, text });
+        Ok(rewrite.edits.iter().map(|edit| self.edit(&report.sources, edit)).chain(added).collect())
     }
 
     /// Tells what was done and what was not, beside the loops without a plan, and how much was not.
@@ -372,7 +371,7 @@ impl Run<'_> {
 
     fn title(&self, report: &Report, plan: &Plan, filters: &[String]) -> String {
         let file = &report.sources.file(plan.head.file).name;
-        format!("{file}:{}: {} in `{}`", report.sources.line(plan.head), names(filters), plan.function)
+        format!("{file}:{}: {} in `{}`", report.sources.line(plan.head), quoted(filters), plan.function)
     }
 
     /// Tells why a loop stays as it is.
@@ -466,19 +465,5 @@ fn title_of(report: &Report, plan: &Plan) -> String {
     };
     let before: BTreeSet<Span> = report.cycles.iter().filter(is_before).map(|cycle| cycle.head).collect();
     let number = before.len() + 1;
-    format!("{} updated by a guard in loop {number} of `{}`", names(&plan.filters), plan.function)
-}
-
-fn names(filters: &[String]) -> String {
-    filters.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
-}
-
-fn same_file(one: &Path, other: &Path) -> bool {
-    one == other || matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
-}
-
-/// Whether a crate of the package does without the standard library.
-fn does_without_std(report: &Report, package: &Package) -> bool {
-    let is_root = |path: &Path| package.targets.iter().any(|target| target.src_path == path);
-    report.sources.files().any(|(_, file)| is_root(&file.path) && migrate::is_no_std(&file.text))
+    format!("{} updated by a guard in loop {number} of `{}`", quoted(&plan.filters), plan.function)
 }

@@ -1,0 +1,203 @@
+//! One `use` that names a trait or type, as it is written.
+
+use std::ops::Range;
+
+use super::text::{Style, begins_line, indentation, line_stop, removal, without_comments, words};
+
+/// A `use` that names a trait.
+pub(super) struct Import<'t> {
+    pub(super) stmt: Range<usize>,
+    /// The `pub` or `pub(…)` that it begins with, or nothing.
+    pub(super) visibility: &'t str,
+    /// What it is called, and how it is written in the innermost list: `filter::Step as Other`.
+    pub(super) alias: Option<&'t str>,
+    pub(super) entry: Range<usize>,
+    /// The innermost list around it, with its braces.
+    pub(super) list: Option<Range<usize>>,
+}
+
+impl<'t> Import<'t> {
+    /// The import whose name stands at a byte.
+    pub(super) fn at(text: &'t str, at: usize, name: &str) -> Option<Self> {
+        let start = text[..at].rfind([';', '}']).map_or(0, |end| end + 1);
+        let head = &text[start..at];
+        let word = words(head, "use").last()?;
+        let own = start + word;
+        if name == "_" || text[..at].trim_end().ends_with(" as") {
+            return None;
+        }
+        let visibility = visibility_before(&head[..word]);
+        let shown = if visibility.is_empty() { word } else { head[..word].trim_end().len() - visibility.len() };
+        let mut before = head[..shown].lines().map(str::trim);
+        // Attributes belong to it; a block begins with a brace.
+        let before = before.rfind(|line| !line.starts_with("//") && !line.starts_with("#![") && !line.is_empty());
+        if before.is_some_and(|line| !line.ends_with('{')) {
+            return None;
+        }
+        let is_path = |c: char| c.is_alphanumeric() || "_:".contains(c);
+        let stop = at + text[at..].find(';')? + 1;
+        let code = without_comments(&text[own..stop]);
+        if !code.chars().all(|c| is_path(c) || " {},;\n\r\t".contains(c)) {
+            return None;
+        }
+        let end = at + name.len();
+        let rest = code[end - own..].trim_start();
+        if rest.starts_with("::") {
+            return None;
+        }
+        let alias = rest.strip_prefix("as ").map(str::trim_start);
+        let alias = alias.map(|alias| &alias[..alias.find(|c| !is_path(c)).unwrap_or(alias.len())]);
+        let entry_end = own + code[end - own..].find([',', '}', ';'])? + end - own;
+        let first = text[..at].rfind(|c| !is_path(c)).map_or(0, |before| before + 1);
+        let mut depth = 0;
+        let open = code[..at - own].rfind(|sign| {
+            depth += match sign {
+                '}' => 1,
+                '{' => -1,
+                _ => 0,
+            };
+            depth < 0
+        });
+        let list = match open {
+            Some(open) => Some(own + open..own + code[end - own..].find('}')? + end - own + 1),
+            None => None,
+        };
+        let alias = alias.and_then(|alias| {
+            text[end..entry_end].contains(alias).then(|| {
+                let at = end + text[end..entry_end].rfind(alias).unwrap_or(0);
+                &text[at..at + alias.len()]
+            })
+        });
+        Some(Self { stmt: start + shown..stop, visibility, alias, entry: first..entry_end, list })
+    }
+
+    /// What to replace, and by what, so that only code under a condition has the name.
+    pub(super) fn under(&self, text: &str, condition: &str) -> Option<Vec<(Range<usize>, String)>> {
+        let Style { end, .. } = Style::of(text);
+        let start = self.stmt.start;
+        let line = format!("{condition}{end}{}", indentation(text, start));
+        let Some(list) = &self.list else { return Some(vec![(start..start, line)]) };
+        let (range, new) = self.without(text)?;
+        if range.contains(&start) {
+            return Some(vec![(start..start, line)]);
+        }
+        let path = text[start..list.start].trim_end();
+        if path.contains('{') {
+            return None;
+        }
+        let own = format!("{end}{}{line}{path}{};", indentation(text, start), text[self.entry.clone()].trim());
+        Some(vec![(range, new), (self.stmt.end..self.stmt.end, own)])
+    }
+
+    /// What to replace, and by what, so that the `use` is without the name.
+    pub(super) fn without(&self, text: &str) -> Option<(Range<usize>, String)> {
+        let Some(list) = self.list.clone() else {
+            return Some((removal(text, self.stmt.clone()), String::new()));
+        };
+        let inner = &text[list.start + 1..list.end - 1];
+        if without_comments(inner).contains('{') {
+            return None;
+        }
+        let is_nested = text[self.stmt.start..list.start].contains('{');
+        let code = without_comments(inner);
+        let entries = code.split(',').map(str::trim).filter(|entry| !entry.is_empty());
+        let own = text[self.entry.clone()].trim();
+        let left: Vec<&str> = entries.filter(|entry| *entry != own).collect();
+        let has_comments = code != inner;
+        match left.as_slice() {
+            [] if is_nested || has_comments => None,
+            [] => Some((removal(text, self.stmt.clone()), String::new())),
+            [one] if *one != "self" && !has_comments => Some((list, (*one).to_owned())),
+            _ if !inner.contains('\n') && !has_comments => Some((list.start + 1..list.end - 1, left.join(", "))),
+            _ => {
+                let comma = if text[self.entry.end..].starts_with(',') { 1 } else { 0 };
+                let end = self.entry.end + comma;
+                let stop = line_stop(text, end);
+                let rest = text[end..stop].trim();
+                // What is said of the name goes with it.
+                let is_alone = begins_line(text, self.entry.start) && (rest.is_empty() || rest.starts_with("//"));
+                let end = if rest.starts_with("//") { end + text[end..stop].trim_end().len() } else { end };
+                is_alone.then(|| (removal(text, self.entry.start..end), String::new()))
+            }
+        }
+    }
+}
+
+/// The `pub` or `pub(…)` that a text ends with, or nothing.
+fn visibility_before(text: &str) -> &str {
+    let text = text.trim_end();
+    let found = words(text, "pub").last().map(|at| &text[at..]).unwrap_or_default();
+    let is_whole = found == "pub" || found.starts_with("pub(") && found.find(')') == Some(found.len() - 1);
+    if is_whole { found } else { "" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(text: &str, expected: Option<&str>) {
+        let at = words(text, "Step").next().expect("it is there");
+        let changed = Import::at(text, at, "Step").and_then(|import| import.without(text)).map(|(range, new)| {
+            let mut text = text.to_owned();
+            text.replace_range(range, &new);
+            text
+        });
+        assert_eq!(changed.as_deref(), expected);
+    }
+
+    #[test]
+    fn an_import_goes_alone() {
+        check("use a;\nuse crate::b::Step;\nuse c;\n", Some("use a;\nuse c;\n"));
+        check("use crate::b::{Pid, Step};\n", Some("use crate::b::Pid;\n"));
+        check("use crate::b::{Kf, Pid, Step};\n", Some("use crate::b::{Kf, Pid};\n"));
+        check("use crate::b::{\n    Kf,\n    Step,\n    Pid,\n};\n", Some("use crate::b::{\n    Kf,\n    Pid,\n};\n"));
+        check("use crate::b::{Step};\nfn f() {}\n", Some("fn f() {}\n"));
+        check("use crate::Step::Kf;\n", None);
+        check("use crate::b::Step as Other;\n", Some(""));
+        check("#![deny(warnings)]\nuse crate::b::Step;\n", Some("#![deny(warnings)]\n"));
+        check(
+            "mod a {\n    // c\n    use crate::b::{Kf, Step as _};\n}\n",
+            Some("mod a {\n    // c\n    use crate::b::Kf;\n}\n"),
+        );
+        check("use crate::{b::{Step, Kf}, c};\n", Some("use crate::{b::Kf, c};\n"));
+        check("use crate::{b::Step, c, d};\n", Some("use crate::{c, d};\n"));
+        check(
+            "use a::{\n    Kf,   // the filter\n    Step, // its trait\n};\n",
+            Some("use a::{\n    Kf,   // the filter\n};\n"),
+        );
+    }
+
+    #[track_caller]
+    fn check_for_tests(text: &str, expected: &str) {
+        let at = words(text, "Step").next().expect("it is there");
+        let import = Import::at(text, at, "Step").expect("it is an import");
+        let mut changed = text.to_owned();
+        for (range, new) in import.under(text, "#[cfg(test)]").expect("it can be under a condition").into_iter().rev() {
+            changed.replace_range(range, &new);
+        }
+        assert_eq!(changed, expected);
+    }
+
+    #[test]
+    fn an_import_is_kept_for_tests() {
+        check_for_tests("    use b::Step;\n", "    #[cfg(test)]\n    use b::Step;\n");
+        check_for_tests("use b::{Kf, Step};\n", "use b::Kf;\n#[cfg(test)]\nuse b::Step;\n");
+        check_for_tests("use b::{Step};\n", "#[cfg(test)]\nuse b::{Step};\n");
+    }
+
+    #[test]
+    fn an_import_goes_with_its_visibility() {
+        check("pub use crate::b::Step;\nuse c;\n", Some("use c;\n"));
+        check("use a;\npub(crate) use crate::b::{Kf, Step};\n", Some("use a;\npub(crate) use crate::b::Kf;\n"));
+        check("mod p {\n    pub(in crate::a) use crate::b::Step;\n}\n", Some("mod p {\n}\n"));
+        check("fn pub_() {}\nuse crate::b::Step;\n", Some("fn pub_() {}\n"));
+    }
+
+    #[test]
+    fn what_is_more_than_an_import_stays() {
+        check("#[cfg(x)]\nuse crate::b::Step;\n", None);
+        check("use crate::{b::{Step}, c};\n", None);
+        check("fn f<T: Step>() {}\n", None);
+    }
+}
