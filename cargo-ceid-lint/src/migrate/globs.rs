@@ -61,7 +61,7 @@ pub(super) fn idle(
         if is_in_macro || !unconditional[stmt.start..].starts_with("use") {
             continue;
         }
-        let takers = || Takers::of(program, modules_in(program, file), &names, &(file, stmt.clone()));
+        let takers = || Takers::of(program, macros, modules_in(program, file), &names, &(file, stmt.clone()));
         let is_handed_on = around.is_none() && takers().need(wanted, macros, false);
         if !glob.is_conditional
             && !brought.has_unknown

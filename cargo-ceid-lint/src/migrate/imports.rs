@@ -32,15 +32,28 @@ pub struct IdleImports {
 pub struct HandedOn {
     /// What removes it.
     pub edits: Vec<(Span, String)>,
-    /// What code says that needs it.
-    pub words: Vec<String>,
+    /// What it imports.
+    pub name: String,
+    /// The methods that can be called because of it.
+    pub methods: Vec<String>,
 }
 
 impl HandedOn {
-    /// Whether the text of a file says less of what needs it than it did before.
+    /// Whether the text of a file has less that needs it than before.
     #[must_use]
     pub fn is_said_less(&self, before: &str, now: &str) -> bool {
-        let said = |text: &str| self.words.iter().map(|word| words(text, word).count()).sum::<usize>();
+        let calls = |text: &str, method: &str| {
+            let is_call = |at: &usize| {
+                let args = text[at + method.len()..].trim_start().strip_prefix('(');
+                // What hands a law on to the one that was there is no call that a loop had.
+                args.is_some_and(|args| !args.starts_with("self)")) && !text[..*at].trim_end().ends_with("fn")
+            };
+            words(text, method).filter(is_call).count()
+        };
+        let said = |text: &str| match self.methods.as_slice() {
+            [] => words(text, &self.name).count(),
+            methods => methods.iter().map(|method| calls(text, method)).sum(),
+        };
         said(now) < said(before)
     }
 }
@@ -87,8 +100,8 @@ pub fn idle_imports(program: &Program<'_>, cycles: &[Cycle]) -> IdleImports {
             let scope = Scope { program, file, functions, text, outline, name, module: *module, methods, macros };
             for at in words(text, name) {
                 if let Some(edits) = scope.import(at, true) {
-                    let words = std::iter::once(*name).chain(methods.iter().map(|method| method.as_str()));
-                    found.handed_on.push(HandedOn { edits, words: words.map(str::to_owned).collect() });
+                    let methods = methods.iter().map(|method| (*method).clone()).collect();
+                    found.handed_on.push(HandedOn { edits, name: (*name).to_owned(), methods });
                 } else if has_guard {
                     match scope.import(at, false) {
                         Some(edits) => found.removals.push(edits),
@@ -175,14 +188,14 @@ impl Scope<'_> {
             return None;
         }
         let takers = (hands_on || around.is_none())
-            .then(|| Takers::of(program, from.clone(), &names, &(file, import.stmt.clone())));
+            .then(|| Takers::of(program, macros, from.clone(), &names, &(file, import.stmt.clone())));
         if import.visibility == "pub" && !takers.as_ref().is_some_and(|takers| self.is_inside(&from, takers)) {
             return None;
         }
         let is_needed = |without_tests: bool| {
             takers.as_ref().is_some_and(|takers| takers.need(self.wanted(&names), macros, without_tests)) || {
-                let [code, calls] = [Sought::Names, Sought::Calls].map(|of| self.in_sight(&scope, without_tests, of));
-                self.is_used(&import, &code, &calls, &scope)
+                let sight = |of| without_comments(&self.in_sight(&scope, without_tests, of));
+                self.is_used(&import, &sight(Sought::Names), &sight(Sought::Calls), &scope) || self.is_linked(bound)
             }
         };
         let edits = if is_needed(true) {
@@ -235,6 +248,11 @@ impl Scope<'_> {
             || self.methods.iter().any(|method| self.is_called(method, calls, scope))
     }
 
+    /// Whether documentation links to something by a name, for which it may have to be imported.
+    fn is_linked(&self, bound: &str) -> bool {
+        [format!("[`{bound}`]"), format!("[{bound}]")].iter().any(|link| self.text.contains(link))
+    }
+
     /// The attribute that stands above all code that needs an import, if it is the same one everywhere.
     fn only_condition(&self, import: &Import<'_>, scope: &Range<usize>) -> Option<String> {
         let [code, calls] = [Sought::Names, Sought::Calls].map(|of| without_comments(&self.in_sight(scope, false, of)));
@@ -277,28 +295,7 @@ impl Scope<'_> {
 
     /// What is compiled under a condition in code without comments, with the attribute that says so.
     fn conditional(&self, code: &str) -> Vec<(Range<usize>, String)> {
-        self.attributed(code, "#[cfg(")
-    }
-
-    /// What has an attribute that begins like this, in code without comments, with the attribute.
-    fn attributed(&self, code: &str, begin: &str) -> Vec<(Range<usize>, String)> {
-        let of = |(at, _): (usize, &str)| {
-            let attribute = self.outline.around(at + "#[".len()).next()?;
-            let close = Some(attribute.brackets.end).filter(|_| attribute.brackets.start == at + 1)?;
-            let mut behind = close;
-            while let Some(length) = code[behind..].find(['{', ';', ',', '}', ')', ']', '(', '[']) {
-                let sign = behind + length;
-                let own = || self.outline.around(sign + 1).next().filter(|own| own.brackets.start == sign);
-                behind = match code.as_bytes()[sign] {
-                    b'(' | b'[' => own()?.brackets.end,
-                    b'{' => return Some((at..own()?.brackets.end, code[at..close].to_owned())),
-                    b';' | b',' => return Some((at..sign + 1, code[at..close].to_owned())),
-                    _ => return Some((at..sign, code[at..close].to_owned())),
-                };
-            }
-            None
-        };
-        code.match_indices(begin).filter_map(of).collect()
+        attributed(self.outline, code, "#[cfg(")
     }
 
     /// The text with blanks for the modules in a part of it that do not see what is imported there, and for those of tests where that is asked.
@@ -321,8 +318,11 @@ impl Scope<'_> {
             }
         }
         if without_tests {
-            // A test may also stand beside what it tests.
-            hidden.extend(self.attributed(&without_comments(text), "#[test]").into_iter().map(|(test, _)| test));
+            // A test may also stand beside what it tests, and what it needs beside what others need.
+            let code = without_comments(text);
+            let tests =
+                ["#[test]", "#[cfg(test)]"].into_iter().flat_map(|begin| attributed(self.outline, &code, begin));
+            hidden.extend(tests.map(|(test, _)| test));
         }
         blanked(text, hidden.into_iter())
     }
@@ -370,6 +370,27 @@ impl Scope<'_> {
         written > 0 && written != self.functions.iter().copied().map(is_other).sum::<usize>()
             || self.macros.call(method, part)
     }
+}
+
+/// What has an attribute that begins like this, in code without comments, with the attribute.
+pub(super) fn attributed(outline: &Outline, code: &str, begin: &str) -> Vec<(Range<usize>, String)> {
+    let of = |(at, _): (usize, &str)| {
+        let attribute = outline.around(at + "#[".len()).next()?;
+        let close = Some(attribute.brackets.end).filter(|_| attribute.brackets.start == at + 1)?;
+        let mut behind = close;
+        while let Some(length) = code[behind..].find(['{', ';', ',', '}', ')', ']', '(', '[']) {
+            let sign = behind + length;
+            let own = || outline.around(sign + 1).next().filter(|own| own.brackets.start == sign);
+            behind = match code.as_bytes()[sign] {
+                b'(' | b'[' => own()?.brackets.end,
+                b'{' => return Some((at..own()?.brackets.end, code[at..close].to_owned())),
+                b';' | b',' => return Some((at..sign + 1, code[at..close].to_owned())),
+                _ => return Some((at..sign, code[at..close].to_owned())),
+            };
+        }
+        None
+    };
+    code.match_indices(begin).filter_map(of).collect()
 }
 
 /// Code with blanks for parts of it.

@@ -1,10 +1,20 @@
 //! The macros of the analysed code, as far as the calls in them need what is imported where they are used.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use super::takers::Code;
 use super::text::{has_word, words};
 use crate::flow::Program;
+use crate::source::FileId;
 
-/// Each with its name and its text.
-pub(super) struct Macros<'a>(Vec<(&'a str, &'a str)>);
+pub(super) struct Macros<'a> {
+    /// Each with its name and its text.
+    all: Vec<(&'a str, &'a str)>,
+    /// The code of the files, as far as it was asked for.
+    codes: RefCell<BTreeMap<FileId, Rc<Code>>>,
+}
 
 impl<'a> Macros<'a> {
     /// Those that are read.
@@ -17,12 +27,27 @@ impl<'a> Macros<'a> {
                 Some((name, block(&head[name.len()..])))
             })
         });
-        Self(defined.collect())
+        Self::of_texts(defined.collect())
+    }
+
+    fn of_texts(all: Vec<(&'a str, &'a str)>) -> Self {
+        Self { all, codes: RefCell::default() }
+    }
+
+    /// The code of a file, in which they may be called.
+    pub(super) fn code(&self, program: &Program<'_>, file: FileId) -> Rc<Code> {
+        let find = || Rc::new(Code::of(&program.sources.file(file).text));
+        Rc::clone(self.codes.borrow_mut().entry(file).or_insert_with(find))
+    }
+
+    /// Whether one of them has that name.
+    pub(super) fn define(&self, name: &str) -> bool {
+        self.all.iter().any(|(own, _)| *own == name)
     }
 
     /// Whether code may call a method through one of them.
     pub(super) fn call(&self, method: &str, code: &str) -> bool {
-        let mut left = self.0.clone();
+        let mut left = self.all.clone();
         let mut open = vec![code];
         while let Some(code) = open.pop() {
             let is_used =
@@ -58,8 +83,10 @@ mod tests {
 
     #[test]
     fn macros_call_what_they_and_those_in_them_name() {
-        let macros =
-            Macros(vec![("step", "{ ($a:expr) => { $a.update() }; }"), ("twice", "{ ($a:expr) => { step!($a) } }")]);
+        let macros = Macros::of_texts(vec![
+            ("step", "{ ($a:expr) => { $a.update() }; }"),
+            ("twice", "{ ($a:expr) => { step!($a) } }"),
+        ]);
         assert!(macros.call("update", "step!(kf)"));
         assert!(macros.call("update", "twice! { kf }"));
         assert!(!macros.call("update", "step(kf); other!(kf);"));

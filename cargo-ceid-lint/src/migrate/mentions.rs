@@ -7,11 +7,13 @@ use super::Reason;
 use super::adapt::Adaptation;
 use super::body::LoopBody;
 use super::each;
+use super::macros::Macros;
 use super::owned::is_owned;
 use super::sites::{Place, Site, number};
 use crate::count::Verdict;
 use crate::index::{FunctionId, Index, Ty};
 use crate::source::Span;
+use crate::syntax::Outline;
 use crate::syntax::tree::{BlockKind, ExprId, ExprKind, Literal, MacroKind, Receiver, TypeRef};
 use crate::types::Callee;
 
@@ -247,6 +249,21 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
     }
     let field = shorthand(of, at).map_or(String::new(), |field| format!("{field}: "));
     Ok(Some((span, format!("{field}{name}"))))
+}
+
+/// Why a place cannot be written in another way that a macro of the code's own is given: what it makes of that is not seen.
+pub(super) fn given_to_macro(of: &LoopBody<'_>, outline: &Outline, own: &Guarded, mention: &Mention) -> Option<Reason> {
+    if mention.edit.is_none() && mention.elements.is_empty() {
+        return None;
+    }
+    let (span, block) = (of.span(mention.at), of.span(of.block));
+    let around = outline.around(span.start as usize + 1);
+    let around = around.filter(|around| around.is_macro && around.head.start >= block.start as usize);
+    let calls = around.map(|around| of.text[around.head.start..around.brackets.start].trim_end_matches([' ', '!']));
+    let mut calls = calls.filter_map(|call| call.rsplit(|sign: char| !(sign.is_alphanumeric() || sign == '_')).next());
+    let call = calls.find(|call| Macros::of(of.program).define(call))?;
+    let text = format!("`{}` is given to the macro `{call}!` here: write out what that does", own.spelled);
+    Some(Reason { span, text })
 }
 
 /// Whether `&mut kf` is an argument for a parameter that is a reference, so that a reference can be given as it is.

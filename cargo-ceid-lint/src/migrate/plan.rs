@@ -17,7 +17,7 @@ use super::iteration::{Inner, inner_loop};
 use super::law::delegation;
 use super::leftover::leftovers;
 use super::loops::Loops;
-use super::mentions::{Guarded, Mention, mentions};
+use super::mentions::{Guarded, Mention, given_to_macro, mentions};
 use super::observed::{is_dropped_at, is_observed, outlives_future};
 use super::owned::is_owned;
 use super::partly::partly;
@@ -222,6 +222,8 @@ impl Rewriter<'_> {
         for (at, own) in self.guarded.iter().enumerate() {
             match mentions(of, self.guarded, at, self.behind) {
                 Ok(found) => {
+                    let outline = self.loops.outline(of.file());
+                    reasons.extend(found.iter().find_map(|mention| given_to_macro(of, &outline, own, mention)));
                     edits
                         .extend(found.iter().flat_map(|mention| mention.edit.iter().chain(&mention.elements).cloned()));
                     changes.extend(self.used_after(own, &found));

@@ -3,11 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use super::imports::{blanked, segment_before};
+use super::imports::{attributed, blanked, segment_before};
 use super::macros::Macros;
-use super::text::{has_word, words};
+use super::text::{has_word, without_comments, words};
 use crate::flow::Program;
-use crate::index::ModuleId;
+use crate::index::{Index, ModuleId};
 use crate::source::FileId;
 use crate::syntax::Outline;
 
@@ -23,6 +23,7 @@ impl Takers {
     /// Those that have one of the names from the imports of some modules. Nothing is told by the statements at `except`.
     pub(super) fn of(
         program: &Program<'_>,
+        macros: &Macros<'_>,
         mut from: BTreeSet<ModuleId>,
         names: &BTreeSet<&str>,
         except: &(FileId, Range<usize>),
@@ -35,7 +36,8 @@ impl Takers {
         loop {
             let others = files.iter().filter(|(module, _)| !from.contains(module));
             let is_named = |module: ModuleId, file: FileId| {
-                let text = read(file);
+                let code = macros.code(program, file);
+                let text = &*code.text;
                 let modules: Vec<&str> = from.iter().map(|module| index.module(*module).name.as_str()).collect();
                 let is_by_path = |at: &usize| match segment_before(text, *at) {
                     Some("super") => index.module(module).parent.is_some_and(|up| from.contains(&up)),
@@ -43,7 +45,8 @@ impl Takers {
                     Some(before) => !before.is_empty() && modules.contains(&before),
                     None => false,
                 };
-                names.iter().any(|name| words(text, name).any(|at| is_by_path(&at)))
+                let is_its = |at: &usize| is_by_path(at) && code.is_of(index, module, *at);
+                names.iter().any(|name| words(text, name).any(|at| is_its(&at)))
             };
             let takes = |module: ModuleId, file: FileId| {
                 let is_near = from.iter().any(|taken| index.module(*taken).krate == index.module(module).krate);
@@ -59,18 +62,37 @@ impl Takers {
             }
         }
         let is_partial = found.keys().chain(&own).any(|file| has_conditional_modules(read(*file)));
-        let text = |(file, modules): (FileId, BTreeSet<ModuleId>)| {
-            let is_test = modules.iter().all(|module| index.module(*module).is_test);
-            let text = read(file);
-            let around = modules.iter().flat_map(|module| {
-                std::iter::successors(Some(index.module(*module)), |module| Some(index.module(module.parent?)))
-            });
-            let kept: BTreeSet<&str> = around.map(|module| module.name.as_str()).collect();
-            let others = inline_modules(text).into_iter().filter(|(name, _)| !kept.contains(name));
-            let but = Some(&except.1).filter(|_| except.0 == file).cloned();
-            (blanked(text, others.map(|(_, range)| range).chain(but)), is_test)
-        };
-        Self { texts: found.into_iter().map(text).collect(), is_partial }
+        let near: BTreeSet<_> = from.iter().map(|module| index.module(*module).krate).collect();
+        let of_crate = files.iter().filter(|(module, _)| near.contains(&index.module(**module).krate));
+        let of_crate: BTreeSet<FileId> = of_crate.map(|(_, file)| *file).collect();
+        let names: BTreeSet<&str> = from.iter().map(|module| index.module(*module).name.as_str()).collect();
+        let mut texts = Vec::new();
+        for file in of_crate {
+            let own_code = macros.code(program, file);
+            let (code, items) = (&*own_code.text, &own_code.items);
+            let is_among = own.contains(&file) || found.contains_key(&file);
+            // What is compiled under a condition was perhaps not read, and is told by its words.
+            let takes = |item: &str| {
+                let is_module = words(item, "mod").next().is_some_and(|at| !item[..at].contains(['{', ';']));
+                let is_named = |name: &&str| has_word(item, if name.is_empty() { "crate" } else { name });
+                is_among && (!is_module || has_word(item, "super")) || names.iter().any(is_named)
+            };
+            let taking = items.iter().filter(|(item, _)| takes(&code[item.clone()]));
+            texts.extend(taking.map(|(item, is_test)| (code[item.clone()].to_owned(), *is_test)));
+            if let Some(modules) = found.get(&file) {
+                let is_test = modules.iter().all(|module| index.module(*module).is_test);
+                let around = modules.iter().flat_map(|module| {
+                    std::iter::successors(Some(index.module(*module)), |module| Some(index.module(module.parent?)))
+                });
+                let kept: BTreeSet<&str> = around.map(|module| module.name.as_str()).collect();
+                let others = own_code.inline.iter().filter(|(name, _)| !kept.contains(&**name));
+                let but = Some(&except.1).filter(|_| except.0 == file).cloned();
+                let conditional = items.iter().map(|(item, _)| item.clone());
+                let hidden = others.map(|(_, range)| range.clone()).chain(conditional).chain(but);
+                texts.push((blanked(code, hidden), is_test));
+            }
+        }
+        Self { texts, is_partial }
     }
 
     /// Whether one of the names or methods may be used there.
@@ -92,6 +114,41 @@ impl Takers {
     }
 }
 
+/// The code of a file without comments.
+pub(super) struct Code {
+    text: String,
+    /// What is compiled under a condition, and whether that is for tests only.
+    items: Vec<(Range<usize>, bool)>,
+    /// The modules that are written out in it.
+    inline: Vec<(String, Range<usize>)>,
+}
+
+impl Code {
+    pub(super) fn of(text: &str) -> Self {
+        let text = without_comments(text);
+        let items = conditional(&Outline::of(&text), &text);
+        let inline = inline_modules(&text).into_iter().map(|(name, range)| (name.to_owned(), range)).collect();
+        Self { items, inline, text }
+    }
+
+    /// Whether a byte belongs to the code of a module or of the one around a block, and not to that of another module or to what is
+    /// compiled under a condition.
+    fn is_of(&self, index: &Index, module: ModuleId, at: usize) -> bool {
+        let mut module = index.module(module);
+        while let Some(around) = module.parent.filter(|_| module.is_block) {
+            module = index.module(around);
+        }
+        let is_inline = module.parent.is_some_and(|around| index.module(around).file == module.file);
+        let innermost =
+            self.inline.iter().filter(|(_, range)| range.contains(&at)).min_by_key(|(_, range)| range.len());
+        let is_own = match innermost {
+            Some((name, _)) => is_inline && *name == module.name,
+            None => !is_inline,
+        };
+        is_own && !self.items.iter().any(|(item, _)| item.contains(&at))
+    }
+}
+
 /// The modules that are written out in a text: their names, and where their bodies are.
 fn inline_modules(text: &str) -> Vec<(&str, Range<usize>)> {
     let outline = Outline::of(text);
@@ -101,6 +158,21 @@ fn inline_modules(text: &str) -> Vec<(&str, Range<usize>)> {
         Some((text[at + "mod".len()..open].trim(), own.brackets.clone()))
     };
     words(text, "mod").filter_map(module).collect()
+}
+
+/// What is compiled under a condition in code without comments, and whether that is for tests only.
+fn conditional(outline: &Outline, code: &str) -> Vec<(Range<usize>, bool)> {
+    let found = ["#[cfg(", "#[test]"].into_iter().flat_map(|begin| attributed(outline, code, begin));
+    let mut found: Vec<_> = found.collect();
+    found.sort_by_key(|(item, _)| (item.start, std::cmp::Reverse(item.end)));
+    let mut outer: Vec<(Range<usize>, bool)> = Vec::new();
+    for (item, attribute) in found {
+        let is_test = matches!(attribute.replace(' ', "").as_str(), "#[cfg(test)]" | "#[test]");
+        if outer.last().is_none_or(|(last, _)| last.end <= item.start) {
+            outer.push((item, is_test));
+        }
+    }
+    outer
 }
 
 /// Whether modules in other files stand under a condition, and perhaps were not read.

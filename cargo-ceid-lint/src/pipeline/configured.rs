@@ -24,6 +24,8 @@ pub struct Options {
     pub clock: Option<Clock>,
     /// What tells how far the check has come.
     pub steps: Steps,
+    /// Whether loops are migrated, so that imports are looked for that nothing needs any more.
+    pub is_migration: bool,
 }
 
 /// What a check found out, or what is wrong with its configuration.
@@ -94,7 +96,8 @@ pub fn check_read_ahead(
 }
 
 fn check_after(project: &Project, options: &Options, source: Box<dyn ReadSource>, earlier: Earlier<'_>) -> Configured {
-    let earlier = Earlier { clock: options.clock, steps: options.steps.clone(), ..earlier };
+    let earlier =
+        Earlier { clock: options.clock, steps: options.steps.clone(), is_migration: options.is_migration, ..earlier };
     let checked = configuration(project, options.overrides.clone(), &*source).and_then(|config| {
         let found = judge(project, &config, source, options.gate, earlier)?;
         let is_unresolved = matches!(found, Found::Unresolved);

@@ -36,7 +36,7 @@ use crate::count::{Cycle, Pair, analyse, monomorphise};
 use crate::diagnostic::{Diagnostic, Level};
 use crate::flow::{Program, lower_function};
 use crate::index::{CrateInput, FunctionId, Index};
-use crate::migrate::{self, Plan};
+use crate::migrate::{self, IdleImports, Plan};
 use crate::parallel::{Cores, biggest_first, with_large_stack};
 use crate::project::Project;
 use crate::relevance::{self, Names, ReadAhead};
@@ -86,6 +86,7 @@ struct Earlier<'a> {
     memory: Option<&'a mut Memory>,
     clock: Option<Clock>,
     steps: Steps,
+    is_migration: bool,
 }
 
 /// What was found, before it is put together.
@@ -122,12 +123,12 @@ fn judge(
     gate: Gate,
     earlier: Earlier<'_>,
 ) -> Result<Found, ConfigError> {
-    let Earlier { ahead, mut memory, clock, steps } = earlier;
+    let Earlier { ahead, mut memory, clock, steps, is_migration } = earlier;
     let mut watch = Stopwatch::start(clock);
     let source: Arc<dyn ReadSource> = source.into();
     let presets = presets_of(project, config)?;
     let manners = memory.as_ref().map(|memory| memory.manners()).unwrap_or_default();
-    let run = Run { project, config, presets: &presets, manners: &manners, clock, steps: &steps };
+    let run = Run { project, config, presets: &presets, manners: &manners, clock, steps: &steps, is_migration };
     let is_unresolved = |package: &usize| project.packages[*package].is_unresolved;
     let whole = || {
         if (0..project.packages.len()).any(|package| is_unresolved(&package)) {
@@ -207,6 +208,7 @@ struct Run<'a> {
     manners: &'a KnownManners,
     clock: Option<Clock>,
     steps: &'a Steps,
+    is_migration: bool,
 }
 
 /// Which entries of which sections named something.
@@ -334,7 +336,10 @@ impl Run<'_> {
         analysis.cycles.retain(|cycle| seen.insert((cycle.head, cycle.function.clone())));
         let edition = |cycle: &Cycle| project.packages[cycle.package].targets[cycle.target].edition.clone();
         let plans = migrate::plans(&program, &analysis.cycles, edition, &|path| self.manners.of(project, path));
-        let idle_imports = migrate::idle_imports(&program, &analysis.cycles);
+        let idle_imports = match self.is_migration {
+            true => migrate::idle_imports(&program, &analysis.cycles),
+            false => IdleImports::default(),
+        };
         let mut findings = rules::findings(&analysis, &known);
         suggest::add(&program, &analysis, &mut findings);
         findings.extend(hygiene);

@@ -41,7 +41,8 @@ pub(super) fn run(args: &MigrateArgs) -> Result<ExitStatus, String> {
     } else if interrupted::complete(&Bounds::of(&project), console) {
         return Ok(ExitStatus::Incomplete);
     }
-    let check = |source: Box<dyn ReadSource>| input::checked(&project, &Options::default(), source, console);
+    let options = Options { is_migration: true, ..Options::default() };
+    let check = |source: Box<dyn ReadSource>| input::checked(&project, &options, source, console);
     let first = check(Box::new(DiskSource));
     if first.is_config_wrong || !first.report.problems.is_empty() {
         let problems = first.report.problems.iter().map(|problem| format!("{}: {}", problem.file, problem.message));
