@@ -229,12 +229,17 @@ impl Builder<'_> {
 
     /// `repeat_with(f)`, `from_fn(f)`, `repeat(x)`, and functions that give an iterator.
     fn generator(&mut self, id: ExprId, callee: ExprId, args: &[ExprId]) -> Source {
-        let name = match &self.body().expr(callee).kind {
-            ExprKind::Path(path) => path.last().to_owned(),
+        let told = match self.typed().callees.get(&id) {
+            Some(Callee::External(path)) => path.strip_prefix("std::iter::"),
+            _ => None,
+        };
+        let is_std = told.is_some();
+        let name = match (told, &self.body().expr(callee).kind) {
+            // Whatever it is called where it is imported.
+            (Some(name), _) => name.to_owned(),
+            (None, ExprKind::Path(path)) => path.last().to_owned(),
             _ => String::new(),
         };
-        let is_std =
-            matches!(self.typed().callees.get(&id), Some(Callee::External(path)) if path.starts_with("std::iter::"));
         match (name.as_str(), args) {
             ("zip", [first, second]) if is_std => return self.zip(*first, Some(*second)),
             ("once", [only]) if is_std => {
