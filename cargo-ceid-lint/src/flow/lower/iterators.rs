@@ -250,6 +250,14 @@ impl Builder<'_> {
                 };
                 return Source { item, rounds: Rounds::Constant(1), ..Source::bounded() };
             }
+            ("repeat" | "repeat_n", [repeated, ..])
+                if is_std && self.program.index.may_share_filter(self.ty(*repeated)) =>
+            {
+                let values = self.values(args);
+                let clones = values.first().and_then(|value| self.keep_clones(value, *repeated));
+                let rounds = if name == "repeat" { Rounds::Unbounded } else { Rounds::Bounded };
+                return Source { item: clones.map_or(Item::Made, Item::Element), rounds, ..Source::bounded() };
+            }
             _ => {}
         }
         if matches!(name.as_str(), "repeat_with" | "from_fn" | "repeat" | "successors") {
@@ -664,7 +672,10 @@ impl Builder<'_> {
                 let value = this.inline_closure(closure, &args, span);
                 match state.var() {
                     Some(state) => this.carry_on(state, &value, span),
-                    None => drop(this.awaited(value.clone(), span)),
+                    None => {
+                        this.keep_result(closure, &value);
+                        this.awaited(value.clone(), span);
+                    }
                 }
                 // What the closure gives back says whether the next item has a round.
                 if let Stops::AndTells(_) = stops {
@@ -695,6 +706,7 @@ impl Builder<'_> {
         self.run_loop(CycleKind::Closure, bar, None, source, |this, item, id| {
             this.note_given_item(id, closure, 0, &kind);
             let value = this.inline_closure(closure, &[item], span);
+            this.keep_result(closure, &value);
             this.awaited(value, span);
         });
     }
@@ -705,8 +717,9 @@ impl Builder<'_> {
         self.run_loop(CycleKind::Closure, bar, None, Source::bounded(), |this, item, _| {
             let filled = item.place.and_then(|place| place.base_var()).into_iter().collect();
             let outer = std::mem::replace(&mut this.targets, filled);
-            this.inline_closure(closure, &[], span);
+            let value = this.inline_closure(closure, &[], span);
             this.targets = outer;
+            this.keep_result(closure, &value);
         });
     }
 
