@@ -47,6 +47,17 @@ fn filter_at(index: &Index, graph: &ControlFlowGraph, place: &Place) -> Option<T
     leaves(index, &ty).into_iter().find(|leaf| leaf.steps.is_empty()).map(|leaf| leaf.ty)
 }
 
+/// Whether what is made may be of these types. What a filter is generic over is not always known where it is made.
+fn may_be_of((name, made): &Made, (owner, filter): (Option<TypeId>, &Option<Ty>)) -> bool {
+    *name == owner
+        && match (made, filter) {
+            (Some(Ty::Adt(made, _)), Some(Ty::Adt(filter, _))) => made == filter,
+            (Some(Ty::External(made, _)), Some(Ty::External(filter, _))) => made == filter,
+            (Some(Ty::Adt(..)), Some(Ty::External(..))) | (Some(Ty::External(..)), Some(Ty::Adt(..))) => false,
+            _ => true,
+        }
+}
+
 /// The name of the type of a value.
 fn name_of(ty: &Ty) -> Option<TypeId> {
     if let Ty::Adt(id, _) = ty.peel() { Some(*id) } else { None }
@@ -288,11 +299,11 @@ impl Joined {
             && (0..=common).any(|at| {
                 let owner = Place { base: left.base, steps: left.steps[..at].to_vec() };
                 let Some(ty) = place_ty(index, graph, &owner) else { return false };
-                let made = (name_of(&ty), filter.clone());
+                let made = (name_of(&ty), filter);
                 let [one, other] = [left, right].map(|place| &place.steps[at..]);
                 let are_these = |left: &[Projection], right: &[Projection]| left == one && right == other;
                 let is_it = |(own, left, right): &(Made, Vec<Projection>, Vec<Projection>)| {
-                    *own == made && (are_these(left, right) || are_these(right, left))
+                    may_be_of(own, made) && (are_these(left, right) || are_these(right, left))
                 };
                 self.parts.iter().any(is_it)
             })
@@ -304,8 +315,8 @@ impl Joined {
             && (0..place.steps.len()).filter(|at| matches!(place.steps[*at], Projection::Index(_))).any(|at| {
                 let element = Place { base: place.base, steps: place.steps[..=at].to_vec() };
                 let Some(ty) = place_ty(index, graph, &element) else { return false };
-                let made = (name_of(&ty), filter.clone());
-                self.elements.iter().any(|(own, steps)| *own == made && *steps == place.steps[at + 1..])
+                let made = (name_of(&ty), filter);
+                self.elements.iter().any(|(own, steps)| may_be_of(own, made) && *steps == place.steps[at + 1..])
             })
     }
 }

@@ -442,7 +442,7 @@ fn sequence_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty>
         "map" | "each_mut" => closure.cloned().unwrap_or(Ty::Unknown),
         "len" | "capacity" => Ty::Int,
         "is_empty" | "contains" => Ty::Bool,
-        "push" | "push_back" | "insert" | "clear" | "truncate" | "swap" | "fill" | "reverse" | "extend"
+        "push" | "push_back" | "insert" | "clear" | "truncate" | "swap" | "fill" | "reverse" | "extend" | "resize"
         | "resize_with" => Ty::unit(),
         _ => return None,
     })

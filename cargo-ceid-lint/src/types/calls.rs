@@ -372,10 +372,10 @@ impl Infer<'_> {
                 };
                 Ty::Array(Box::new(item), length)
             }
-            "std::iter::repeat_with" | "std::iter::from_fn" | "std::iter::repeat" => {
+            "std::iter::repeat_with" | "std::iter::from_fn" => {
                 builtin::iterator(self.closure_output(args.first().copied()))
             }
-            "std::iter::once" => builtin::iterator(first),
+            "std::iter::once" | "std::iter::repeat" | "std::iter::repeat_n" => builtin::iterator(first),
             "std::iter::zip" => builtin::iterator(Ty::Tuple(given.iter().map(|ty| self.item_ty(ty)).collect())),
             "critical_section::with" | "cortex_m::interrupt::free" | "std::thread::scope" => {
                 self.closure_output(args.first().copied())

@@ -239,7 +239,8 @@ impl Infer<'_> {
         let is_made = matches!(method, "get_or_insert_with" | "or_insert_with");
         let put_in = if is_made { closure_output.as_slice() } else { &given };
         if (is_made
-            || matches!(method, "push" | "push_back" | "insert" | "get_or_insert" | "or_insert" | "replace" | "set"))
+            || matches!(method, "push" | "push_back" | "insert" | "resize")
+            || matches!(method, "get_or_insert" | "or_insert" | "replace" | "set"))
             && let Ty::External(_, params) = &receiver
         {
             for (param, found) in params.iter().rev().zip(put_in.iter().rev()) {

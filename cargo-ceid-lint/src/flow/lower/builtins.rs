@@ -53,13 +53,28 @@ impl Builder<'_> {
                 self.derive_scratch(receiver, args);
                 if let (Some(place), Some(given), Some(arg)) = (&value.place, values.last(), args.last()) {
                     let part = place.element(IndexKey::Data("the new element".into()));
-                    self.place_part(part, given, *arg);
+                    let clones = if method == "resize" { self.keep_clones(given, *arg) } else { None };
+                    match clones.map(|clones| clones.element(IndexKey::Each)) {
+                        Some(clone) => {
+                            let clone = Value { place: Some(clone), is_owned: true, ..Value::default() };
+                            self.place_part(part, &clone, *arg);
+                        }
+                        None => self.place_part(part, given, *arg),
+                    }
+                }
+                Value::default()
+            }
+            "fill" => {
+                if let ([given], [arg]) = (values.as_slice(), args) {
+                    self.keep_clones(given, *arg);
                 }
                 Value::default()
             }
             "extend" | "extend_from_slice" if values.iter().any(|value| value.iterator.is_some()) => {
-                for source in values.into_iter().filter_map(|value| value.iterator) {
-                    self.gather(id, &source);
+                for (value, arg) in values.into_iter().zip(args) {
+                    if let Some(source) = value.iterator {
+                        self.gather(*arg, &source);
+                    }
                 }
                 Value::default()
             }
@@ -172,7 +187,8 @@ impl Builder<'_> {
             }
             "clear" | "fill" if self.makes_anew(receiver, method) => {
                 for arg in args {
-                    self.expr(*arg);
+                    let given = self.expr(*arg);
+                    self.keep_clones(&given, *arg);
                 }
                 self.write_whole(value, &Value::default(), span);
                 Value::default()

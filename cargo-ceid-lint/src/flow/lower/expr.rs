@@ -1,7 +1,7 @@
 //! Expressions: what they do, in the order in which it happens.
 
 use super::conditions::presence_head;
-use super::{Builder, Value};
+use super::{Builder, ClosureRef, Value};
 use crate::flow::{Cause, Effect, IndexKey, Place, Projection, Var};
 use crate::index::{Def, SHARED_RESOURCE, Shape, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, TypeRef};
@@ -124,7 +124,7 @@ impl Builder<'_> {
                 Value::default()
             }
             ExprKind::Closure(_) => {
-                let closure = super::ClosureRef { frame: self.frame, expr: id };
+                let closure = ClosureRef { frame: self.frame, expr: id };
                 self.copy_captured(closure, self.span(id));
                 Value { closure: Some(closure), ..Value::default() }
             }
@@ -133,14 +133,7 @@ impl Builder<'_> {
             ExprKind::Array { elements, .. } => self.array_value(id, elements),
             ExprKind::Repeat { value, len, .. } => {
                 let repeated = self.expr(*value);
-                if self.program.index.is_handle(self.ty(*value)) {
-                    // Each element is another handle to the same.
-                    let handle = Place::var(self.temporary(self.ty(*value).clone(), self.span(*value)));
-                    self.place_part(handle.clone(), &repeated, *value);
-                    let handle = Value { place: Some(handle), is_owned: true, ..Value::default() };
-                    let collection = self.keep(&handle, *value);
-                    self.place_part(collection.element(IndexKey::Each), &handle, *value);
-                } else {
+                if self.keep_clones(&repeated, *value).is_none() {
                     self.keep(&repeated, *value);
                 }
                 self.expr(*len);
@@ -251,7 +244,7 @@ impl Builder<'_> {
         if let Some(place) = self.path_place(id) {
             return Value { place: Some(place), is_owned: true, ..Value::default() };
         }
-        let item = self.typed().items.contains_key(&id).then_some(super::ClosureRef { frame: self.frame, expr: id });
+        let item = self.typed().items.contains_key(&id).then_some(ClosureRef { frame: self.frame, expr: id });
         Value { head: self.constant_head(id), closure: item, ..Value::default() }
     }
 
@@ -368,6 +361,31 @@ impl Builder<'_> {
         let value = Value { is_owned: value.is_owned || is_value, ..value.clone() };
         self.place_part(Place::var(collection).element(IndexKey::Each), &value, expr);
         Place::var(collection)
+    }
+
+    /// Each element is a clone of one value, whose handles lead to the same: the collection of them, if it has such handles.
+    pub(super) fn keep_clones(&mut self, value: &Value, expr: ExprId) -> Option<Place> {
+        if value.head.as_deref() == Some("-") || !self.program.index.may_share_filter(self.ty(expr)) {
+            return None;
+        }
+        let original = Place::var(self.temporary(self.ty(expr).clone(), self.span(expr)));
+        self.place_part(original.clone(), value, expr);
+        let original = Value { place: Some(original), is_owned: true, ..Value::default() };
+        let collection = self.keep(&original, expr);
+        self.place_part(collection.element(IndexKey::Each), &original, expr);
+        Some(collection)
+    }
+
+    /// What a closure gives for each element may be a handle to the same each time.
+    pub(super) fn keep_result(&mut self, closure: ClosureRef, value: &Value) {
+        let body = self.frames[closure.frame].body;
+        let ExprKind::Closure(code) = &body.expr(closure.expr).kind else { return };
+        let outer = std::mem::replace(&mut self.frame, closure.frame);
+        let ty = self.ty(code.body);
+        if self.at.is_some() && !matches!(ty, Ty::Ref(..)) && self.program.index.may_share_filter(ty) {
+            self.keep(value, code.body);
+        }
+        self.frame = outer;
     }
 
     /// A part of a new value.

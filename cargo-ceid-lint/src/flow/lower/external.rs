@@ -102,7 +102,9 @@ impl Builder<'_> {
                 | "std::iter::from_fn"
                 | "std::iter::repeat_with"
                 | "std::iter::successors"
-        ) {
+        ) || (matches!(path, "std::iter::repeat" | "std::iter::repeat_n")
+            && args.first().is_some_and(|repeated| self.program.index.may_share_filter(self.ty(*repeated))))
+        {
             let source = self.source(id);
             return self.iterator_value(source);
         }

@@ -229,12 +229,17 @@ impl Builder<'_> {
 
     /// `repeat_with(f)`, `from_fn(f)`, `repeat(x)`, and functions that give an iterator.
     fn generator(&mut self, id: ExprId, callee: ExprId, args: &[ExprId]) -> Source {
-        let name = match &self.body().expr(callee).kind {
-            ExprKind::Path(path) => path.last().to_owned(),
+        let told = match self.typed().callees.get(&id) {
+            Some(Callee::External(path)) => path.strip_prefix("std::iter::"),
+            _ => None,
+        };
+        let is_std = told.is_some();
+        let name = match (told, &self.body().expr(callee).kind) {
+            // Whatever it is called where it is imported.
+            (Some(name), _) => name.to_owned(),
+            (None, ExprKind::Path(path)) => path.last().to_owned(),
             _ => String::new(),
         };
-        let is_std =
-            matches!(self.typed().callees.get(&id), Some(Callee::External(path)) if path.starts_with("std::iter::"));
         match (name.as_str(), args) {
             ("zip", [first, second]) if is_std => return self.zip(*first, Some(*second)),
             ("once", [only]) if is_std => {
@@ -244,6 +249,14 @@ impl Builder<'_> {
                     _ => Item::Made,
                 };
                 return Source { item, rounds: Rounds::Constant(1), ..Source::bounded() };
+            }
+            ("repeat" | "repeat_n", [repeated, ..])
+                if is_std && self.program.index.may_share_filter(self.ty(*repeated)) =>
+            {
+                let values = self.values(args);
+                let clones = values.first().and_then(|value| self.keep_clones(value, *repeated));
+                let rounds = if name == "repeat" { Rounds::Unbounded } else { Rounds::Bounded };
+                return Source { item: clones.map_or(Item::Made, Item::Element), rounds, ..Source::bounded() };
             }
             _ => {}
         }
@@ -659,7 +672,10 @@ impl Builder<'_> {
                 let value = this.inline_closure(closure, &args, span);
                 match state.var() {
                     Some(state) => this.carry_on(state, &value, span),
-                    None => drop(this.awaited(value.clone(), span)),
+                    None => {
+                        this.keep_result(closure, &value);
+                        this.awaited(value.clone(), span);
+                    }
                 }
                 // What the closure gives back says whether the next item has a round.
                 if let Stops::AndTells(_) = stops {
@@ -690,6 +706,7 @@ impl Builder<'_> {
         self.run_loop(CycleKind::Closure, bar, None, source, |this, item, id| {
             this.note_given_item(id, closure, 0, &kind);
             let value = this.inline_closure(closure, &[item], span);
+            this.keep_result(closure, &value);
             this.awaited(value, span);
         });
     }
@@ -700,8 +717,9 @@ impl Builder<'_> {
         self.run_loop(CycleKind::Closure, bar, None, Source::bounded(), |this, item, _| {
             let filled = item.place.and_then(|place| place.base_var()).into_iter().collect();
             let outer = std::mem::replace(&mut this.targets, filled);
-            this.inline_closure(closure, &[], span);
+            let value = this.inline_closure(closure, &[], span);
             this.targets = outer;
+            this.keep_result(closure, &value);
         });
     }
 
