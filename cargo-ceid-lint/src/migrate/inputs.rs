@@ -143,6 +143,10 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
         is_lent: false,
     };
     let kept = kept_reference(of, id, asked.as_ref()).map(|annotation| Input { annotation, ..as_it_is.clone() });
+    // A reference that the filter may keep is no longer there where the law has got one to a copy.
+    if is_of_filter(of, site, number) {
+        return if is_lasting_item(of, id) { Ok(as_it_is) } else { kept.ok_or_else(|| unkept(span, &what())) };
+    }
     if let ExprKind::Reference { mutable: false, raw: false, value } = of.kind(id) {
         if is_lasting_part(of, *value) {
             return Ok(as_it_is);
@@ -313,8 +317,15 @@ fn input_type(of: &LoopBody<'_>, site: &Site, number: usize) -> Ty {
     let own = of.typed.ty(site.inputs[number]);
     match (own.peel(), declared(of, site, number)) {
         (Ty::Unknown | Ty::Var(_), Some(declared)) => declared,
+        // No reference becomes a value on the way to the law.
+        (_, Some(declared)) if matches!(own, Ty::Ref(..)) && is_value(&declared) => declared,
         _ => own.clone(),
     }
+}
+
+/// Whether a type is known, and no reference.
+fn is_value(ty: &Ty) -> bool {
+    !matches!(ty, Ty::Ref(..) | Ty::Unknown | Ty::Var(_) | Ty::Param(_) | Ty::Opaque(_))
 }
 
 /// The type of an input that its law asks for, where that is the same for every caller.
@@ -349,6 +360,16 @@ pub(super) fn is_generic(of: &LoopBody<'_>, site: &Site, number: usize) -> bool 
         let is_own = |name: &str| def.function.generics.params.iter().any(|own| own.name == name && !own.is_const);
         with_args(&written, &|name| if is_own(name) { None } else { Some(Ty::Unknown) }).is_none()
     })
+}
+
+/// Whether the type of an input is chosen with the filter, so that it is the same for all calls.
+fn is_of_filter(of: &LoopBody<'_>, site: &Site, number: usize) -> bool {
+    let index = of.program.index;
+    let written = site.law.and_then(|law| {
+        let param = index.function(law).function.params.get(number)?;
+        Some(index.lower(param, &index.scope_of(law)))
+    });
+    matches!(written, Some(Ty::Param(_))) && !is_generic(of, site, number)
 }
 
 /// A type with what its parameters stand for, if that is known of all of them.

@@ -70,27 +70,6 @@ pub fn is_lock(ty: &Ty) -> bool {
     }
 }
 
-/// Whether a type outside the analysed code has the methods that a path of the standard library names.
-pub(super) fn has_methods_of(own: &str, path: &str) -> bool {
-    own == path || is_method_trait(path) || (own.ends_with("::LockResult") && path == "std::result::Result")
-}
-
-/// Traits of the standard library whose methods the types themselves are asked for.
-pub(super) fn is_method_trait(path: &str) -> bool {
-    matches!(
-        path,
-        "std::iter::Iterator"
-            | "std::iter::IntoIterator"
-            | "std::clone::Clone"
-            | "std::convert::AsMut"
-            | "std::convert::AsRef"
-            | "std::borrow::Borrow"
-            | "std::borrow::BorrowMut"
-            | "std::ops::Deref"
-            | "std::ops::DerefMut"
-    )
-}
-
 /// Cells and locks.
 pub(super) fn is_cell(name: &str) -> bool {
     matches!(
@@ -188,6 +167,16 @@ pub(super) fn reference(inner: Ty) -> Ty {
 /// What a method lends, which cannot be written where its name does not say so.
 fn lent(inner: Ty, method: &str) -> Ty {
     Ty::Ref(method.contains("_mut"), Box::new(inner))
+}
+
+/// What a copy of an item is: the value behind the reference, which may be a reference itself.
+fn copied(item: &Ty) -> Ty {
+    match item {
+        Ty::Ref(_, inner) => (**inner).clone(),
+        // A reference that is not known to be one yet would be taken for the value.
+        Ty::Var(_) => Ty::Unknown,
+        other => other.clone(),
+    }
 }
 
 pub(super) fn arg(args: &[Ty], at: usize) -> Ty {
@@ -395,8 +384,10 @@ fn optional_method(
         "unwrap" | "expect" | "unwrap_or" | "unwrap_or_else" | "unwrap_or_default" | "unwrap_unchecked"
         | "into_inner" => inner.clone(),
         "get_or_insert_with" | "get_or_insert" | "insert" | "get_or_init" | "init" => reference(inner.clone()),
-        "take" | "take_if" | "replace" | "ok" | "cloned" | "copied" | "or" | "or_else" | "xor" | "filter"
-        | "inspect" => option(inner.clone()),
+        "take" | "take_if" | "replace" | "ok" | "or" | "or_else" | "xor" | "filter" | "inspect" => {
+            option(inner.clone())
+        }
+        "cloned" | "copied" => own(copied(inner)),
         "flatten" if is_option(inner) => inner.clone(),
         "map_err" | "context" | "with_context" | "ok_or" | "ok_or_else" => {
             Ty::std("std::result::Result", vec![inner.clone(), Ty::Unknown])
@@ -471,8 +462,9 @@ fn iterator_method(item: &Ty, method: &str, args: &[Ty], closure: Option<&Ty>) -
         "zip" => iterator(Ty::Tuple(vec![item.clone(), other()])),
         "enumerate" => iterator(Ty::Tuple(vec![Ty::Int, item.clone()])),
         "rev" | "skip" | "take" | "step_by" | "cycle" | "filter" | "by_ref" | "chain" | "peekable" | "inspect"
-        | "take_while" | "skip_while" | "fuse" | "into_iter" | "cloned" | "copied" | "into_par_iter" | "par_bridge"
-        | "with_min_len" | "with_max_len" => iterator(item.clone()),
+        | "take_while" | "skip_while" | "fuse" | "into_iter" | "into_par_iter" | "par_bridge" | "with_min_len"
+        | "with_max_len" => iterator(item.clone()),
+        "cloned" | "copied" => iterator(copied(item)),
         "map" => iterator(closure.cloned().unwrap_or(Ty::Unknown)),
         "flatten" => iterator(item_of(item, false).unwrap_or(Ty::Unknown)),
         "filter_map" | "flat_map" | "map_while" | "scan" => {

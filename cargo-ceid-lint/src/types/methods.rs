@@ -197,12 +197,12 @@ impl Infer<'_> {
         loop {
             let inner = match &receiver {
                 Ty::Ref(_, inner) => inner,
-                Ty::External(own, _) if builtin::has_methods_of(own, path) => break,
+                Ty::External(own, _) if has_methods_of(own, path) => break,
                 // The argument is a reference to what the pointer holds.
                 Ty::External(own, params) if builtin::is_pointer(own.rsplit("::").next().unwrap_or("")) => {
                     params.first()?
                 }
-                _ if builtin::is_method_trait(path) => break,
+                _ if is_method_trait(path) => break,
                 _ => return None,
             };
             receiver = self.variables.shallow(inner);
@@ -361,4 +361,25 @@ impl Infer<'_> {
         }
         ty
     }
+}
+
+/// Whether a type outside the analysed code has the methods that a path of the standard library names.
+fn has_methods_of(own: &str, path: &str) -> bool {
+    own == path || is_method_trait(path) || (own.ends_with("::LockResult") && path == "std::result::Result")
+}
+
+/// Traits of the standard library whose methods the types themselves are asked for.
+fn is_method_trait(path: &str) -> bool {
+    matches!(
+        path,
+        "std::iter::Iterator"
+            | "std::iter::IntoIterator"
+            | "std::clone::Clone"
+            | "std::convert::AsMut"
+            | "std::convert::AsRef"
+            | "std::borrow::Borrow"
+            | "std::borrow::BorrowMut"
+            | "std::ops::Deref"
+            | "std::ops::DerefMut"
+    )
 }
