@@ -347,12 +347,10 @@ impl Builder<'_> {
     /// The index that an argument is; `None` if it is a range. A parameter that is given another number is one that data decides.
     pub(super) fn argument_index(&mut self, expr: ExprId, value: &Value) -> Option<IndexKey> {
         let told = value.head.as_deref().and_then(IndexKey::of_head);
-        told.or_else(|| self.index_key(expr)).map(|key| match key {
-            IndexKey::Var(var) if self.graph.var(var).param.is_some() && self.is_assigned(var) => {
-                IndexKey::Data(self.graph.var(var).name.clone().into())
-            }
-            key => key,
-        })
+        let key = told.or_else(|| self.index_key(expr))?;
+        let IndexKey::Var(var) = key else { return Some(key) };
+        let is_changed = self.graph.var(var).param.is_some() && self.is_assigned(var);
+        Some(if is_changed { IndexKey::Data(self.graph.var(var).name.clone().into()) } else { key })
     }
 
     /// The place whose value an argument is. What is cast has other heads.
