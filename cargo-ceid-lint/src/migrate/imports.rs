@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::globs;
 use super::import::Import;
 use super::macros::Macros;
-use super::takers::Takers;
+use super::takers::{Takers, inline_modules};
 use super::text::{has_word, with_attributes, without_comments, words};
 use crate::count::{Cycle, Verdict};
 use crate::flow::Program;
@@ -302,11 +302,7 @@ impl Scope<'_> {
     pub(super) fn in_sight(&self, scope: &Range<usize>, without_tests: bool, sought: Sought) -> String {
         let text = self.text;
         let mut hidden = Vec::new();
-        for keyword in words(text, "mod").filter(|at| scope.contains(at)) {
-            let Some(open) = text[keyword..].find(['{', ';']).map(|open| keyword + open) else { continue };
-            let Some(own) = self.outline.around(open + 1).next().filter(|own| own.brackets.start == open) else {
-                continue;
-            };
+        for (keyword, own) in inline_modules(self.outline, text).filter(|(keyword, _)| scope.contains(keyword)) {
             let inner = &text[own.brackets.clone()];
             let attributes = &text[with_attributes(text, own.head.start)..keyword];
             let is_test = attributes.replace(' ', "").contains("#[cfg(test)]");

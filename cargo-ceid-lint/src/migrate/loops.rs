@@ -9,6 +9,7 @@ use rustc_hash::FxHashMap;
 
 use super::ambiguous::{CallsBesideCore, calls_beside_core};
 use super::implicit::{Impls, implicit, impls_of_std};
+use super::macros::Macros;
 use super::text::{Style, denies, has_word};
 use crate::flow::Program;
 use crate::index::{FunctionId, ModuleId};
@@ -41,6 +42,8 @@ pub(super) struct Loops<'a> {
     calls_beside_core: OnceCell<CallsBesideCore>,
     impls: OnceCell<Impls>,
     implicit: RefCell<FxHashMap<FunctionId, Rc<[FunctionId]>>>,
+    /// The names of the macros of the analysed code.
+    macros: OnceCell<BTreeSet<String>>,
 }
 
 impl<'a> Loops<'a> {
@@ -72,6 +75,7 @@ impl<'a> Loops<'a> {
             styles: RefCell::default(),
             asked,
             manners: RefCell::default(),
+            macros: OnceCell::new(),
             catching: OnceCell::new(),
             strict: OnceCell::new(),
             denying: OnceCell::new(),
@@ -122,6 +126,11 @@ impl<'a> Loops<'a> {
     pub(super) fn outline(&self, file: FileId) -> Rc<Outline> {
         let find = || Rc::new(Outline::of(&self.program.sources.file(file).text));
         Rc::clone(self.outlines.borrow_mut().entry(file).or_insert_with(find))
+    }
+
+    /// Whether the analysed code has a macro of that name.
+    pub(super) fn has_macro(&self, name: &str) -> bool {
+        self.macros.get_or_init(|| Macros::of(self.program).names().map(str::to_owned).collect()).contains(name)
     }
 
     /// The form of the lines of a file.

@@ -40,9 +40,9 @@ impl<'a> Macros<'a> {
         Rc::clone(self.codes.borrow_mut().entry(file).or_insert_with(find))
     }
 
-    /// Whether one of them has that name.
-    pub(super) fn define(&self, name: &str) -> bool {
-        self.all.iter().any(|(own, _)| *own == name)
+    /// Their names.
+    pub(super) fn names(&self) -> impl Iterator<Item = &'a str> {
+        self.all.iter().map(|(name, _)| *name)
     }
 
     /// Whether code may call a method through one of them.

@@ -7,13 +7,12 @@ use super::Reason;
 use super::adapt::Adaptation;
 use super::body::LoopBody;
 use super::each;
-use super::macros::Macros;
+use super::loops::Loops;
 use super::owned::is_owned;
 use super::sites::{Place, Site, number};
 use crate::count::Verdict;
 use crate::index::{FunctionId, Index, Ty};
 use crate::source::Span;
-use crate::syntax::Outline;
 use crate::syntax::tree::{BlockKind, ExprId, ExprKind, Literal, MacroKind, Receiver, TypeRef};
 use crate::types::Callee;
 
@@ -252,16 +251,17 @@ fn edit(of: &LoopBody<'_>, own: &Guarded, at: ExprId) -> Result<Option<(Span, St
 }
 
 /// Why a place cannot be written in another way that a macro of the code's own is given: what it makes of that is not seen.
-pub(super) fn given_to_macro(of: &LoopBody<'_>, outline: &Outline, own: &Guarded, mention: &Mention) -> Option<Reason> {
+pub(super) fn given_to_macro(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded, mention: &Mention) -> Option<Reason> {
     if mention.edit.is_none() && mention.elements.is_empty() {
         return None;
     }
     let (span, block) = (of.span(mention.at), of.span(of.block));
+    let outline = loops.outline(of.file());
     let around = outline.around(span.start as usize + 1);
     let around = around.filter(|around| around.is_macro && around.head.start >= block.start as usize);
     let calls = around.map(|around| of.text[around.head.start..around.brackets.start].trim_end_matches([' ', '!']));
     let mut calls = calls.filter_map(|call| call.rsplit(|sign: char| !(sign.is_alphanumeric() || sign == '_')).next());
-    let call = calls.find(|call| Macros::of(of.program).define(call))?;
+    let call = calls.find(|call| loops.has_macro(call))?;
     let text = format!("`{}` is given to the macro `{call}!` here: write out what that does", own.spelled);
     Some(Reason { span, text })
 }

@@ -222,8 +222,7 @@ impl Rewriter<'_> {
         for (at, own) in self.guarded.iter().enumerate() {
             match mentions(of, self.guarded, at, self.behind) {
                 Ok(found) => {
-                    let outline = self.loops.outline(of.file());
-                    reasons.extend(found.iter().find_map(|mention| given_to_macro(of, &outline, own, mention)));
+                    reasons.extend(found.iter().find_map(|mention| given_to_macro(self.loops, of, own, mention)));
                     edits
                         .extend(found.iter().flat_map(|mention| mention.edit.iter().chain(&mention.elements).cloned()));
                     changes.extend(self.used_after(own, &found));

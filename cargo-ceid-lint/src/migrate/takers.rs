@@ -9,7 +9,7 @@ use super::text::{has_word, without_comments, words};
 use crate::flow::Program;
 use crate::index::{Index, ModuleId};
 use crate::source::FileId;
-use crate::syntax::Outline;
+use crate::syntax::{Enclosure, Outline};
 
 /// Modules that import what other modules import, each of them what some of these have.
 pub(super) struct Takers {
@@ -35,10 +35,10 @@ impl Takers {
         let own: BTreeSet<FileId> = from.iter().filter_map(|module| index.module(*module).file).collect();
         loop {
             let others = files.iter().filter(|(module, _)| !from.contains(module));
+            let modules: Vec<&str> = from.iter().map(|module| index.module(*module).name.as_str()).collect();
             let is_named = |module: ModuleId, file: FileId| {
                 let code = macros.code(program, file);
                 let text = &*code.text;
-                let modules: Vec<&str> = from.iter().map(|module| index.module(*module).name.as_str()).collect();
                 let is_by_path = |at: &usize| match segment_before(text, *at) {
                     Some("super") => index.module(module).parent.is_some_and(|up| from.contains(&up)),
                     Some("crate") => modules.contains(&""),
@@ -126,8 +126,13 @@ pub(super) struct Code {
 impl Code {
     pub(super) fn of(text: &str) -> Self {
         let text = without_comments(text);
-        let items = conditional(&Outline::of(&text), &text);
-        let inline = inline_modules(&text).into_iter().map(|(name, range)| (name.to_owned(), range)).collect();
+        let outline = Outline::of(&text);
+        let items = conditional(&outline, &text);
+        let inline = inline_modules(&outline, &text).map(|(keyword, own)| {
+            let name = text[keyword + "mod".len()..own.brackets.start].trim();
+            (name.to_owned(), own.brackets.clone())
+        });
+        let inline = inline.collect();
         Self { items, inline, text }
     }
 
@@ -149,15 +154,13 @@ impl Code {
     }
 }
 
-/// The modules that are written out in a text: their names, and where their bodies are.
-fn inline_modules(text: &str) -> Vec<(&str, Range<usize>)> {
-    let outline = Outline::of(text);
-    let module = |at: usize| {
-        let open = at + text[at..].find(['{', ';'])?;
+/// The modules that are written out in a text: where the keyword of each stands, and the brackets around its body.
+pub(super) fn inline_modules<'t>(outline: &'t Outline, text: &'t str) -> impl Iterator<Item = (usize, &'t Enclosure)> {
+    words(text, "mod").filter_map(move |keyword| {
+        let open = keyword + text[keyword..].find(['{', ';'])?;
         let own = outline.around(open + 1).next().filter(|own| own.brackets.start == open)?;
-        Some((text[at + "mod".len()..open].trim(), own.brackets.clone()))
-    };
-    words(text, "mod").filter_map(module).collect()
+        Some((keyword, own))
+    })
 }
 
 /// What is compiled under a condition in code without comments, and whether that is for tests only.
