@@ -180,8 +180,17 @@ fn choose(
             let is_nested = around.iter().any(|other| other != id && graph.is_within(Some(*id), *other));
             if is_nested || is_helper || kind == FunctionKind::Cycle {
                 sample_loops.insert(*id);
+                return Some(*id);
             }
-            return Some(*id);
+            // What is fed in a number of rounds is a setpoint for these: `for (goal, cycles) in plan { for _ in 0..cycles { … } }`.
+            let only_counts = |first: &&LoopId| {
+                let info = graph.loop_info(**first);
+                let is_counter = |var: &Var| info.counter.is_some_and(|(counter, _)| counter == *var);
+                info.over.is_none() && info.bound.iter().all(is_counter) && info.caller != Caller::Helper
+            };
+            let held =
+                around.first().filter(only_counts).filter(|first| !graph.loop_info(**first).has_constant_rounds());
+            return Some(held.copied().unwrap_or(*id));
         }
     }
     // For anything else a call of a closure is none.

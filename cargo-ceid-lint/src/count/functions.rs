@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::callgraph::callees;
 use super::instances::{may_hold_filter, place_ty};
 use super::summary::Summaries;
-use crate::flow::{ControlFlowGraph, CycleKind, Effect, LoopId, Node, NodeId, Place, Program};
+use crate::flow::{CallSite, ControlFlowGraph, CycleKind, Effect, LoopId, Node, NodeId, Place, Program};
 use crate::index::{CrateInfo, FilterSpec, FunctionId, Index, Owner, Subject, TraitName};
 use crate::syntax::CycleDirective;
 use crate::syntax::tree::Receiver;
@@ -113,6 +113,9 @@ pub(super) fn function_kind(
         Some(CycleDirective::NotACycle) => return FunctionKind::Helper,
         Some(CycleDirective::Every(_)) | None => {}
     }
+    if hands_law_on(index, graph) {
+        return FunctionKind::Helper;
+    }
     if is_cycle_function(index, id) {
         return FunctionKind::Cycle;
     }
@@ -185,6 +188,27 @@ pub fn is_cycle_function(index: &Index, id: FunctionId) -> bool {
 /// Whether a function is the law of a filter: one that it is declared with, or the one by which guards run that.
 pub(super) fn is_law(index: &Index, id: FunctionId) -> bool {
     law_of(index, id).is_some() || index.is_run_by_guards(id)
+}
+
+/// Whether a law by which guards run a filter does nothing but run the one that the filter is declared with, which is a cycle itself.
+fn hands_law_on(index: &Index, graph: &ControlFlowGraph) -> bool {
+    let of_self =
+        |place: &Place| place.steps.is_empty() && place.base_var().is_some_and(|var| graph.var(var).param == Some(0));
+    let is_other_law = |site: &CallSite| {
+        let is_whole = site.args.first().and_then(|arg| arg.place.as_ref()).is_some_and(of_self);
+        is_whole && site.targets.iter().all(|target| *target != graph.function && law_of(index, *target).is_some())
+    };
+    let mut calls = 0;
+    let is_plain = |effect: &Effect| match effect {
+        Effect::Call(site) => {
+            calls += 1;
+            is_other_law(site)
+        }
+        Effect::Update(update) => of_self(&update.place),
+        Effect::Nothing | Effect::Set(_) | Effect::Return(_) | Effect::End | Effect::Mark(_) => true,
+        _ => false,
+    };
+    index.is_run_by_guards(graph.function) && graph.nodes.iter().map(|node| &node.effect).all(is_plain) && calls == 1
 }
 
 /// What is known of the filter whose law a function is.

@@ -78,6 +78,21 @@ impl Index {
         self.modules_in_files().filter(|(_, own)| *own == file).map(|(id, _)| id).filter(is_import).collect()
     }
 
+    /// The path of the `use` by which a module has an item: that of the item, or that of a module with all that is in it, if it has
+    /// only one such module.
+    #[must_use]
+    pub fn import_of(&self, module: ModuleId, item: &str) -> Option<&[String]> {
+        let own = self.module(module);
+        match own.names.get(&(Namespace::Type, item.to_owned())) {
+            Some(Entry::Import(path)) => Some(path),
+            Some(Entry::Def(_)) => None,
+            None => match own.globs.as_slice() {
+                [glob] => Some(glob),
+                _ => None,
+            },
+        }
+    }
+
     /// Whether a module imports one of the names from one of these modules, or all that is there.
     #[must_use]
     pub fn imports_from(&self, module: ModuleId, from: &BTreeSet<ModuleId>, names: &BTreeSet<&str>) -> bool {

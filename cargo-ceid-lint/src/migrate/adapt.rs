@@ -4,10 +4,11 @@
 use super::Reason;
 use super::body::LoopBody;
 use super::closure::Closure;
+use super::core_items::{CoreItems, core_name};
 use super::each::{each, has_vec};
 use super::halves::{halves, kept};
 use super::inputs::{Input, input, is_generic};
-use super::law::{ceid_core_name, core_name, delegation};
+use super::law::delegation;
 use super::loops::Loops;
 use super::mentions::{Guarded, is_about, is_for_references};
 use super::outputs::instead;
@@ -209,7 +210,7 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
     for (_, line) in body.iter_mut().filter(|(_, line)| !is_value && line.ends_with(')')) {
         line.push(';');
     }
-    let core = ceid_core_name(index, of.function);
+    let adapted = CoreItems::of(of.program, of.function).name("Adapted");
     let verb = if is_fed { "fed" } else { "adapted" };
     let constructor = if is_fed { "fed" } else { "new" };
     let params = parameters(filter, &params);
@@ -225,7 +226,7 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
     edits.extend(in_condition.into_iter().map(|at| (of.span(at), name.clone())));
     Ok(Some(Adaptation {
         name,
-        law: Closure { call: (format!("{core}::Adapted::{constructor}"), lent), params, body, is_value, each },
+        law: Closure { call: (format!("{adapted}::{constructor}"), lent), params, body, is_value, each },
         edits,
         is_fed,
         cells: cells.into_iter().map(|(_, _, made)| made).collect(),

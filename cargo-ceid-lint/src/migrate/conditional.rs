@@ -1,10 +1,12 @@
 //! Statements of a loop that are compiled under a condition, and so perhaps not read: whether they have anything to do with a guard.
 
 use super::body::LoopBody;
+use super::imports::to_u32;
 use super::mentions::Guarded;
 use super::text::{has_word, without_comments, words};
 use crate::count::Pair;
 use crate::index::Ty;
+use crate::source::Span;
 use crate::syntax::{Lexer, TokenKind};
 
 /// Words after which a statement may do more than go on, or nobody can tell.
@@ -14,28 +16,32 @@ const WAYS_OUT: [&str; 6] = ["return", "break", "continue", "await", "unsafe", "
 const PRINTING: [&str; 10] =
     ["print", "println", "eprint", "eprintln", "dbg", "trace", "debug", "info", "warn", "error"];
 
-/// Whether all that matters to the guard is read: what is compiled under a condition has nothing to do with it.
-pub(super) fn is_read(of: &LoopBody<'_>, pairs: &[&Pair], guarded: &[Guarded]) -> bool {
+/// Where something is compiled under a condition that may matter to the guard.
+pub(super) fn unread(of: &LoopBody<'_>, pairs: &[&Pair], guarded: &[Guarded]) -> Option<Span> {
     let is_filter = |ty: &Ty| guarded.iter().any(|own| *ty.peel() == own.filter);
     let locals = of.typed.locals.iter().filter(|local| is_filter(&local.ty)).map(|local| local.name.as_str());
     let sites = guarded.iter().flat_map(|own| &own.sites).map(|site| of.written(site.receiver));
     let names = pairs.iter().map(|pair| pair.name.as_str()).chain(guarded.iter().map(|own| own.spelled.as_str()));
-    are_apart(of.written(of.block), &names.chain(locals).chain(sites).collect::<Vec<_>>())
+    let at = mattering(of.written(of.block), &names.chain(locals).chain(sites).collect::<Vec<_>>())?;
+    let start = of.span(of.block).start + to_u32(at);
+    Some(Span::new(of.file(), start, start + to_u32("cfg".len())))
 }
 
-/// Whether all that is compiled under a condition are statements of blocks which always go on and do not name these filters.
-fn are_apart(code: &str, filters: &[&str]) -> bool {
+/// Where the first condition stands under which more is compiled than statements of blocks which always go on and do not name these
+/// filters.
+fn mattering(code: &str, filters: &[&str]) -> Option<usize> {
     let code = without_comments(code);
-    if code.contains("cfg_attr(") || code.contains("cfg!(") {
-        return false;
+    if let Some(at) = ["cfg_attr(", "cfg!("].iter().filter_map(|condition| code.find(condition)).min() {
+        return Some(at);
     }
-    words(&code, "cfg").all(|at| {
+    let is_apart = |at: usize| {
         // A field or variable may have that name.
         let Some(open) = code[..at].trim_end().strip_suffix('[').map(str::trim_end) else { return true };
         let Some(before) = open.strip_suffix('#').map(str::trim_end) else { return !open.ends_with('!') };
         before.ends_with(['{', '}', ';'])
             && statement(&code[at..]).is_some_and(|stmt| goes_on(stmt) && filters.iter().all(|own| !names(stmt, own)))
-    })
+    };
+    words(&code, "cfg").find(|at| !is_apart(*at))
 }
 
 /// The statement behind the attribute in which the text begins, if it is one.
@@ -109,7 +115,7 @@ mod tests {
 
     #[track_caller]
     fn check(code: &str, expected: bool) {
-        assert_eq!(are_apart(code, &["self.kf", "pf"]), expected, "{code}");
+        assert_eq!(mattering(code, &["self.kf", "pf"]).is_none(), expected, "{code}");
     }
 
     #[test]

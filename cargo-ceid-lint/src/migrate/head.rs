@@ -2,9 +2,9 @@
 
 use super::Reason;
 use super::body::LoopBody;
+use super::core_items::CoreItems;
 use super::elements::statements;
 use super::exits::Exits;
-use super::law::ceid_core_name;
 use super::mentions::{Guarded, is_about, is_about_owner, is_glance};
 use super::observed::{is_dropped_at, is_observed, outlives_future};
 use super::owned::is_owned;
@@ -32,7 +32,7 @@ pub(super) fn lines(
     let open = of.span(of.block).start as usize + 1;
     let start = if of.is_function { Some(open) } else { statement_start(of) };
     let start = start.ok_or_else(|| refuse("the loop is not a statement of a block: put it into one, `{ … }`"))?;
-    let core = ceid_core_name(of.program.index, of.function);
+    let core = CoreItems::of(of.program, of.function);
     let body = without_comments(of.program.sources.snippet(of.span(of.body.root)));
     let is_taken = |name: &str| has_word(&body, name) || of.typed.locals.iter().any(|local| local.name == name);
     let clock = CLOCKS.into_iter().find(|name| !is_taken(name)).or_else(|| present.map(|_| ""));
@@ -48,7 +48,10 @@ pub(super) fn lines(
     };
     let mut declared = match present {
         Some(_) => Vec::new(),
-        None => vec![format!("{indent}let mut {clock} = {core}::Free::<{core}::Hz<{rate}>>::new();")],
+        None => {
+            let (free, hz) = (core.name("Free"), core.name("Hz"));
+            vec![format!("{indent}let mut {clock} = {free}::<{hz}<{rate}>>::new();")]
+        }
     };
     declared.extend(statements(of, guarded).into_iter().map(|statement| format!("{indent}{statement}")));
     let is_inline = if of.is_function { own_line.is_none() } else { !begins };
@@ -71,7 +74,7 @@ pub(super) fn lines(
         return Ok(is_needed.then(|| (insertion(of, above), lines)).into_iter().chain([extended]).collect());
     }
     let inner = own_line.as_ref().map(|(indent, _)| indent.as_str());
-    let guard = list(of, guarded, (&core, clock), inner);
+    let guard = list(of, guarded, (&core.name("ceid"), clock), inner);
     let (at, guard) = match own_line {
         Some((indent, at)) => (at, format!("{indent}{guard}{end}")),
         None => (behind.map_or(open, |before| before.end as usize), format!(" {guard}")),
@@ -106,15 +109,15 @@ fn own_line(of: &LoopBody<'_>, behind: Option<Span>) -> Option<(String, usize)> 
 }
 
 /// The guard with its list, which gets lines of its own where one with that indentation would be too long.
-fn list(of: &LoopBody<'_>, guarded: &[Guarded], (core, clock): (&str, &str), indent: Option<&str>) -> String {
+fn list(of: &LoopBody<'_>, guarded: &[Guarded], (ceid, clock): (&str, &str), indent: Option<&str>) -> String {
     let Style { end, step, width } = of.style;
     let list: Vec<String> = guarded.iter().map(entry).collect();
-    let guard = format!("{core}::ceid!({clock}.begin_cycle() => {});", list.join(", "));
+    let guard = format!("{ceid}!({clock}.begin_cycle() => {});", list.join(", "));
     match indent.filter(|indent| indent.len() + guard.len() > width) {
         Some(indent) => {
             let list = list.join(&format!(",{end}{indent}{step}{step}"));
             let token = format!("{indent}{step}{clock}.begin_cycle() =>{end}{indent}{step}{step}{list}");
-            format!("{core}::ceid!({end}{token}{end}{indent});")
+            format!("{ceid}!({end}{token}{end}{indent});")
         }
         None => guard,
     }

@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::globs;
 use super::import::Import;
 use super::macros::Macros;
-use super::takers::{Takers, inline_modules};
+use super::takers::{FOR_TESTS, Takers, inline_modules};
 use super::text::{has_word, with_attributes, without_comments, words};
 use crate::count::{Cycle, Verdict};
 use crate::flow::Program;
@@ -192,17 +192,23 @@ impl Scope<'_> {
         if import.visibility == "pub" && !takers.as_ref().is_some_and(|takers| self.is_inside(&from, takers)) {
             return None;
         }
-        let is_needed = |without_tests: bool| {
-            takers.as_ref().is_some_and(|takers| takers.need(self.wanted(&names), macros, without_tests)) || {
-                let sight = |of| without_comments(&self.in_sight(&scope, without_tests, of));
-                self.is_used(&import, &sight(Sought::Names), &sight(Sought::Calls), &scope) || self.is_linked(bound)
-            }
+        let taken = |without_tests: bool| {
+            takers.as_ref().filter(|takers| takers.need(self.wanted(&names), macros, without_tests))
         };
+        let is_used = |without_tests: bool| {
+            let sight = |of| without_comments(&self.in_sight(&scope, without_tests, of));
+            self.is_used(&import, &sight(Sought::Names), &sight(Sought::Calls), &scope) || self.is_linked(bound)
+        };
+        let is_needed = |without_tests: bool| taken(without_tests).is_some() || is_used(without_tests);
         let edits = if is_needed(true) {
-            let is_taken = || takers.as_ref().is_some_and(|takers| takers.need(self.wanted(&names), macros, false));
-            import.under(text, &self.only_condition(&import, &scope).filter(|_| !is_taken())?)?
+            let of_takers = |takers: &Takers| takers.only_condition(self.wanted(&names), macros).map(str::to_owned);
+            let condition = match taken(false) {
+                Some(takers) => of_takers(takers).filter(|_| !is_used(false)),
+                None => self.only_condition(&import, &scope),
+            };
+            import.under(text, &condition?)?
         } else if is_needed(false) {
-            import.under(text, "#[cfg(test)]")?
+            import.under(text, FOR_TESTS)?
         } else {
             vec![import.without(text)?]
         };

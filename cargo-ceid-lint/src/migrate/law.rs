@@ -1,9 +1,10 @@
 //! The `impl` by which a guard runs a law that is there already.
 
+use super::core_items::CoreItems;
 use super::loops::Loops;
 use super::text::{Style, begins_line, has_word, indentation};
 use crate::flow::Program;
-use crate::index::{Def, FunctionId, Index, Namespace, Owner, TraitName, Ty};
+use crate::index::{FunctionId, Index, Owner, TraitName, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{Receiver, TypeRef};
 use crate::types::Callee;
@@ -64,7 +65,7 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
     let Some(head) = Head::of(&text[block.head.clone()]) else {
         return Err(format!("the `impl` around `{}` of `{type_name}` is not understood", def.name));
     };
-    let ceid_core = ceid_core_name(index, law);
+    let core = CoreItems::of(program, law);
     let written = &text[block.head.clone()];
     let Some(rate) = RATES.into_iter().find(|name| !has_word(written, name)) else {
         return Err(format!("every name for a rate means something else in the `impl` of `{type_name}`"));
@@ -91,12 +92,12 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
         String::new(),
         String::new(),
         header(
-            &format!("{indent}impl<{own}{separator}{rate}: {ceid_core}::Rate>"),
-            &format!("{ceid_core}::SampledFilter<{rate}>"),
+            &format!("{indent}impl<{own}{separator}{rate}: {}>", core.name("Rate")),
+            &format!("{}<{rate}>", core.name("SampledFilter")),
             head.of_type,
             (indent, style),
         ),
-        format!("{indent}{step}fn update(&mut self, _: {ceid_core}::Tick<'_, {rate}>){brace}"),
+        format!("{indent}{step}fn update(&mut self, _: {}<'_, {rate}>){brace}", core.name("Tick")),
         format!("{indent}{step}{step}{discarded}{call};"),
         format!("{indent}{step}}}"),
         format!("{indent}}}"),
@@ -171,36 +172,6 @@ fn closing(text: &str) -> Option<usize> {
         before = sign;
     }
     None
-}
-
-/// What ceid-core is called where a function stands: with `::` before it where its name means something else.
-pub(super) fn ceid_core_name(index: &Index, function: FunctionId) -> String {
-    let name = extern_name(index, function).unwrap_or("ceid_core");
-    let is_core = match index.resolve(index.function(function).module, &[name.to_owned()], Namespace::Type) {
-        None | Some(Def::External(_)) => true,
-        Some(Def::Module(found)) => index.crate_of(found).package_name.replace('-', "_") == "ceid_core",
-        Some(_) => false,
-    };
-    if is_core { name.to_owned() } else { format!("::{name}") }
-}
-
-/// How code beside a function names the library `core`, which a module of that name would hide.
-pub(super) fn core_name(index: &Index, function: FunctionId) -> &'static str {
-    match index.resolve(index.function(function).module, &["core".to_owned()], Namespace::Type) {
-        None | Some(Def::External(_)) => "core",
-        Some(_) => "::core",
-    }
-}
-
-/// Whether ceid-core can be named where a function stands.
-pub(super) fn has_ceid_core(index: &Index, function: FunctionId) -> bool {
-    extern_name(index, function).is_some()
-}
-
-fn extern_name(index: &Index, function: FunctionId) -> Option<&str> {
-    let externs = &index.crate_of(index.function(function).module).externs;
-    let mut found = externs.iter().filter(|(_, (_, package))| package.replace('-', "_") == "ceid_core");
-    found.next().map(|(name, _)| name.as_str())
 }
 
 /// The law by which a type is a filter of ceid-core.

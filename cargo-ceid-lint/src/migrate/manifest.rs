@@ -35,7 +35,7 @@ pub fn dependency(text: &str, workspace: Option<&str>, wanted: &Wanted) -> Resul
         .filter_map(|of| section(of, "dependencies"))
         .any(|of| find(of, shared).is_some())
     {
-        return Err("`ceid-core` is a dependency for some targets only".to_owned());
+        return Err("`ceid-core` is a dependency for some targets only: make it one of the whole package".to_owned());
     }
     let line = match tests_entry(&table, shared) {
         Some((NAME, value)) => format!("{NAME} = {}", as_tests_have_it(value, wanted)),
@@ -49,11 +49,14 @@ pub fn dependency(text: &str, workspace: Option<&str>, wanted: &Wanted) -> Resul
     changed.insert_str(at, &inserted);
     let parsed: Option<Table> = changed.parse().ok();
     let is_there = parsed.as_ref().and_then(|table| find(section(table, "dependencies")?, shared)).is_some();
-    if is_there {
-        Ok(Some((at, inserted)))
-    } else {
-        Err("the manifest has a form in which nothing can be added".to_owned())
-    }
+    if is_there { Ok(Some((at, inserted))) } else { Err(is_unusual(&line)) }
+}
+
+/// Where no line can be added: what a person has to.
+fn is_unusual(line: &str) -> String {
+    format!(
+        "the dependencies are not written in lines of a section `[dependencies]`: add `{line}` to them, and migrate again"
+    )
 }
 
 /// Whether the text is the manifest of `ceid-core` itself.
@@ -114,7 +117,7 @@ fn as_tests_have_it(value: &Value, wanted: &Wanted) -> Value {
 /// Whether the dependency that is there is enough.
 fn suits(found: &Value, shared: Option<&Value>, wanted: &Wanted) -> Result<(), String> {
     if found.get("optional").and_then(Value::as_bool) == Some(true) {
-        return Err("`ceid-core` is an optional dependency".to_owned());
+        return Err("`ceid-core` is an optional dependency: delete its `optional = true`".to_owned());
     }
     let of_workspace = in_workspace(NAME, found, shared);
     let without_defaults = |value: &Value| value.get("default-features").and_then(Value::as_bool) == Some(false);
@@ -183,7 +186,7 @@ fn insertion(text: &str, table: &Table, line: &str) -> Result<(usize, String), S
             return Ok((*at, format!("[dependencies]{end}{line}{end}{end}")));
         }
         if table.contains_key("dependencies") {
-            return Err("the manifest has a form in which nothing can be added".to_owned());
+            return Err(is_unusual(line));
         }
         let gap = if text.is_empty() || text.ends_with('\n') { String::new() } else { end.to_owned() };
         return Ok((text.len(), format!("{gap}{end}[dependencies]{end}{line}{end}")));

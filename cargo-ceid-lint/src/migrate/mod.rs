@@ -10,6 +10,7 @@ mod body;
 mod captures;
 mod closure;
 mod conditional;
+mod core_items;
 mod each;
 mod effects;
 mod elements;

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::{Partly, Rewrite};
-use crate::count::{Cycle, CycleKind, Pair};
+use crate::count::{Cycle, CycleKind, Pair, Verdict};
 
 /// Of a loop with more filters than this, it is not tried which of them can go.
 const MOST_TRIED: usize = 12;
@@ -32,4 +32,19 @@ pub(super) fn partly(
     let mut filters: Vec<String> = pairs.iter().map(|pair| pair.name.clone()).collect();
     filters.dedup();
     Some(Partly { filters, rewrite })
+}
+
+/// Whether a guard has the filter already, or could not have it.
+pub(super) fn is_left(pair: &Pair) -> bool {
+    matches!(pair.verdict, Verdict::Guarded | Verdict::Gated | Verdict::OnceOrReset | Verdict::PerSample)
+}
+
+/// Why a guard does not get such a filter.
+pub(super) fn why_left(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Gated => "the loop leaves it out on purpose, and a guard would not",
+        Verdict::OnceOrReset => "the loop resets it instead of updating it, and a guard would do both",
+        Verdict::PerSample => "the loop updates it for each sample, and a guard would once an iteration",
+        _ => "a guard has it already",
+    }
 }

@@ -7,7 +7,7 @@ use super::adapt::is_not_mutable;
 use super::ambiguous::ambiguous;
 use super::body::LoopBody;
 use super::captures::captures;
-use super::conditional::is_read;
+use super::conditional::unread;
 use super::effects::Effects;
 use super::exits::{Exits, exits};
 use super::gone::take_away;
@@ -20,14 +20,14 @@ use super::loops::Loops;
 use super::mentions::{Guarded, Mention, given_to_macro, mentions};
 use super::observed::{is_dropped_at, is_observed, outlives_future};
 use super::owned::is_owned;
-use super::partly::partly;
+use super::partly::{is_left, partly, why_left};
 use super::present::Present;
 use super::sites::{Site, owed, place_of, sites};
 use super::tails::{outlives_owner, without_name};
 use super::text::has_word;
 use super::twice::used_twice;
 use super::whole::{whole_function, whole_loop};
-use super::{Plan, Reason, Rewrite, head, law};
+use super::{Plan, Reason, Rewrite, core_items, head};
 use crate::count::{Cycle, CycleKind, Pair, Verdict};
 use crate::flow::Program;
 use crate::index::{FunctionId, Ty};
@@ -88,11 +88,6 @@ fn of_a_closure(loops: &Loops<'_>, cycle: &Cycle) -> String {
     }
     "the cycle is a closure that other code calls: give its owner a `Cyclic` with the filters, and begin with `cycle()`"
         .to_owned()
-}
-
-/// Whether a guard has the filter already, or could not have it.
-fn is_left(pair: &Pair) -> bool {
-    matches!(pair.verdict, Verdict::Guarded | Verdict::Gated | Verdict::OnceOrReset | Verdict::PerSample)
 }
 
 /// Whether the loop of the samples is the cycle itself: each of its iterations updates the filter.
@@ -157,8 +152,10 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
         return Err(reasons);
     }
     let guarded = guarded(loops, &of, found)?;
-    if !is_read(&of, by_hand, &guarded) {
-        return Err(at_head("a part of the loop is conditionally compiled, and is not read in full".to_owned()));
+    if let Some(span) = unread(&of, by_hand, &guarded) {
+        let text = "what is compiled under this condition may have to do with the filters, and is not read in full: migrate the \
+                    loop by hand";
+        return Err(vec![Reason { span, text: text.to_owned() }]);
     }
     if edition == "2018"
         && let reasons = captures(&of, &guarded)
@@ -308,7 +305,7 @@ impl Rewriter<'_> {
             pair.verdict == Verdict::Guarded || self.guarded.iter().any(is_its_site)
         };
         for pair in cycle.filters.iter().filter(|pair| is_left(pair) && !is_guarded(pair)) {
-            notes.push(format!("`{}` stays as it is: it is {}", pair.name, pair.verdict.name()));
+            notes.push(format!("`{}` stays as it is: {}", pair.name, why_left(pair.verdict)));
         }
         let is_lent_in_vec = |own: &Guarded| {
             let each = own.adaptation.as_ref().and_then(|adaptation| adaptation.law.each.as_ref());
@@ -316,7 +313,8 @@ impl Rewriter<'_> {
         };
         let needs_alloc = self.guarded.iter().any(|own| is_vec(&own.ty) || is_lent_in_vec(own));
         let written = laws.iter().map(|(_, law)| *law);
-        let is_dependency = written.chain([of.function]).all(|function| law::has_ceid_core(program.index, function));
+        let is_dependency =
+            written.chain([of.function]).all(|function| core_items::has_ceid_core(program.index, function));
         Ok(Rewrite { edits, laws, packages, is_dependency, needs_alloc, changes, notes })
     }
 

@@ -337,7 +337,11 @@ fn statement(of: &LoopBody<'_>, id: ExprId, name: &str) -> Result<Range<usize>, 
         return refuse(format!("what the update of `{name}` gives back is used here, in the same iteration"));
     };
     let range = match stmt {
-        Some(stmt) if stmt.cfg.is_some() => return refuse(format!("the update of `{name}` is conditionally compiled")),
+        Some(stmt) if stmt.cfg.is_some() => {
+            return refuse(format!(
+                "the update of `{name}` is compiled under a condition, and a guard would always run it"
+            ));
+        }
         Some(stmt) => with_attributes(of.text, stmt.span.start as usize)..stmt.span.end as usize,
         None => with_attributes(of.text, span.start as usize)..span.end as usize,
     };

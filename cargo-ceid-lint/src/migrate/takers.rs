@@ -11,10 +11,13 @@ use crate::index::{Index, ModuleId};
 use crate::source::FileId;
 use crate::syntax::{Enclosure, Outline};
 
+/// The condition of what is compiled for tests only.
+pub(super) const FOR_TESTS: &str = "#[cfg(test)]";
+
 /// Modules that import what other modules import, each of them what some of these have.
 pub(super) struct Takers {
-    /// The texts of their files without other modules in these, each with whether it is compiled for tests only.
-    texts: Vec<(String, bool)>,
+    /// The texts of their files without other modules in these, each with the condition under which it is compiled.
+    texts: Vec<(String, Option<String>)>,
     /// Whether there may be more of them, in modules that are compiled under a condition.
     is_partial: bool,
 }
@@ -78,7 +81,7 @@ impl Takers {
                 is_among && (!is_module || has_word(item, "super")) || names.iter().any(is_named)
             };
             let taking = items.iter().filter(|(item, _)| takes(&code[item.clone()]));
-            texts.extend(taking.map(|(item, is_test)| (code[item.clone()].to_owned(), *is_test)));
+            texts.extend(taking.map(|(item, condition)| (code[item.clone()].to_owned(), Some(condition.clone()))));
             if let Some(modules) = found.get(&file) {
                 let is_test = modules.iter().all(|module| index.module(*module).is_test);
                 let around = modules.iter().flat_map(|module| {
@@ -89,7 +92,7 @@ impl Takers {
                 let but = Some(&except.1).filter(|_| except.0 == file).cloned();
                 let conditional = items.iter().map(|(item, _)| item.clone());
                 let hidden = others.map(|(_, range)| range.clone()).chain(conditional).chain(but);
-                texts.push((blanked(code, hidden), is_test));
+                texts.push((blanked(code, hidden), is_test.then(|| FOR_TESTS.to_owned())));
             }
         }
         Self { texts, is_partial }
@@ -102,9 +105,30 @@ impl Takers {
         macros: &Macros<'_>,
         without_tests: bool,
     ) -> bool {
-        let mut texts = self.texts.iter().filter(|(_, is_test)| !(without_tests && *is_test));
-        let is_used = |text: &str| words.clone().any(|word| has_word(text, word) || macros.call(word, text));
-        self.is_partial || texts.any(|(text, _)| is_used(text))
+        let is_for_tests = |condition: &Option<&str>| *condition == Some(FOR_TESTS);
+        self.is_partial || self.conditions(words, macros).any(|condition| !(without_tests && is_for_tests(&condition)))
+    }
+
+    /// The condition under which alone they may be used there.
+    pub(super) fn only_condition<'n>(
+        &self,
+        words: impl Iterator<Item = &'n str> + Clone,
+        macros: &Macros<'_>,
+    ) -> Option<&str> {
+        let mut conditions = self.conditions(words, macros);
+        let first = conditions.next()??;
+        conditions.all(|other| other == Some(first)).then_some(first).filter(|_| !self.is_partial)
+    }
+
+    /// The conditions under which they may be used there, nothing for none.
+    fn conditions<'n>(
+        &self,
+        words: impl Iterator<Item = &'n str> + Clone,
+        macros: &Macros<'_>,
+    ) -> impl Iterator<Item = Option<&str>> {
+        let is_used = move |text: &str| words.clone().any(|word| has_word(text, word) || macros.call(word, text));
+        let using = self.texts.iter().filter(move |(text, _)| is_used(text));
+        using.map(|(_, condition)| condition.as_deref())
     }
 
     /// Whether one of them may hand on to all what a module of that name has.
@@ -117,8 +141,8 @@ impl Takers {
 /// The code of a file without comments.
 pub(super) struct Code {
     text: String,
-    /// What is compiled under a condition, and whether that is for tests only.
-    items: Vec<(Range<usize>, bool)>,
+    /// What is compiled under a condition, and that.
+    items: Vec<(Range<usize>, String)>,
     /// The modules that are written out in it.
     inline: Vec<(String, Range<usize>)>,
 }
@@ -163,16 +187,16 @@ pub(super) fn inline_modules<'t>(outline: &'t Outline, text: &'t str) -> impl It
     })
 }
 
-/// What is compiled under a condition in code without comments, and whether that is for tests only.
-fn conditional(outline: &Outline, code: &str) -> Vec<(Range<usize>, bool)> {
+/// What is compiled under a condition in code without comments, and that.
+fn conditional(outline: &Outline, code: &str) -> Vec<(Range<usize>, String)> {
     let found = ["#[cfg(", "#[test]"].into_iter().flat_map(|begin| attributed(outline, code, begin));
     let mut found: Vec<_> = found.collect();
     found.sort_by_key(|(item, _)| (item.start, std::cmp::Reverse(item.end)));
-    let mut outer: Vec<(Range<usize>, bool)> = Vec::new();
+    let mut outer: Vec<(Range<usize>, String)> = Vec::new();
     for (item, attribute) in found {
-        let is_test = matches!(attribute.replace(' ', "").as_str(), "#[cfg(test)]" | "#[test]");
+        let is_test = matches!(attribute.replace(' ', "").as_str(), FOR_TESTS | "#[test]");
         if outer.last().is_none_or(|(last, _)| last.end <= item.start) {
-            outer.push((item, is_test));
+            outer.push((item, if is_test { FOR_TESTS.to_owned() } else { attribute }));
         }
     }
     outer
