@@ -9,6 +9,7 @@ use super::explain;
 use super::protocol::{InRange, Range, TextEdit};
 use super::text::Lines;
 use super::view::View;
+use crate::count::{Cycle, Verdict};
 use crate::diagnostic::{Applicability, Diagnostic, Level, Suggestion};
 use crate::migrate::{Plan, Rewrite};
 use crate::pipeline::dependencies;
@@ -21,18 +22,11 @@ const REWRITE: &str = "refactor.rewrite";
 
 /// The actions for the lines of a range.
 pub(super) fn actions(view: &View<'_>, asked: &InRange) -> Vec<Value> {
-    let is_kind = |wanted: &str, kind: &str| {
-        wanted.is_empty() || kind.strip_prefix(wanted).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-    };
-    let wants = |kind: &str| {
-        let only = asked.context.only.as_ref();
-        only.is_none_or(|kinds| kinds.iter().any(|wanted| is_kind(wanted, kind)))
-    };
     let mut migrations = Vec::new();
-    if wants(REWRITE) && view.client.takes_actions {
+    if wants(asked, REWRITE) && view.client.takes_actions {
         migrations.extend(view.report.plans.iter().flat_map(|plan| migrate(view, plan, asked.range)));
     }
-    if !wants(QUICK_FIX) {
+    if !wants(asked, QUICK_FIX) {
         return migrations;
     }
     let findings: Vec<&Diagnostic> = view.findings().filter(|finding| is_on(view, finding, asked.range)).collect();
@@ -52,11 +46,33 @@ pub(super) fn actions(view: &View<'_>, asked: &InRange) -> Vec<Value> {
     actions
 }
 
+/// Whether the client asks for actions of a kind.
+fn wants(asked: &InRange, kind: &str) -> bool {
+    let is_kind = |wanted: &str| {
+        wanted.is_empty() || kind.strip_prefix(wanted).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    };
+    asked.context.only.as_ref().is_none_or(|kinds| kinds.iter().any(|wanted| is_kind(wanted)))
+}
+
+/// Whether there may be a loop in a range whose filters a guard could have.
+pub(super) fn may_migrate(view: &View<'_>, asked: &InRange) -> bool {
+    let is_by_hand = |cycle: &&Cycle| cycle.filters.iter().any(|pair| pair.verdict != Verdict::Guarded);
+    let mut by_hand = view.report.cycles.iter().filter(is_by_hand);
+    wants(asked, REWRITE) && view.client.takes_actions && by_hand.any(|cycle| begins_in(view, cycle.head, asked.range))
+}
+
+/// Whether the head of a loop is on the lines of a range of this file.
+fn begins_in(view: &View<'_>, head: Span, range: Range) -> bool {
+    head.file == view.file && {
+        let own = view.range(head);
+        own.start.line <= range.end.line && range.start.line <= own.end.line
+    }
+}
+
 /// Hands the filters of a loop to a guard, or some of them, where its head is on the lines of a range; the packages depend on
 /// `ceid-core` then.
 fn migrate(view: &View<'_>, plan: &Plan, range: Range) -> Vec<Value> {
-    let head = view.range(plan.head);
-    if plan.head.file != view.file || head.start.line > range.end.line || range.start.line > head.end.line {
+    if !begins_in(view, plan.head, range) {
         return Vec::new();
     }
     let action = |(title, rewrite): (String, &Rewrite)| {

@@ -45,6 +45,8 @@ pub(super) struct Task {
     pub(super) files: Vec<PathBuf>,
     /// What may be another than last time.
     pub(super) extent: Extent,
+    /// A file for whose loops guards are offered.
+    pub(super) offered: Option<PathBuf>,
     pub(super) settings: Settings,
 }
 
@@ -223,7 +225,7 @@ mod tests {
 
     fn task(name: &str) -> Task {
         let scope = Scope::Folder(name.into());
-        Task { scope, files: Vec::new(), extent: Extent::Disk, settings: Settings::default() }
+        Task { scope, files: Vec::new(), extent: Extent::Disk, offered: None, settings: Settings::default() }
     }
 
     fn check(task: &Task, _: &mut Option<Loaded>, source: &dyn Fn() -> Box<dyn ReadSource>) -> Outcome {

@@ -42,8 +42,18 @@ impl Server {
     }
 
     pub(super) fn recheck(&mut self, scope: Scope, extent: Extent) {
+        self.offered = None;
         let known = self.stale.entry(scope).or_default();
         *known = extent.max(*known);
+    }
+
+    /// Checks a file once more, for the guards that can be offered for its loops: few look at that, and it takes time at each edit.
+    fn make_offers(&mut self, file: Option<PathBuf>) {
+        let scopes = file.as_ref().map(|file| self.scopes_of(file));
+        for scope in scopes.into_iter().flatten() {
+            self.recheck(scope, Extent::Texts);
+        }
+        self.offered = file;
     }
 
     pub(super) fn recheck_all(&mut self, extent: Extent) {
@@ -75,6 +85,7 @@ impl Server {
             files: files(&scope),
             scope,
             extent,
+            offered: self.offered.clone(),
             settings: self.settings.clone(),
         });
         let tasks = tasks.collect();
@@ -156,8 +167,15 @@ impl Server {
         let changed = self.units.take_changed();
         self.publish(&changed);
         for (id, question) in std::mem::take(&mut self.waiting) {
+            if self.lacks_offers(&question) {
+                self.waiting.push((id, question));
+                continue;
+            }
             let answer = self.answer_or_bug(&question);
             self.answer(&id, answer);
+        }
+        if let Some((_, question)) = self.waiting.first() {
+            self.make_offers(question.path(&self.documents));
         }
         self.refresh(&changed);
         match std::mem::replace(&mut self.progress, Progress::Over) {

@@ -1,9 +1,12 @@
 //! What the client can ask, and the answers.
 
+use std::path::PathBuf;
+
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use super::client::Client;
+use super::documents::Documents;
 use super::message::RequestError;
 use super::protocol::{AtPosition, DocumentDiagnostic, ExecuteCommand, InRange, WorkspaceDiagnostic};
 use super::server::Server;
@@ -38,6 +41,17 @@ impl Question {
             "textDocument/inlayHint" => of(params, Self::InlayHint),
             _ => None,
         }
+    }
+
+    /// The file that it is about, if it is about one.
+    pub(super) fn path(&self, documents: &Documents) -> Option<PathBuf> {
+        let (Self::Hover(AtPosition { text_document, .. })
+        | Self::CodeAction(InRange { text_document, .. })
+        | Self::InlayHint(InRange { text_document, .. })) = self
+        else {
+            return None;
+        };
+        documents.path_of(&text_document.uri)
     }
 }
 
@@ -83,6 +97,13 @@ impl Server {
                 view.map_or_else(|| json!([]), |view| Value::Array(hints::hints(&view, asked.range)))
             }
         }
+    }
+
+    /// Whether the answer would offer guards for loops, which what is known has not for them.
+    pub(super) fn lacks_offers(&self, question: &Question) -> bool {
+        let Question::CodeAction(asked) = question else { return false };
+        self.offered != question.path(&self.documents)
+            && self.view(&asked.text_document.uri).is_some_and(|view| actions::may_migrate(&view, asked))
     }
 
     /// What was found in a file, if it was read.

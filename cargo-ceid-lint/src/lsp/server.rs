@@ -51,6 +51,8 @@ pub(super) struct Server {
     pub(super) is_introduced: bool,
     /// Not before this moment.
     pub(super) check_at: Option<Instant>,
+    /// The file for whose loops guards are offered by what is known.
+    pub(super) offered: Option<PathBuf>,
     /// Requests whose answers depend on a check.
     pub(super) waiting: Vec<(Value, Question)>,
     /// Requests to the client whose answers are waited for.
@@ -106,6 +108,7 @@ impl Server {
             is_checking: false,
             is_introduced: false,
             check_at: None,
+            offered: None,
             waiting: Vec::new(),
             asked: BTreeMap::new(),
             last_asked: 0,
@@ -186,13 +189,16 @@ impl Server {
         match Question::read(method, params) {
             None => refused(RequestError::METHOD_NOT_FOUND, &format!("`{method}` is not known here")),
             Some(Err(error)) => Some(Err(RequestError::invalid_params(method, &error))),
-            Some(Ok(question)) if self.is_settled() => Some(self.answer_or_bug(&question)),
+            Some(Ok(question)) if self.is_settled() && !self.lacks_offers(&question) => {
+                Some(self.answer_or_bug(&question))
+            }
             Some(Ok(question)) => {
                 self.is_introduced = true;
                 if matches!(question, Question::WorkspaceDiagnostic(_)) {
                     self.asks_for_all();
                 }
                 self.waiting.push((id.clone(), question));
+                self.settle();
                 None
             }
         }

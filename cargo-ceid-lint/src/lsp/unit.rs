@@ -11,7 +11,7 @@ use super::check::{Extent, Judged, Outcome, Scope, Task};
 use super::documents::identity;
 use super::settings::Settings;
 use crate::config;
-use crate::pipeline::{self, Again, Memory, Options};
+use crate::pipeline::{self, Again, Memory, Options, Purpose};
 use crate::project::{self, LoadError, Project};
 use crate::source::ReadSource;
 
@@ -82,7 +82,12 @@ pub(super) fn check(task: &Task, loaded: &mut Option<Loaded>, source: &dyn Fn() 
     if task.extent > Extent::Texts {
         memory.forget();
     }
-    let mut checked = pipeline::check_again(project, &Options::default(), source(), memory);
+    let mut options = Options::default();
+    if let Some(file) = &task.offered {
+        memory.forget_checked_with(file);
+        options.purpose = Purpose::Offers;
+    }
+    let mut checked = pipeline::check_again(project, &options, source(), memory);
     let alone = files_of_no_target(task, &checked);
     if !alone.is_empty() {
         match project::with_files(Project::clone(project), &alone, &selection) {
@@ -90,7 +95,7 @@ pub(super) fn check(task: &Task, loaded: &mut Option<Loaded>, source: &dyn Fn() 
             Err(error) => return not_loaded(error),
         }
         memory.forget();
-        checked = pipeline::check_again(project, &Options::default(), source(), memory);
+        checked = pipeline::check_again(project, &options, source(), memory);
     }
     let notices = if is_known { Vec::new() } else { project.notices.clone() };
     Outcome::Checked(Box::new(Judged { project: Arc::clone(project), reports: checked.parts, notices }))

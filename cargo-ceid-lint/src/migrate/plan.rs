@@ -38,14 +38,18 @@ use crate::syntax::tree::{ExprId, ExprKind};
 /// A plan for each cycle that updates filters by hand; none where nothing is to be done. `manners` says what is asked of the code in a
 /// file.
 #[must_use]
-pub fn plans(
+pub fn plans<'c>(
     program: &Program<'_>,
-    cycles: &[Cycle],
+    cycles: impl Iterator<Item = &'c Cycle>,
     edition: impl Fn(&Cycle) -> String,
     manners: &dyn Fn(&Path) -> Manners,
 ) -> Vec<Plan> {
+    let mut cycles = cycles.peekable();
+    if cycles.peek().is_none() {
+        return Vec::new();
+    }
     let loops = Loops::of(program, manners);
-    cycles.iter().filter_map(|cycle| plan(&loops, cycle, &edition(cycle))).collect()
+    cycles.filter_map(|cycle| plan(&loops, cycle, &edition(cycle))).collect()
 }
 
 fn plan(loops: &Loops<'_>, cycle: &Cycle, edition: &str) -> Option<Plan> {

@@ -24,8 +24,20 @@ pub struct Options {
     pub clock: Option<Clock>,
     /// What tells how far the check has come.
     pub steps: Steps,
-    /// Whether loops are migrated, so that imports are looked for that nothing needs any more.
-    pub is_migration: bool,
+    /// What the plans are for.
+    pub purpose: Purpose,
+}
+
+/// What the plans to hand filters to guards are made for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Purpose {
+    /// To suggest them where something was found.
+    #[default]
+    Findings,
+    /// To offer them for all loops.
+    Offers,
+    /// To follow them, so that imports are looked for that nothing needs any more.
+    Migration,
 }
 
 /// What a check found out, or what is wrong with its configuration.
@@ -65,7 +77,7 @@ pub fn check_again(project: &Project, options: &Options, source: Box<dyn ReadSou
         .map_or_else(|| Ok(Arc::new(configuration(project, options.overrides.clone(), &*source)?)), Ok);
     let checked = config.and_then(|config| {
         memory.learn_config(&config);
-        let earlier = Earlier { memory: Some(memory), ..Earlier::default() };
+        let earlier = Earlier { memory: Some(memory), purpose: options.purpose, ..Earlier::default() };
         let found = judge(project, &config, source, options.gate, earlier)?;
         // What a baseline knows is counted over all parts.
         if let Found::Parts(parts, _) = &found
@@ -96,8 +108,7 @@ pub fn check_read_ahead(
 }
 
 fn check_after(project: &Project, options: &Options, source: Box<dyn ReadSource>, earlier: Earlier<'_>) -> Configured {
-    let earlier =
-        Earlier { clock: options.clock, steps: options.steps.clone(), is_migration: options.is_migration, ..earlier };
+    let earlier = Earlier { clock: options.clock, steps: options.steps.clone(), purpose: options.purpose, ..earlier };
     let checked = configuration(project, options.overrides.clone(), &*source).and_then(|config| {
         let found = judge(project, &config, source, options.gate, earlier)?;
         let is_unresolved = matches!(found, Found::Unresolved);

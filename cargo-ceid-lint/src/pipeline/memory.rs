@@ -60,6 +60,11 @@ impl Memory {
         *self = Self::default();
     }
 
+    /// Forgets what was found in a file and in what was checked with it, but not what was read.
+    pub fn forget_checked_with(&mut self, file: &Path) {
+        self.judged.retain(|own| !own.read.contains(file));
+    }
+
     /// The configuration, if no text that is held can be a part of it.
     pub(super) fn config(&self, source: &dyn ReadSource) -> Option<Arc<Config>> {
         let is_code = |path: PathBuf| path.extension().is_some_and(|extension| extension == "rs");

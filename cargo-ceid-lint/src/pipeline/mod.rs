@@ -17,7 +17,7 @@ mod too_large;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex};
 
-pub use configured::{Again, Configured, Options, check_again, check_configured, check_read_ahead};
+pub use configured::{Again, Configured, Options, Purpose, check_again, check_configured, check_read_ahead};
 pub use known::{BaselineChoice, CheckedCrate};
 pub use manifests::dependencies;
 pub use memory::Memory;
@@ -86,7 +86,7 @@ struct Earlier<'a> {
     memory: Option<&'a mut Memory>,
     clock: Option<Clock>,
     steps: Steps,
-    is_migration: bool,
+    purpose: Purpose,
 }
 
 /// What was found, before it is put together.
@@ -123,12 +123,12 @@ fn judge(
     gate: Gate,
     earlier: Earlier<'_>,
 ) -> Result<Found, ConfigError> {
-    let Earlier { ahead, mut memory, clock, steps, is_migration } = earlier;
+    let Earlier { ahead, mut memory, clock, steps, purpose } = earlier;
     let mut watch = Stopwatch::start(clock);
     let source: Arc<dyn ReadSource> = source.into();
     let presets = presets_of(project, config)?;
     let manners = memory.as_ref().map(|memory| memory.manners()).unwrap_or_default();
-    let run = Run { project, config, presets: &presets, manners: &manners, clock, steps: &steps, is_migration };
+    let run = Run { project, config, presets: &presets, manners: &manners, clock, steps: &steps, purpose };
     let is_unresolved = |package: &usize| project.packages[*package].is_unresolved;
     let whole = || {
         if (0..project.packages.len()).any(|package| is_unresolved(&package)) {
@@ -208,7 +208,7 @@ struct Run<'a> {
     manners: &'a KnownManners,
     clock: Option<Clock>,
     steps: &'a Steps,
-    is_migration: bool,
+    purpose: Purpose,
 }
 
 /// Which entries of which sections named something.
@@ -335,14 +335,17 @@ impl Run<'_> {
         let mut seen = BTreeSet::new();
         analysis.cycles.retain(|cycle| seen.insert((cycle.head, cycle.function.clone())));
         let edition = |cycle: &Cycle| project.packages[cycle.package].targets[cycle.target].edition.clone();
-        let plans = migrate::plans(&program, &analysis.cycles, edition, &|path| self.manners.of(project, path));
-        let idle_imports = match self.is_migration {
-            true => migrate::idle_imports(&program, &analysis.cycles),
-            false => IdleImports::default(),
-        };
         let mut findings = rules::findings(&analysis, &known);
         suggest::add(&program, &analysis, &mut findings);
         findings.extend(hygiene);
+        let guardable: BTreeSet<Span> = findings.iter().filter_map(guardable).collect();
+        let is_planned = |cycle: &&Cycle| self.purpose != Purpose::Findings || guardable.contains(&cycle.head);
+        let planned = analysis.cycles.iter().filter(is_planned);
+        let plans = migrate::plans(&program, planned, edition, &|path| self.manners.of(project, path));
+        let idle_imports = match self.purpose {
+            Purpose::Migration => migrate::idle_imports(&program, &analysis.cycles),
+            Purpose::Findings | Purpose::Offers => IdleImports::default(),
+        };
         suggest_guards(&mut findings, &plans);
         mark_suppressed(&mut analysis.cycles, &findings);
         let diagnostics = with_levels(project, config, findings);
@@ -370,16 +373,21 @@ impl Run<'_> {
     }
 }
 
+/// The head of the loop whose updates a finding is about, so that a guard could make them.
+fn guardable(finding: &Diagnostic) -> Option<Span> {
+    let is_about_updates =
+        matches!(finding.rule, "missed_update" | "repeated_update" | "skipped_update" | "unguarded_update");
+    finding.facts.cycle.filter(|_| is_about_updates)
+}
+
 /// Adds to each finding about the updates of a loop that a guard could make them.
 fn suggest_guards(findings: &mut [Diagnostic], plans: &[Plan]) {
-    let is_about_updates =
-        |rule: &str| matches!(rule, "missed_update" | "repeated_update" | "skipped_update" | "unguarded_update");
     let mut by_head: BTreeMap<Span, &Plan> = BTreeMap::new();
     for plan in plans {
         by_head.entry(plan.head).or_insert(plan);
     }
-    for finding in findings.iter_mut().filter(|finding| is_about_updates(finding.rule)) {
-        let plan = finding.facts.cycle.and_then(|cycle| by_head.get(&cycle));
+    for finding in findings {
+        let plan = guardable(finding).and_then(|head| by_head.get(&head));
         finding.suggestions.extend(plan.and_then(|plan| plan.suggestion()));
     }
 }

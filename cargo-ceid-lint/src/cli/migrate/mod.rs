@@ -18,7 +18,7 @@ use crate::diagnostic::Diagnostic;
 use crate::fix::{self, Bounds, Edit, Fix, Revision};
 use crate::index::{FunctionId, Ty};
 use crate::migrate::{HandedOn, Plan, Reason, Rewrite, quoted};
-use crate::pipeline::{Options, Report, dependencies};
+use crate::pipeline::{Options, Purpose, Report, dependencies};
 use crate::project::Project;
 use crate::report::count;
 use crate::source::{DiskSource, ReadSource, SourceMap, Span};
@@ -41,7 +41,7 @@ pub(super) fn run(args: &MigrateArgs) -> Result<ExitStatus, String> {
     } else if interrupted::complete(&Bounds::of(&project), console) {
         return Ok(ExitStatus::Incomplete);
     }
-    let options = Options { is_migration: true, ..Options::default() };
+    let options = Options { purpose: Purpose::Migration, ..Options::default() };
     let check = |source: Box<dyn ReadSource>| input::checked(&project, &options, source, console);
     let first = check(Box::new(DiskSource));
     if first.is_config_wrong || !first.report.problems.is_empty() {
