@@ -306,22 +306,18 @@ impl Context<'_> {
         let mut pairs: BTreeMap<CycleId, Vec<Pair>> = BTreeMap::new();
         for instance in &facts.updated {
             let search = self.search(facts, instance);
-            for id in &instance.loops {
-                let info = graph.loop_info(*id);
-                if info.cycle_head().is_none() || (info.is_foreign && is_of_another(facts, &instance.place)) {
-                    continue;
-                }
-                if let Some(pair) = self.decide(facts, instance, &search, CycleId::Loop(*id))
-                    && !is_told_by_outer(index, facts, instance, &pair)
-                {
-                    pairs.entry(CycleId::Loop(*id)).or_default().push(pair);
-                }
-            }
-            if instance.function
-                && let Some(pair) = self.decide(facts, instance, &search, CycleId::Function)
-                && !is_told_by_outer(index, facts, instance, &pair)
-            {
-                pairs.entry(CycleId::Function).or_default().push(pair);
+            let is_own = |id: &&LoopId| {
+                let info = graph.loop_info(**id);
+                info.cycle_head().is_some() && !(info.is_foreign && is_of_another(facts, &instance.place))
+            };
+            let loops = instance.loops.iter().filter(is_own).map(|id| CycleId::Loop(*id));
+            let decide = |id: CycleId| {
+                let pair = self.decide(facts, instance, &search, id)?;
+                (!is_told_by_outer(index, facts, instance, &pair)).then_some((id, pair))
+            };
+            let decided = loops.chain(instance.function.then_some(CycleId::Function)).filter_map(decide).collect();
+            for (id, pair) in missed::without_those_of_others(decided) {
+                pairs.entry(id).or_default().push(pair);
             }
         }
         handles::settle(self, facts, &mut pairs);

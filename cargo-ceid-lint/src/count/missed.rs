@@ -1,10 +1,11 @@
 //! Filters that no path of a cycle updates.
 
+use super::analyse::CycleId;
 use super::decide::{Decision, law_name};
 use super::search::{End, EndKind, Region, Search};
 use super::stand_ins;
 use super::taken_out;
-use super::verdict::{Gate, Verdict};
+use super::verdict::{Gate, Pair, Verdict};
 use crate::diagnostic::WitnessStep;
 use crate::source::Span;
 
@@ -40,6 +41,15 @@ pub(super) fn decide_missed(search: &Search<'_>, region: Region, head: Span) -> 
         // Only a path that completes owes an update.
         (None, false) => Decision { verdict: Verdict::Once, counts: Vec::new(), ..base },
     }
+}
+
+/// The pairs of one instance but for the cycles that turn out never to come to its update, where another one does: they owe it nothing.
+/// `for frame in side { run(Some(frame)) } for frame in frames { run(None) }`, where `run` updates without a side only.
+pub(super) fn without_those_of_others(mut decided: Vec<(CycleId, Pair)>) -> Vec<(CycleId, Pair)> {
+    if decided.iter().any(|(_, pair)| pair.counts.iter().any(|count| *count > 0)) {
+        decided.retain(|(_, pair)| pair.verdict != Verdict::Missed || pair.updates.is_empty());
+    }
+    decided
 }
 
 /// Where the law runs and what it gives back is dropped, what is missed is that.
