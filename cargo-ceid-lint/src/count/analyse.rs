@@ -316,7 +316,7 @@ impl Context<'_> {
                 (!is_told_by_outer(index, facts, instance, &pair)).then_some((id, pair))
             };
             let decided = loops.chain(instance.function.then_some(CycleId::Function)).filter_map(decide).collect();
-            for (id, pair) in missed::without_those_of_others(decided) {
+            for (id, pair) in missed::without_those_of_others(&instance.place, decided) {
                 pairs.entry(id).or_default().push(pair);
             }
         }

@@ -7,6 +7,7 @@ use super::stand_ins;
 use super::taken_out;
 use super::verdict::{Gate, Pair, Verdict};
 use crate::diagnostic::WitnessStep;
+use crate::flow::Place;
 use crate::source::Span;
 
 /// Decides a pair that is owed an update and that nothing known updates.
@@ -44,9 +45,11 @@ pub(super) fn decide_missed(search: &Search<'_>, region: Region, head: Span) -> 
 }
 
 /// The pairs of one instance but for the cycles that turn out never to come to its update, where another one does: they owe it nothing.
-/// `for frame in side { run(Some(frame)) } for frame in frames { run(None) }`, where `run` updates without a side only.
-pub(super) fn without_those_of_others(mut decided: Vec<(CycleId, Pair)>) -> Vec<(CycleId, Pair)> {
-    if decided.iter().any(|(_, pair)| pair.counts.iter().any(|count| *count > 0)) {
+/// `for frame in side { run(Some(frame)) } for frame in frames { run(None) }`, where `run` updates without a side only. An element is
+/// owed by what updates the others.
+pub(super) fn without_those_of_others(place: &Place, mut decided: Vec<(CycleId, Pair)>) -> Vec<(CycleId, Pair)> {
+    let is_element = place.steps.iter().any(|step| step.key().is_some());
+    if !is_element && decided.iter().any(|(_, pair)| pair.counts.iter().any(|count| *count > 0)) {
         decided.retain(|(_, pair)| pair.verdict != Verdict::Missed || pair.updates.is_empty());
     }
     decided

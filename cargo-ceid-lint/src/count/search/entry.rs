@@ -245,6 +245,6 @@ impl Run<'_, '_> {
             masks,
             rounds,
         };
-        self.push(state, None);
+        let _ = self.push(state, None);
     }
 }

@@ -10,6 +10,7 @@ mod effects;
 mod entry;
 mod exploration;
 mod homes;
+mod idle;
 mod interner;
 mod known;
 mod live;
