@@ -384,6 +384,26 @@ impl Index {
         self.const_number_at(id, 0)
     }
 
+    /// The truth value of a constant whose value is a literal.
+    #[must_use]
+    pub fn const_truth(&self, id: ValueId) -> Option<bool> {
+        use crate::syntax::tree::{ExprKind, Literal};
+        let item = &self.value(id).item;
+        let body = item.value.as_ref().filter(|_| !item.is_static)?;
+        match &body.expr(body.root).kind {
+            ExprKind::Literal(Literal::Bool(value)) => Some(*value),
+            _ => None,
+        }
+    }
+
+    /// The truth value of an associated constant of a type.
+    #[must_use]
+    pub fn truth_of(&self, ty: &Ty, name: &str) -> Option<bool> {
+        let found: Vec<ValueId> =
+            self.impls_of(ty).into_iter().filter_map(|id| self.impl_def(id).consts.get(name).copied()).collect();
+        if let [id] = found.as_slice() { self.const_truth(*id) } else { None }
+    }
+
     fn const_number_at(&self, id: ValueId, depth: u32) -> Option<u64> {
         let def = self.value(id);
         let body = def.item.value.as_ref()?;
