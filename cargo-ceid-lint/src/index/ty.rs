@@ -728,7 +728,8 @@ pub(super) fn named_args(generics: &Generics, args: &[Ty]) -> Vec<(String, Ty)> 
         .collect()
 }
 
-/// A type that is not read. What a lock of `embassy-sync` or `lock_api` locks with stands before its content.
+/// A type that is not read. What a lock of `embassy-sync` or `lock_api` locks with stands before its content, and what some vectors
+/// hold is written as an array.
 fn external(path: String, mut args: Vec<Ty>) -> Ty {
     let is_raw = |ty: &Ty| ty.external_name().is_some_and(|name| name.contains("Raw"));
     let is_lock = path.ends_with("Mutex") || path.ends_with("RwLock");
@@ -737,6 +738,9 @@ fn external(path: String, mut args: Vec<Ty>) -> Ty {
         && (["embassy_sync::", "lock_api::"].iter().any(|of| path.starts_with(of)) || is_raw(&args[0]))
     {
         args.remove(0);
+    }
+    if let ("SmallVec" | "TinyVec", [Ty::Array(inner, _)]) = (path.rsplit("::").next().unwrap_or(""), args.as_slice()) {
+        args = vec![(**inner).clone()];
     }
     Ty::External(path, args)
 }

@@ -196,7 +196,7 @@ impl Builder<'_> {
             "take" if args.is_empty() && self.is_optional(receiver) && value.place.is_some() => {
                 self.taken_out(id, value)
             }
-            "take" if args.is_empty() => Value { is_owned: true, head: None, ..value.clone() },
+            "take" | "into_boxed_slice" if args.is_empty() => Value { is_owned: true, head: None, ..value.clone() },
             "replace" | "insert" if args.len() == 1 && value.place.is_some() => {
                 let mut given = self.expr(args[0]);
                 if self.is_optional(receiver) {
