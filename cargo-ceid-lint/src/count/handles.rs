@@ -188,21 +188,20 @@ impl Handles {
             || of_left.first.iter().any(|left| of_right.first.iter().any(|right| has((left, right))))
     }
 
-    /// Whether something is updated as an element of a collection, by whatever name.
-    fn is_reached_as_element(&self, graph: &ControlFlowGraph, place: &Place) -> bool {
-        let is_element = |place: &Place| place.steps.iter().any(|step| step.key().is_some());
+    /// Where the elements of collections come from that something is done to.
+    fn elements_in_use(&self, graph: &ControlFlowGraph) -> Vec<Origins> {
+        let used = graph.nodes.iter().flat_map(|node| match &node.effect {
+            Effect::Update(update) => vec![&update.place],
+            Effect::Call(site) => site.args.iter().filter_map(|arg| arg.place.as_ref()).collect(),
+            _ => Vec::new(),
+        });
+        used.map(|place| self.origins(place, false)).filter(Origins::has_element).collect()
+    }
+
+    /// Whether a place is one of these elements, by whatever name.
+    fn is_element(&self, place: &Place, in_use: &[Origins]) -> bool {
         let own = self.origins(place, false);
-        let is_it = |place: &Place| {
-            let origins = self.origins(place, false);
-            origins.on_the_way.iter().any(is_element) && origins.overlaps(&own)
-        };
-        is_element(place)
-            || own.on_the_way.iter().any(is_element)
-            || graph.nodes.iter().any(|node| match &node.effect {
-                Effect::Update(update) => is_it(&update.place),
-                Effect::Call(site) => site.args.iter().filter_map(|arg| arg.place.as_ref()).any(is_it),
-                _ => false,
-            })
+        own.has_element() || in_use.iter().any(|element| element.overlaps(&own))
     }
 
     /// The elements that a variable is given, or what is moved into it as a whole, each with where the steps into it begin.
@@ -253,6 +252,10 @@ struct Origins {
 }
 
 impl Origins {
+    fn has_element(&self) -> bool {
+        self.on_the_way.iter().any(|place| place.steps.iter().any(|step| step.key().is_some()))
+    }
+
     fn overlaps(&self, other: &Self) -> bool {
         self.first.iter().any(|place| other.first.iter().any(|other| place.overlaps(other)))
     }
@@ -424,38 +427,37 @@ pub(super) fn settle(context: &Context<'_>, facts: &FunctionFacts<'_>, pairs: &m
     if shared.is_empty() {
         return;
     }
+    let handles = &facts.handles;
+    let in_use = if context.joined.cloned.is_empty() { Vec::new() } else { handles.elements_in_use(graph) };
+    let elements: BTreeSet<&Place> =
+        shared.values().copied().filter(|place| handles.is_element(place, &in_use)).collect();
     for filters in pairs.values_mut() {
         let doubts: Vec<Option<Cause>> = filters
             .iter()
             .map(|pair| {
                 let place = shared.get(&pair.name).filter(|_| pair.verdict != Verdict::Repeated)?;
                 let filter = &filter_at(index, graph, place);
+                let is_cloned = is_among(&context.joined.cloned, filter);
+                let is_own_element = is_cloned && elements.contains(*place);
                 let is_same = |other: &&Pair| {
                     let is_alike = other.half == pair.half && other.filter_type == pair.filter_type;
                     let other = shared.get(&other.name).filter(|other| is_alike && *other != place);
-                    other.is_some_and(|other| facts.handles.are_one(context, graph, (place, other), filter))
-                };
-                let (is_cloned, is_mixed) =
-                    (is_among(&context.joined.cloned, filter), is_among(&context.joined.mixed, filter));
-                let is_reached = |place: &Place| facts.handles.is_reached_as_element(graph, place);
-                let is_own_element = is_cloned && is_reached(place);
-                // Of what is cloned, an element may be any other one.
-                let may_be = |other: &&Pair| {
-                    let is_alike = other.half == pair.half && other.filter_type == pair.filter_type;
-                    let other = shared.get(&other.name).filter(|other| is_alike && *other != place);
                     other.is_some_and(|other| {
-                        is_cloned && !are_side_by_side(place, other) && (is_own_element || is_reached(other))
+                        // Of what is cloned, an element may be any other one.
+                        let is_it_too = is_own_element || is_cloned && elements.contains(*other);
+                        is_it_too && !are_side_by_side(place, other)
+                            || handles.are_one(context, graph, (place, other), filter)
                     })
                 };
-                if let Some(other) = filters.iter().find(|other| is_same(other) || may_be(other)) {
+                if let Some(other) = filters.iter().find(is_same) {
                     return Some(Cause::Limit(format!("`{}` may be another handle to it", other.name)));
                 }
                 // What was taken out of a collection is still one of its elements.
                 let is_element = |place: &Place| context.joined.has_elements(index, graph, place, filter);
-                let is_repeated = is_own_element && is_mixed
-                    || facts.handles.is_repeated_in_a_collection(graph, place)
+                let is_repeated = is_own_element && is_among(&context.joined.mixed, filter)
+                    || handles.is_repeated_in_a_collection(graph, place)
                     || is_element(place)
-                    || facts.handles.origins(place, false).first.iter().any(is_element);
+                    || handles.origins(place, false).first.iter().any(is_element);
                 is_repeated.then(|| Cause::Limit("several elements of a collection are handles to it".to_owned()))
             })
             .collect();

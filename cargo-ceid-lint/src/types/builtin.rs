@@ -263,10 +263,9 @@ pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&
                     matches!(method, "assume_init_mut" | "write" | "assume_init_ref" | "as_mut_ptr" | "assume_init")
                         .then(|| reference(inner))
                 }
-                "StaticCell" | "ConstStaticCell" if matches!(method, "init" | "init_with" | "take") => {
+                "StaticCell" | "OnceCell" | "OnceLock" if matches!(method, "init" | "init_with" | "get_or_init") => {
                     Some(reference(inner))
                 }
-                "OnceCell" | "OnceLock" if method == "get_or_init" => Some(reference(inner)),
                 "OnceCell" | "OnceLock" if matches!(method, "get" | "get_mut") => Some(option(reference(inner))),
                 "LocalKey" => key_method(&inner, method, closure),
                 _ if is_cell(name) => cell_method(&inner, method, closure),

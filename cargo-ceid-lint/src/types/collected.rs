@@ -24,9 +24,17 @@ impl Infer<'_> {
 
     /// A collection learns what it holds from the iterator.
     pub(super) fn collect_into(&mut self, collection: &Ty, item: &Ty) {
-        let (Ty::External(path, held), item) = (self.variables.shallow(collection), self.variables.shallow(item))
-        else {
-            return;
+        let item = self.variables.shallow(item);
+        let (path, held) = match self.variables.shallow(collection) {
+            Ty::External(path, held) => (path, held),
+            // A collection of the analysed code that holds one type.
+            Ty::Adt(_, held) => {
+                if let [held] = held.as_slice() {
+                    self.variables.unify(held, &item);
+                }
+                return;
+            }
+            _ => return,
         };
         let name = path.rsplit("::").next().unwrap_or_default();
         match (name, held.as_slice(), &item) {

@@ -112,6 +112,9 @@ impl Infer<'_> {
                     _ => found,
                 };
                 if is_told {
+                    if let Some(expected) = expected {
+                        self.variables.unify(&told, expected);
+                    }
                     let of = self.typed.ty(*receiver).clone();
                     let item = self.item_ty(&of);
                     self.consume_into(method, &told, &item);
@@ -193,7 +196,13 @@ impl Infer<'_> {
                 self.index.lower(ty, &self.scope)
             }
             ExprKind::Try(inner) => {
-                let ty = self.expr(*inner, None);
+                // `let bank: Vec<_> = ….collect::<Result<_, _>>()?;`
+                let is_collected =
+                    matches!(&body.expr(*inner).kind, ExprKind::MethodCall { method, .. } if method == "collect");
+                let wanted = expected.filter(|_| is_collected).cloned();
+                let failure = self.variables.fresh();
+                let wanted = wanted.map(|wanted| Ty::std("std::result::Result", vec![wanted, failure]));
+                let ty = self.expr(*inner, wanted.as_ref());
                 self.payload(&ty)
             }
             ExprKind::Await(inner) => self.expr(*inner, expected),

@@ -26,7 +26,7 @@ impl Infer<'_> {
                 Ty::Adt(..) | Ty::Param(_) | Ty::Opaque(_) => {
                     let owners = self.methods_of(&ty, method);
                     if let Some(owner) = owners.into_iter().next() {
-                        return self.resolved_method(id, owner, &ty, method, args, derefs);
+                        return self.resolved_method(id, owner, &ty, (method, turbofish), args, derefs);
                     }
                     // An iterator of which only the bounds are known has the methods of all iterators.
                     if let Some(item) = ty.items().cloned()
@@ -47,7 +47,7 @@ impl Infer<'_> {
                     if let Some(owner) =
                         owners.into_iter().next().filter(|owner| !self.is_forwarded(owner, &ty, method))
                     {
-                        return self.resolved_method(id, owner, &ty, method, args, derefs);
+                        return self.resolved_method(id, owner, &ty, (method, turbofish), args, derefs);
                     }
                     if let Some(spec) = self.index.law_spec(&ty) {
                         let law = spec.group(method);
@@ -82,7 +82,7 @@ impl Infer<'_> {
                 Ty::Array(..) | Ty::Slice(_) => {
                     let owners = self.methods_of(&ty, method);
                     if let Some(owner) = owners.into_iter().next() {
-                        return self.resolved_method(id, owner, &ty, method, args, derefs);
+                        return self.resolved_method(id, owner, &ty, (method, turbofish), args, derefs);
                     }
                     match (self.builtin_call(id, &ty, method, args), &ty) {
                         (Some(output), _) => return output,
@@ -93,7 +93,7 @@ impl Infer<'_> {
                 Ty::Tuple(_) => {
                     let owners = self.methods_of(&ty, method);
                     if let Some(owner) = owners.into_iter().next() {
-                        return self.resolved_method(id, owner, &ty, method, args, derefs);
+                        return self.resolved_method(id, owner, &ty, (method, turbofish), args, derefs);
                     }
                     match (method == "lock").then(|| self.builtin_call(id, &ty, method, args)).flatten() {
                         Some(output) => return output,
@@ -263,13 +263,16 @@ impl Infer<'_> {
         id: ExprId,
         owner: MethodOwner,
         ty: &Ty,
-        method: &str,
+        (method, turbofish): (&str, &[TypeRef]),
         args: &[ExprId],
         derefs: Vec<FunctionId>,
     ) -> Ty {
         let law = self.law_of(ty, method, &owner);
         let output = match owner.function() {
-            Some(function) => self.instantiate(function, Some(ty), args, true, (Vec::new(), None)),
+            Some(function) => {
+                let written = self.turbofish_types(function, turbofish);
+                self.instantiate(function, Some(ty), args, true, (written, None))
+            }
             None => {
                 let items = ty.items().cloned().map(builtin::iterator);
                 let known = items.and_then(|items| self.builtin_call(id, &items, method, args));

@@ -37,6 +37,15 @@ impl Infer<'_> {
         types.collect()
     }
 
+    /// The same of a method: `registry.get::<Lag>()`.
+    pub(super) fn turbofish_types(&mut self, function: FunctionId, turbofish: &[TypeRef]) -> Vec<Ty> {
+        let params = &self.index.function(function).function.generics.params;
+        if turbofish.len() != params.len() || params.iter().any(|param| param.is_const) {
+            return Vec::new();
+        }
+        turbofish.iter().map(|ty| self.annotation(ty)).collect()
+    }
+
     /// What a function gives whose crate is not read and whose path says what it reads: `serde_json::from_str::<Lag>(text)?`.
     pub(super) fn read_as_written(&mut self, made: Ty, path: &Path) -> Ty {
         let Some(segment) = path.segments.last().filter(|segment| segment.name.starts_with("from_")) else {
