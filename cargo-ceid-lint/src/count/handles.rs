@@ -215,7 +215,7 @@ impl Handles {
                 match source.steps.iter().position(|step| matches!(step, Projection::Index(_))) {
                     Some(at) => found.push((source, at)),
                     None if source.steps.is_empty() && source.from.steps.is_empty() => {
-                        open.extend(source.from.base_var())
+                        open.extend(source.from.base_var());
                     }
                     None => {}
                 }

@@ -101,7 +101,7 @@ fn call(graph: &ControlFlowGraph, node: usize) -> Option<&CallSite> {
 
 /// The parameter whose associated constant a branch asks for.
 fn constant_of(effect: &Effect) -> Option<&(Ty, String)> {
-    if let Effect::Branch(test) = effect { test.about.constant_of.as_ref() } else { None }
+    if let Effect::Branch(test) = effect { test.about.constant_of.as_deref() } else { None }
 }
 
 /// The functions in which, at any depth, the type of a parameter decides which body runs, or whether something does.

@@ -145,7 +145,7 @@ pub struct About {
     /// What it is, if it is a constant whose value is written out.
     pub constant: Option<bool>,
     /// The type whose associated constant it is, and the constant's name, if the type is a parameter: `C::TWICE`.
-    pub constant_of: Option<(Ty, String)>,
+    pub constant_of: Option<Box<(Ty, String)>>,
     /// The places that a call in it gets by `&mut`, to write what it reads.
     pub lent: Vec<Place>,
     /// Whether it holds in a debug build, or while a log level is on, and never in what is shipped.

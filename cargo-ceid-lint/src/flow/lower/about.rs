@@ -23,7 +23,7 @@ impl Builder<'_> {
     }
 
     /// The parameter, and the name of its associated constant, that an expression names: `C::TWICE`, `<C as Config>::TWICE`.
-    fn constant_of_param(&self, id: ExprId) -> Option<(Ty, String)> {
+    fn constant_of_param(&self, id: ExprId) -> Option<Box<(Ty, String)>> {
         let ExprKind::Path(path) = &self.body().expr(id).kind else { return None };
         let (name, owner) = path.segments.split_last()?;
         let owner = match &path.self_ty {
@@ -33,7 +33,7 @@ impl Builder<'_> {
         };
         let scope = self.program.index.scope_of(self.frames[self.frame].function);
         let owner = self.program.index.lower(&owner, &scope);
-        matches!(owner, Ty::Param(_)).then(|| (owner, name.name.clone()))
+        matches!(owner, Ty::Param(_)).then(|| Box::new((owner, name.name.clone())))
     }
 
     /// Whether an expression is the name of a constant.
