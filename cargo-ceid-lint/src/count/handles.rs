@@ -8,7 +8,9 @@ use super::given::{Given, GivenBase, place_of, steps_at};
 use super::instances::{leaves, leaves_and_payloads, place_ty};
 use super::summary::Summaries;
 use super::verdict::{Pair, Verdict};
-use crate::flow::{Base, CallSite, Cause, ControlFlowGraph, Effect, NodeId, Place, Projection, Transfer, Var};
+use crate::flow::{
+    Base, CallSite, Cause, ControlFlowGraph, Effect, IndexKey, NodeId, Place, Projection, Transfer, Var,
+};
 use crate::index::{Index, Ty, TypeId};
 
 /// How many names are looked at for one place, and how many steps one may have.
@@ -36,6 +38,9 @@ pub(super) struct Joined {
     parts: Vec<(Made, Vec<Projection>, Vec<Projection>)>,
     /// The steps into the elements of a collection of which several have the same.
     elements: Vec<(Made, Vec<Projection>)>,
+    /// The filters whose handles are cloned somewhere, and those whose handles are put together with others.
+    cloned: Vec<Ty>,
+    mixed: Vec<Ty>,
 }
 
 /// What is made of parts: its type, if that has a name, and the type of the filter.
@@ -95,8 +100,11 @@ impl Handles {
         }
         for (id, node) in graph.node_ids().zip(&graph.nodes) {
             match &node.effect {
-                Effect::Set(set) | Effect::Write(set) if set.transfer != Transfer::Copy => {
-                    if let Some(from) = &set.from {
+                Effect::Set(set) | Effect::Write(set) => {
+                    let shares = |var: Var| index.may_share_filter(&graph.var(var).ty);
+                    // A copy of what has handles in it leads to the same.
+                    let goes_on = set.transfer != Transfer::Copy || set.place.base_var().is_some_and(shares);
+                    if let Some(from) = set.from.as_ref().filter(|_| goes_on) {
                         handles.add(&set.place, from.clone(), Some(id));
                     }
                 }
@@ -180,14 +188,49 @@ impl Handles {
             || of_left.first.iter().any(|left| of_right.first.iter().any(|right| has((left, right))))
     }
 
+    /// Where the elements of collections come from that something is done to.
+    fn elements_in_use(&self, graph: &ControlFlowGraph) -> Vec<Origins> {
+        let used = graph.nodes.iter().flat_map(|node| match &node.effect {
+            Effect::Update(update) => vec![&update.place],
+            Effect::Call(site) => site.args.iter().filter_map(|arg| arg.place.as_ref()).collect(),
+            _ => Vec::new(),
+        });
+        used.map(|place| self.origins(place, false)).filter(Origins::has_element).collect()
+    }
+
+    /// Whether a place is one of these elements, by whatever name.
+    fn is_element(&self, place: &Place, in_use: &[Origins]) -> bool {
+        let own = self.origins(place, false);
+        own.has_element() || in_use.iter().any(|element| element.overlaps(&own))
+    }
+
+    /// The elements that a variable is given, or what is moved into it as a whole, each with where the steps into it begin.
+    fn elements_of(&self, var: Var) -> Vec<(&Source, usize)> {
+        let (mut found, mut seen, mut open) = (Vec::new(), BTreeSet::new(), vec![var]);
+        while let Some(var) = open.pop().filter(|_| seen.len() < MAX_NAMES) {
+            if !seen.insert(var) {
+                continue;
+            }
+            for source in self.sources.get(&var).into_iter().flatten() {
+                match source.steps.iter().position(|step| matches!(step, Projection::Index(_))) {
+                    Some(at) => found.push((source, at)),
+                    None if source.steps.is_empty() && source.from.steps.is_empty() => {
+                        open.extend(source.from.base_var());
+                    }
+                    None => {}
+                }
+            }
+        }
+        found
+    }
+
     /// Whether a filter lies in several elements of a collection, through which something is updated.
     fn is_repeated_in_a_collection(&self, graph: &ControlFlowGraph, place: &Place) -> bool {
         let own = self.origins(place, false);
-        let is_element = |source: &&Source| source.steps.iter().any(|step| step.key().is_some());
-        self.sources.iter().any(|(var, sources)| {
-            let elements: Vec<&Source> = sources.iter().filter(is_element).collect();
-            let mut holding = elements.iter().filter(|source| self.origins(&source.from, true).overlaps(&own));
-            let (Some(first), Some(second)) = (holding.next(), holding.next()) else { return false };
+        self.sources.keys().any(|var| {
+            let elements = self.elements_of(*var);
+            let mut holding = elements.iter().filter(|(source, _)| self.origins(&source.from, true).overlaps(&own));
+            let (Some((first, _)), Some((second, _))) = (holding.next(), holding.next()) else { return false };
             let is_used =
                 |place: &Place| self.origins(place, false).on_the_way.iter().any(|on| on.base_var() == Some(*var));
             first.at != second.at
@@ -209,6 +252,10 @@ struct Origins {
 }
 
 impl Origins {
+    fn has_element(&self) -> bool {
+        self.on_the_way.iter().any(|place| place.steps.iter().any(|step| step.key().is_some()))
+    }
+
     fn overlaps(&self, other: &Self) -> bool {
         self.first.iter().any(|place| other.first.iter().any(|other| place.overlaps(other)))
     }
@@ -219,12 +266,15 @@ impl Joined {
     pub(super) fn of(index: &Index, facts: &[FunctionFacts<'_>]) -> Self {
         let mut found = Self::default();
         for FunctionFacts { graph, handles, .. } in facts {
-            for (var, sources) in &handles.sources {
+            let duplicated = &graph.duplicated;
+            duplicated.cloned.iter().for_each(|ty| add_filters(index, ty, &mut found.cloned));
+            duplicated.mixed.iter().for_each(|ty| add_filters(index, ty, &mut found.mixed));
+            for var in handles.sources.keys() {
                 let ty = graph.var(*var).ty.peel();
                 if matches!(ty, Ty::Adt(..) | Ty::Tuple(_)) {
                     found.note_parts(index, handles, (*var, ty));
                 }
-                found.note_elements(index, graph, handles, (*var, sources));
+                found.note_elements(index, graph, handles, *var);
             }
         }
         found
@@ -244,20 +294,11 @@ impl Joined {
     }
 
     /// Notes what several elements of a collection get.
-    fn note_elements(
-        &mut self,
-        index: &Index,
-        graph: &ControlFlowGraph,
-        handles: &Handles,
-        (var, sources): (Var, &Vec<Source>),
-    ) {
-        let is_key = |step: &Projection| matches!(step, Projection::Index(_));
+    fn note_elements(&mut self, index: &Index, graph: &ControlFlowGraph, handles: &Handles, var: Var) {
         // What the elements are given, by their collections.
         let mut elements: BTreeMap<&[Projection], Vec<(&Source, usize)>> = BTreeMap::new();
-        for source in sources {
-            if let Some(at) = source.steps.iter().position(is_key) {
-                elements.entry(&source.steps[..at]).or_default().push((source, at + 1));
-            }
+        for (source, at) in handles.elements_of(var) {
+            elements.entry(&source.steps[..at]).or_default().push((source, at + 1));
         }
         for given in elements.values() {
             // What a collection is, is not always known, but what comes into it is.
@@ -279,6 +320,12 @@ impl Joined {
                         || from.iter().any(|(other, others)| other != at && others.overlaps(origins))
                 };
                 if from.iter().any(is_again) {
+                    // A tuple may have been made to be taken apart: `unzip`.
+                    if let (Ty::Tuple(parts), [Projection::Field(number), rest @ ..]) = (&ty, leaf.steps.as_slice())
+                        && let Some(part) = number.parse::<usize>().ok().and_then(|number| parts.get(number))
+                    {
+                        self.elements.push(((name_of(part), Some(leaf.ty.clone())), rest.to_vec()));
+                    }
                     self.elements.push(((name_of(&ty), Some(leaf.ty)), leaf.steps));
                 }
             }
@@ -321,12 +368,46 @@ impl Joined {
     }
 }
 
-/// Whether a place has the same in each round of the loop around a node.
+/// Notes the filters behind the handles in a type.
+fn add_filters(index: &Index, ty: &Ty, found: &mut Vec<Ty>) {
+    ty.has_part(&mut |part| {
+        for leaf in leaves_and_payloads(index, part) {
+            if !found.contains(&leaf.ty) {
+                found.push(leaf.ty);
+            }
+        }
+        false
+    });
+}
+
+/// Whether a filter is one of some types. What it is generic over is not always known.
+fn is_among(filters: &[Ty], filter: &Option<Ty>) -> bool {
+    filters.iter().any(|own| may_be_of(&(None, Some(own.clone())), (None, filter)))
+}
+
+/// Whether two places lie in the same collection.
+fn are_side_by_side(left: &Place, right: &Place) -> bool {
+    let owner = |place: &Place| {
+        let at = place.steps.iter().position(|step| step.key().is_some())?;
+        Some(Place { base: place.base, steps: place.steps[..at].to_vec() })
+    };
+    owner(left).is_some_and(|own| owner(right) == Some(own))
+}
+
+/// Whether a place has the same in each round of the loop around a node, or may have it in several.
 fn outlasts_round(graph: &ControlFlowGraph, place: &Place, at: NodeId) -> bool {
     let Some(inner) = graph.node(at).in_loop else { return false };
+    if place.steps.iter().any(|step| matches!(step.key(), Some(IndexKey::Data(_)))) {
+        return true;
+    }
     let is_element = place.steps.iter().any(|step| matches!(step, Projection::Index(_)));
     let Some(var) = place.base_var() else { return !is_element };
     let declared = graph.var(var).in_loop;
+    // What a closure is lent is somewhere else, and nothing tells where.
+    let is_in_round = declared == Some(inner) || graph.is_within(declared, inner);
+    if is_in_round && matches!(graph.var(var).ty, Ty::Ref(..)) {
+        return true;
+    }
     let is_given_anew = graph.nodes.iter().any(|node| match &node.effect {
         Effect::Set(set) => set.place.base_var() == Some(var) && graph.is_within(node.in_loop, inner),
         _ => false,
@@ -346,25 +427,37 @@ pub(super) fn settle(context: &Context<'_>, facts: &FunctionFacts<'_>, pairs: &m
     if shared.is_empty() {
         return;
     }
+    let handles = &facts.handles;
+    let in_use = if context.joined.cloned.is_empty() { Vec::new() } else { handles.elements_in_use(graph) };
+    let elements: BTreeSet<&Place> =
+        shared.values().copied().filter(|place| handles.is_element(place, &in_use)).collect();
     for filters in pairs.values_mut() {
         let doubts: Vec<Option<Cause>> = filters
             .iter()
             .map(|pair| {
                 let place = shared.get(&pair.name).filter(|_| pair.verdict != Verdict::Repeated)?;
                 let filter = &filter_at(index, graph, place);
+                let is_cloned = is_among(&context.joined.cloned, filter);
+                let is_own_element = is_cloned && elements.contains(*place);
                 let is_same = |other: &&Pair| {
                     let is_alike = other.half == pair.half && other.filter_type == pair.filter_type;
                     let other = shared.get(&other.name).filter(|other| is_alike && *other != place);
-                    other.is_some_and(|other| facts.handles.are_one(context, graph, (place, other), filter))
+                    other.is_some_and(|other| {
+                        // Of what is cloned, an element may be any other one.
+                        let is_it_too = is_own_element || is_cloned && elements.contains(*other);
+                        is_it_too && !are_side_by_side(place, other)
+                            || handles.are_one(context, graph, (place, other), filter)
+                    })
                 };
                 if let Some(other) = filters.iter().find(is_same) {
                     return Some(Cause::Limit(format!("`{}` may be another handle to it", other.name)));
                 }
                 // What was taken out of a collection is still one of its elements.
                 let is_element = |place: &Place| context.joined.has_elements(index, graph, place, filter);
-                let is_repeated = facts.handles.is_repeated_in_a_collection(graph, place)
+                let is_repeated = is_own_element && is_among(&context.joined.mixed, filter)
+                    || handles.is_repeated_in_a_collection(graph, place)
                     || is_element(place)
-                    || facts.handles.origins(place, false).first.iter().any(is_element);
+                    || handles.origins(place, false).first.iter().any(is_element);
                 is_repeated.then(|| Cause::Limit("several elements of a collection are handles to it".to_owned()))
             })
             .collect();

@@ -99,7 +99,12 @@ fn call(graph: &ControlFlowGraph, node: usize) -> Option<&CallSite> {
     }
 }
 
-/// The functions in which, at any depth, the type of a parameter decides which body runs.
+/// The parameter whose associated constant a branch asks for.
+fn constant_of(effect: &Effect) -> Option<&(Ty, String)> {
+    if let Effect::Branch(test) = effect { test.about.constant_of.as_deref() } else { None }
+}
+
+/// The functions in which, at any depth, the type of a parameter decides which body runs, or whether something does.
 fn that_ask(graphs: &[Option<ControlFlowGraph>]) -> Vec<bool> {
     let mut asks = vec![false; graphs.len()];
     loop {
@@ -110,7 +115,8 @@ fn that_ask(graphs: &[Option<ControlFlowGraph>]) -> Vec<bool> {
                 let is_bounded = |ty: &Ty| ty.is_open() || matches!(ty.peel(), Ty::Opaque(_));
                 site.types.iter().any(is_bounded) && (site.targets.len() > 1 || is_passed_on())
             };
-            asks[number] |= (0..graph.nodes.len()).filter_map(|node| call(graph, node)).any(decides);
+            asks[number] |= graph.nodes.iter().any(|node| constant_of(&node.effect).is_some())
+                || (0..graph.nodes.len()).filter_map(|node| call(graph, node)).any(decides);
         }
         if asks.iter().filter(|asks| **asks).count() == before {
             return asks;
@@ -181,6 +187,12 @@ fn instance(index: &Index, mut graph: ControlFlowGraph, id: FunctionId, types: &
     }
     let params = graph.params.clone();
     for node in graph.nodes.iter_mut().filter(|node| is_own(node.span)) {
+        if let Some((of, name)) = constant_of(&node.effect) {
+            let truth = index.truth_of(&of.substitute(types), name);
+            if let Effect::Branch(test) = &mut node.effect {
+                test.about.constant = truth;
+            }
+        }
         let Effect::Call(site) = &mut node.effect else { continue };
         let was_bounded = matches!(site.types.first(), Some(Ty::Param(_) | Ty::Opaque(_)));
         for (ty, arg) in site.types.iter_mut().zip(&site.args) {

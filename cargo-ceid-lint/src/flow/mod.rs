@@ -3,6 +3,7 @@
 mod cause;
 mod change;
 mod cycle;
+mod duplicated;
 mod latches;
 mod lower;
 mod place;
@@ -18,6 +19,7 @@ use crate::source::Span;
 pub use cause::Cause;
 pub use change::{Change, ChangeKind, Tally};
 pub use cycle::{Caller, CycleKind, Limit, LoopInfo, Rounds};
+pub use duplicated::Duplicated;
 pub use latches::Flag;
 pub(crate) use lower::MAX_DISPATCHED;
 pub use lower::received::{asks_state, is_receiving, is_receiving_something, is_waiting};
@@ -85,6 +87,8 @@ pub struct ControlFlowGraph {
     pub steps: std::collections::BTreeMap<Var, Step>,
     /// Handles whose clones share one value (`Rc`, `Arc`), given to something unseen that may keep them.
     pub kept: Vec<(Place, Cause)>,
+    /// Handles that are duplicated.
+    pub duplicated: Duplicated,
     /// Filters, and owners of filters, that are cloned somewhere.
     pub cloned: Vec<Place>,
     /// The elements of collections that are lent to the closures of an iterator, whether or not it is consumed.

@@ -1,6 +1,7 @@
 //! What branches ask: a subject, and which of its heads take the branch. Branches on the same subject are correlated.
 
 use super::{Cause, Place, Var};
+use crate::index::Ty;
 use crate::source::Span;
 
 /// Something that branches ask about: a variable, a pure expression, the result of a call.
@@ -143,6 +144,8 @@ pub struct About {
     pub is_constant: bool,
     /// What it is, if it is a constant whose value is written out.
     pub constant: Option<bool>,
+    /// The type whose associated constant it is, and the constant's name, if the type is a parameter: `C::TWICE`.
+    pub constant_of: Option<Box<(Ty, String)>>,
     /// The places that a call in it gets by `&mut`, to write what it reads.
     pub lent: Vec<Place>,
     /// Whether it holds in a debug build, or while a log level is on, and never in what is shipped.

@@ -384,6 +384,26 @@ impl Index {
         self.const_number_at(id, 0)
     }
 
+    /// The truth value of a constant whose value is a literal.
+    #[must_use]
+    pub fn const_truth(&self, id: ValueId) -> Option<bool> {
+        use crate::syntax::tree::{ExprKind, Literal};
+        let item = &self.value(id).item;
+        let body = item.value.as_ref().filter(|_| !item.is_static)?;
+        match &body.expr(body.root).kind {
+            ExprKind::Literal(Literal::Bool(value)) => Some(*value),
+            _ => None,
+        }
+    }
+
+    /// The truth value of an associated constant of a type.
+    #[must_use]
+    pub fn truth_of(&self, ty: &Ty, name: &str) -> Option<bool> {
+        let found: Vec<ValueId> =
+            self.impls_of(ty).into_iter().filter_map(|id| self.impl_def(id).consts.get(name).copied()).collect();
+        if let [id] = found.as_slice() { self.const_truth(*id) } else { None }
+    }
+
     fn const_number_at(&self, id: ValueId, depth: u32) -> Option<u64> {
         let def = self.value(id);
         let body = def.item.value.as_ref()?;
@@ -708,7 +728,8 @@ pub(super) fn named_args(generics: &Generics, args: &[Ty]) -> Vec<(String, Ty)> 
         .collect()
 }
 
-/// A type that is not read. What a lock of `embassy-sync` or `lock_api` locks with stands before its content.
+/// A type that is not read. What a lock of `embassy-sync` or `lock_api` locks with stands before its content, and what some vectors
+/// hold is written as an array.
 fn external(path: String, mut args: Vec<Ty>) -> Ty {
     let is_raw = |ty: &Ty| ty.external_name().is_some_and(|name| name.contains("Raw"));
     let is_lock = path.ends_with("Mutex") || path.ends_with("RwLock");
@@ -717,6 +738,9 @@ fn external(path: String, mut args: Vec<Ty>) -> Ty {
         && (["embassy_sync::", "lock_api::"].iter().any(|of| path.starts_with(of)) || is_raw(&args[0]))
     {
         args.remove(0);
+    }
+    if let ("SmallVec" | "TinyVec", [Ty::Array(inner, _)]) = (path.rsplit("::").next().unwrap_or(""), args.as_slice()) {
+        args = vec![(**inner).clone()];
     }
     Ty::External(path, args)
 }

@@ -227,9 +227,7 @@ pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&
             match name {
                 _ if is_pointer(name) && matches!(method, "deref" | "deref_mut") => Some(reference(inner)),
                 // A guard hands out what it holds: `cell.borrow_mut().as_mut()` looks into the option in the cell.
-                "LockResult" if opens_option(method) && is_option(inner.peel()) => {
-                    self::method(inner.peel(), method, args, closure)
-                }
+                "LockResult" if is_inside(method, inner.peel()) => self::method(inner.peel(), method, args, closure),
                 "Option" | "Result" | "LockResult" | "Poll" => {
                     optional_method(name, &inner, params, method, args, closure)
                 }
@@ -265,6 +263,10 @@ pub(super) fn method(receiver: &Ty, method: &str, args: &[Ty], closure: Option<&
                     matches!(method, "assume_init_mut" | "write" | "assume_init_ref" | "as_mut_ptr" | "assume_init")
                         .then(|| reference(inner))
                 }
+                "StaticCell" | "OnceCell" | "OnceLock" if matches!(method, "init" | "init_with" | "get_or_init") => {
+                    Some(reference(inner))
+                }
+                "OnceCell" | "OnceLock" if matches!(method, "get" | "get_mut") => Some(option(reference(inner))),
                 "LocalKey" => key_method(&inner, method, closure),
                 _ if is_cell(name) => cell_method(&inner, method, closure),
                 _ => None,
@@ -312,6 +314,12 @@ fn ceid_method(path: &str, params: &[Ty], receiver: &Ty, method: &str, args: &[T
 
 fn is_option(ty: &Ty) -> bool {
     ty.external_name() == Some("Option")
+}
+
+/// Whether a method is that of what is behind a guard, and not of a lock's result.
+fn is_inside(method: &str, content: &Ty) -> bool {
+    let is_row = matches!(content, Ty::Array(..) | Ty::Slice(_)) || content.external_name() == Some("Vec");
+    opens_option(method) && is_option(content) || is_row && matches!(method, "iter" | "iter_mut")
 }
 
 /// Methods of an option that a lock's result does not have, or that are called on a guard more often than on that result.
@@ -430,6 +438,7 @@ fn sequence_method(inner: &Ty, method: &str, closure: Option<&Ty>) -> Option<Ty>
         "split_first_mut" | "split_last_mut" => option(Ty::Tuple(vec![reference(inner.clone()), slice()])),
         "as_mut_slice" | "as_slice" | "as_mut" | "as_ref" => slice(),
         "to_vec" => Ty::std("std::vec::Vec", vec![inner.clone()]),
+        "into_boxed_slice" => Ty::std("std::boxed::Box", vec![Ty::Slice(Box::new(inner.clone()))]),
         "map" | "each_mut" => closure.cloned().unwrap_or(Ty::Unknown),
         "len" | "capacity" => Ty::Int,
         "is_empty" | "contains" => Ty::Bool,
@@ -482,6 +491,7 @@ fn iterator_method(item: &Ty, method: &str, args: &[Ty], closure: Option<&Ty>) -
         "collect" if matches!(item, Ty::External(path, _) if path == super::ADAPTED) => {
             Ty::std("std::vec::Vec", vec![item.clone()])
         }
+        "collect_vec" => Ty::std("std::vec::Vec", vec![item.clone()]),
         "try_for_each" | "try_fold" | "find_map" => closure.cloned().unwrap_or(Ty::Unknown),
         "sum" | "product" | "collect" | "max" | "min" | "unzip" | "partition" => Ty::Unknown,
         _ => return None,

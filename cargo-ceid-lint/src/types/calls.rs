@@ -5,7 +5,7 @@ use super::infer::{Infer, param_types};
 use super::paths::Value;
 use super::{Callee, Resolved};
 use crate::index::{Def, FunctionId, MethodOwner, Owner, Ty, TypeId};
-use crate::syntax::tree::{ExprId, ExprKind, Path, TypeRef};
+use crate::syntax::tree::{ExprId, ExprKind, Path};
 
 /// How many `Deref` impls are gone through.
 const MAX_DEREFS: usize = 4;
@@ -36,7 +36,7 @@ impl Infer<'_> {
                 self.typed.callees.insert(id, Callee::Closure(closure));
                 self.closure_outputs.get(&closure).cloned().unwrap_or(Ty::Unknown)
             }
-            Ty::FunctionItem(function) => self.call_function(id, function, args, None),
+            Ty::FunctionItem(function) => self.call_function(id, function, args, Vec::new(), None),
             Ty::Function(params, output) => {
                 for (number, arg) in args.iter().enumerate() {
                     self.expr(*arg, params.get(number));
@@ -69,7 +69,10 @@ impl Infer<'_> {
                     None => self.call_of_type(id, &ty, args),
                 }
             }
-            Value::Def(Def::Function(function)) => self.call_function(id, function, args, expected),
+            Value::Def(Def::Function(function)) => {
+                let written = self.written_types(function, path);
+                self.call_function(id, function, args, written, expected)
+            }
             Value::Def(def @ (Def::Variant(..) | Def::Type(_))) => {
                 let (own, variant) = match &def {
                     Def::Variant(own, at) => (*own, Some(*at)),
@@ -90,7 +93,10 @@ impl Infer<'_> {
                 self.typed.callees.insert(id, Callee::Constructor(Some(def)));
                 ty
             }
-            Value::Def(Def::External(external)) => self.call_external(id, &external, args, expected),
+            Value::Def(Def::External(external)) => {
+                let made = self.call_external(id, &external, args, expected);
+                self.read_as_written(made, path)
+            }
             Value::Assoc(_, Some(ty)) | Value::ExternalAssoc(ty, _) if self.is_adapted(&ty) => {
                 self.adapted(id, path.last(), args)
             }
@@ -104,7 +110,7 @@ impl Infer<'_> {
                     self.expr(*arg, None);
                 }
                 self.typed.callees.insert(id, Callee::Unknown);
-                Ty::Unknown
+                self.read_as_written(Ty::Unknown, path)
             }
         }
     }
@@ -148,7 +154,7 @@ impl Infer<'_> {
         let owner = self.specialise(owner, &self_ty, name);
         let law = self.law_of(&self_ty, name, &owner);
         let output = match owner.function() {
-            Some(function) => self.instantiate(function, Some(&self_ty), args, has_receiver, expected),
+            Some(function) => self.instantiate(function, Some(&self_ty), args, has_receiver, (Vec::new(), expected)),
             None => {
                 for arg in args {
                     self.expr(*arg, None);
@@ -161,15 +167,6 @@ impl Infer<'_> {
         let resolved = Resolved { targets, owner: Some(owner), law, self_ty, has_receiver, derefs: Vec::new() };
         self.typed.callees.insert(id, Callee::Resolved(resolved));
         output
-    }
-
-    /// A constructor's `Self` is what is expected of its result.
-    fn unify_constructed(&mut self, owner: &MethodOwner, ty: &Ty, expected: &Ty) {
-        let Some(function) = owner.function() else { return };
-        if matches!(&self.index.function(function).function.output, TypeRef::Path(path) if path.ident() == Some("Self"))
-        {
-            self.variables.unify(ty, expected);
-        }
     }
 
     /// A method declared by a trait, where the type is known: the type's own.
@@ -192,19 +189,6 @@ impl Infer<'_> {
         owner.of_trait().filter(|of| self.index.is_filter_trait(of) && name == "update").map(|_| 0)
     }
 
-    pub(super) fn call_function(
-        &mut self,
-        id: ExprId,
-        function: FunctionId,
-        args: &[ExprId],
-        expected: Option<&Ty>,
-    ) -> Ty {
-        let resolved = self.function_item(function);
-        let output = self.instantiate(function, None, args, resolved.has_receiver, expected);
-        self.typed.callees.insert(id, Callee::Resolved(resolved));
-        output
-    }
-
     /// Walks the arguments of a call of the function against its signature; answers what it gives back.
     pub(super) fn instantiate(
         &mut self,
@@ -212,7 +196,7 @@ impl Infer<'_> {
         self_ty: Option<&Ty>,
         args: &[ExprId],
         has_receiver: bool,
-        expected: Option<&Ty>,
+        (written_types, expected): (Vec<Ty>, Option<&Ty>),
     ) -> Ty {
         let def = self.index.function(function);
         let mut scope = self.index.scope_of(function);
@@ -238,8 +222,10 @@ impl Infer<'_> {
             }
             Owner::Module => {}
         }
+        let mut written_types = written_types.into_iter();
         for param in def.function.generics.params.iter().filter(|param| !param.is_const) {
-            map.push((param.name.clone(), self.variables.fresh()));
+            let ty = written_types.next().unwrap_or_else(|| self.variables.fresh());
+            map.push((param.name.clone(), ty));
         }
         let written = param_types(self.index, def, &scope);
         let output = self.index.lower(&def.function.output, &scope).substitute(&map);
@@ -267,6 +253,12 @@ impl Infer<'_> {
             let found = self.expr(arg, wanted.as_ref());
             if let Some(wanted) = wanted {
                 self.coerce(&wanted, &found);
+            }
+            if let Some((params, output)) = param.and_then(Ty::called_as) {
+                let given = params.first().map(|given| given.substitute(map));
+                if let Some(made) = self.output_of_named(arg, &found, given.as_ref()) {
+                    self.variables.unify(&output.substitute(map), &made);
+                }
             }
             return;
         };
@@ -373,7 +365,9 @@ impl Infer<'_> {
                 Ty::Array(Box::new(item), length)
             }
             "std::iter::repeat_with" | "std::iter::from_fn" => {
-                builtin::iterator(self.closure_output(args.first().copied()))
+                let item = self.closure_output(args.first().copied());
+                let named = args.first().and_then(|arg| self.output_of_named(*arg, &first, None));
+                builtin::iterator(if item == Ty::Unknown { named.unwrap_or(item) } else { item })
             }
             "std::iter::once" | "std::iter::repeat" | "std::iter::repeat_n" => builtin::iterator(first),
             "std::iter::zip" => builtin::iterator(Ty::Tuple(given.iter().map(|ty| self.item_ty(ty)).collect())),
@@ -458,7 +452,18 @@ impl Infer<'_> {
             return Ty::External(path, given);
         }
         if params.is_empty()
-            && matches!(last, "Vec" | "VecDeque" | "HashMap" | "BTreeMap" | "Option" | "ArrayVec" | "IndexMap")
+            && matches!(
+                last,
+                "Vec"
+                    | "VecDeque"
+                    | "HashMap"
+                    | "BTreeMap"
+                    | "Option"
+                    | "ArrayVec"
+                    | "IndexMap"
+                    | "OnceCell"
+                    | "OnceLock"
+            )
         {
             let count = if last.ends_with("Map") { 2 } else { 1 };
             let made: Vec<Ty> = (0..count).map(|_| self.variables.fresh()).collect();

@@ -104,12 +104,22 @@ impl Infer<'_> {
             ExprKind::MethodCall { receiver, method, turbofish, args, .. } => {
                 let found = self.method_call(id, *receiver, method, turbofish, args);
                 // What an iterator is put together to, only its surroundings tell.
-                let is_told = found == Ty::Unknown && matches!(method.as_str(), "collect" | "sum" | "product");
-                match turbofish.first() {
+                let is_told = found == Ty::Unknown
+                    && matches!(method.as_str(), "collect" | "sum" | "product" | "unzip" | "partition");
+                let told = match turbofish.first() {
                     Some(ty) if is_told => self.annotation(ty),
                     None if is_told => expected.cloned().unwrap_or(found),
                     _ => found,
+                };
+                if is_told {
+                    if let Some(expected) = expected {
+                        self.variables.unify(&told, expected);
+                    }
+                    let of = self.typed.ty(*receiver).clone();
+                    let item = self.item_ty(&of);
+                    self.consume_into(method, &told, &item);
                 }
+                told
             }
             ExprKind::Field { base, name } => {
                 let base = self.expr(*base, None);
@@ -186,7 +196,13 @@ impl Infer<'_> {
                 self.index.lower(ty, &self.scope)
             }
             ExprKind::Try(inner) => {
-                let ty = self.expr(*inner, None);
+                // `let bank: Vec<_> = ….collect::<Result<_, _>>()?;`
+                let is_collected =
+                    matches!(&body.expr(*inner).kind, ExprKind::MethodCall { method, .. } if method == "collect");
+                let wanted = expected.filter(|_| is_collected).cloned();
+                let failure = self.variables.fresh();
+                let wanted = wanted.map(|wanted| Ty::std("std::result::Result", vec![wanted, failure]));
+                let ty = self.expr(*inner, wanted.as_ref());
                 self.payload(&ty)
             }
             ExprKind::Await(inner) => self.expr(*inner, expected),
@@ -252,7 +268,7 @@ impl Infer<'_> {
     }
 
     /// A written type whose missing parts are to be inferred.
-    fn annotation(&mut self, ty: &TypeRef) -> Ty {
+    pub(super) fn annotation(&mut self, ty: &TypeRef) -> Ty {
         let lowered = self.index.lower(ty, &self.scope);
         self.open(&lowered)
     }

@@ -26,7 +26,7 @@ impl Infer<'_> {
                 Ty::Adt(..) | Ty::Param(_) | Ty::Opaque(_) => {
                     let owners = self.methods_of(&ty, method);
                     if let Some(owner) = owners.into_iter().next() {
-                        return self.resolved_method(id, owner, &ty, method, args, derefs);
+                        return self.resolved_method(id, owner, &ty, (method, turbofish), args, derefs);
                     }
                     // An iterator of which only the bounds are known has the methods of all iterators.
                     if let Some(item) = ty.items().cloned()
@@ -47,7 +47,7 @@ impl Infer<'_> {
                     if let Some(owner) =
                         owners.into_iter().next().filter(|owner| !self.is_forwarded(owner, &ty, method))
                     {
-                        return self.resolved_method(id, owner, &ty, method, args, derefs);
+                        return self.resolved_method(id, owner, &ty, (method, turbofish), args, derefs);
                     }
                     if let Some(spec) = self.index.law_spec(&ty) {
                         let law = spec.group(method);
@@ -82,7 +82,7 @@ impl Infer<'_> {
                 Ty::Array(..) | Ty::Slice(_) => {
                     let owners = self.methods_of(&ty, method);
                     if let Some(owner) = owners.into_iter().next() {
-                        return self.resolved_method(id, owner, &ty, method, args, derefs);
+                        return self.resolved_method(id, owner, &ty, (method, turbofish), args, derefs);
                     }
                     match (self.builtin_call(id, &ty, method, args), &ty) {
                         (Some(output), _) => return output,
@@ -93,7 +93,7 @@ impl Infer<'_> {
                 Ty::Tuple(_) => {
                     let owners = self.methods_of(&ty, method);
                     if let Some(owner) = owners.into_iter().next() {
-                        return self.resolved_method(id, owner, &ty, method, args, derefs);
+                        return self.resolved_method(id, owner, &ty, (method, turbofish), args, derefs);
                     }
                     match (method == "lock").then(|| self.builtin_call(id, &ty, method, args)).flatten() {
                         Some(output) => return output,
@@ -181,9 +181,10 @@ impl Infer<'_> {
             // Whatever a primitive is asked, the answer is a truth value.
             (Ty::Int | Ty::Float | Ty::Char | Ty::Str, _) if method.starts_with("is_") => Ty::Bool,
             (Ty::Int | Ty::Float, _) => ty.clone(),
-            (_, "parse" | "into" | "try_into") => {
-                turbofish.first().map_or(Ty::Unknown, |ty| self.index.lower(ty, &self.scope))
-            }
+            (_, "into") => turbofish.first().map_or(Ty::Unknown, |ty| self.index.lower(ty, &self.scope)),
+            (_, "parse" | "try_into") => turbofish.first().map_or(Ty::Unknown, |ty| {
+                Ty::std("std::result::Result", vec![self.index.lower(ty, &self.scope), Ty::Unknown])
+            }),
             _ => Ty::Unknown,
         }
     }
@@ -228,23 +229,29 @@ impl Infer<'_> {
             }
         }
         let given: Vec<Ty> = given.iter().map(|ty| self.shallow_deep(ty)).collect();
-        if closure_output.is_none()
-            && let Some(Ty::FunctionItem(function)) = given.last()
-        {
-            let scope = self.index.scope_of(*function);
-            closure_output = Some(self.index.lower(&self.index.function(*function).function.output, &scope));
+        if let (None, Some(last), Some(found)) = (&closure_output, args.last(), given.last()) {
+            closure_output = self.output_of_named(*last, found, closure_params(&receiver, method, &given).first());
         }
         let output = builtin::method(&receiver, method, &given, closure_output.as_ref())?;
         // A collection learns what it holds from what is put into it.
-        let is_made = matches!(method, "get_or_insert_with" | "or_insert_with");
+        let is_made = matches!(method, "get_or_insert_with" | "or_insert_with" | "get_or_init" | "resize_with");
         let put_in = if is_made { closure_output.as_slice() } else { &given };
         if (is_made
             || matches!(method, "push" | "push_back" | "insert" | "resize")
             || matches!(method, "get_or_insert" | "or_insert" | "replace" | "set"))
-            && let Ty::External(_, params) = &receiver
+            && let Ty::External(path, params) = &receiver
         {
-            for (param, found) in params.iter().rev().zip(put_in.iter().rev()) {
+            // Behind what it holds, there may be how much of it.
+            let held = if builtin::family(path).ends_with("Map") { 2 } else { 1 };
+            for (param, found) in params.iter().take(held).rev().zip(put_in.iter().rev()) {
                 self.variables.unify(param, found);
+            }
+        }
+        if let ("extend", Some(from)) = (method, given.first()) {
+            let item = self.item_ty(from);
+            // Of references, their values may be copied.
+            if !matches!(item, Ty::Ref(..)) {
+                self.collect_into(&receiver, &item);
             }
         }
         self.typed.callees.insert(id, Callee::Builtin);
@@ -256,13 +263,16 @@ impl Infer<'_> {
         id: ExprId,
         owner: MethodOwner,
         ty: &Ty,
-        method: &str,
+        (method, turbofish): (&str, &[TypeRef]),
         args: &[ExprId],
         derefs: Vec<FunctionId>,
     ) -> Ty {
         let law = self.law_of(ty, method, &owner);
         let output = match owner.function() {
-            Some(function) => self.instantiate(function, Some(ty), args, true, None),
+            Some(function) => {
+                let written = self.turbofish_types(function, turbofish);
+                self.instantiate(function, Some(ty), args, true, (written, None))
+            }
             None => {
                 let items = ty.items().cloned().map(builtin::iterator);
                 let known = items.and_then(|items| self.builtin_call(id, &items, method, args));

@@ -161,7 +161,10 @@ impl Infer<'_> {
             let ty = self.index.lower(self_ty, &self.scope);
             if path.trait_segments > 0 {
                 let of = Path { segments: path.segments[..path.trait_segments].to_vec(), ..Path::default() };
-                if let Some(of) = self.index.trait_name(self.module(), &of) {
+                // Of a derived `Default`, the function is not known, and the type is.
+                let is_derived = name == "default" && self.index.methods(&ty, &name).is_empty();
+                let of = self.index.trait_name(self.module(), &of);
+                if let Some(of) = of.filter(|of| !(is_derived && matches!(of, TraitName::External(_)))) {
                     return Value::Assoc(self.trait_member(&of, &name, Some(&ty)), Some(ty));
                 }
             }

@@ -1,6 +1,6 @@
 //! Filters whose constant step is not the constant period of their cycle.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Fact, Remark, head, note};
 use crate::count::analyse::{Context, CycleId, FunctionFacts};
@@ -8,7 +8,7 @@ use crate::count::analysis::Analysis;
 use crate::count::fields::{FieldKey, field_key};
 use crate::count::verdict::{Pair, Verdict};
 use crate::diagnostic::WitnessStep;
-use crate::flow::{ControlFlowGraph, Effect, LoopId, Place, Program, Step, Var, Wait, WaitKind};
+use crate::flow::{ControlFlowGraph, Effect, LoopId, NodeId, Place, Program, Step, Var, Wait, WaitKind};
 use crate::index::FunctionId;
 
 /// By how much two times may differ and still be one.
@@ -166,14 +166,23 @@ fn pace<'g>(facts: &FunctionFacts<'g>, id: LoopId) -> Option<&'g Wait> {
         _ => ticks,
     };
     let [wait] = own.as_slice() else { return None };
-    let inside = |branch: u32| graph.is_within(graph.nodes[branch as usize].in_loop, id);
-    let is_always = wait.in_loop == Some(id)
-        && facts
-            .dependence
-            .of_node(wait.node)
-            .iter()
-            .all(|branch| !inside(*branch) || matches!(graph.nodes[*branch as usize].effect, Effect::LoopHead(_)));
-    is_always.then_some(*wait)
+    (wait.in_loop == Some(id) && !comes_round_without(graph, id, wait.node)).then_some(*wait)
+}
+
+/// Whether a round of a loop can come to its end without a node.
+fn comes_round_without(graph: &ControlFlowGraph, id: LoopId, node: NodeId) -> bool {
+    let head = graph.loop_info(id).head;
+    let mut seen = BTreeSet::from([node]);
+    let mut open = graph.node(head).next.clone();
+    while let Some(at) = open.pop() {
+        if at == head {
+            return node != head;
+        }
+        if graph.is_within(graph.node(at).in_loop, id) && seen.insert(at) {
+            open.extend(&graph.node(at).next);
+        }
+    }
+    false
 }
 
 /// Whether a number without a unit may be the same time in thousandths or millionths.

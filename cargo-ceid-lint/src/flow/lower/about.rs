@@ -4,13 +4,14 @@ use super::Builder;
 use super::received::received_by;
 use crate::flow::{About, Var};
 use crate::index::{Def, Ty};
-use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, PatKind, StmtKind};
+use crate::syntax::tree::{Body, ExprId, ExprKind, Literal, PatKind, Path, StmtKind, TypeRef};
 use crate::types::LocalId;
 
 impl Builder<'_> {
     /// What a condition reads and calls, for telling gates.
     pub(super) fn about(&mut self, id: ExprId) -> About {
-        let mut about = About { constant: self.written_out(id), ..About::default() };
+        let (constant, constant_of) = (self.written_out(id), self.constant_of_param(id));
+        let mut about = About { constant, constant_of, ..About::default() };
         self.collect_about(id, &mut about, 0);
         about
     }
@@ -18,12 +19,21 @@ impl Builder<'_> {
     /// The truth value of a constant whose value is a literal.
     fn written_out(&self, id: ExprId) -> Option<bool> {
         let Some(Def::Value(value)) = self.typed().expr_def.get(&id) else { return None };
-        let item = &self.program.index.value(*value).item;
-        let body = item.value.as_ref().filter(|_| !item.is_static)?;
-        match &body.expr(body.root).kind {
-            ExprKind::Literal(Literal::Bool(value)) => Some(*value),
-            _ => None,
-        }
+        self.program.index.const_truth(*value)
+    }
+
+    /// The parameter, and the name of its associated constant, that an expression names: `C::TWICE`, `<C as Config>::TWICE`.
+    fn constant_of_param(&self, id: ExprId) -> Option<Box<(Ty, String)>> {
+        let ExprKind::Path(path) = &self.body().expr(id).kind else { return None };
+        let (name, owner) = path.segments.split_last()?;
+        let owner = match &path.self_ty {
+            Some(ty) => Clone::clone(&**ty),
+            None if owner.is_empty() => return None,
+            None => TypeRef::Path(Path { segments: owner.to_vec(), ..Path::default() }),
+        };
+        let scope = self.program.index.scope_of(self.frames[self.frame].function);
+        let owner = self.program.index.lower(&owner, &scope);
+        matches!(owner, Ty::Param(_)).then(|| Box::new((owner, name.name.clone())))
     }
 
     /// Whether an expression is the name of a constant.

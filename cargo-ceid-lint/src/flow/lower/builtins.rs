@@ -174,7 +174,7 @@ impl Builder<'_> {
                 Value { closure: None, iterator: None, ..value.clone() }
             }
             // What a `Cell` gives is a copy, and may be put back with `set`.
-            "get" if args.is_empty() && self.is_cell(receiver) => {
+            "get" if args.is_empty() => {
                 let is_copy = self.program.index.copies_filter(self.ty(id));
                 let content = Value { is_owned: is_copy, head: None, same_as: None, ..value.clone() };
                 if is_copy { self.copy_of(&content, self.ty(id).clone(), span) } else { content }
@@ -196,7 +196,7 @@ impl Builder<'_> {
             "take" if args.is_empty() && self.is_optional(receiver) && value.place.is_some() => {
                 self.taken_out(id, value)
             }
-            "take" if args.is_empty() => Value { is_owned: true, head: None, ..value.clone() },
+            "take" | "into_boxed_slice" if args.is_empty() => Value { is_owned: true, head: None, ..value.clone() },
             "replace" | "insert" if args.len() == 1 && value.place.is_some() => {
                 let mut given = self.expr(args[0]);
                 if self.is_optional(receiver) {

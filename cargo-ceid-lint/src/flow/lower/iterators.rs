@@ -54,7 +54,10 @@ impl Builder<'_> {
                 }
                 source
             }
-            ExprKind::Await(inner) if !self.is_deferred(*inner) => {
+            // What is awaited of a lock is a guard, and no stream.
+            ExprKind::Await(inner)
+                if !self.is_deferred(*inner) && self.ty(*inner).external_name() != Some("LockResult") =>
+            {
                 let inner = self.source(*inner);
                 Source { rounds: Rounds::Unbounded, ..inner }
             }
@@ -507,6 +510,7 @@ impl Builder<'_> {
                 | "sum"
                 | "product"
                 | "collect"
+                | "collect_vec"
                 | "count"
                 | "last"
                 | "all"
@@ -583,7 +587,7 @@ impl Builder<'_> {
             _ if is_keyed => State::Carried(None),
             _ => State::None,
         };
-        let gathers = matches!(method, "collect" | "partition" | "unzip") || picks_one(method);
+        let gathers = matches!(method, "collect" | "collect_vec" | "partition" | "unzip") || picks_one(method);
         if method == "partition" && source.keeps_items() {
             // Which of the two collections has an element is not known.
             let all = self.iterator_value(Source { stages: Vec::new(), ..source.clone() });

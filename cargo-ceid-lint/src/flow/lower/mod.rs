@@ -106,8 +106,7 @@ const MAX_INLINE: u32 = 8;
 /// The control flow of a function; `None` for a signature.
 #[must_use]
 pub fn lower_function(program: &Program<'_>, id: FunctionId) -> Option<ControlFlowGraph> {
-    let def = program.index.function(id);
-    let body = def.function.body.as_ref()?;
+    let body = program.index.function(id).function.body.as_ref()?;
     let typed = program.typed(id)?;
     let mut builder = Builder::new(program, id, body, typed);
     builder.lower_root(body);
@@ -347,6 +346,7 @@ impl<'a> Builder<'a> {
     }
 
     fn finish(mut self) -> ControlFlowGraph {
+        self.graph.duplicated = super::Duplicated::of(self.program.index, self.body(), self.typed());
         self.settle_stored();
         self.settle_copies();
         self.settle_held();
