@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::globs;
 use super::import::Import;
 use super::macros::Macros;
-use super::takers::{FOR_TESTS, Takers, inline_modules};
+use super::takers::{FOR_TESTS, Takers, inline_modules, looks_outside};
 use super::text::{has_word, with_attributes, without_comments, words};
 use crate::count::{Cycle, Verdict};
 use crate::flow::Program;
@@ -200,7 +200,8 @@ impl Scope<'_> {
             self.is_used(&import, &sight(Sought::Names), &sight(Sought::Calls), &scope) || self.is_linked(bound)
         };
         let is_needed = |without_tests: bool| taken(without_tests).is_some() || is_used(without_tests);
-        let edits = if is_needed(true) {
+        let is_of_tests = self.tests(&without_comments(text)).any(|test| test.contains(&import.stmt.start));
+        let edits = if is_needed(!is_of_tests) {
             let of_takers = |takers: &Takers| takers.only_condition(self.wanted(&names), macros).map(str::to_owned);
             let condition = match taken(false) {
                 Some(takers) => of_takers(takers).filter(|_| !is_used(false)),
@@ -262,7 +263,9 @@ impl Scope<'_> {
     /// The attribute that stands above all code that needs an import, if it is the same one everywhere.
     fn only_condition(&self, import: &Import<'_>, scope: &Range<usize>) -> Option<String> {
         let [code, calls] = [Sought::Names, Sought::Calls].map(|of| without_comments(&self.in_sight(scope, false, of)));
-        let items = self.conditional(&code);
+        let mut items = self.conditional(&code);
+        // What the import stands in has its condition already.
+        items.retain(|(item, _)| !item.contains(&import.stmt.start));
         let without = |code: &str, condition: &str| {
             let own = items.iter().filter(|(_, own)| own == condition).map(|(item, _)| item.clone());
             blanked(code, own)
@@ -304,27 +307,28 @@ impl Scope<'_> {
         attributed(self.outline, code, "#[cfg(")
     }
 
+    /// What is compiled for tests only in code without comments.
+    fn tests(&self, code: &str) -> impl Iterator<Item = Range<usize>> {
+        let begins = ["#[test]", FOR_TESTS].into_iter();
+        begins.flat_map(move |begin| attributed(self.outline, code, begin)).map(|(test, _)| test)
+    }
+
     /// The text with blanks for the modules in a part of it that do not see what is imported there, and for those of tests where that is asked.
     pub(super) fn in_sight(&self, scope: &Range<usize>, without_tests: bool, sought: Sought) -> String {
         let text = self.text;
+        let code = without_comments(text);
         let mut hidden = Vec::new();
         for (keyword, own) in inline_modules(self.outline, text).filter(|(keyword, _)| scope.contains(keyword)) {
-            let inner = &text[own.brackets.clone()];
             let attributes = &text[with_attributes(text, own.head.start)..keyword];
             let is_test = attributes.replace(' ', "").contains("#[cfg(test)]");
-            // A trait whose method is called has to be imported, by its name or with all others.
-            let looks_up = (has_word(inner, "super") || has_word(inner, "crate"))
-                && (sought == Sought::Names || ["::*", "{*", ", *"].iter().any(|glob| inner.contains(glob)));
+            let looks_up = looks_outside(self.outline, &code, &own.brackets, sought);
             if !looks_up || is_test && without_tests {
                 hidden.push(own.brackets.clone());
             }
         }
         if without_tests {
             // A test may also stand beside what it tests, and what it needs beside what others need.
-            let code = without_comments(text);
-            let tests =
-                ["#[test]", "#[cfg(test)]"].into_iter().flat_map(|begin| attributed(self.outline, &code, begin));
-            hidden.extend(tests.map(|(test, _)| test));
+            hidden.extend(self.tests(&code));
         }
         blanked(text, hidden.into_iter())
     }
