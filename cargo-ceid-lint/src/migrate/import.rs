@@ -71,6 +71,15 @@ impl<'t> Import<'t> {
         Some(Self { stmt: start + shown..stop, visibility, alias, entry: first..entry_end, list })
     }
 
+    /// The path of what it imports, as far as that is written in at most one list.
+    pub(super) fn path(&self, text: &str) -> Option<Vec<String>> {
+        let before = self.list.as_ref().map_or(self.entry.start, |list| list.start);
+        let before = text[self.stmt.start..before].split_once("use").map(|(_, before)| before.trim())?;
+        let path = format!("{before}{}", text[self.entry.clone()].trim());
+        let path = path.split(" as ").next().filter(|path| !path.contains('{'))?;
+        Some(path.split("::").map(|segment| segment.trim().to_owned()).collect())
+    }
+
     /// What to replace, and by what, so that only code under a condition has the name.
     pub(super) fn under(&self, text: &str, condition: &str) -> Option<Vec<(Range<usize>, String)>> {
         let Style { end, .. } = Style::of(text);
@@ -192,6 +201,17 @@ mod tests {
         check("use a;\npub(crate) use crate::b::{Kf, Step};\n", Some("use a;\npub(crate) use crate::b::Kf;\n"));
         check("mod p {\n    pub(in crate::a) use crate::b::Step;\n}\n", Some("mod p {\n}\n"));
         check("fn pub_() {}\nuse crate::b::Step;\n", Some("fn pub_() {}\n"));
+    }
+
+    #[test]
+    fn an_import_has_a_path() {
+        let path = |text: &str| {
+            let at = words(text, "Step").next().expect("it is there");
+            Import::at(text, at, "Step").expect("it is an import").path(text).map(|path| path.join("::"))
+        };
+        assert_eq!(path("use Step;").as_deref(), Some("Step"));
+        assert_eq!(path("pub(crate) use a::{b::Kf, b :: Step as _};").as_deref(), Some("a::b::Step"));
+        assert_eq!(path("use a::{b::{Step, Kf}, c};"), None);
     }
 
     #[test]

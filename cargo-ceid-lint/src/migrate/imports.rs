@@ -10,7 +10,7 @@ use super::takers::{FOR_TESTS, Takers, inline_modules, looks_outside};
 use super::text::{has_word, with_attributes, without_comments, words};
 use crate::count::{Cycle, Verdict};
 use crate::flow::Program;
-use crate::index::{FunctionId, ModuleId, Owner, TraitId};
+use crate::index::{Def, FunctionId, ModuleId, Namespace, Owner, TraitId};
 use crate::source::{FileId, Span};
 use crate::syntax::Outline;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
@@ -176,9 +176,13 @@ impl Scope<'_> {
         if self.is_of_core(&import) || import.visibility.is_empty() == hands_on {
             return None;
         }
+        let bound = import.alias.unwrap_or(name);
+        let is_of_tests = || self.tests(&without_comments(text)).any(|test| test.contains(&import.stmt.start));
+        if self.is_of_other(&import) || is_of_tests() {
+            return None;
+        }
         let around = self.outline.around(import.stmt.start).next();
         let scope = around.map_or(0..text.len(), |around| around.brackets.clone());
-        let bound = import.alias.unwrap_or(name);
         let names: BTreeSet<&str> = Some(bound).into_iter().filter(|bound| *bound != "_").collect();
         let from = match hands_on {
             true => self.importing(&import, bound),
@@ -197,11 +201,10 @@ impl Scope<'_> {
         };
         let is_used = |without_tests: bool| {
             let sight = |of| without_comments(&self.in_sight(&scope, without_tests, of));
-            self.is_used(&import, &sight(Sought::Names), &sight(Sought::Calls), &scope) || self.is_linked(bound)
+            self.is_used(&import, &sight(Sought::Names), &sight(Sought::Calls), &scope)
         };
         let is_needed = |without_tests: bool| taken(without_tests).is_some() || is_used(without_tests);
-        let is_of_tests = self.tests(&without_comments(text)).any(|test| test.contains(&import.stmt.start));
-        let edits = if is_needed(!is_of_tests) {
+        let edits = if is_needed(true) {
             let of_takers = |takers: &Takers| takers.only_condition(self.wanted(&names), macros).map(str::to_owned);
             let condition = match taken(false) {
                 Some(takers) => of_takers(takers).filter(|_| !is_used(false)),
@@ -209,7 +212,9 @@ impl Scope<'_> {
             };
             import.under(text, &condition?)?
         } else if is_needed(false) {
-            import.under(text, FOR_TESTS)?
+            import.under(text, if self.is_linked(bound) { "#[cfg(any(doc, test))]" } else { FOR_TESTS })?
+        } else if self.is_linked(bound) {
+            import.under(text, "#[cfg(doc)]")?
         } else {
             vec![import.without(text)?]
         };
@@ -234,6 +239,37 @@ impl Scope<'_> {
         index.importing(self.file, bound).into_iter().filter(is_around).collect()
     }
 
+    /// Whether an import is known to mean something else of that name.
+    fn is_of_other(&self, import: &Import<'_>) -> bool {
+        let index = self.program.index;
+        let Some(path) = import.path(self.text) else { return false };
+        let is_other = |def: Def| match def {
+            Def::Trait(id) => index.trait_def(id).module != self.module,
+            Def::Type(id) => index.type_def(id).module != self.module,
+            Def::Module(id) => index.module(id).parent != Some(self.module),
+            _ => false,
+        };
+        let homes = self.homes(import.stmt.start).filter_map(|home| index.resolve(home, &path, Namespace::Type));
+        let mut homes = homes.peekable();
+        homes.peek().is_some() && homes.all(is_other)
+    }
+
+    /// The modules that a byte of the file may lie in.
+    fn homes(&self, at: usize) -> impl Iterator<Item = ModuleId> {
+        let index = self.program.index;
+        let name = self.outline.around(at).find_map(|around| {
+            let head = self.text[around.head.start..around.brackets.start].trim();
+            head.rsplit_once(char::is_whitespace).filter(|(before, _)| before.ends_with("mod")).map(|(_, name)| name)
+        });
+        let is_home = move |id: &ModuleId| {
+            let module = index.module(*id);
+            let is_inline = module.parent.is_some_and(|parent| index.module(parent).file == module.file);
+            !module.is_block && name.map_or(!is_inline, |name| is_inline && module.name == name)
+        };
+        let own = self.file;
+        index.modules_in_files().filter(move |(_, file)| *file == own).map(|(id, _)| id).filter(is_home)
+    }
+
     /// Whether other crates cannot have what these modules hand on.
     fn is_inside(&self, from: &BTreeSet<ModuleId>, takers: &Takers) -> bool {
         let module = |id: ModuleId| self.program.index.module(id);
@@ -251,7 +287,7 @@ impl Scope<'_> {
     fn is_used(&self, import: &Import<'_>, code: &str, calls: &str, scope: &Range<usize>) -> bool {
         let is_outside = |at: usize| scope.contains(&at) && !import.stmt.contains(&at);
         let bound = import.alias.unwrap_or(self.name);
-        bound != "_" && words(code, bound).any(|at| is_outside(at) && self.may_be_imported(code, at))
+        bound != "_" && words(code, bound).any(|at| is_outside(at) && self.may_be_imported(import, code, at))
             || self.methods.iter().any(|method| self.is_called(method, calls, scope))
     }
 
@@ -284,7 +320,7 @@ impl Scope<'_> {
     /// The import whose name stands at a byte, if only code that is compiled under a condition needs it, or a comment.
     fn doubt(&self, at: usize) -> Option<(Span, String)> {
         let import = Import::at(self.text, at, self.name)
-            .filter(|import| import.visibility.is_empty() && !self.is_of_core(import))?;
+            .filter(|import| import.visibility.is_empty() && !self.is_of_core(import) && !self.is_of_other(import))?;
         let around = self.outline.around(import.stmt.start).next();
         let scope = around.map_or(0..self.text.len(), |around| around.brackets.clone());
         let code = self.unconditional(&self.in_sight(&(0..self.text.len()), true, Sought::Names));
@@ -333,12 +369,17 @@ impl Scope<'_> {
         blanked(text, hidden.into_iter())
     }
 
-    /// Whether a name may be that of the import: by its own path, what is imported is named without it.
-    fn may_be_imported(&self, code: &str, at: usize) -> bool {
-        let own = &self.program.index.module(self.module).name;
+    /// Whether a name may be that of the import: by another path than that of its module, it is not.
+    fn may_be_imported(&self, import: &Import<'_>, code: &str, at: usize) -> bool {
+        let index = self.program.index;
+        let own = &index.module(self.module).name;
         // The root of a crate has no name of its own.
         let own = if own.is_empty() { "crate" } else { own };
-        segment_before(code, at) != Some(own)
+        match segment_before(code, at) {
+            Some(before) if before == own => false,
+            None | Some("" | "self" | "super" | "crate") => true,
+            Some(before) => self.homes(import.stmt.start).any(|home| index.module(home).name == before),
+        }
     }
 
     /// Whether a method of the trait may be called in a part of the code: each call of that name is known, or is one.

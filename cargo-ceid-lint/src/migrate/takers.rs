@@ -75,15 +75,20 @@ impl Takers {
             let (code, items) = (&*own_code.text, &own_code.items);
             let is_among = own.contains(&file) || found.contains_key(&file);
             // What is compiled under a condition was perhaps not read, and is told by its words.
+            let is_module = |item: &str| words(item, "mod").next().is_some_and(|at| !item[..at].contains(['{', ';']));
             let takes = |item: &str| {
-                let is_module = words(item, "mod").next().is_some_and(|at| !item[..at].contains(['{', ';']));
-                let is_named = |name: &&str| has_word(item, if name.is_empty() { "crate" } else { name });
-                is_among && (!is_module || has_word(item, "super")) || names.iter().any(is_named)
+                let is_named = |name: &&str| leads_to(item, if name.is_empty() { "crate" } else { name });
+                is_among && (!is_module(item) || has_word(item, "super")) || names.iter().any(is_named)
             };
             // Around an import of the file itself, its own code is looked at word by word.
             let is_told = file == except.0 && !own_code.inline.iter().any(|(_, own)| own.contains(&except.1.start));
             let taking = items.iter().filter(|(item, _)| !is_told && takes(&code[item.clone()]));
-            texts.extend(taking.map(|(item, condition)| (code[item.clone()].to_owned(), Some(condition.clone()))));
+            // The name that a module has itself is none that it uses.
+            let inside = |item: &str| match item.find('{').filter(|_| is_module(item)) {
+                Some(open) => item[open..].to_owned(),
+                None => item.to_owned(),
+            };
+            texts.extend(taking.map(|(item, condition)| (inside(&code[item.clone()]), Some(condition.clone()))));
             if let Some(modules) = found.get(&file) {
                 let is_test = modules.iter().all(|module| index.module(*module).is_test);
                 let around = modules.iter().flat_map(|module| {
@@ -189,6 +194,14 @@ pub(super) fn inline_modules<'t>(outline: &'t Outline, text: &'t str) -> impl It
     })
 }
 
+/// Whether a path in some code leads to a module of that name, or an import may.
+fn leads_to(code: &str, module: &str) -> bool {
+    words(code, module).any(|at| {
+        let is_imported = || has_word(code[..at].rsplit(';').next().unwrap_or_default(), "use");
+        code[at + module.len()..].trim_start().starts_with("::") || is_imported()
+    })
+}
+
 /// Whether the code in the brackets of a module may have something from around it: by `crate`, or by more `super`s than modules are in
 /// between. A trait whose method is called has to be imported, by its name or with all others.
 pub(super) fn looks_outside(outline: &Outline, code: &str, brackets: &Range<usize>, sought: Sought) -> bool {
@@ -276,6 +289,12 @@ mod tests {
         check("pub(crate) fn f() {} pub(super) fn g() {} pub(in crate::m) struct A;", false);
         check("mod p { use super::a; }", false);
         check("mod p { mod q { use super::super::a; } }", false);
+    }
+
+    #[test]
+    fn a_variable_is_no_module_of_its_name() {
+        assert!(leads_to("fn f() { pid::g(); }", "pid") && leads_to("mod t { use crate::{kf, pid}; }", "pid"));
+        assert!(!leads_to("fn f() { use a::B; let mut pid = B::new(); pid.update(); }", "pid"));
     }
 
     #[test]
