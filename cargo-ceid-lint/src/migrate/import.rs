@@ -126,7 +126,16 @@ impl<'t> Import<'t> {
                 // What is said of the name goes with it.
                 let is_alone = begins_line(text, self.entry.start) && (rest.is_empty() || rest.starts_with("//"));
                 let end = if rest.starts_with("//") { end + text[end..stop].trim_end().len() } else { end };
-                is_alone.then(|| (removal(text, self.entry.start..end), String::new()))
+                if is_alone {
+                    return Some((removal(text, self.entry.start..end), String::new()));
+                }
+                let own = self.entry.start..self.entry.start + text[self.entry.clone()].trim_end().len();
+                let range = match code[..own.start - list.start - 1].rfind(',') {
+                    Some(before) => list.start + 1 + before..own.end,
+                    None => own.start..own.end + text[own.end..].find(|sign| !" ,".contains(sign))?,
+                };
+                // What stands behind the entry before it is said of that.
+                (!text[range.start..own.start].contains("//")).then_some((range, String::new()))
             }
         }
     }
@@ -171,6 +180,11 @@ mod tests {
         );
         check("use crate::{b::{Step, Kf}, c};\n", Some("use crate::{b::Kf, c};\n"));
         check("use crate::{b::Step, c, d};\n", Some("use crate::{c, d};\n"));
+        check("use a::{Kf, /* its law: */ Step};\n", Some("use a::{Kf};\n"));
+        check("use a::{Step, Kf, /* and */ Pid};\n", Some("use a::{Kf, /* and */ Pid};\n"));
+        check("use a::{Kf,\n    Step, Pid};\n", Some("use a::{Kf, Pid};\n"));
+        check("use a::{\n    Kf,\n    Pid,\n    Step\n};\n", Some("use a::{\n    Kf,\n    Pid\n};\n"));
+        check("use a::{\n    Kf, // the filter\n    Step, Pid\n};\n", None);
         check(
             "use a::{\n    Kf,   // the filter\n    Step, // its trait\n};\n",
             Some("use a::{\n    Kf,   // the filter\n};\n"),
@@ -210,7 +224,7 @@ mod tests {
             Import::at(text, at, "Step").expect("it is an import").path(text).map(|path| path.join("::"))
         };
         assert_eq!(path("use Step;").as_deref(), Some("Step"));
-        assert_eq!(path("pub(crate) use a::{b::Kf, b :: Step as _};").as_deref(), Some("a::b::Step"));
+        assert_eq!(path("pub(crate) use a::{b::Kf, b::Step as _};").as_deref(), Some("a::b::Step"));
         assert_eq!(path("use a::{b::{Step, Kf}, c};"), None);
     }
 
