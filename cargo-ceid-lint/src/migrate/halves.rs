@@ -8,7 +8,7 @@ use super::mentions::Guarded;
 use super::sites::Site;
 use super::text::removal;
 use crate::source::Span;
-use crate::syntax::tree::ExprKind;
+use crate::syntax::tree::{ExprId, ExprKind};
 
 /// What becomes of a half that a later one is fed together with.
 pub(super) struct Kept {
@@ -73,12 +73,16 @@ pub(super) fn kept(
             _ => false,
         })
     };
+    let is_constant = |id: &ExprId| match of.kind(*id) {
+        ExprKind::Negate(value) => matches!(of.kind(*value), ExprKind::Literal(_)),
+        kind => matches!(kind, ExprKind::Literal(_)),
+    };
     let is_next = of.statement(later.outer).is_some_and(|(other, later_stmt)| {
         let start = later_stmt.map_or(of.span(later.outer), |stmt| stmt.span).start;
         let between = of.text.get(stmt.span.end as usize..start as usize).unwrap_or(" ");
         std::ptr::eq(other, block) && between.trim().is_empty() && between.matches('\n').count() < 2
     });
-    if is_next && inputs.iter().all(is_plain) {
+    if site.inputs.iter().all(is_constant) || is_next && inputs.iter().all(is_plain) {
         let value =
             |input: &Input| format!("{}{}", input.instead, &of.text[input.before.end as usize..input.end as usize]);
         let gone = removal(of.text, stmt.span.start as usize..stmt.span.end as usize);

@@ -124,7 +124,7 @@ fn list(of: &LoopBody<'_>, guarded: &[Guarded], (ceid, clock): (&str, &str), ind
 }
 
 /// The statement behind which the guard stands: the one that locks its filter, or the last of the first ones by which the loop is
-/// left before anything is done with a filter, or the last one that uses what the filter is a part of. `is_exact` says that each
+/// left before more is done with a filter than to feed it or to look at it, or the last one that uses what the filter is a part of. `is_exact` says that each
 /// filter is updated exactly once today: only then no path goes on from what stands above the guard to the next iteration.
 pub(super) fn behind(of: &LoopBody<'_>, guarded: &[Guarded], exits: &Exits, is_exact: bool) -> Option<Span> {
     if let Some(lock) = guarded.iter().find_map(|own| own.locked) {
@@ -140,7 +140,7 @@ pub(super) fn behind(of: &LoopBody<'_>, guarded: &[Guarded], exits: &Exits, is_e
             || guarded.iter().any(|own| {
                 // What is lent above the loop is not even there to be looked at.
                 let is_there = is_exact && !own.is_lent_above();
-                is_about(of, &own.place, *id) && !(is_there && is_glance(of, &own.place, *id))
+                is_about(of, &own.place, *id) && !(is_there && is_glance(of, *id))
             })
             || sites().any(|site| site.call == *id)
     };

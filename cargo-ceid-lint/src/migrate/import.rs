@@ -71,6 +71,15 @@ impl<'t> Import<'t> {
         Some(Self { stmt: start + shown..stop, visibility, alias, entry: first..entry_end, list })
     }
 
+    /// The path of what it imports, as far as that is written in at most one list.
+    pub(super) fn path(&self, text: &str) -> Option<Vec<String>> {
+        let before = self.list.as_ref().map_or(self.entry.start, |list| list.start);
+        let before = text[self.stmt.start..before].split_once("use").map(|(_, before)| before.trim())?;
+        let path = format!("{before}{}", text[self.entry.clone()].trim());
+        let path = path.split(" as ").next().filter(|path| !path.contains('{'))?;
+        Some(path.split("::").map(|segment| segment.trim().to_owned()).collect())
+    }
+
     /// What to replace, and by what, so that only code under a condition has the name.
     pub(super) fn under(&self, text: &str, condition: &str) -> Option<Vec<(Range<usize>, String)>> {
         let Style { end, .. } = Style::of(text);
@@ -117,7 +126,16 @@ impl<'t> Import<'t> {
                 // What is said of the name goes with it.
                 let is_alone = begins_line(text, self.entry.start) && (rest.is_empty() || rest.starts_with("//"));
                 let end = if rest.starts_with("//") { end + text[end..stop].trim_end().len() } else { end };
-                is_alone.then(|| (removal(text, self.entry.start..end), String::new()))
+                if is_alone {
+                    return Some((removal(text, self.entry.start..end), String::new()));
+                }
+                let own = self.entry.start..self.entry.start + text[self.entry.clone()].trim_end().len();
+                let range = match code[..own.start - list.start - 1].rfind(',') {
+                    Some(before) => list.start + 1 + before..own.end,
+                    None => own.start..own.end + text[own.end..].find(|sign| !" ,".contains(sign))?,
+                };
+                // What stands behind the entry before it is said of that.
+                (!text[range.start..own.start].contains("//")).then_some((range, String::new()))
             }
         }
     }
@@ -162,6 +180,11 @@ mod tests {
         );
         check("use crate::{b::{Step, Kf}, c};\n", Some("use crate::{b::Kf, c};\n"));
         check("use crate::{b::Step, c, d};\n", Some("use crate::{c, d};\n"));
+        check("use a::{Kf, /* its law: */ Step};\n", Some("use a::{Kf};\n"));
+        check("use a::{Step, Kf, /* and */ Pid};\n", Some("use a::{Kf, /* and */ Pid};\n"));
+        check("use a::{Kf,\n    Step, Pid};\n", Some("use a::{Kf, Pid};\n"));
+        check("use a::{\n    Kf,\n    Pid,\n    Step\n};\n", Some("use a::{\n    Kf,\n    Pid\n};\n"));
+        check("use a::{\n    Kf, // the filter\n    Step, Pid\n};\n", None);
         check(
             "use a::{\n    Kf,   // the filter\n    Step, // its trait\n};\n",
             Some("use a::{\n    Kf,   // the filter\n};\n"),
@@ -192,6 +215,17 @@ mod tests {
         check("use a;\npub(crate) use crate::b::{Kf, Step};\n", Some("use a;\npub(crate) use crate::b::Kf;\n"));
         check("mod p {\n    pub(in crate::a) use crate::b::Step;\n}\n", Some("mod p {\n}\n"));
         check("fn pub_() {}\nuse crate::b::Step;\n", Some("fn pub_() {}\n"));
+    }
+
+    #[test]
+    fn an_import_has_a_path() {
+        let path = |text: &str| {
+            let at = words(text, "Step").next().expect("it is there");
+            Import::at(text, at, "Step").expect("it is an import").path(text).map(|path| path.join("::"))
+        };
+        assert_eq!(path("use Step;").as_deref(), Some("Step"));
+        assert_eq!(path("pub(crate) use a::{b::Kf, b::Step as _};").as_deref(), Some("a::b::Step"));
+        assert_eq!(path("use a::{b::{Step, Kf}, c};"), None);
     }
 
     #[test]

@@ -6,11 +6,11 @@ use std::ops::Range;
 use super::globs;
 use super::import::Import;
 use super::macros::Macros;
-use super::takers::{FOR_TESTS, Takers, inline_modules};
+use super::takers::{FOR_TESTS, Takers, inline_modules, looks_outside};
 use super::text::{has_word, with_attributes, without_comments, words};
 use crate::count::{Cycle, Verdict};
 use crate::flow::Program;
-use crate::index::{FunctionId, ModuleId, Owner, TraitId};
+use crate::index::{Def, FunctionId, ModuleId, Namespace, Owner, TraitId};
 use crate::source::{FileId, Span};
 use crate::syntax::Outline;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
@@ -176,9 +176,13 @@ impl Scope<'_> {
         if self.is_of_core(&import) || import.visibility.is_empty() == hands_on {
             return None;
         }
+        let bound = import.alias.unwrap_or(name);
+        let is_of_tests = || self.tests(&without_comments(text)).any(|test| test.contains(&import.stmt.start));
+        if self.is_of_other(&import) || is_of_tests() {
+            return None;
+        }
         let around = self.outline.around(import.stmt.start).next();
         let scope = around.map_or(0..text.len(), |around| around.brackets.clone());
-        let bound = import.alias.unwrap_or(name);
         let names: BTreeSet<&str> = Some(bound).into_iter().filter(|bound| *bound != "_").collect();
         let from = match hands_on {
             true => self.importing(&import, bound),
@@ -197,7 +201,7 @@ impl Scope<'_> {
         };
         let is_used = |without_tests: bool| {
             let sight = |of| without_comments(&self.in_sight(&scope, without_tests, of));
-            self.is_used(&import, &sight(Sought::Names), &sight(Sought::Calls), &scope) || self.is_linked(bound)
+            self.is_used(&import, &sight(Sought::Names), &sight(Sought::Calls), &scope)
         };
         let is_needed = |without_tests: bool| taken(without_tests).is_some() || is_used(without_tests);
         let edits = if is_needed(true) {
@@ -208,7 +212,9 @@ impl Scope<'_> {
             };
             import.under(text, &condition?)?
         } else if is_needed(false) {
-            import.under(text, FOR_TESTS)?
+            import.under(text, if self.is_linked(bound) { "#[cfg(any(doc, test))]" } else { FOR_TESTS })?
+        } else if self.is_linked(bound) {
+            import.under(text, "#[cfg(doc)]")?
         } else {
             vec![import.without(text)?]
         };
@@ -233,6 +239,37 @@ impl Scope<'_> {
         index.importing(self.file, bound).into_iter().filter(is_around).collect()
     }
 
+    /// Whether an import is known to mean something else of that name.
+    fn is_of_other(&self, import: &Import<'_>) -> bool {
+        let index = self.program.index;
+        let Some(path) = import.path(self.text) else { return false };
+        let is_other = |def: Def| match def {
+            Def::Trait(id) => index.trait_def(id).module != self.module,
+            Def::Type(id) => index.type_def(id).module != self.module,
+            Def::Module(id) => index.module(id).parent != Some(self.module),
+            _ => false,
+        };
+        let homes = self.homes(import.stmt.start).filter_map(|home| index.resolve(home, &path, Namespace::Type));
+        let mut homes = homes.peekable();
+        homes.peek().is_some() && homes.all(is_other)
+    }
+
+    /// The modules that a byte of the file may lie in.
+    fn homes(&self, at: usize) -> impl Iterator<Item = ModuleId> {
+        let index = self.program.index;
+        let name = self.outline.around(at).find_map(|around| {
+            let head = self.text[around.head.start..around.brackets.start].trim();
+            head.rsplit_once(char::is_whitespace).filter(|(before, _)| before.ends_with("mod")).map(|(_, name)| name)
+        });
+        let is_home = move |id: &ModuleId| {
+            let module = index.module(*id);
+            let is_inline = module.parent.is_some_and(|parent| index.module(parent).file == module.file);
+            !module.is_block && name.map_or(!is_inline, |name| is_inline && module.name == name)
+        };
+        let own = self.file;
+        index.modules_in_files().filter(move |(_, file)| *file == own).map(|(id, _)| id).filter(is_home)
+    }
+
     /// Whether other crates cannot have what these modules hand on.
     fn is_inside(&self, from: &BTreeSet<ModuleId>, takers: &Takers) -> bool {
         let module = |id: ModuleId| self.program.index.module(id);
@@ -250,7 +287,7 @@ impl Scope<'_> {
     fn is_used(&self, import: &Import<'_>, code: &str, calls: &str, scope: &Range<usize>) -> bool {
         let is_outside = |at: usize| scope.contains(&at) && !import.stmt.contains(&at);
         let bound = import.alias.unwrap_or(self.name);
-        bound != "_" && words(code, bound).any(|at| is_outside(at) && self.may_be_imported(code, at))
+        bound != "_" && words(code, bound).any(|at| is_outside(at) && self.may_be_imported(import, code, at))
             || self.methods.iter().any(|method| self.is_called(method, calls, scope))
     }
 
@@ -262,7 +299,9 @@ impl Scope<'_> {
     /// The attribute that stands above all code that needs an import, if it is the same one everywhere.
     fn only_condition(&self, import: &Import<'_>, scope: &Range<usize>) -> Option<String> {
         let [code, calls] = [Sought::Names, Sought::Calls].map(|of| without_comments(&self.in_sight(scope, false, of)));
-        let items = self.conditional(&code);
+        let mut items = self.conditional(&code);
+        // What the import stands in has its condition already.
+        items.retain(|(item, _)| !item.contains(&import.stmt.start));
         let without = |code: &str, condition: &str| {
             let own = items.iter().filter(|(_, own)| own == condition).map(|(item, _)| item.clone());
             blanked(code, own)
@@ -281,7 +320,7 @@ impl Scope<'_> {
     /// The import whose name stands at a byte, if only code that is compiled under a condition needs it, or a comment.
     fn doubt(&self, at: usize) -> Option<(Span, String)> {
         let import = Import::at(self.text, at, self.name)
-            .filter(|import| import.visibility.is_empty() && !self.is_of_core(import))?;
+            .filter(|import| import.visibility.is_empty() && !self.is_of_core(import) && !self.is_of_other(import))?;
         let around = self.outline.around(import.stmt.start).next();
         let scope = around.map_or(0..self.text.len(), |around| around.brackets.clone());
         let code = self.unconditional(&self.in_sight(&(0..self.text.len()), true, Sought::Names));
@@ -304,37 +343,43 @@ impl Scope<'_> {
         attributed(self.outline, code, "#[cfg(")
     }
 
+    /// What is compiled for tests only in code without comments.
+    fn tests(&self, code: &str) -> impl Iterator<Item = Range<usize>> {
+        let begins = ["#[test]", FOR_TESTS].into_iter();
+        begins.flat_map(move |begin| attributed(self.outline, code, begin)).map(|(test, _)| test)
+    }
+
     /// The text with blanks for the modules in a part of it that do not see what is imported there, and for those of tests where that is asked.
     pub(super) fn in_sight(&self, scope: &Range<usize>, without_tests: bool, sought: Sought) -> String {
         let text = self.text;
+        let code = without_comments(text);
         let mut hidden = Vec::new();
         for (keyword, own) in inline_modules(self.outline, text).filter(|(keyword, _)| scope.contains(keyword)) {
-            let inner = &text[own.brackets.clone()];
             let attributes = &text[with_attributes(text, own.head.start)..keyword];
             let is_test = attributes.replace(' ', "").contains("#[cfg(test)]");
-            // A trait whose method is called has to be imported, by its name or with all others.
-            let looks_up = (has_word(inner, "super") || has_word(inner, "crate"))
-                && (sought == Sought::Names || ["::*", "{*", ", *"].iter().any(|glob| inner.contains(glob)));
+            let looks_up = looks_outside(self.outline, &code, &own.brackets, sought);
             if !looks_up || is_test && without_tests {
                 hidden.push(own.brackets.clone());
             }
         }
         if without_tests {
             // A test may also stand beside what it tests, and what it needs beside what others need.
-            let code = without_comments(text);
-            let tests =
-                ["#[test]", "#[cfg(test)]"].into_iter().flat_map(|begin| attributed(self.outline, &code, begin));
-            hidden.extend(tests.map(|(test, _)| test));
+            hidden.extend(self.tests(&code));
         }
         blanked(text, hidden.into_iter())
     }
 
-    /// Whether a name may be that of the import: by its own path, what is imported is named without it.
-    fn may_be_imported(&self, code: &str, at: usize) -> bool {
-        let own = &self.program.index.module(self.module).name;
+    /// Whether a name may be that of the import: by another path than that of its module, it is not.
+    fn may_be_imported(&self, import: &Import<'_>, code: &str, at: usize) -> bool {
+        let index = self.program.index;
+        let own = &index.module(self.module).name;
         // The root of a crate has no name of its own.
         let own = if own.is_empty() { "crate" } else { own };
-        segment_before(code, at) != Some(own)
+        match segment_before(code, at) {
+            Some(before) if before == own => false,
+            None | Some("" | "self" | "super" | "crate") => true,
+            Some(before) => self.homes(import.stmt.start).any(|home| index.module(home).name == before),
+        }
     }
 
     /// Whether a method of the trait may be called in a part of the code: each call of that name is known, or is one.

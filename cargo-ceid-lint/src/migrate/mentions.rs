@@ -105,9 +105,10 @@ pub(super) fn mentions(
             let mut text = format!("all of `{whole}` is used here, and a guard holds `{}`", own.spelled);
             if whole == "self" {
                 let field = own.place.fields.first().map_or("", String::as_str);
+                let place = if of.is_function { "at its head" } else { "above the loop" };
                 let _ = write!(
                     text,
-                    ": take it apart above the loop, as in `let Self {{ {field}, .. }} = self;`, and let what is called here take \
+                    ": take it apart {place}, as in `let Self {{ {field}, .. }} = self;`, and let what is called here take \
                      the other fields"
                 );
             }
@@ -157,28 +158,29 @@ pub(super) fn is_about_owner(of: &LoopBody<'_>, place: &Place, id: ExprId) -> bo
     is_about(of, place, id) && chain(of, id).len() <= place.fields.len()
 }
 
-/// Whether nothing keeps a part of what an expression names, and the place in it is only looked at: `self.kf.estimate()`,
-/// `self.limit()`.
-pub(super) fn is_glance(of: &LoopBody<'_>, place: &Place, id: ExprId) -> bool {
+/// Whether nothing keeps a part of what an expression names: `self.kf.estimate()`, `self.kf.input = z`, `self.limit()`.
+pub(super) fn is_glance(of: &LoopBody<'_>, id: ExprId) -> bool {
     let index = of.program.index;
     let scope = index.scope_of(of.function);
     let is_plain = |id: &ExprId| is_owned(index, &scope, of.typed.ty(*id));
-    let looks = |call: &ExprId| match of.typed.callees.get(call) {
-        Some(Callee::Resolved(callee)) => {
-            let is_shared = |id: &FunctionId| index.function(*id).function.receiver == Some(Receiver::Shared);
-            !callee.targets.is_empty() && callee.targets.iter().all(is_shared)
-        }
-        _ => false,
+    let asks_for_plain = |call: ExprId, number: usize| {
+        let Some(Callee::Resolved(callee)) = of.typed.callees.get(&call) else { return false };
+        let is_asked = |target: &FunctionId| {
+            let scope = index.scope_of(*target);
+            let param = index.function(*target).function.params.get(number);
+            param.is_some_and(|param| is_owned(index, &scope, &index.lower(param, &scope)))
+        };
+        !callee.targets.is_empty() && callee.targets.iter().all(is_asked)
     };
     let mut at = id;
     while let Some(parent) = of.parent(at) {
         match of.kind(parent) {
             ExprKind::Field { base, .. } if *base == at => at = parent,
             ExprKind::MethodCall { receiver, args, .. } if *receiver == at => {
-                let is_fine = is_about_owner(of, place, id) || looks(&parent);
-                return is_fine && is_plain(&parent) && args.iter().all(is_plain);
+                let is_fine = |(number, arg)| is_plain(arg) || asks_for_plain(parent, number);
+                return is_plain(&parent) && args.iter().enumerate().all(is_fine);
             }
-            ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } if *place == at => return false,
+            ExprKind::Assign { place, .. } | ExprKind::AssignOp { place, .. } if *place == at => return is_plain(&at),
             ExprKind::Reference { .. } => return false,
             _ => return matches!(of.typed.ty(at), Ty::Int | Ty::Float | Ty::Bool | Ty::Char),
         }

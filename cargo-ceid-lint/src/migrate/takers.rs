@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use super::imports::{attributed, blanked, segment_before};
+use super::imports::{Sought, attributed, blanked, segment_before};
 use super::macros::Macros;
 use super::text::{has_word, without_comments, words};
 use crate::flow::Program;
@@ -75,13 +75,20 @@ impl Takers {
             let (code, items) = (&*own_code.text, &own_code.items);
             let is_among = own.contains(&file) || found.contains_key(&file);
             // What is compiled under a condition was perhaps not read, and is told by its words.
+            let is_module = |item: &str| words(item, "mod").next().is_some_and(|at| !item[..at].contains(['{', ';']));
             let takes = |item: &str| {
-                let is_module = words(item, "mod").next().is_some_and(|at| !item[..at].contains(['{', ';']));
-                let is_named = |name: &&str| has_word(item, if name.is_empty() { "crate" } else { name });
-                is_among && (!is_module || has_word(item, "super")) || names.iter().any(is_named)
+                let is_named = |name: &&str| leads_to(item, if name.is_empty() { "crate" } else { name });
+                is_among && (!is_module(item) || has_word(item, "super")) || names.iter().any(is_named)
             };
-            let taking = items.iter().filter(|(item, _)| takes(&code[item.clone()]));
-            texts.extend(taking.map(|(item, condition)| (code[item.clone()].to_owned(), Some(condition.clone()))));
+            // Around an import of the file itself, its own code is looked at word by word.
+            let is_told = file == except.0 && !own_code.inline.iter().any(|(_, own)| own.contains(&except.1.start));
+            let taking = items.iter().filter(|(item, _)| !is_told && takes(&code[item.clone()]));
+            // The name that a module has itself is none that it uses.
+            let inside = |item: &str| match item.find('{').filter(|_| is_module(item)) {
+                Some(open) => item[open..].to_owned(),
+                None => item.to_owned(),
+            };
+            texts.extend(taking.map(|(item, condition)| (inside(&code[item.clone()]), Some(condition.clone()))));
             if let Some(modules) = found.get(&file) {
                 let is_test = modules.iter().all(|module| index.module(*module).is_test);
                 let around = modules.iter().flat_map(|module| {
@@ -187,6 +194,45 @@ pub(super) fn inline_modules<'t>(outline: &'t Outline, text: &'t str) -> impl It
     })
 }
 
+/// Whether a path in some code leads to a module of that name, or an import may.
+fn leads_to(code: &str, module: &str) -> bool {
+    words(code, module).any(|at| {
+        let is_imported = || has_word(code[..at].rsplit(';').next().unwrap_or_default(), "use");
+        code[at + module.len()..].trim_start().starts_with("::") || is_imported()
+    })
+}
+
+/// Whether the code in the brackets of a module may have something from around it: by `crate`, or by more `super`s than modules are in
+/// between. A trait whose method is called has to be imported, by its name or with all others.
+pub(super) fn looks_outside(outline: &Outline, code: &str, brackets: &Range<usize>, sought: Sought) -> bool {
+    let inner = &code[brackets.clone()];
+    let is_visibility = |at: usize| {
+        let before = inner[..at].trim_end();
+        let before = before.strip_suffix("in").unwrap_or(before).trim_end().strip_suffix('(');
+        before.is_some_and(|before| before.trim_end().ends_with("pub"))
+    };
+    let modules_around = |at: usize| {
+        let is_around = |own: &Enclosure| own.brackets.start > brackets.start && own.brackets.contains(&at);
+        inline_modules(outline, code).filter(|(_, own)| is_around(own)).count()
+    };
+    let leads_out = |at: usize| {
+        let (mut rest, mut supers) = (&inner[at..], 0);
+        while let Some(behind) = rest.strip_prefix("super") {
+            supers += 1;
+            rest = behind.trim_start().trim_start_matches(':').trim_start();
+        }
+        let is_split = rest.starts_with('{') && rest.split(';').next().is_some_and(|list| has_word(list, "super"));
+        is_split || supers > modules_around(brackets.start + at)
+    };
+    let is_wanted = |at: usize| {
+        let path = inner[at..].split(';').next().unwrap_or_default();
+        sought == Sought::Names || ["::*", "{*", ", *"].iter().any(|all| path.contains(all))
+    };
+    let from_super = |at: usize| segment_before(inner, at) != Some("super") && leads_out(at);
+    let crates = words(inner, "crate");
+    crates.chain(words(inner, "super").filter(|at| from_super(*at))).any(|at| !is_visibility(at) && is_wanted(at))
+}
+
 /// What is compiled under a condition in code without comments, and that.
 fn conditional(outline: &Outline, code: &str) -> Vec<(Range<usize>, String)> {
     let found = ["#[cfg(", "#[test]"].into_iter().flat_map(|begin| attributed(outline, code, begin));
@@ -210,4 +256,52 @@ fn has_conditional_modules(text: &str) -> bool {
         let is_elsewhere = rest.find([';', '{']).is_some_and(|end| rest[end..].starts_with(';'));
         is_elsewhere && text[before..at].contains("#[cfg(")
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(inner: &str, expected: bool) {
+        check_for(Sought::Names, inner, expected);
+    }
+
+    #[track_caller]
+    fn check_for(sought: Sought, inner: &str, expected: bool) {
+        let code = format!("mod m {{ {inner} }} mod n {{ use super::x; }}");
+        let outline = Outline::of(&code);
+        let brackets = inline_modules(&outline, &code).next().expect("there is one").1.brackets.clone();
+        assert_eq!(looks_outside(&outline, &code, &brackets, sought), expected, "{inner}");
+    }
+
+    #[test]
+    fn paths_lead_out_of_a_module() {
+        check("use super::a;", true);
+        check("fn f() { crate::a(); }", true);
+        check("mod p { use super::super::a; }", true);
+        check("mod p { use super::{b, super::a}; }", true);
+        check("mod p { mod q { super::super::super::a!(); } }", true);
+    }
+
+    #[test]
+    fn visibilities_and_inner_paths_stay_in_it() {
+        check("pub(crate) fn f() {} pub(super) fn g() {} pub(in crate::m) struct A;", false);
+        check("mod p { use super::a; }", false);
+        check("mod p { mod q { use super::super::a; } }", false);
+    }
+
+    #[test]
+    fn a_variable_is_no_module_of_its_name() {
+        assert!(leads_to("fn f() { pid::g(); }", "pid") && leads_to("mod t { use crate::{kf, pid}; }", "pid"));
+        assert!(!leads_to("fn f() { use a::B; let mut pid = B::new(); pid.update(); }", "pid"));
+    }
+
+    #[test]
+    fn methods_come_with_all_that_is_around() {
+        check_for(Sought::Calls, "use super::*; fn f() { a.u(); }", true);
+        check_for(Sought::Calls, "use crate::{b::A, *};", true);
+        check_for(Sought::Calls, "use crate::b::A; mod p { use super::*; }", false);
+        check_for(Sought::Calls, "use super::A;", false);
+    }
 }

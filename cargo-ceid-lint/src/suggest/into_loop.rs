@@ -140,10 +140,14 @@ fn own(site: &Site<'_>, stmt: &Stmt) -> Option<Range<usize>> {
     }
     while let Some(end) = lines.start.checked_sub(1) {
         let above = line_of(site.text, end);
-        if !site.text[above.clone()].trim_start().starts_with("//") {
-            break;
-        }
-        lines.start = above.start;
+        let line = site.text[above.clone()].trim();
+        // A comment on several lines begins with a line of its own.
+        let opening = match line.strip_suffix("*/") {
+            Some(_) => site.text[..above.end].rfind("/*").map(|open| line_of(site.text, open)),
+            None => Some(above).filter(|_| line.starts_with("//")),
+        };
+        let Some(first) = opening.filter(|first| site.text[first.clone()].trim_start().starts_with('/')) else { break };
+        lines.start = first.start;
     }
     Some(lines)
 }

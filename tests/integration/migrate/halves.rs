@@ -50,6 +50,8 @@ fn halves_that_follow_each_other_are_fed_together() {
     check("migrate_halves_together", body, "migrated 1 of 1 loop", Some("ekf.feed((*speed, *along));"));
     let body = "        ekf.predict(*speed);\n        println!(\"{along}\");\n        ekf.correct(*along);";
     check("migrate_halves_apart", body, "migrated 1 of 1 loop", Some("let ekf_speed = *speed;"));
+    let body = "        ekf.predict(-1.0);\n        println!(\"{along}\");\n        ekf.correct(*along);";
+    check("migrate_halves_constant", body, "migrated 1 of 1 loop", Some("ekf.feed((-1.0, *along));"));
 }
 
 #[test]
