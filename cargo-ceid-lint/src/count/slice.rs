@@ -14,8 +14,6 @@ use crate::flow::{ControlFlowGraph, Effect, LoopId, NodeId, Place, SubjectId};
 pub(super) struct ControlDependence {
     /// For each node the branches it depends on.
     branches: Vec<Vec<u32>>,
-    /// For each node the nearest one through which every way from it to an exit leads, if there is one.
-    after: Vec<Option<u32>>,
     /// For each node those that it follows.
     before: Vec<Vec<NodeId>>,
     /// The nodes that give a subject a head that is known.
@@ -26,8 +24,6 @@ pub(super) struct ControlDependence {
     asking: BTreeMap<SubjectId, Vec<NodeId>>,
     /// The heads with which a subject that never changes comes to a node, as far as it was asked: it is the same for all filters.
     arriving: RefCell<FxHashMap<(NodeId, SubjectId), u32>>,
-    /// The nodes that ask what a subject is, or hand that on, as far as it was asked.
-    askers: RefCell<FxHashMap<SubjectId, Arc<Vec<NodeId>>>>,
     /// The nodes that may need what is known of a subject, as far as it was asked.
     needing: RefCell<FxHashMap<SubjectId, Arc<Vec<bool>>>>,
     /// The nodes that may change what a subject reads, as far as it was asked.
@@ -92,13 +88,11 @@ impl ControlDependence {
         let (assigned, overwritten) = assignments(graph, aliases);
         Self {
             branches,
-            after,
             before,
             assigned,
             overwritten,
             asking,
             arriving: RefCell::default(),
-            askers: RefCell::default(),
             needing: RefCell::default(),
             writing: RefCell::default(),
             before_loop: RefCell::default(),
@@ -115,11 +109,6 @@ impl ControlDependence {
         found_once(&self.arriving, (node, subject), find)
     }
 
-    /// The nodes that ask what a subject is, or hand that on.
-    pub(super) fn askers(&self, subject: SubjectId, find: impl FnOnce() -> Vec<NodeId>) -> Arc<Vec<NodeId>> {
-        found_once(&self.askers, subject, || Arc::new(find()))
-    }
-
     /// The nodes that may need what is known of a subject.
     pub(super) fn needing(&self, subject: SubjectId, find: impl FnOnce() -> Vec<bool>) -> Arc<Vec<bool>> {
         found_once(&self.needing, subject, || Arc::new(find()))
@@ -133,11 +122,6 @@ impl ControlDependence {
     /// The heads that a subject can have where a loop begins.
     pub(super) fn before_loop(&self, id: LoopId, subject: SubjectId, find: impl FnOnce() -> u32) -> u32 {
         found_once(&self.before_loop, (id, subject), find)
-    }
-
-    /// The nearest node through which every way from a node leads that comes to an exit.
-    pub(super) fn after(&self, node: NodeId) -> Option<NodeId> {
-        self.after[node.0 as usize].filter(|after| (*after as usize) < self.after.len()).map(NodeId)
     }
 
     /// The nodes that a node follows.

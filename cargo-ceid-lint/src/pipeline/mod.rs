@@ -38,7 +38,7 @@ use crate::flow::{Program, lower_function};
 use crate::index::{CrateInput, FunctionId, Index};
 use crate::migrate::{self, IdleImports, Plan};
 use crate::parallel::{Cores, biggest_first, with_large_stack};
-use crate::project::Project;
+use crate::project::{Package, Project};
 use crate::relevance::{self, Names, ReadAhead};
 use crate::rules::{self, Known, RULES};
 use crate::source::{DiskSource, ReadSource, SourceMap, Span};
@@ -339,7 +339,15 @@ impl Run<'_> {
         suggest::add(&program, &analysis, &mut findings);
         findings.extend(hygiene);
         let guardable: BTreeSet<Span> = findings.iter().filter_map(guardable).collect();
-        let is_planned = |cycle: &&Cycle| self.purpose != Purpose::Findings || guardable.contains(&cycle.head);
+        // What is suggested leaves the manifests as they are.
+        let is_core = |name: &str| name == "ceid-core";
+        let has_core = |package: &Package| {
+            is_core(&package.name) || package.dependencies.iter().any(|own| is_core(&own.package_name))
+        };
+        let is_planned = |cycle: &&Cycle| {
+            self.purpose != Purpose::Findings
+                || guardable.contains(&cycle.head) && has_core(&project.packages[cycle.package])
+        };
         let planned = analysis.cycles.iter().filter(is_planned);
         let plans = migrate::plans(&program, planned, edition, &|path| self.manners.of(project, path));
         let idle_imports = match self.purpose {

@@ -245,6 +245,6 @@ impl Run<'_, '_> {
             masks,
             rounds,
         };
-        let _ = self.push(state, None);
+        self.push(state, None);
     }
 }

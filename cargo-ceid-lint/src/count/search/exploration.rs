@@ -63,19 +63,6 @@ pub(in crate::count) struct Dropped {
 }
 
 impl Exploration {
-    /// Adds a state behind another one.
-    pub(super) fn add(&mut self, state: State, parent: Option<usize>) -> usize {
-        self.states.push(state);
-        self.parents.push(parent);
-        self.depths.push(parent.map_or(0, |parent| self.depths[parent] + 1));
-        self.states.len() - 1
-    }
-
-    /// Puts a state behind another one than it was.
-    pub(super) fn set_parent(&mut self, at: usize, parent: usize) {
-        self.parents[at] = Some(parent);
-    }
-
     /// The state before one on its way.
     pub(in crate::count) fn parent(&self, at: usize) -> Option<usize> {
         self.parents[at]
@@ -96,12 +83,6 @@ impl Exploration {
         }
         path.reverse();
         path
-    }
-}
-
-impl Dropped {
-    pub(super) fn subjects(&self) -> impl Iterator<Item = SubjectId> + '_ {
-        self.subjects.iter().copied()
     }
 }
 

@@ -20,14 +20,6 @@ pub(super) struct OfElement {
 }
 
 impl OfElement {
-    pub(super) fn place(&self) -> &Place {
-        &self.state
-    }
-
-    pub(super) fn subjects(&self) -> impl Iterator<Item = SubjectId> + '_ {
-        self.subjects.iter().copied()
-    }
-
     fn subject<'g>(&self, graph: &'g ControlFlowGraph) -> &'g Subject {
         &graph.subjects[self.subjects[0].0 as usize]
     }

@@ -88,7 +88,7 @@ impl Search<'_> {
             };
             let returns = || graph.node_ids().filter(|node| matches!(graph.node(*node).effect, Effect::Return(_)));
             let mut needing = vec![false; graph.nodes.len()];
-            let mut open: Vec<NodeId> = self.askers(id).to_vec();
+            let mut open: Vec<NodeId> = graph.node_ids().filter(|node| self.asks_for(*node, id)).collect();
             while let Some(node) = open.pop() {
                 if std::mem::replace(&mut needing[node.0 as usize], true) {
                     continue;
@@ -103,11 +103,7 @@ impl Search<'_> {
         })
     }
 
-    /// The nodes that ask what a subject is, or hand that on.
-    pub(super) fn askers(&self, id: SubjectId) -> Arc<Vec<NodeId>> {
-        self.dependence.askers(id, || self.graph.node_ids().filter(|node| self.asks_for(*node, id)).collect())
-    }
-
+    /// Whether a node asks what a subject is, or hands that on.
     fn asks_for(&self, node: NodeId, id: SubjectId) -> bool {
         let graph = self.graph;
         let whole = graph.subjects[id.0 as usize].whole.as_ref();

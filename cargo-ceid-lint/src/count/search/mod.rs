@@ -10,7 +10,6 @@ mod effects;
 mod entry;
 mod exploration;
 mod homes;
-mod idle;
 mod interner;
 mod known;
 mod live;

@@ -6,11 +6,10 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::copies::Copies;
 use super::entry::Known;
-use super::idle::SOME_STATES;
 use super::interner::Interner;
 use super::live::MANY_STATES;
 use super::versions::Versions;
-use super::{End, EndKind, Exploration, MAX_STATES, Region, Search, Start, State};
+use super::{End, EndKind, Entry, Exploration, MAX_STATES, Region, Search, State};
 use crate::count::counts::Count;
 use crate::count::returned;
 use crate::count::slice::Tracked;
@@ -39,7 +38,7 @@ pub(super) struct Run<'s, 'a> {
     /// Why the instance may have names that are not known, from before the region on.
     pub(super) doubt: Option<u16>,
     /// Loops that count as one run of a cycle of their own, however many rounds they have.
-    pub(super) own: BTreeSet<LoopId>,
+    own: BTreeSet<LoopId>,
     /// Whether nothing updates the instance outside such loops.
     is_all_own: bool,
     pub(super) seen: FxHashSet<State>,
@@ -48,10 +47,6 @@ pub(super) struct Run<'s, 'a> {
     pub(super) mode: Option<super::Mode>,
     /// What is still needed at each node, once there are many states.
     pub(super) needed: Option<super::live::Needed>,
-    /// Where nothing happens that tells ways apart, once there are many states.
-    pub(super) idle: Option<super::idle::Idle>,
-    /// The first of the nodes that a way has passed in one step before it came to a state, by the number of that.
-    pub(super) passages: FxHashMap<usize, NodeId>,
     /// What is left of what is known, by that and by what is needed.
     pub(super) reduced: FxHashMap<(u32, u32), u32>,
     /// Which of the tracked subjects callers know, where they are to know what is assumed of them.
@@ -83,8 +78,6 @@ impl<'s, 'a> Run<'s, 'a> {
             queue: VecDeque::new(),
             mode: None,
             needed: None,
-            idle: None,
-            passages: FxHashMap::default(),
             reduced: FxHashMap::default(),
             of_caller: Vec::new(),
             of_element: search.of_element(region),
@@ -92,24 +85,20 @@ impl<'s, 'a> Run<'s, 'a> {
     }
 
     /// Follows all ways to their ends.
-    pub(super) fn finish(mut self, starts: &[Start]) -> Exploration {
+    pub(super) fn finish(mut self, starts: &[(NodeId, Option<Entry>)]) -> Exploration {
         self.start_at(starts);
         while let Some(at) = self.queue.pop_front() {
-            let states = self.exploration.states.len();
-            if self.idle.is_none() && states > SOME_STATES {
-                self.find_idle_parts(starts);
-                self.start_again(starts);
-                continue;
-            }
-            if self.needed.is_none() && states > MANY_STATES {
+            if self.needed.is_none() && self.exploration.states.len() > MANY_STATES {
                 self.forget_what_nothing_asks();
-                self.start_again(starts);
+                self.exploration = Exploration::default();
+                self.seen.clear();
+                self.queue.clear();
+                self.start_at(starts);
                 continue;
             }
             let state = self.exploration.states[at].clone();
             self.step(at, &state);
         }
-        self.unfold();
         self.exploration.dropped = self.untracked();
         self.skip_where_known();
         self.skip_where_chosen();
@@ -117,34 +106,27 @@ impl<'s, 'a> Run<'s, 'a> {
         self.exploration
     }
 
-    fn start_again(&mut self, starts: &[Start]) {
-        self.exploration = Exploration::default();
-        self.passages.clear();
-        self.seen.clear();
-        self.queue.clear();
-        self.start_at(starts);
-    }
-
-    fn start_at(&mut self, starts: &[Start]) {
+    fn start_at(&mut self, starts: &[(NodeId, Option<Entry>)]) {
         for (node, entry) in starts {
             self.start(*node, entry.as_ref());
         }
     }
 
-    /// Adds a state, unless it is there already or there are too many. Answers its number if it is new.
-    pub(super) fn push(&mut self, state: State, parent: Option<usize>) -> Option<usize> {
+    pub(super) fn push(&mut self, state: State, parent: Option<usize>) {
         // What only names a gate may take a part of the effort.
         let limit = if self.mode.is_some() { MAX_STATES / 4 } else { MAX_STATES };
         if self.exploration.states.len() >= limit {
             self.exploration.limit |= !self.seen.contains(&state);
-            return None;
+            return;
         }
         if !self.seen.insert(state.clone()) {
-            return None;
+            return;
         }
-        let at = self.exploration.add(state, parent);
+        let at = self.exploration.states.len();
+        self.exploration.states.push(state);
+        self.exploration.parents.push(parent);
+        self.exploration.depths.push(parent.map_or(0, |parent| self.exploration.depths[parent] + 1));
         self.queue.push_back(at);
-        Some(at)
     }
 
     /// Follows an edge: the way may end with it.
@@ -186,13 +168,8 @@ impl<'s, 'a> Run<'s, 'a> {
             && graph
                 .loops_around(to)
                 .any(|id| self.search.sample_loops.contains(&id) && self.region != Region::Loop(id));
-        let (node, passed) = self.past_idle(to);
-        let state = self.still_known(state, node);
-        let new = self.push(State { node, in_sample, ..state }, Some(at)).filter(|_| passed > 0);
-        if let Some(new) = new {
-            self.exploration.depths[new] += passed;
-            self.passages.insert(new, to);
-        }
+        let state = self.still_known(state, to);
+        self.push(State { node: to, in_sample, ..state }, Some(at));
     }
 
     fn end(&mut self, kind: EndKind, at: usize, state: &State, returned: returned::Heads) {
