@@ -428,9 +428,13 @@ pub(super) fn settle(context: &Context<'_>, facts: &FunctionFacts<'_>, pairs: &m
         return;
     }
     let handles = &facts.handles;
-    let in_use = if context.joined.cloned.is_empty() { Vec::new() } else { handles.elements_in_use(graph) };
-    let elements: BTreeSet<&Place> =
-        shared.values().copied().filter(|place| handles.is_element(place, &in_use)).collect();
+    // Only of what is cloned it is asked which are elements.
+    let elements: BTreeSet<&Place> = if context.joined.cloned.is_empty() {
+        BTreeSet::new()
+    } else {
+        let in_use = handles.elements_in_use(graph);
+        shared.values().copied().filter(|place| handles.is_element(place, &in_use)).collect()
+    };
     for filters in pairs.values_mut() {
         let doubts: Vec<Option<Cause>> = filters
             .iter()
