@@ -107,8 +107,10 @@ pub(crate) fn size(nodes: &[Node]) -> usize {
 
 /// Whether control never reaches what comes after.
 pub(crate) fn ends(body: &[Node]) -> bool {
-    matches!(body.last(), Some(Node::Line(line))
-        if ["return", "break", "continue"].iter().any(|word| line.starts_with(word)))
+    matches!(body.last(), Some(Node::Line(line)) if {
+        let last = line.rsplit_once("); ").map_or(line.as_str(), |(_, last)| last);
+        ["return", "break", "continue"].iter().any(|word| last.starts_with(word))
+    })
 }
 
 impl Program {

@@ -50,6 +50,8 @@ pub(super) struct Target {
     pub(super) label: Option<String>,
     /// Whether it is a loop, which plain `break` and `continue` mean.
     pub(super) is_loop: bool,
+    /// Its number, if its iterations are counted and end with it.
+    pub(super) cycle: Option<usize>,
 }
 
 /// What a function gives back.
@@ -159,8 +161,21 @@ impl Scope {
     /// The body of a loop or a labelled block.
     pub(super) fn inside(&self, label: Option<String>, is_loop: bool) -> Self {
         let mut inner = self.inner();
-        inner.targets.push(Target { label, is_loop });
+        inner.targets.push(Target { label, is_loop, cycle: None });
         inner
+    }
+
+    /// The body of a counted loop inside another one.
+    pub(super) fn inside_cycle(&self, label: Option<String>, cycle: usize) -> Self {
+        let mut inner = self.inner();
+        inner.targets.push(Target { label, is_loop: true, cycle: Some(cycle) });
+        inner
+    }
+
+    /// What ends the iterations of the counted loops that a jump to one of the targets leaves.
+    pub(super) fn left_behind(&self, target: usize) -> String {
+        let left = self.targets[target + 1..].iter().find_map(|inner| inner.cycle);
+        left.map_or_else(String::new, |cycle| format!("io.leave({cycle}); "))
     }
 
     /// The same while a place is borrowed under another name.

@@ -182,13 +182,13 @@ impl Generator {
                 _ => format!("{word};"),
             };
         }
-        let labelled: Vec<_> = scope.targets.iter().filter(|target| target.label.is_some()).collect();
+        let labelled: Vec<_> = scope.targets.iter().enumerate().filter(|(_, target)| target.label.is_some()).collect();
         if labelled.is_empty() {
             return "io.show(1.0);".into();
         }
-        let target = labelled[self.rng.below(labelled.len())];
+        let (at, target) = labelled[self.rng.below(labelled.len())];
         let word = if target.is_loop && self.rng.percent(65) { "continue" } else { "break" };
-        format!("{word} {};", target.label.as_deref().unwrap_or_default())
+        format!("{}{word} {};", scope.left_behind(at), target.label.as_deref().unwrap_or_default())
     }
 
     fn bind_condition(&mut self, scope: &mut Scope, nodes: &mut Vec<Node>) {
@@ -307,7 +307,7 @@ impl Generator {
         let cycle = self.loops;
         self.loops += 1;
         let label = self.rng.percent(20).then(|| format!("'{}", self.name("wait")));
-        let mut body = self.block(&scope.inside(label.clone(), true));
+        let mut body = self.block(&scope.inside_cycle(label.clone(), cycle));
         if self.rng.percent(30) {
             let name = self.name("z");
             if self.rng.percent(50) && !scope.places.is_empty() {

@@ -12,16 +12,27 @@ use std::collections::BTreeSet;
 use rustc_hash::FxHashSet;
 
 impl Search<'_> {
-    /// The heads that a subject can have where a loop is entered: those of the constants that a variable is given outside it.
+    /// The heads that a subject can have where a loop is entered: those of the constants that a variable is given outside it, and
+    /// those that the branches on the way there leave.
     pub(super) fn known_before(&self, region: Region, id: crate::flow::SubjectId) -> u32 {
         let graph = self.graph;
         let subject = &graph.subjects[id.0 as usize];
         let (Region::Loop(own), Some(place)) = (region, &subject.whole) else { return subject.anything() };
         let is_local = place.steps.is_empty() && place.base_var().is_some_and(|var| graph.var(var).param.is_none());
-        if !is_local {
-            return subject.anything();
-        }
-        self.dependence.before_loop(own, id, || self.given_before(own, subject, place))
+        self.dependence.before_loop(own, id, || {
+            let given = if is_local { self.given_before(own, subject, place) } else { subject.anything() };
+            match given & self.entering(own, id) {
+                // Nothing enters it, as far as can be told.
+                0 => subject.anything(),
+                heads => heads,
+            }
+        })
+    }
+
+    /// Whether a branch asks again what was asked before its loop.
+    pub(super) fn was_asked(&self, region: Region, branch: NodeId) -> bool {
+        let Effect::Branch(test) = &self.graph.node(branch).effect else { return false };
+        test.subject.is_some_and(|id| self.known_before(region, id) != self.graph.subjects[id.0 as usize].anything())
     }
 
     /// The heads that are given to a variable outside a loop; any, if something else writes it there.

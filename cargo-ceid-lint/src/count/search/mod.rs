@@ -468,7 +468,7 @@ impl<'a> Search<'a> {
         };
         let times = |node: NodeId| match inside(node) {
             false => 0,
-            true => 1 + u32::from(self.graph.node(node).in_loop != own_loop),
+            true => 1 + u32::from(self.graph.node(node).in_loop != own_loop) + u32::from(self.was_asked(region, node)),
         };
         let asked = |node: NodeId| self.asked_by_call(node);
         let mut tracked = tracked(self.graph, self.dependence, &touching_inside, &times, &asked, most);

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use rustc_hash::FxHashSet;
 
 use super::{Region, Search};
-use crate::flow::{Effect, NodeId, Place, SubjectId};
+use crate::flow::{Effect, LoopId, NodeId, Place, SubjectId};
 use crate::index::Ty;
 
 impl Search<'_> {
@@ -26,8 +26,33 @@ impl Search<'_> {
         self.dependence.arriving(branch, id, || self.arriving(branch, id, &|node| node != branch))
     }
 
-    /// The same for any node, where only what `is_outside` is asked on the way there.
+    /// The heads that a subject can have where a loop is entered, for the branches on the way there, whatever becomes of it inside:
+    /// `if armed { loop { if !armed { armed = ask(); … } } }`.
+    pub(super) fn entering(&self, own: LoopId, id: SubjectId) -> u32 {
+        let graph = self.graph;
+        let is_outside = |node: NodeId| !graph.is_within(graph.node(node).in_loop, own);
+        let before = self.dependence.before(graph.loop_info(own).head).iter();
+        let from: Vec<NodeId> = before.copied().filter(|node| is_outside(*node)).collect();
+        self.arriving_from(&from, id, &is_outside, &|node| !is_outside(node))
+    }
+
+    /// The same for any node and a subject that never changes, where only what `is_outside` is asked on the way there.
     fn arriving(&self, target: NodeId, id: SubjectId, is_outside: &dyn Fn(NodeId) -> bool) -> u32 {
+        if self.writers_of(id).iter().all(|writer| is_outside(*writer)) {
+            self.arriving_from(&[target], id, is_outside, &|_| false)
+        } else {
+            self.graph.subjects[id.0 as usize].anything()
+        }
+    }
+
+    /// The heads with which a subject comes to one of some nodes, where it may have any behind those that write it or `begins` names.
+    fn arriving_from(
+        &self,
+        targets: &[NodeId],
+        id: SubjectId,
+        is_outside: &dyn Fn(NodeId) -> bool,
+        begins: &dyn Fn(NodeId) -> bool,
+    ) -> u32 {
         let graph = self.graph;
         let subject = &graph.subjects[id.0 as usize];
         let Some(place) = &subject.whole else { return subject.anything() };
@@ -39,16 +64,13 @@ impl Search<'_> {
             return subject.anything();
         }
         let mut starts: FxHashSet<NodeId> = self.writers_of(id).iter().copied().collect();
-        if !starts.iter().all(|writer| is_outside(*writer)) {
-            return subject.anything();
-        }
         starts.insert(NodeId(0));
         // Backwards, for what gave it its value is mostly near.
         let arrives_with = |bit: u32| {
             let mut seen: FxHashSet<NodeId> = FxHashSet::default();
-            let mut open = vec![target];
+            let mut open = targets.to_vec();
             while let Some(node) = open.pop() {
-                if starts.contains(&node) {
+                if starts.contains(&node) || begins(node) {
                     return true;
                 }
                 if !seen.insert(node) {
