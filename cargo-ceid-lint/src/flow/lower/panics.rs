@@ -9,7 +9,8 @@ use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
 use crate::types::Callee;
 
 impl Builder<'_> {
-    /// Runs a closure of which a panic is caught and goes no further.
+    /// Runs a closure of which a panic is caught and goes no further. Only what it or a function that it calls is there to raise is
+    /// meant to be caught: a panic further down is that of a broken program, whose ways owe nothing.
     pub(super) fn swallow_panics(
         &mut self,
         closure: ClosureRef,
@@ -19,7 +20,7 @@ impl Builder<'_> {
         let frame = &self.frames[closure.frame];
         let place = frame.body.expr(closure.expr).span;
         let may_panic =
-            self.reaches(frame.body, frame.typed, place, &mut FxHashSet::default(), &|_, kind| panics(kind));
+            self.reaches(frame.body, frame.typed, place, 1, &mut FxHashSet::default(), &|_, kind| panics(kind));
         if !may_panic || self.at.is_none() {
             return run(self);
         }

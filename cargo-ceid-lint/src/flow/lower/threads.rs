@@ -84,7 +84,7 @@ impl Builder<'_> {
 
     /// Whether code may run until something else ends it, here or in what it calls.
     fn may_stay(&self, body: &Body, typed: &TypedBody, place: Span) -> bool {
-        self.reaches(body, typed, place, &mut FxHashSet::default(), &|body, kind| match kind {
+        self.reaches(body, typed, place, usize::MAX, &mut FxHashSet::default(), &|body, kind| match kind {
             ExprKind::Loop { .. } => true,
             ExprKind::While { condition, .. } => {
                 !matches!(body.expr(*condition).kind, ExprKind::Binary { op: "<" | "<=" | ">" | ">=" | "!=", .. })
@@ -93,12 +93,13 @@ impl Builder<'_> {
         })
     }
 
-    /// Whether there is an expression of some kind at a place, or in what is called there.
+    /// Whether there is an expression of some kind at a place, or in what is called there, so many calls deep.
     pub(super) fn reaches(
         &self,
         body: &Body,
         typed: &TypedBody,
         place: Span,
+        depth: usize,
         seen: &mut FxHashSet<FunctionId>,
         is_it: &dyn Fn(&Body, &ExprKind) -> bool,
     ) -> bool {
@@ -106,10 +107,11 @@ impl Builder<'_> {
         inside.into_iter().any(|(number, expr)| {
             is_it(body, &expr.kind)
                 || match typed.callees.get(&ExprId(number)) {
-                    Some(Callee::Resolved(resolved)) => resolved.targets.iter().any(|target| {
+                    Some(Callee::Resolved(resolved)) if depth > 0 => resolved.targets.iter().any(|target| {
                         let code = self.program.index.function(*target).function.body.as_ref();
                         let Some((body, typed)) = code.zip(self.program.typed(*target)) else { return false };
-                        seen.insert(*target) && self.reaches(body, typed, body.expr(body.root).span, seen, is_it)
+                        let all = body.expr(body.root).span;
+                        seen.insert(*target) && self.reaches(body, typed, all, depth - 1, seen, is_it)
                     }),
                     _ => false,
                 }
