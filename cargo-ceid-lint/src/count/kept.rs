@@ -42,10 +42,18 @@ pub(super) fn params(
             }
             Effect::Call(site) => {
                 let callees = site.targets.iter().filter_map(|target| summaries.get(*target));
-                for arg in callees.flat_map(|callee| &callee.keeps).filter_map(|number| site.args.get(*number)) {
+                for number in callees.flat_map(|callee| &callee.keeps) {
+                    let Some(arg) = site.args.get(*number) else { continue };
                     let copied = arg.value_of.iter().filter(|_| arg.is_copy);
                     let moved = arg.place.iter().chain(copied).filter(|place| !is_plain(index, graph, place));
-                    kept.extend(moved.flat_map(|place| params(&mut aliases.roots(place).into_iter())));
+                    let given: BTreeSet<usize> =
+                        moved.flat_map(|place| params(&mut aliases.roots(place).into_iter())).collect();
+                    // What stays in the same parameter, whichever argument the callee puts it into, has not gone anywhere.
+                    let others = site.args.iter().enumerate().filter(|(other, arg)| other != number && !arg.is_shared);
+                    let owners = others.filter_map(|(_, arg)| arg.place.as_ref());
+                    let owners = owners.map(|place| params(&mut aliases.roots(place).into_iter()));
+                    let common = owners.reduce(|common, own| &common & &own).unwrap_or_default();
+                    kept.extend(given.difference(&common));
                 }
             }
             _ => {}

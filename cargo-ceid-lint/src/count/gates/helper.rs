@@ -181,7 +181,7 @@ impl Gates<'_, '_> {
             } else if !asks.is_presence && (self.is_event_of(&read.places, asks.is_choice) || read.is_received(asks)) {
                 Gate::Event
             } else {
-                self.mode_of_call(asks, site, at).or_else(|| self.mode_of_element(asks, site, at))?
+                self.mode_of_call(asks, site, at, None).or_else(|| self.mode_of_element(asks, site, at))?
             };
             found = found.or(Some(gate));
         }
@@ -196,16 +196,17 @@ impl Gates<'_, '_> {
 
     /// Whether a helper that takes its parameter for a message is given a state, and what changes that resets the filter.
     pub(super) fn mode_of_kept(&self, site: &CallSite, at: NodeId) -> Option<Gate> {
-        let all = self.asked_by(site, returned::ANY, Some(Gate::Event))?;
-        all.into_iter().all(|asks| self.mode_of_call(asks, site, at).is_some()).then_some(Gate::Mode)
+        let gate = Some(Gate::Event);
+        let all = self.asked_by(site, returned::ANY, gate)?;
+        all.into_iter().all(|asks| self.mode_of_call(asks, site, at, gate).is_some()).then_some(Gate::Mode)
     }
 
-    fn mode_of_call(&self, asks: &Asks, site: &CallSite, at: NodeId) -> Option<Gate> {
+    fn mode_of_call(&self, asks: &Asks, site: &CallSite, at: NodeId, gate: Option<Gate>) -> Option<Gate> {
         let graph = self.search.graph;
         let id = asks.subject(graph, site)?;
         let subject = &graph.subjects[id.0 as usize];
         let updating = asks.updating.iter().fold(0, |mask, head| mask | subject.bit(head));
-        let mode = Mode { asked_by: Some(at), ..Mode::new(id, updating) };
+        let mode = Mode { asked_by: Some(at), gate, ..Mode::new(id, updating) };
         (updating != 0 && self.search.resets_in_pauses(self.region, mode)).then_some(Gate::Mode)
     }
 

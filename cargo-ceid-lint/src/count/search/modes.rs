@@ -7,6 +7,7 @@ use crate::count::gates::Asks;
 use crate::count::instances::is_lent;
 use crate::count::slice::MAX_TRACKED;
 use crate::count::summary::Outcome;
+use crate::count::verdict::Gate;
 use crate::flow::{Assignment, CallSite, Effect, NodeId, OTHER_HEADS, Place, SubjectId, Test, Var};
 use crate::index::Ty;
 
@@ -39,6 +40,8 @@ pub(in crate::count) struct Mode {
     pub(in crate::count) updating: u32,
     /// The call of the helper that asks for it, if one does.
     pub(in crate::count) asked_by: Option<NodeId>,
+    /// What those ways of the helper wait for that ask for it: one that waits for a sample is no pause of the mode.
+    pub(in crate::count) gate: Option<Gate>,
     /// The heads that others may give it between two calls of the function.
     pub(in crate::count) foreign: u32,
     /// Whether the laws of other filters are taken to leave every state as it is.
@@ -48,7 +51,7 @@ pub(in crate::count) struct Mode {
 impl Mode {
     /// A state that the function itself asks for, and that nothing else gives anything.
     pub(in crate::count) const fn new(subject: SubjectId, updating: u32) -> Self {
-        Self { subject, updating, asked_by: None, foreign: 0, trusts_laws: false }
+        Self { subject, updating, asked_by: None, gate: None, foreign: 0, trusts_laws: false }
     }
 }
 
@@ -122,8 +125,10 @@ impl Run<'_, '_> {
     }
 
     fn is_pause(&self, state: &State, mode: &Mode) -> bool {
-        let asks = state.skipped_at.is_some_and(|at| {
-            mode.asked_by == Some(at) || matches!(&self.search.graph.node(at).effect, Effect::Branch(test) if test.subject == Some(mode.subject))
+        let asks = state.skipped_at.is_some_and(|at| match &self.search.graph.node(at).effect {
+            Effect::Call(_) => mode.asked_by == Some(at) && state.helper_gate == mode.gate,
+            Effect::Branch(test) => mode.asked_by == Some(at) || test.subject == Some(mode.subject),
+            _ => mode.asked_by == Some(at),
         });
         let tracked = self.tracked.subjects.iter().position(|id| *id == mode.subject);
         asks || tracked.is_some_and(|at| self.masks.get(state.masks)[at] & mode.updating == 0)
