@@ -163,7 +163,9 @@ impl Gates<'_, '_> {
 
     /// What a call that does not update waits for, where the helper asks for something that is known here.
     pub(super) fn of_call(&self, site: &CallSite, at: NodeId, way: &Way, ends_round: bool) -> Option<Gate> {
-        let all = self.asked_by(site, self.answer(site, way), None)?;
+        // A way with another answer than any of those may stand for one that is told apart from it by nothing else.
+        let all = self.asked_by(site, self.answer(site, way), None);
+        let all = all.or_else(|| self.asked_by(site, returned::ANY, None))?;
         let mut found = None;
         for asks in all {
             let read = read_by(asks, site)?;

@@ -171,7 +171,7 @@ impl Run<'_, '_> {
                     }
                     // A helper behind the one that skipped only resets, and says nothing of why.
                     if is_absent || !is_skipped {
-                        next.helper_gate = outcome.gate;
+                        next.helper_gate = self.gate_in(state, outcome, site);
                     }
                 }
                 if let Some((result, given)) = site.handed() {

@@ -248,13 +248,25 @@ impl Run<'_, '_> {
     /// What is known of a mode that a helper asks for, where a way through the helper is taken; `None` if it cannot be.
     pub(super) fn asked(&mut self, state: &State, outcome: &Outcome, site: &CallSite) -> Option<u32> {
         let Some(Mode { subject, updating, asked_by: Some(call), .. }) = self.mode else { return Some(state.masks) };
-        let is_asked = |asks: &Asks| asks.subject(self.search.graph, site) == Some(subject);
-        if call != state.node || (outcome.count == Count::Zero && !outcome.asks.as_ref().is_some_and(is_asked)) {
+        if call != state.node || (outcome.count == Count::Zero && !self.asks_for_mode(outcome, site)) {
             return Some(state.masks);
         }
         let at = self.tracked.subjects.iter().position(|id| *id == subject)?;
         let mut all = self.masks.get(state.masks).clone();
         all[at] &= if outcome.count == Count::Zero { !updating } else { updating };
         (all[at] != 0).then(|| self.masks.intern(all))
+    }
+
+    /// What a way through a helper waits for. One that the helper takes for another reason than the mode is no pause of it.
+    pub(super) fn gate_in(&self, state: &State, outcome: &Outcome, site: &CallSite) -> Option<Gate> {
+        match &self.mode {
+            Some(mode) if mode.asked_by == Some(state.node) && !self.asks_for_mode(outcome, site) => Some(Gate::Rate),
+            _ => outcome.gate,
+        }
+    }
+
+    fn asks_for_mode(&self, outcome: &Outcome, site: &CallSite) -> bool {
+        let subject = outcome.asks.as_ref().and_then(|asks: &Asks| asks.subject(self.search.graph, site));
+        subject.is_some() && subject == self.mode.map(|mode| mode.subject)
     }
 }

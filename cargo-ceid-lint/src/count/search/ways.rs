@@ -1,14 +1,16 @@
 //! The ways through a whole function, as its callers see them.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::assumed::merged;
 use super::super::counts::Count;
+use super::super::gates::Asks;
 use super::super::returned;
 use super::super::summary::Outcome;
-use super::super::verdict::Evidence;
+use super::super::verdict::{Evidence, Gate};
 use super::{End, Region, Search, too_many_conditions};
 use crate::flow::Cause;
+use crate::source::Span;
 
 /// What those who call a function need to know of the ways through it.
 pub(in crate::count) struct Ways {
@@ -43,6 +45,8 @@ impl Search<'_> {
             }
         };
         let mut heads = 0;
+        // Where each reason not to update is asked for first: of nested ones the outer comes before the inner, also for callers.
+        let mut asked_at: BTreeMap<(Option<Gate>, Option<Asks>), Span> = BTreeMap::new();
         for end in &exploration.ends {
             let returned = returned::of_function(self.program, self.graph.function, end.returned);
             if end.state.count == Count::Zero && super::super::skips::is_of_nothing(self, &exploration, end) {
@@ -53,6 +57,11 @@ impl Search<'_> {
             let unknown = end.state.unknown.map(|cause| exploration.causes[cause as usize].clone());
             let asks = gates.asks(&exploration, end);
             let is_explained = gate.is_some() || asks.is_some();
+            if let Some(at) = end.state.skipped_at.filter(|_| is_explained) {
+                let span = self.graph.node(at).span;
+                let first = asked_at.entry((gate, asks.clone())).or_insert(span);
+                *first = span.min(*first);
+            }
             if !certain.contains(&end.state.count) && gate.is_none() {
                 outcomes.insert(Outcome { returned, ..Outcome::unknown(too_many_conditions()) });
                 continue;
@@ -82,8 +91,10 @@ impl Search<'_> {
             outcomes.insert(Outcome::unknown(Cause::Limit("the function has too many paths".to_owned())));
         }
         outcomes.extend(self.aliases.limit().map(Outcome::unknown));
+        let mut all = merged(&outcomes);
+        all.sort_by_cached_key(|way| asked_at.get(&(way.gate, way.asks.clone())).copied());
         Ways {
-            outcomes: merged(&outcomes),
+            outcomes: all,
             heads: outcomes.iter().fold(heads, |heads, way| heads | way.returned),
             states: exploration.states.len(),
             repeat: super::super::decide::repeat_of(self, &exploration),
