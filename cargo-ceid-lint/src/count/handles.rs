@@ -229,11 +229,15 @@ impl Handles {
         let own = self.origins(place, false);
         self.sources.keys().any(|var| {
             let elements = self.elements_of(*var);
-            let mut holding = elements.iter().filter(|(source, _)| self.origins(&source.from, true).overlaps(&own));
-            let (Some((first, _)), Some((second, _))) = (holding.next(), holding.next()) else { return false };
+            let holding = elements.iter().map(|(source, _)| (source.at, self.origins(&source.from, true)));
+            let holding: Vec<(Option<NodeId>, Origins)> =
+                holding.filter(|(_, origins)| origins.overlaps(&own)).collect();
+            // A place that stands for all elements has a part in each, which are different ones.
+            let mut pairs =
+                (1..).zip(&holding).flat_map(|(next, one)| holding[next..].iter().map(move |other| (one, other)));
             let is_used =
                 |place: &Place| self.origins(place, false).on_the_way.iter().any(|on| on.base_var() == Some(*var));
-            first.at != second.at
+            pairs.any(|((at, origins), (other, others))| at != other && origins.overlaps(others))
                 && graph.nodes.iter().any(|node| match &node.effect {
                     Effect::Update(update) => is_used(&update.place),
                     Effect::Call(site) => site.args.iter().filter_map(|arg| arg.place.as_ref()).any(is_used),
