@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::{Gates, Way, contains_any};
+use crate::count::instances::inner;
 use crate::count::search::Region;
 use crate::flow::{
     Base, CallSite, Effect, NodeId, Place, Rounds, Test, Var, VarInfo, asks_state, is_receiving,
@@ -378,7 +379,9 @@ impl Gates<'_, '_> {
         let sources = self.behind(test);
         let asks = |name: &str| sources.calls.iter().any(|call| call == name);
         let takes = ["swap", "take", "replace", "compare_exchange", "compare_exchange_weak", "fetch_and"];
-        let looks = asks("load") || asks("get");
+        let is_truth = |place: &Place| self.ty(place).is_some_and(|ty| inner(&ty) == Ty::Bool);
+        let is_locked = |place: &Place| self.is_locked(place) && is_truth(place);
+        let looks = asks("load") || asks("get") || test.about.reads.iter().any(is_locked);
         if !looks && !takes.iter().any(|name| asks(name)) {
             return false;
         }
@@ -386,19 +389,24 @@ impl Gates<'_, '_> {
             let mut taken_down = false;
             for id in self.nodes() {
                 match &graph.node(id).effect {
-                    Effect::Write(write) if write.place == *place && write.from.is_none() => match &write.head {
-                        Some(head) if head == "false" => taken_down = true,
-                        _ => return false,
-                    },
+                    Effect::Write(write)
+                        if (write.place == *place || self.is_locked_again(&write.place, place))
+                            && write.from.is_none() =>
+                    {
+                        match &write.head {
+                            Some(head) if head == "false" => taken_down = true,
+                            _ => return false,
+                        }
+                    }
                     _ => {}
                 }
             }
-            taken_down && self.outlives(place) && self.is_flag(place) && !self.calls_write(place)
+            taken_down && self.outlives(place) && (self.is_flag(place) || is_locked(place)) && !self.calls_write(place)
         })
     }
 
     /// Whether a place is a truth value that others may change while the cycle runs.
     pub(super) fn is_flag(&self, place: &Place) -> bool {
-        self.ty(place).as_ref().is_some_and(crate::flow::is_flag)
+        self.declared(place).as_ref().is_some_and(crate::flow::is_flag)
     }
 }

@@ -6,6 +6,7 @@ mod chosen;
 mod elements;
 mod event;
 mod helper;
+mod locked;
 mod mode;
 mod own;
 mod passed;
@@ -296,7 +297,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.asks_whether_new(test, way) || (self.is_readiness(test) && !self.skips_ready(test, at, way)) {
             return Some(Gate::Sample);
         }
-        if test.subject.is_some() && (is_kept || self.is_unchanging(test)) {
+        if test.subject.is_some() && (is_kept || self.is_unchanging(test)) || self.asks_poison(test) {
             return Some(Gate::Config);
         }
         if self.rotates(test) || self.draws_in_turn(test) {
@@ -466,7 +467,7 @@ impl<'s, 'a> Gates<'s, 'a> {
 
     /// Whether a place is there before and after the iteration.
     fn outlives(&self, place: &Place) -> bool {
-        self.search.outlives(self.region, place)
+        self.search.outlives(self.region, place) || self.is_locked(place)
     }
 
     /// What the places that a condition reads are computed from.
