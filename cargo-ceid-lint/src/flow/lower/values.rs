@@ -105,6 +105,9 @@ impl Builder<'_> {
             }
         }
         let value = block.tail.map(|tail| self.expr(tail)).unwrap_or_default();
+        if let Some(tail) = block.tail {
+            self.note_written_field(tail, &mut written, self.span(tail));
+        }
         let end = Span::new(span.file, span.end.saturating_sub(1), span.end);
         let moved = self.moved_guard(&value);
         self.close_block_without(moved, end);
