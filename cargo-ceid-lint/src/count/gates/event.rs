@@ -17,6 +17,35 @@ const EVENT_WORDS: &[&str] = &["event", "evt", "message", "msg", "packet", "requ
 /// Parts of the names of what is an event, or the device that brings one, or a wish that lasts.
 const DOUBTFUL_WORDS: &[&str] = &["command", "cmd", "signal", "action", "key", "button", "note", "edge", "trigger"];
 
+/// What looks into an option or a result without getting something new.
+const LOOKING: &[&str] = &[
+    "as_ref",
+    "as_mut",
+    "as_deref",
+    "as_deref_mut",
+    "clone",
+    "cloned",
+    "copied",
+    "get",
+    "get_mut",
+    "borrow",
+    "borrow_mut",
+    "lock",
+    "read",
+    "write",
+    "load",
+    "take",
+    "replace",
+    "unwrap",
+    "expect",
+    "ok",
+    "first",
+    "last",
+    "peek",
+    "filter",
+    "map",
+];
+
 /// What is asked of a line of text, and what is made of it before.
 const TEXT_QUESTIONS: &[&str] = &[
     "trim",
@@ -195,8 +224,25 @@ impl Gates<'_, '_> {
         let asked = test.subject.and_then(|subject| graph.subjects[subject.0 as usize].whole.as_ref());
         test.about.is_choice()
             && asked.and_then(Place::base_var).is_some_and(|var| {
-                let is_taken = graph.received.contains(&var) || self.is_item(var);
+                let is_taken = graph.received.contains(&var) || self.is_item(var) || self.is_got(var);
                 is_taken && self.search.program.index.is_message(&graph.var(var).ty)
+            })
+    }
+
+    /// Whether a variable is bound where a call had something to give in this iteration: `if let Some(message) = link.poll()`. What
+    /// only looks into an option finds what it keeps.
+    fn is_got(&self, var: Var) -> bool {
+        let gives = |name: &String| !is_constant(name) && !asks_state(name) && !LOOKING.contains(&name.as_str());
+        self.is_within(var)
+            && self.nodes().any(|id| match &self.search.graph.node(id).effect {
+                Effect::Branch(test) => {
+                    let about = &test.about;
+                    about.asks_presence()
+                        && about.binds.contains(&var)
+                        && about.names.iter().any(gives)
+                        && !about.names.iter().any(|name| asks_state(name))
+                }
+                _ => false,
             })
     }
 
@@ -205,11 +251,11 @@ impl Gates<'_, '_> {
         matches!(self.region, Region::Loop(own) if self.search.graph.loop_info(own).bound.contains(&var))
     }
 
-    /// Whether it is asked which variant the element of this round is: `for event in batch { match event { … } }`.
+    /// Whether it is asked which variant the element of this round is, or what was got: `for event in batch { match event { … } }`.
     pub(super) fn asks_item(&self, test: &Test) -> bool {
         let asked = test.subject.and_then(|id| self.search.graph.subjects[id.0 as usize].whole.as_ref());
         let asked = asked.filter(|place| place.steps.is_empty()).and_then(Place::base_var);
-        asked.is_some_and(|var| self.is_item(var))
+        asked.is_some_and(|var| self.is_item(var) || self.is_got(var))
     }
 
     /// Whether it is asked whose the sample is that came with the element of this round: `if record.sensor == Sensor::Gyro`. What is
