@@ -1,5 +1,6 @@
 //! Conditions that skip an update on purpose, and what tells them from defects.
 
+mod arms;
 mod by_laws;
 mod carried;
 mod chosen;
@@ -207,7 +208,7 @@ impl<'s, 'a> Gates<'s, 'a> {
                 if is_start { Some(Gate::Startup) } else { gate }
             }
             Some(origin) => self.of_origin(origin, at, way, origins).or(gate),
-            None => gate.or_else(|| self.of_carried(test, at, way)),
+            None => gate.or_else(|| self.of_carried(test, at, way)).or_else(|| self.of_arm(test, at, way, origins)),
         }
     }
 
