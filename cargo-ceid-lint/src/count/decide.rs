@@ -8,6 +8,7 @@ use super::instances;
 use super::missed::missed;
 use super::oversampled::fills_in_samples;
 use super::own_cycles;
+use super::picked::are_picked_apart;
 use super::returned;
 use super::samples;
 use super::search::{End, EndKind, Exploration, Region, Search, Start, too_many_conditions, which_variant};
@@ -106,7 +107,7 @@ pub(super) fn skip_of(search: &Search<'_>, gates: &Gates<'_, '_>, exploration: &
 }
 
 /// The states of a way, each with the count behind it.
-fn changes<'e>(exploration: &'e Exploration, end: &'e End) -> impl Iterator<Item = (usize, Count)> + 'e {
+pub(super) fn changes<'e>(exploration: &'e Exploration, end: &'e End) -> impl Iterator<Item = (usize, Count)> + 'e {
     let path = exploration.path(end.at);
     let behind = path.iter().skip(1).map(|at| exploration.states[*at].count).chain([end.state.count]);
     let changes: Vec<(usize, Count)> = path.iter().copied().zip(behind).collect();
@@ -214,8 +215,12 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
     }
     if !certain.is_empty() {
         let exists = |end: &&End| !search.asks_dropped(&exploration, end);
-        let Some(end) = shortest(&exploration, certain.into_iter().filter(exists)) else {
-            return Decision { verdict: Verdict::Unproved, cause: Some(too_many_conditions()), ..base };
+        let (apart, existing): (Vec<&End>, Vec<&End>) =
+            certain.into_iter().filter(exists).partition(|end| are_picked_apart(search, &exploration, end));
+        let Some(end) = shortest(&exploration, existing.into_iter()) else {
+            let name = || search.graph.place_name(search.program.index, search.instance);
+            let cause = if apart.is_empty() { too_many_conditions() } else { Cause::Index(name()) };
+            return Decision { verdict: Verdict::Unproved, cause: Some(cause), ..base };
         };
         let base = Decision { skips: skips_without_reason(search, region, &exploration, &completing), ..base };
         return repeated(search, region, &exploration, end, base);

@@ -225,11 +225,14 @@ impl Handles {
     }
 
     /// Whether a filter lies in several elements of a collection, through which something is updated.
-    fn is_repeated_in_a_collection(&self, graph: &ControlFlowGraph, place: &Place) -> bool {
+    fn is_repeated_in_a_collection(&self, index: &Index, graph: &ControlFlowGraph, place: &Place) -> bool {
         let own = self.origins(place, false);
         self.sources.keys().any(|var| {
             let elements = self.elements_of(*var);
-            let mut holding = elements.iter().filter(|(source, _)| self.origins(&source.from, true).overlaps(&own));
+            // What lies in the elements themselves is another filter in each.
+            let mut holding = elements.iter().filter(|(source, _)| {
+                is_shared(index, graph, &source.from) && self.origins(&source.from, true).overlaps(&own)
+            });
             let (Some((first, _)), Some((second, _))) = (holding.next(), holding.next()) else { return false };
             let is_used =
                 |place: &Place| self.origins(place, false).on_the_way.iter().any(|on| on.base_var() == Some(*var));
@@ -459,7 +462,7 @@ pub(super) fn settle(context: &Context<'_>, facts: &FunctionFacts<'_>, pairs: &m
                 // What was taken out of a collection is still one of its elements.
                 let is_element = |place: &Place| context.joined.has_elements(index, graph, place, filter);
                 let is_repeated = is_own_element && is_among(&context.joined.mixed, filter)
-                    || handles.is_repeated_in_a_collection(graph, place)
+                    || handles.is_repeated_in_a_collection(index, graph, place)
                     || is_element(place)
                     || handles.origins(place, false).first.iter().any(is_element);
                 is_repeated.then(|| Cause::Limit("several elements of a collection are handles to it".to_owned()))

@@ -43,6 +43,7 @@ mod oversampled;
 mod owed;
 mod own_cycles;
 mod own_methods;
+mod picked;
 mod recursive;
 mod remarks;
 mod returned;

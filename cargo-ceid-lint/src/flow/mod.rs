@@ -23,7 +23,7 @@ pub use duplicated::Duplicated;
 pub use latches::Flag;
 pub(crate) use lower::MAX_DISPATCHED;
 pub use lower::received::{asks_state, is_receiving, is_receiving_something, is_waiting};
-pub use lower::{Told, is_flag, lower_function, stands_in, told};
+pub use lower::{Told, is_flag, is_shared_number, lower_function, reads_shared_number, stands_in, told};
 pub use place::{Base, IndexKey, Place, Projection, Relation, Section};
 pub use program::Program;
 use steps::parameter_names;

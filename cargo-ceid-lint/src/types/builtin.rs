@@ -94,7 +94,8 @@ pub(super) fn is_cell(name: &str) -> bool {
 }
 
 /// Whether a method name locks or borrows the content of a cell.
-pub(super) fn opens_cell(method: &str) -> bool {
+#[must_use]
+pub fn opens_cell(method: &str) -> bool {
     matches!(
         method,
         "lock"

@@ -26,7 +26,7 @@ use crate::source::Span;
 use crate::syntax::tree::{ExprId, PatId};
 
 pub use adapted::ADAPTED;
-pub use builtin::{is_lock, is_pointer, is_transparent};
+pub use builtin::{is_lock, is_pointer, is_transparent, opens_cell};
 pub use calls::names_constructor;
 
 /// A variable of a body.

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::{Gates, Way, contains_any};
+use crate::count::instances::inner;
 use crate::count::search::Region;
 use crate::flow::{
     Base, CallSite, Effect, NodeId, Place, Rounds, Test, Var, VarInfo, asks_state, is_receiving,
@@ -15,6 +16,35 @@ const EVENT_WORDS: &[&str] = &["event", "evt", "message", "msg", "packet", "requ
 
 /// Parts of the names of what is an event, or the device that brings one, or a wish that lasts.
 const DOUBTFUL_WORDS: &[&str] = &["command", "cmd", "signal", "action", "key", "button", "note", "edge", "trigger"];
+
+/// What looks into an option or a result without getting something new.
+const LOOKING: &[&str] = &[
+    "as_ref",
+    "as_mut",
+    "as_deref",
+    "as_deref_mut",
+    "clone",
+    "cloned",
+    "copied",
+    "get",
+    "get_mut",
+    "borrow",
+    "borrow_mut",
+    "lock",
+    "read",
+    "write",
+    "load",
+    "take",
+    "replace",
+    "unwrap",
+    "expect",
+    "ok",
+    "first",
+    "last",
+    "peek",
+    "filter",
+    "map",
+];
 
 /// What is asked of a line of text, and what is made of it before.
 const TEXT_QUESTIONS: &[&str] = &[
@@ -194,8 +224,25 @@ impl Gates<'_, '_> {
         let asked = test.subject.and_then(|subject| graph.subjects[subject.0 as usize].whole.as_ref());
         test.about.is_choice()
             && asked.and_then(Place::base_var).is_some_and(|var| {
-                let is_taken = graph.received.contains(&var) || self.is_item(var);
+                let is_taken = graph.received.contains(&var) || self.is_item(var) || self.is_got(var);
                 is_taken && self.search.program.index.is_message(&graph.var(var).ty)
+            })
+    }
+
+    /// Whether a variable is bound where a call had something to give in this iteration: `if let Some(message) = link.poll()`. What
+    /// only looks into an option finds what it keeps.
+    fn is_got(&self, var: Var) -> bool {
+        let gives = |name: &String| !is_constant(name) && !asks_state(name) && !LOOKING.contains(&name.as_str());
+        self.is_within(var)
+            && self.nodes().any(|id| match &self.search.graph.node(id).effect {
+                Effect::Branch(test) => {
+                    let about = &test.about;
+                    about.asks_presence()
+                        && about.binds.contains(&var)
+                        && about.names.iter().any(gives)
+                        && !about.names.iter().any(|name| asks_state(name))
+                }
+                _ => false,
             })
     }
 
@@ -204,11 +251,11 @@ impl Gates<'_, '_> {
         matches!(self.region, Region::Loop(own) if self.search.graph.loop_info(own).bound.contains(&var))
     }
 
-    /// Whether it is asked which variant the element of this round is: `for event in batch { match event { … } }`.
+    /// Whether it is asked which variant the element of this round is, or what was got: `for event in batch { match event { … } }`.
     pub(super) fn asks_item(&self, test: &Test) -> bool {
         let asked = test.subject.and_then(|id| self.search.graph.subjects[id.0 as usize].whole.as_ref());
         let asked = asked.filter(|place| place.steps.is_empty()).and_then(Place::base_var);
-        asked.is_some_and(|var| self.is_item(var))
+        asked.is_some_and(|var| self.is_item(var) || self.is_got(var))
     }
 
     /// Whether it is asked whose the sample is that came with the element of this round: `if record.sensor == Sensor::Gyro`. What is
@@ -378,7 +425,9 @@ impl Gates<'_, '_> {
         let sources = self.behind(test);
         let asks = |name: &str| sources.calls.iter().any(|call| call == name);
         let takes = ["swap", "take", "replace", "compare_exchange", "compare_exchange_weak", "fetch_and"];
-        let looks = asks("load") || asks("get");
+        let is_truth = |place: &Place| self.ty(place).is_some_and(|ty| inner(&ty) == Ty::Bool);
+        let is_locked = |place: &Place| self.is_locked(place) && is_truth(place);
+        let looks = asks("load") || asks("get") || test.about.reads.iter().any(is_locked);
         if !looks && !takes.iter().any(|name| asks(name)) {
             return false;
         }
@@ -386,19 +435,24 @@ impl Gates<'_, '_> {
             let mut taken_down = false;
             for id in self.nodes() {
                 match &graph.node(id).effect {
-                    Effect::Write(write) if write.place == *place && write.from.is_none() => match &write.head {
-                        Some(head) if head == "false" => taken_down = true,
-                        _ => return false,
-                    },
+                    Effect::Write(write)
+                        if (write.place == *place || self.is_locked_again(&write.place, place))
+                            && write.from.is_none() =>
+                    {
+                        match &write.head {
+                            Some(head) if head == "false" => taken_down = true,
+                            _ => return false,
+                        }
+                    }
                     _ => {}
                 }
             }
-            taken_down && self.outlives(place) && self.is_flag(place) && !self.calls_write(place)
+            taken_down && self.outlives(place) && (self.is_flag(place) || is_locked(place)) && !self.calls_write(place)
         })
     }
 
     /// Whether a place is a truth value that others may change while the cycle runs.
     pub(super) fn is_flag(&self, place: &Place) -> bool {
-        self.ty(place).as_ref().is_some_and(crate::flow::is_flag)
+        self.declared(place).as_ref().is_some_and(crate::flow::is_flag)
     }
 }

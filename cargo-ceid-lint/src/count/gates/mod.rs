@@ -1,11 +1,13 @@
 //! Conditions that skip an update on purpose, and what tells them from defects.
 
+mod arms;
 mod by_laws;
 mod carried;
 mod chosen;
 mod elements;
 mod event;
 mod helper;
+mod locked;
 mod mode;
 mod own;
 mod passed;
@@ -206,7 +208,7 @@ impl<'s, 'a> Gates<'s, 'a> {
                 if is_start { Some(Gate::Startup) } else { gate }
             }
             Some(origin) => self.of_origin(origin, at, way, origins).or(gate),
-            None => gate.or_else(|| self.of_carried(test, at, way)),
+            None => gate.or_else(|| self.of_carried(test, at, way)).or_else(|| self.of_arm(test, at, way, origins)),
         }
     }
 
@@ -296,7 +298,7 @@ impl<'s, 'a> Gates<'s, 'a> {
         if self.asks_whether_new(test, way) || (self.is_readiness(test) && !self.skips_ready(test, at, way)) {
             return Some(Gate::Sample);
         }
-        if test.subject.is_some() && (is_kept || self.is_unchanging(test)) {
+        if test.subject.is_some() && (is_kept || self.is_unchanging(test)) || self.asks_poison(test) {
             return Some(Gate::Config);
         }
         if self.rotates(test) || self.draws_in_turn(test) {
@@ -466,7 +468,7 @@ impl<'s, 'a> Gates<'s, 'a> {
 
     /// Whether a place is there before and after the iteration.
     fn outlives(&self, place: &Place) -> bool {
-        self.search.outlives(self.region, place)
+        self.search.outlives(self.region, place) || self.is_locked(place)
     }
 
     /// What the places that a condition reads are computed from.

@@ -5,7 +5,9 @@ use crate::count::cycles::named;
 use crate::count::given::place_of;
 use crate::count::search::Region;
 use crate::count::verdict::Gate;
-use crate::flow::{CallSite, ChangeKind, Computed, Effect, Head, NodeId, Place, Test};
+use crate::flow::{
+    CallSite, ChangeKind, Computed, Effect, Head, NodeId, Place, Test, is_shared_number, reads_shared_number,
+};
 use crate::index::Ty;
 
 /// Parts of the names of functions that give the number of a cycle.
@@ -106,8 +108,8 @@ impl Gates<'_, '_> {
             let is_told_here = |computed: &Computed| is_truth && !self.asks_caller(&computed.places);
             let Some(computed) = computed.filter(|computed| is_of_round && !is_told_here(computed)) else { continue };
             let mut given = self.assigning(place);
-            let is_reckoned = computed.calls.iter().all(|name| is_arithmetic(name));
-            if is_reckoned && given.next().is_some() && given.next().is_none() {
+            let reads = |name: &String| is_arithmetic(name) || counts_shared(name);
+            if computed.calls.iter().all(reads) && given.next().is_some() && given.next().is_none() {
                 asked.extend(named(&computed.places).into_iter().cloned());
             }
         }
@@ -325,7 +327,7 @@ impl Gates<'_, '_> {
     }
 
     pub(super) fn is_number(&self, place: &Place) -> bool {
-        self.ty(place).is_some_and(|ty| *ty.peel() == Ty::Int)
+        self.ty(place).is_some_and(|ty| *ty.peel() == Ty::Int || is_shared_number(&ty))
     }
 
     /// Whether a place is set to a constant, or to what is the same in all iterations.
@@ -481,6 +483,11 @@ impl Gates<'_, '_> {
             && !self.calls_write(place)
             && !self.reached(|node, _| !self.counts_at(node, place))[at.0 as usize]
     }
+}
+
+/// What reads a number that is shared with others, or counts it.
+fn counts_shared(name: &str) -> bool {
+    reads_shared_number(name) || matches!(name, "fetch_add" | "fetch_sub")
 }
 
 /// Methods that only reckon.

@@ -177,6 +177,16 @@ impl Gates<'_, '_> {
                 number.checked_sub(usize::from(function.receiver.is_some())).and_then(|at| function.params.get(at));
             let is_duration = matches!(typed, Some(TypeRef::Path(path)) if path.last().ends_with("Duration"));
             (is_setter && number > 0) || is_duration || name.is_some_and(is_time_name)
+        }) && self.may_reach(site, number)
+    }
+
+    /// Whether what a call is given may be fed to the filter, and not only to others that it updates as well.
+    fn may_reach(&self, site: &CallSite, number: usize) -> bool {
+        let mut summaries = site.targets.iter().filter_map(|target| self.search.summaries.get(*target));
+        summaries.all(|summary| {
+            let is_own = |given: &Given| place_of(given, site).is_some_and(|place| self.is_instance(&place));
+            let mut own = summary.feeds.iter().filter(|(given, _)| is_own(given)).peekable();
+            own.peek().is_none() || own.any(|(_, params)| params.contains(&number))
         })
     }
 }

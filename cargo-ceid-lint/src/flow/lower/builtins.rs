@@ -121,7 +121,7 @@ impl Builder<'_> {
         if self.is_future(value) && super::futures::blocks_on(method) {
             return Some(self.awaited(value.clone(), span));
         }
-        if let Some(found) = self.flag_method(receiver, method, args, value, span) {
+        if let Some(found) = self.shared_method(receiver, method, args, value, span) {
             return Some(found);
         }
         Some(match method {

@@ -139,7 +139,7 @@ impl Builder<'_> {
     }
 
     /// What adding a value to a place, or taking it away, does.
-    fn added(&self, target: ExprId, value: ExprId, up: bool) -> ChangeKind {
+    pub(super) fn added(&self, target: ExprId, value: ExprId, up: bool) -> ChangeKind {
         let is_number = matches!(self.ty(target).peel(), Ty::Int | Ty::Float);
         let counts = is_number && self.constant_head(value).is_some();
         match (counts, up) {
@@ -232,7 +232,23 @@ impl Builder<'_> {
     fn is_value_before(&mut self, before: Before<'_>, expr: ExprId) -> bool {
         let name = self.typed().expr_local.get(&expr);
         let is_named = before.name.is_some() && name == before.name.as_ref();
-        is_named || (before.place.is_some() && self.static_place(expr).as_ref() == before.place)
+        is_named
+            || before
+                .place
+                .is_some_and(|place| self.static_place(expr).as_ref() == Some(place) || self.reads_shared(expr, place))
+    }
+
+    /// Whether an expression is what a shared number holds, read there or into a variable: `COUNT.load(Relaxed)`, `self.count.get()`.
+    fn reads_shared(&mut self, expr: ExprId, place: &Place) -> bool {
+        let read = match self.body().expr(expr).kind {
+            ExprKind::MethodCall { .. } => Some(self.computed_from(expr)),
+            _ => self.static_place(expr).and_then(|read| self.graph.computed.get(&read.base_var()?).cloned()),
+        };
+        read.is_some_and(|read| {
+            !read.calls.is_empty()
+                && read.calls.iter().all(|name| super::flags::reads_shared_number(name))
+                && read.places.contains(place)
+        })
     }
 
     /// Takes note of a field of a filter that a statement writes. Once all of its state is written, that is a reset.

@@ -1,7 +1,8 @@
-//! Flags that are shared with interrupts and other threads: `AtomicBool`, `Cell<bool>`.
+//! Flags and counters that are shared with interrupts and other threads: `AtomicBool`, `Cell<bool>`, `AtomicU32`, `Cell<u32>`.
 
+use super::parts::given_to;
 use super::{Builder, Value};
-use crate::flow::{Assignment, Effect, Head, Transfer};
+use crate::flow::{Assignment, Change, ChangeKind, Effect, Head, Transfer};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::ExprId;
@@ -16,6 +17,23 @@ pub fn is_flag(ty: &Ty) -> bool {
         },
         _ => false,
     }
+}
+
+/// Whether a type is a whole number that is changed through a shared reference.
+pub fn is_shared_number(ty: &Ty) -> bool {
+    match ty.peel() {
+        Ty::External(path, args) => match path.rsplit("::").next().unwrap_or("") {
+            "Cell" => args.first() == Some(&Ty::Int),
+            name if name.starts_with("AtomicU") || name.starts_with("AtomicI") => true,
+            name => crate::types::is_transparent(name) && args.first().is_some_and(is_shared_number),
+        },
+        _ => false,
+    }
+}
+
+/// Whether a method, or the ordering that it is given, only reads such a number: `COUNT.load(Ordering::Relaxed)`.
+pub fn reads_shared_number(name: &str) -> bool {
+    matches!(name, "load" | "get" | "Relaxed" | "Acquire" | "Release" | "AcqRel" | "SeqCst")
 }
 
 /// Whether a method of a flag changes it.
@@ -38,8 +56,21 @@ pub(super) fn changes_flag(method: &str) -> bool {
 }
 
 impl Builder<'_> {
+    /// A method that changes a flag or number, or reads a flag.
+    pub(super) fn shared_method(
+        &mut self,
+        receiver: ExprId,
+        method: &str,
+        args: &[ExprId],
+        value: &Value,
+        span: Span,
+    ) -> Option<Value> {
+        let flag = self.flag_method(receiver, method, args, value, span);
+        flag.or_else(|| self.number_method(receiver, method, args, value, span))
+    }
+
     /// A method that changes a flag: an assignment of a truth value.
-    pub(super) fn flag_method(
+    fn flag_method(
         &mut self,
         receiver: ExprId,
         method: &str,
@@ -68,6 +99,48 @@ impl Builder<'_> {
             let assignment =
                 Assignment { place, from: None, transfer: Transfer::Move, rebinds: false, head, same_as: None };
             self.emit(Effect::Write(Box::new(assignment)), span);
+        }
+        Some(Value::default())
+    }
+
+    /// A method that changes a shared number: an assignment, which may count.
+    fn number_method(
+        &mut self,
+        receiver: ExprId,
+        method: &str,
+        args: &[ExprId],
+        value: &Value,
+        span: Span,
+    ) -> Option<Value> {
+        let is_given = matches!(method, "store" | "set" | "swap");
+        if !is_given
+            && !matches!(
+                method,
+                "fetch_add" | "fetch_sub" | "fetch_max" | "fetch_min" | "fetch_and" | "fetch_or" | "fetch_xor"
+            )
+        {
+            return None;
+        }
+        let given = *args.first().filter(|_| is_shared_number(self.ty(receiver)))?;
+        let place = value.place.clone()?;
+        self.values(args);
+        if self.at.is_none() {
+            return Some(Value::default());
+        }
+        let head = self.constant_head(given).filter(|_| is_given);
+        let assignment = Assignment { rebinds: false, ..given_to(place.clone(), head) };
+        self.emit(Effect::Write(Box::new(assignment)), span);
+        if is_given {
+            // `let n = COUNT.get() + 1; COUNT.set(n);`
+            self.note_given(&place, self.constants().initial(given).unwrap_or(given));
+        } else if let Some(at) = self.at {
+            let kind = match method {
+                "fetch_add" => self.added(given, given, true),
+                "fetch_sub" => self.added(given, given, false),
+                _ => ChangeKind::Other,
+            };
+            let computed = self.computed_from(given);
+            self.graph.changes.insert(at, Change { computed, kind, goes_round: false, about: None, tally: None });
         }
         Some(Value::default())
     }

@@ -83,7 +83,7 @@ use std::cell::OnceCell;
 use std::rc::Rc;
 
 use closures::ClosureRef;
-pub use flags::is_flag;
+pub use flags::{is_flag, is_shared_number, reads_shared_number};
 pub(crate) use laws::MAX_DISPATCHED;
 use rustc_hash::{FxHashMap, FxHashSet};
 pub use told::{Told, told};

@@ -68,6 +68,24 @@ impl Builder<'_> {
         }
     }
 
+    /// The same where several branches each make a value: which states are in it shows on the way.
+    pub(super) fn join_parts(&mut self, value: &Value, join: Var, span: Span) {
+        let Some(var) = value.place.as_ref().filter(|place| place.steps.is_empty()).and_then(Place::base_var) else {
+            return;
+        };
+        for (steps, head) in self.state_parts.get(&var).cloned().unwrap_or_default() {
+            if self.at.is_none() {
+                return;
+            }
+            let (part, is_copy) = (Place::var(join).join(&steps), head.is_none());
+            self.note_part(&part, None);
+            let at = self.emit(Effect::Set(Box::new(given_to(part, head))), span);
+            if is_copy {
+                self.graph.copies.insert(at, Place::var(var).join(&steps));
+            }
+        }
+    }
+
     /// Whether a variable holds what is made and is no name of something else.
     fn is_made_here(&self, var: Var) -> bool {
         let info = self.graph.var(var);

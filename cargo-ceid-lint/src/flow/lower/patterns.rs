@@ -75,6 +75,7 @@ impl Builder<'_> {
                 }
             }
             let value = self.expr(arm.body);
+            self.note_written_field(arm.body, &mut super::changes::WrittenFields::new(), self.span(arm.body));
             let moved = self.moved_guard(&value);
             self.close_block_without(moved, self.span(arm.body));
             self.end_branch(&join, &value, self.span(arm.body));

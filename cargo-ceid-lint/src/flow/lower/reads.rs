@@ -4,6 +4,7 @@ use super::Builder;
 use super::received::received_by;
 use crate::flow::{Computed, Var};
 use crate::index::{MethodOwner, Ty};
+use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, PatId, PatKind, Receiver, TypeRef};
 use crate::types::Callee;
 
@@ -119,11 +120,17 @@ impl Builder<'_> {
         let body = self.body();
         let span = body.expr(id).span;
         let mut computed = Computed::default();
+        let mut limits: Vec<Span> = Vec::new();
         for number in (0..=id.0).rev() {
             let expr = ExprId(number);
-            if !span.contains(body.expr(expr).span) {
+            let own = body.expr(expr).span;
+            if !span.contains(own) {
                 break;
             }
+            if limits.iter().any(|limit| limit.contains(own)) {
+                continue;
+            }
+            limits.extend(self.limits_of_wait(expr).map(|limit| body.expr(limit).span));
             let received_by = received_by(*self.program, self.typed().callees.get(&expr), self.ty(expr));
             computed.calls.extend(received_by.map(str::to_owned));
             match &body.expr(expr).kind {
@@ -143,5 +150,21 @@ impl Builder<'_> {
             }
         }
         computed
+    }
+
+    /// How long a call waits at most for what it gives, which has no part in that: `rx.recv_timeout(left)`.
+    fn limits_of_wait(&self, id: ExprId) -> impl Iterator<Item = ExprId> {
+        let body = self.body();
+        let waits = |id: ExprId| matches!(self.ty(id).external_name(), Some("Option" | "Result"));
+        let is_time =
+            |id: ExprId| matches!(self.ty(id).peel().external_name(), Some("Duration" | "Instant" | "SystemTime"));
+        let args = match &body.expr(id).kind {
+            ExprKind::MethodCall { method, args, .. } if method.ends_with("_timeout") => args.clone(),
+            ExprKind::MethodCall { receiver, args, .. } if waits(id) && !is_time(*receiver) => {
+                args.iter().copied().filter(|arg| is_time(*arg)).collect()
+            }
+            _ => Vec::new(),
+        };
+        args.into_iter()
     }
 }

@@ -31,6 +31,7 @@ impl Builder<'_> {
         let before = self.iterators.get(&join.value).cloned();
         self.join_made(value, join.value, span);
         self.set(join.value, value, span);
+        self.join_parts(value, join.value, span);
         self.note_choice(join.value, before);
         self.arrived.entry(join.value).or_default().push(value.closure);
         self.jump(join.after);

@@ -1,0 +1,72 @@
+//! Loops over the same elements that each pick some of them: whether one of them is picked twice is not known.
+
+use super::counts::Count;
+use super::decide::changes;
+use super::search::{End, Exploration, Search};
+use crate::flow::{Effect, IndexKey, LoopId, Place, Test};
+
+/// Why an element is updated in a round: the answers to what was asked of it, and whether the loop itself leaves some out.
+struct Picked<'a> {
+    within: LoopId,
+    answers: Vec<(&'a str, bool)>,
+    leaves_out: bool,
+}
+
+/// Whether each update of a way stands in another loop over the elements, and is for some of these only:
+/// `for m in motors.iter_mut().filter(|m| m.is_left()) { … } for m in motors.iter_mut().filter(|m| !m.is_left()) { … }`.
+pub(super) fn are_picked_apart(search: &Search<'_>, exploration: &Exploration, end: &End) -> bool {
+    let updates: Vec<usize> = changes(exploration, end)
+        .filter(|(at, after)| exploration.states[*at].count != *after && *after != Count::Zero)
+        .map(|(at, _)| at)
+        .collect();
+    let picked: Option<Vec<Picked<'_>>> = updates.iter().map(|at| picked(search, exploration, *at)).collect();
+    let Some(picked) = picked.filter(|picked| picked.len() > 1) else { return false };
+    let is_apart = |(number, one): (usize, &Picked<'_>)| {
+        picked[number + 1..].iter().all(|other| {
+            // Two loops that leave out the same have the same.
+            let leaves_out = (one.leaves_out || other.leaves_out)
+                && search.graph.loop_info(one.within).text != search.graph.loop_info(other.within).text;
+            one.within != other.within && (leaves_out || one.answers != other.answers)
+        })
+    };
+    picked.iter().enumerate().all(is_apart)
+}
+
+/// How the element was picked that a state updates; `None` if all are updated there.
+fn picked<'a>(search: &'a Search<'_>, exploration: &Exploration, at: usize) -> Option<Picked<'a>> {
+    let graph = search.graph;
+    let loops = |at: usize| {
+        std::iter::successors(graph.node(exploration.states[at].node).in_loop, |id| graph.loop_info(*id).parent)
+    };
+    let within = loops(at).filter(|id| search.covers(*id)).last()?;
+    let path = exploration.path(at);
+    let round =
+        path.iter().rposition(|state| !graph.is_within(graph.node(exploration.states[*state].node).in_loop, within));
+    let round = &path[round.map_or(0, |before| before + 1)..];
+    let answers = round.iter().zip(round.iter().skip(1)).filter_map(|(state, next)| {
+        let id = exploration.states[*state].node;
+        let Effect::Branch(test) = &graph.node(id).effect else { return None };
+        let holds = graph.node(id).next.first() == Some(&exploration.states[*next].node);
+        asks_element(search, test, within).then_some((test.text.as_str(), holds))
+    });
+    let answers: Vec<(&str, bool)> = answers.collect();
+    let leaves_out = search.passes_over(within);
+    (leaves_out || !answers.is_empty()).then_some(Picked { within, answers, leaves_out })
+}
+
+/// Whether a condition is on what a round of a loop has, but for whether there is something in it at all, and for what lies beside
+/// the filter in the element, which is followed from loop to loop.
+fn asks_element(search: &Search<'_>, test: &Test, within: LoopId) -> bool {
+    let graph = search.graph;
+    let instance = search.instance;
+    let is_beside = |root: &Place| root.base == instance.base && !root.steps.starts_with(&instance.steps);
+    let is_of_round = |place: &Place| {
+        let keys = place.steps.iter().filter_map(|step| match step.key() {
+            Some(IndexKey::Var(var)) => Some(*var),
+            _ => None,
+        });
+        place.base_var().into_iter().chain(keys).any(|var| graph.is_within(graph.var(var).in_loop, within))
+            && !search.aliases.shared_roots(place).iter().any(is_beside)
+    };
+    !test.about.is_presence && test.about.reads.iter().any(is_of_round)
+}
