@@ -10,7 +10,7 @@ use super::captures::captures;
 use super::conditional::unread;
 use super::effects::Effects;
 use super::exits::{Exits, exits};
-use super::gone::take_away;
+use super::gone::{Comments, comments, take_away};
 use super::head::UNKNOWN_RATE;
 use super::holding::{guarded, is_vec};
 use super::iteration::{Inner, inner_loop};
@@ -173,9 +173,10 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
     let exits = exits(&of);
     let is_exact = by_hand.iter().all(|pair| matches!(pair.verdict, Verdict::Once | Verdict::PerSample));
     let behind = match &present {
-        Some(present) => {
-            present.admits(&of, &guarded, is_exact).map(|()| Some(present.stmt)).map_err(|reason| vec![reason])?
-        }
+        Some(present) => present
+            .admits(&of, &guarded, &exits, is_exact)
+            .map(|()| Some(present.stmt))
+            .map_err(|reason| vec![reason])?,
         None => head::behind(&of, &guarded, &exits, is_exact),
     };
     let rewriter = Rewriter { loops, of: &of, exits, guarded: &guarded, behind, present };
@@ -266,7 +267,9 @@ impl Rewriter<'_> {
                 Err(text) => reasons.push(Reason { span: of.span(own.at), text }),
             }
         }
-        take_away(of, self.guarded, &mut edits);
+        let has_own_line = self.present.is_none() && head::own_line(of, self.behind).is_some();
+        let comments = if has_own_line { comments(of, self.guarded) } else { Comments::new() };
+        take_away(of, self.guarded, &comments, &mut edits);
         if let Some((head, rest)) = without_name(of, self.guarded) {
             edits.retain(|(span, _)| !rest.contains(*span));
             edits.extend([(head, String::new()), (rest, String::new())]);
@@ -278,7 +281,7 @@ impl Rewriter<'_> {
                 notes.push(format!("`{}` has no use any more", left.name));
             }
         }
-        match head::lines(of, self.guarded, self.behind, self.present.as_ref()) {
+        match head::lines(of, self.guarded, self.behind, self.present.as_ref(), &comments) {
             Ok(head) => edits.extend(head),
             Err(reason) => reasons.push(reason),
         }

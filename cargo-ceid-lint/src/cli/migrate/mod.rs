@@ -17,7 +17,7 @@ use crate::count::{Cycle, CycleKind, Gate, Pair, Verdict};
 use crate::diagnostic::Diagnostic;
 use crate::fix::{self, Bounds, Edit, Fix, Revision};
 use crate::index::{FunctionId, Ty};
-use crate::migrate::{HandedOn, Plan, Reason, Rewrite, quoted};
+use crate::migrate::{Doubtful, HandedOn, Plan, Reason, Rewrite, quoted};
 use crate::pipeline::{Options, Purpose, Report, dependencies};
 use crate::project::Project;
 use crate::report::count;
@@ -73,8 +73,8 @@ struct Run<'a> {
     touched: RefCell<BTreeSet<PathBuf>>,
     /// What is told of each loop that gets a guard: by its file and title, from the report by which it was migrated.
     offered: RefCell<BTreeMap<(String, String), Offered>>,
-    /// The imports that may be idle in the newest text: file, line and name.
-    doubtful: RefCell<Vec<(String, u32, String)>>,
+    /// The imports that may be idle in the newest text, each with its file and line.
+    doubtful: RefCell<Vec<(String, u32, Doubtful)>>,
 }
 
 /// What is told of a loop that gets a guard.
@@ -296,11 +296,12 @@ impl Run<'_> {
             fixes.extend(handed.edits.first().map(|(span, _)| self.fix(report, *span, IDLE_IMPORT.to_owned(), edits)));
         }
         let sources = &report.sources;
-        let doubtful = report.idle_imports.doubtful.iter().filter(|(span, _)| {
-            self.touched.borrow().iter().any(|path| same_file(path, &sources.file(span.file).path))
+        let doubtful = report.idle_imports.doubtful.iter().filter(|import| {
+            self.touched.borrow().iter().any(|path| same_file(path, &sources.file(import.span.file).path))
         });
-        let told =
-            |(span, name): &(Span, String)| (sources.file(span.file).name.clone(), sources.line(*span), name.clone());
+        let told = |import: &Doubtful| {
+            (sources.file(import.span.file).name.clone(), sources.line(import.span), import.clone())
+        };
         *self.doubtful.borrow_mut() = doubtful.map(told).collect();
         // A suppression of what a guard has put right goes with it.
         let known: BTreeSet<_> = first.shown().filter(is_unused).map(|finding| said(first, finding)).collect();
@@ -355,11 +356,14 @@ impl Run<'_> {
             let verb = if self.args.diff { "would be" } else { "was" };
             self.console.say(&format!("{}: a suppression {verb} removed that hides nothing any more", fix.file));
         }
-        for (file, line, name) in self.doubtful.borrow().iter() {
-            self.console.say(&format!(
-                "{file}:{line}: `{name}` is imported, and perhaps only code under `#[cfg(…)]` needs it now: remove the import, or put the \
-                 same attribute above it"
-            ));
+        for (file, line, Doubtful { name, is_conditional, .. }) in self.doubtful.borrow().iter() {
+            let what = match is_conditional {
+                true => {
+                    "perhaps only code under `#[cfg(…)]` needs it now: remove the import, or put the same attribute above it"
+                }
+                false => "perhaps nothing needs it now: remove the import",
+            };
+            self.console.say(&format!("{file}:{line}: `{name}` is imported, and {what}"));
         }
         let manifests = revision.changes.iter().filter(|change| change.path.ends_with("Cargo.toml")).count();
         if manifests > 0 && !self.args.diff {
