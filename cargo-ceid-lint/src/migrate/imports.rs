@@ -186,7 +186,7 @@ impl Scope<'_> {
     /// has the name from there.
     fn import(&self, at: usize, hands_on: bool) -> Option<Vec<(Span, String)>> {
         let Self { program, file, text, name, macros, .. } = *self;
-        let import = Import::at(text, at, name)?;
+        let import = Import::at(text, at, name).or_else(|| Import::of_itself(text, at, name))?;
         if self.is_of_core(&import) || import.visibility.is_empty() == hands_on {
             return None;
         }

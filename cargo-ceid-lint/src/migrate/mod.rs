@@ -7,6 +7,7 @@
 mod adapt;
 mod ambiguous;
 mod body;
+mod called;
 mod captures;
 mod closure;
 mod conditional;

@@ -333,7 +333,12 @@ impl Run<'_> {
     /// Tells what was done and what was not, beside the loops without a plan, and how much was not.
     fn tell(&self, first: &Report, chosen: &[&Plan], revision: &Revision, unplanned: usize) -> usize {
         let is_of = |fix: &Fix, plan: &Plan| (&fix.file, &fix.title) == (&key(first, plan).0, &title_of(first, plan));
-        let is_made = |plan: &Plan| revision.made.iter().any(|fix| is_of(fix, plan));
+        let is_own = |plan: &Plan| revision.made.iter().any(|fix| is_of(fix, plan));
+        // Two loops may call the function that gets the guard.
+        let is_same = |plan: &Plan, other: &Plan| {
+            self.taken(plan).zip(self.taken(other)).is_some_and(|(one, other)| one.edits == other.edits)
+        };
+        let is_made = |plan: &Plan| is_own(plan) || chosen.iter().any(|other| is_own(other) && is_same(plan, other));
         let (made, left): (Vec<&Plan>, Vec<&Plan>) = chosen.iter().partition(|plan| is_made(plan));
         let verb = if self.args.diff { "would migrate" } else { "migrated" };
         for plan in &made {
