@@ -261,7 +261,7 @@ pub(super) struct Scope {
     #[arg(short, long, value_name = "SPEC")]
     pub(super) package: Vec<String>,
     /// Check all packages of the workspace.
-    #[arg(long, alias = "all")]
+    #[arg(long, alias = "all", overrides_with = "workspace")]
     pub(super) workspace: bool,
     /// Leave this package out; needs `--workspace`.
     #[arg(long, value_name = "SPEC")]

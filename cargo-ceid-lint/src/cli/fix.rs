@@ -1,17 +1,17 @@
 //! `cargo ceid-lint fix`, and `--fix`: what the findings offer is done, and what is left is shown as a check shows it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use super::args::{CheckArgs, FixArgs};
 use super::format::Format;
 use super::input::{self, Checked, Loaded};
-use super::{Console, ExitStatus, interrupted, vcs};
+use super::{Console, ExitStatus, interrupted, migrate, vcs};
 use crate::fix::{self, Bounds, Pasted, Revision};
-use crate::pipeline::{BaselineChoice, Options, Report};
+use crate::pipeline::{BaselineChoice, Options, Purpose, Report};
 use crate::project::{LoadError, Project};
 use crate::report::json;
-use crate::source::{DiskSource, ReadSource, SourceMap};
+use crate::source::{DiskSource, ReadSource, SourceFile, SourceMap};
 
 /// How the fixing went.
 pub(super) enum Fixed {
@@ -81,16 +81,23 @@ pub(super) fn run(args: &CheckArgs, options: &Options, printed: Format, console:
     // A fix may break what lies outside the paths that were named.
     let whole = Project { only: Vec::new(), ..project.clone() };
     // What is known may be fixed as well.
-    let everything = Options { baseline: BaselineChoice::Ignored, ..options.clone() };
+    let purpose = if args.fixes.unsafe_fixes { Purpose::Fixes } else { options.purpose };
+    let everything = Options { baseline: BaselineChoice::Ignored, purpose, ..options.clone() };
     let check = |project: &Project, source: Box<dyn ReadSource>| input::checked(project, &everything, source, console);
     let is_whole = project.only.is_empty() && first.report.baselines.is_empty();
     let before = if is_whole { first } else { check(&whole, Box::new(DiskSource)) };
     let pasted = Pasted::of(&before.report);
+    let texts: BTreeMap<_, _> = before.report.sources.files().map(|(_, file)| (&file.path, &file.text)).collect();
     let offer = |report: &Report| {
         let path = |finding: &crate::diagnostic::Diagnostic| &report.sources.file(finding.primary.span.file).path;
-        fix::offered(report, args.fixes.unsafe_fixes, |finding| {
+        let mut fixes = fix::offered(report, args.fixes.unsafe_fixes, |finding| {
             project.is_wanted(path(finding)) && !pasted.has_lost_its_sibling(report, finding)
-        })
+        });
+        // What a guard has taken the last use of goes with it.
+        let is_new = |(_, file): &(_, &SourceFile)| texts.get(&file.path).is_some_and(|before| **before != file.text);
+        let touched: BTreeSet<&PathBuf> = report.sources.files().filter(is_new).map(|(_, file)| &file.path).collect();
+        fixes.extend(migrate::idle(report, &before.report, |path| touched.contains(&path.to_path_buf())));
+        fixes
     };
     let mut revision =
         fix::revise(&before.report, offer, |path| bounds.file(path), |source| check(&whole, source).report);

@@ -124,7 +124,9 @@ fn defects<'f>(
             found.push((guard, defect));
             continue;
         }
-        if let Some(early) = ends_in_inner_block(graph, guard, end) {
+        // The guard of a function that the loop calls lives as long as that function, which is the cycle.
+        let is_own = def.function.body.as_ref().is_none_or(|body| body.expr(body.root).span.contains(guard.span));
+        if let Some(early) = ends_in_inner_block(graph, guard, end).filter(|_| is_own) {
             defect.rule = "guard_dropped_early";
             defect.span = early;
             defect.what = "the block it is bound in ends here".to_owned();

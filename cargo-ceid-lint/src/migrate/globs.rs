@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 
 use super::import::Import;
-use super::imports::{IdleImports, Scope, Sought, modules_in, segment_before, to_u32};
+use super::imports::{Doubtful, IdleImports, Scope, Sought, modules_in, segment_before, to_u32};
 use super::macros::Macros;
 use super::takers::Takers;
 use super::text::{without_comments, words};
 use crate::flow::Program;
-use crate::index::{FunctionId, Globbed, Owner};
+use crate::index::{FunctionId, Globbed, Owner, TraitId};
 use crate::source::{FileId, Span};
 use crate::syntax::Outline;
 
@@ -30,15 +30,16 @@ pub(super) fn idle(
         let Some(glob) = Glob::of(&code, at) else { continue };
         let brought = index.globbed(&crates, &glob.path);
         let traits = Traits::of(program, &brought);
-        if traits.0.iter().all(|(.., members)| members.is_empty()) || glob.path.iter().any(|name| name == "ceid_core") {
+        if traits.0.iter().all(|(_, members)| members.is_empty()) || glob.path.iter().any(|name| name == "ceid_core") {
             continue;
         }
         let stmt = glob.import.stmt.clone();
         let around = outline.around(stmt.start).next();
         let range = around.map_or(0..text.len(), |around| around.brackets.clone());
-        let scopes = traits.0.iter().map(|(name, module, members)| {
-            let (name, module) = (name.as_str(), *module);
-            Scope { program, file, functions, text, outline, name, module, methods: members, macros }
+        let scopes = traits.0.iter().map(|(id, members)| {
+            let def = index.trait_def(*id);
+            let (name, module, trait_id) = (def.name.as_str(), def.module, Some(*id));
+            Scope { program, file, functions, text, outline, name, module, trait_id, methods: members, macros }
         });
         let scopes: Vec<Scope<'_>> = scopes.collect();
         let is_needed = |names: &str, calls: &str| {
@@ -74,13 +75,14 @@ pub(super) fn idle(
         }
         if !is_needed(&unconditional, &unconditional) {
             let span = Span::new(file, to_u32(stmt.start), to_u32(stmt.end));
-            found.doubtful.push((span, text[glob.import.entry].to_owned()));
+            let is_conditional = is_needed(&sight(false, Sought::Names), &sight(false, Sought::Calls));
+            found.doubtful.push(Doubtful { span, name: text[glob.import.entry].to_owned(), is_conditional });
         }
     }
 }
 
-/// The traits that a glob brings, by name and module, with what can be called because of them.
-struct Traits<'a>(Vec<(String, crate::index::ModuleId, Vec<&'a String>)>);
+/// The traits that a glob brings, with what can be called because of them.
+struct Traits<'a>(Vec<(TraitId, Vec<&'a String>)>);
 
 impl<'a> Traits<'a> {
     fn of(program: &Program<'a>, brought: &Globbed) -> Self {
@@ -90,7 +92,7 @@ impl<'a> Traits<'a> {
             // The constant of a type may be that of any trait that it implements.
             let of_trait = |owner| matches!(owner, Owner::Impl(id) if index.impl_def(id).trait_path.is_some());
             let constants = index.values.iter().filter(|value| of_trait(value.owner)).map(|value| &value.name);
-            (def.name.clone(), def.module, def.methods.keys().chain(constants).collect())
+            (id, def.methods.keys().chain(constants).collect())
         };
         Self(brought.traits.iter().map(|id| of(*id)).collect())
     }

@@ -5,6 +5,7 @@ use super::body::LoopBody;
 use super::core_items::CoreItems;
 use super::elements::statements;
 use super::exits::Exits;
+use super::gone::Comments;
 use super::mentions::{Guarded, is_about, is_about_owner, is_glance};
 use super::observed::{is_dropped_at, is_observed, outlives_future};
 use super::owned::is_owned;
@@ -26,6 +27,7 @@ pub(super) fn lines(
     guarded: &[Guarded],
     behind: Option<Span>,
     present: Option<&Present>,
+    comments: &Comments<'_>,
 ) -> Result<Vec<(Span, String)>, Reason> {
     let refuse = |text: &str| Reason { span: of.span(of.whole), text: text.to_owned() };
     let text = of.text;
@@ -74,7 +76,7 @@ pub(super) fn lines(
         return Ok(is_needed.then(|| (insertion(of, above), lines)).into_iter().chain([extended]).collect());
     }
     let inner = own_line.as_ref().map(|(indent, _)| indent.as_str());
-    let guard = list(of, guarded, (&core.name("ceid"), clock), inner);
+    let guard = list(of, guarded, (&core.name("ceid"), clock), inner, comments);
     let (at, guard) = match own_line {
         Some((indent, at)) => (at, format!("{indent}{guard}{end}")),
         None => (behind.map_or(open, |before| before.end as usize), format!(" {guard}")),
@@ -92,7 +94,7 @@ pub(super) fn lines(
 }
 
 /// The indentation and the place of the line that the guard gets, if it gets one of its own.
-fn own_line(of: &LoopBody<'_>, behind: Option<Span>) -> Option<(String, usize)> {
+pub(super) fn own_line(of: &LoopBody<'_>, behind: Option<Span>) -> Option<(String, usize)> {
     let text = of.text;
     let after = behind.map_or(of.span(of.block).start as usize + 1, |before| before.end as usize);
     let stop = line_stop(text, after);
@@ -108,18 +110,31 @@ fn own_line(of: &LoopBody<'_>, behind: Option<Span>) -> Option<(String, usize)> 
     }
 }
 
-/// The guard with its list, which gets lines of its own where one with that indentation would be too long.
-fn list(of: &LoopBody<'_>, guarded: &[Guarded], (ceid, clock): (&str, &str), indent: Option<&str>) -> String {
+/// The guard with its list, which gets lines of its own where one with that indentation would be too long, or where something is
+/// said of one of several filters.
+fn list(
+    of: &LoopBody<'_>,
+    guarded: &[Guarded],
+    (ceid, clock): (&str, &str),
+    indent: Option<&str>,
+    comments: &Comments<'_>,
+) -> String {
     let Style { end, step, width } = of.style;
     let list: Vec<String> = guarded.iter().map(entry).collect();
     let guard = format!("{ceid}!({clock}.begin_cycle() => {});", list.join(", "));
-    match indent.filter(|indent| indent.len() + guard.len() > width) {
+    let is_wide = |indent: &&str| indent.len() + guard.len() > width || guarded.len() > 1 && !comments.is_empty();
+    let said = |name: &str| comments.get(name).map(|comment| format!(" {comment}")).unwrap_or_default();
+    match indent.filter(is_wide) {
         Some(indent) => {
-            let list = list.join(&format!(",{end}{indent}{step}{step}"));
-            let token = format!("{indent}{step}{clock}.begin_cycle() =>{end}{indent}{step}{step}{list}");
+            let line = |(at, (entry, own)): (usize, (&String, &Guarded))| {
+                let comma = if at + 1 < list.len() { "," } else { "" };
+                format!("{end}{indent}{step}{step}{entry}{comma}{}", said(&own.name))
+            };
+            let lines: String = list.iter().zip(guarded).enumerate().map(line).collect();
+            let token = format!("{indent}{step}{clock}.begin_cycle() =>{lines}");
             format!("{ceid}!({end}{token}{end}{indent});")
         }
-        None => guard,
+        None => guarded.iter().fold(guard, |guard, own| guard + &said(&own.name)),
     }
 }
 

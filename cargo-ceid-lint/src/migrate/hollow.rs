@@ -9,7 +9,7 @@ use super::mentions::Guarded;
 use super::purity::acts_when_dropped;
 use super::text::{with_attributes, without_comments, words};
 use crate::index::Ty;
-use crate::syntax::tree::{Block, ExprId, ExprKind, Literal, PatKind, Stmt, StmtKind};
+use crate::syntax::tree::{Block, BlockKind, ExprId, ExprKind, Literal, PatKind, Stmt, StmtKind};
 use crate::types::{Callee, LocalId};
 
 /// A part of the text that goes, and what stands there instead.
@@ -101,6 +101,10 @@ impl Hollow<'_> {
                 let does_nothing = |id: ExprId| self.gone.contains(&id) || self.is_nothing(id);
                 had_update() && arms.iter().all(|arm| arm.cfg.is_none() && does_nothing(arm.body))
             }
+            // A block of its own that held nothing but updates.
+            ExprKind::Block(Block { label: None, kind: BlockKind::Plain, .. }) => {
+                self.of.statement(id).is_some() && had_update() && self.is_nothing(id) && self.nested(id).is_empty()
+            }
             _ => false,
         }
     }
@@ -154,7 +158,7 @@ impl Hollow<'_> {
             None => return None,
         };
         let written = of.text.get(range.clone())?;
-        let is_whole = written.starts_with("if") || written.starts_with("match");
+        let is_whole = ["if", "match", "{"].iter().any(|begin| written.starts_with(begin));
         let has_attributes = with_attributes(of.text, range.start) != range.start;
         (is_whole && !has_attributes && without_comments(written) == written).then_some(range)
     }

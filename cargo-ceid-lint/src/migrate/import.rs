@@ -71,6 +71,14 @@ impl<'t> Import<'t> {
         Some(Self { stmt: start + shown..stop, visibility, alias, entry: first..entry_end, list })
     }
 
+    /// The `self` by which a list imports the module whose name stands at a byte: `use crate::b::{self, Step};`.
+    pub(super) fn of_itself(text: &'t str, at: usize, name: &str) -> Option<Self> {
+        let open = text[at + name.len()..].strip_prefix("::{").map(|list| text.len() - list.len())?;
+        let list = &text[open..open + text[open..].find(['}', ';'])?];
+        let own = words(list, "self").find(|own| !list[..*own].contains('{') && !list[..*own].ends_with("::"))?;
+        Self::at(text, open + own, "self")
+    }
+
     /// The path of what it imports, as far as that is written in at most one list.
     pub(super) fn path(&self, text: &str) -> Option<Vec<String>> {
         let before = self.list.as_ref().map_or(self.entry.start, |list| list.start);
@@ -117,6 +125,9 @@ impl<'t> Import<'t> {
             [] if is_nested || has_comments => None,
             [] => Some((removal(text, self.stmt.clone()), String::new())),
             [one] if *one != "self" && !has_comments => Some((list, (*one).to_owned())),
+            ["self"] if !has_comments && text[..list.start].ends_with("::") => {
+                Some((list.start - "::".len()..list.end, String::new()))
+            }
             _ if !inner.contains('\n') && !has_comments => Some((list.start + 1..list.end - 1, left.join(", "))),
             _ => {
                 let comma = if text[self.entry.end..].starts_with(',') { 1 } else { 0 };
@@ -180,6 +191,8 @@ mod tests {
         );
         check("use crate::{b::{Step, Kf}, c};\n", Some("use crate::{b::Kf, c};\n"));
         check("use crate::{b::Step, c, d};\n", Some("use crate::{c, d};\n"));
+        check("use crate::b::{self, Step};\n", Some("use crate::b;\n"));
+        check("use crate::{b::{self, Step}, c};\n", Some("use crate::{b, c};\n"));
         check("use a::{Kf, /* its law: */ Step};\n", Some("use a::{Kf};\n"));
         check("use a::{Step, Kf, /* and */ Pid};\n", Some("use a::{Kf, /* and */ Pid};\n"));
         check("use a::{Kf,\n    Step, Pid};\n", Some("use a::{Kf, Pid};\n"));
@@ -200,6 +213,14 @@ mod tests {
             changed.replace_range(range, &new);
         }
         assert_eq!(changed, expected);
+    }
+
+    #[test]
+    fn a_module_goes_from_the_list_of_what_it_has() {
+        let text = "use crate::b::{self, Step};\n";
+        let import = Import::of_itself(text, text.find("b::").expect("it is there"), "b").expect("it is an import");
+        assert_eq!(import.without(text), Some((14..26, "Step".to_owned())));
+        assert!(Import::of_itself("use b::{Step};", 4, "b").is_none());
     }
 
     #[test]

@@ -10,11 +10,11 @@ use super::takers::{FOR_TESTS, Takers, inline_modules, looks_outside};
 use super::text::{has_word, with_attributes, without_comments, words};
 use crate::count::{Cycle, Verdict};
 use crate::flow::Program;
-use crate::index::{Def, FunctionId, ModuleId, Namespace, Owner, TraitId};
+use crate::index::{Def, FunctionId, ModuleId, Namespace, Owner, TraitId, TraitName, Ty};
 use crate::source::{FileId, Span};
 use crate::syntax::Outline;
 use crate::syntax::tree::{ExprId, ExprKind, MacroKind};
-use crate::types::Callee;
+use crate::types::{Callee, Resolved};
 
 /// The imports that were there for calls of a law.
 #[derive(Clone, Debug, Default)]
@@ -23,8 +23,19 @@ pub struct IdleImports {
     pub removals: Vec<Vec<(Span, String)>>,
     /// Those that hand on to other modules what nothing needs.
     pub handed_on: Vec<HandedOn>,
-    /// Those that stay though perhaps nothing needs them, with what they import.
-    pub doubtful: Vec<(Span, String)>,
+    /// Those that stay though perhaps nothing needs them.
+    pub doubtful: Vec<Doubtful>,
+}
+
+/// An import that stays though perhaps nothing needs it.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Doubtful {
+    /// Where it stands.
+    pub span: Span,
+    /// What it imports.
+    pub name: String,
+    /// Whether code under a condition may need it.
+    pub is_conditional: bool,
 }
 
 /// An import that hands on what nothing needs.
@@ -79,15 +90,15 @@ pub fn idle_imports(program: &Program<'_>, cycles: &[Cycle]) -> IdleImports {
             Owner::Trait(id) => index.trait_def(*id).name == def.name,
         };
         let constants = index.values.iter().filter(|value| is_of_trait(&value.owner)).map(|value| &value.name);
-        (name, def.module, def.methods.keys().chain(constants).collect::<Vec<_>>())
+        (name, def.module, Some(id), def.methods.keys().chain(constants).collect::<Vec<_>>())
     });
-    let filters = index.filter_types().map(|def| (def.name.as_str(), def.module, Vec::new()));
+    let filters = index.filter_types().map(|def| (def.name.as_str(), def.module, None, Vec::new()));
     let traits: Vec<_> = traits.collect();
     // A law may have been called by the path of a module: `filter::Step::step(&mut kf)`.
-    let homes: BTreeSet<ModuleId> = traits.iter().map(|(_, module, _)| *module).collect();
+    let homes: BTreeSet<ModuleId> = traits.iter().map(|(_, module, ..)| *module).collect();
     let homes = homes.into_iter().filter_map(|home| Some((index.module(home), index.module(home).parent?)));
     let homes = homes.filter(|(home, _)| !home.is_block && !home.name.is_empty());
-    let homes = homes.map(|(home, parent)| (home.name.as_str(), parent, Vec::new()));
+    let homes = homes.map(|(home, parent)| (home.name.as_str(), parent, None, Vec::new()));
     let named: Vec<_> = traits.iter().cloned().chain(filters).chain(homes).collect();
     let macros = Macros::of(program);
     for file in handing_on(program, &files) {
@@ -95,9 +106,10 @@ pub fn idle_imports(program: &Program<'_>, cycles: &[Cycle]) -> IdleImports {
         let outline = Outline::of(text);
         let functions = written_in(program, file);
         let has_guard = files.contains(&file);
-        for (name, module, methods) in &named {
-            let (outline, functions, macros) = (&outline, &functions[..], &macros);
-            let scope = Scope { program, file, functions, text, outline, name, module: *module, methods, macros };
+        for (name, module, trait_id, methods) in &named {
+            let (outline, functions, macros, trait_id) = (&outline, &functions[..], &macros, *trait_id);
+            let module = *module;
+            let scope = Scope { program, file, functions, text, outline, name, module, trait_id, methods, macros };
             for at in words(text, name) {
                 if let Some(edits) = scope.import(at, true) {
                     let methods = methods.iter().map(|method| (*method).clone()).collect();
@@ -162,6 +174,8 @@ pub(super) struct Scope<'a> {
     pub(super) outline: &'a Outline,
     pub(super) name: &'a str,
     pub(super) module: ModuleId,
+    /// Set for a trait.
+    pub(super) trait_id: Option<TraitId>,
     /// The methods that can be called because of the import, and the constants that can be named.
     pub(super) methods: &'a [&'a String],
     pub(super) macros: &'a Macros<'a>,
@@ -172,7 +186,7 @@ impl Scope<'_> {
     /// has the name from there.
     fn import(&self, at: usize, hands_on: bool) -> Option<Vec<(Span, String)>> {
         let Self { program, file, text, name, macros, .. } = *self;
-        let import = Import::at(text, at, name)?;
+        let import = Import::at(text, at, name).or_else(|| Import::of_itself(text, at, name))?;
         if self.is_of_core(&import) || import.visibility.is_empty() == hands_on {
             return None;
         }
@@ -317,8 +331,8 @@ impl Scope<'_> {
             || self.program.index.crate_of(self.module).package_name == "ceid_core"
     }
 
-    /// The import whose name stands at a byte, if only code that is compiled under a condition needs it, or a comment.
-    fn doubt(&self, at: usize) -> Option<(Span, String)> {
+    /// The import whose name stands at a byte, if only code that is compiled under a condition needs it, or a comment, or nothing.
+    fn doubt(&self, at: usize) -> Option<Doubtful> {
         let import = Import::at(self.text, at, self.name)
             .filter(|import| import.visibility.is_empty() && !self.is_of_core(import) && !self.is_of_other(import))?;
         let around = self.outline.around(import.stmt.start).next();
@@ -327,9 +341,14 @@ impl Scope<'_> {
         if !code[import.stmt.start..].starts_with("use") {
             return None;
         }
-        let is_needed = self.is_used(&import, &code, &code, &scope);
+        if self.is_used(&import, &code, &code, &scope) {
+            return None;
+        }
+        let [code, calls] =
+            [Sought::Names, Sought::Calls].map(|of| without_comments(&self.in_sight(&scope, false, of)));
+        let is_conditional = self.is_used(&import, &code, &calls, &scope);
         let span = Span::new(self.file, to_u32(import.stmt.start), to_u32(import.stmt.end));
-        (!is_needed).then(|| (span, self.name.to_owned()))
+        Some(Doubtful { span, name: self.name.to_owned(), is_conditional })
     }
 
     /// Code with blanks for its comments and for the items that are compiled under a condition.
@@ -382,6 +401,23 @@ impl Scope<'_> {
         }
     }
 
+    /// Whether a call runs what another trait has. Where a type has several traits, one of them may stand for another.
+    fn is_of_another_trait(&self, call: &Resolved) -> bool {
+        let Some(own) = self.trait_id else { return false };
+        let index = self.program.index;
+        let is_other = |target: &FunctionId| match index.function(*target).owner {
+            Owner::Impl(id) => {
+                matches!(&index.impl_def(id).implements, Some(TraitName::Local(other)) if *other != own)
+            }
+            Owner::Trait(id) => id != own,
+            Owner::Module => false,
+        };
+        matches!(call.self_ty, Ty::Adt(..))
+            && !call.targets.is_empty()
+            && call.targets.iter().all(is_other)
+            && !index.implements(&call.self_ty, &TraitName::Local(own))
+    }
+
     /// Whether a method of the trait may be called in a part of the code: each call of that name is known, or is one.
     pub(super) fn is_called(&self, method: &str, code: &str, scope: &Range<usize>) -> bool {
         let part = &code[scope.clone()];
@@ -392,7 +428,7 @@ impl Scope<'_> {
             words(part, method).filter(|at| segment_before(part, *at).is_some()).filter(|at| !is_by_trait(at));
         let written = count(format!(".{method}(")) + count(format!(".{method}::")) + by_path.count();
         let index = self.program.index;
-        // A method of the type itself needs no import, and one of a trait may stand for that of another one.
+        // A method of the type itself needs no import.
         let is_inherent = |target: &FunctionId| match index.function(*target).owner {
             Owner::Impl(id) => index.impl_def(id).implements.is_none() && index.impl_def(id).trait_path.is_none(),
             _ => false,
@@ -409,8 +445,9 @@ impl Scope<'_> {
                     && matches!(&body.expr(*call).kind, ExprKind::MethodCall { method: own, .. } if own == method)
             };
             let others = typed.callees.iter().filter(|(call, callee)| {
-                matches!(callee, Callee::Resolved(resolved) if !resolved.targets.is_empty() && resolved.targets.iter().all(is_inherent))
-                    && is_here(call)
+                let Callee::Resolved(resolved) = callee else { return false };
+                let is_own = !resolved.targets.is_empty() && resolved.targets.iter().all(is_inherent);
+                (is_own || self.is_of_another_trait(resolved)) && is_here(call)
             });
             others.count()
         };

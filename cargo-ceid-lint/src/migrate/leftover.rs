@@ -19,7 +19,8 @@ impl Leftover {
     /// Why that is nothing for a crate that denies it.
     pub(super) fn refusal(&self) -> Reason {
         let text = format!(
-            "nothing would use `{}` any more, which the crate denies: write its value where the updates stand",
+            "nothing but the updates uses `{}`, and the crate denies what has no use: take it out of the updates first, or allow that \
+             here",
             self.name
         );
         Reason { span: self.span, text }

@@ -44,12 +44,15 @@ pub fn dependency(text: &str, workspace: Option<&str>, wanted: &Wanted) -> Resul
         }
         None => line(text, shared.and_then(Value::as_table), wanted)?,
     };
-    let (at, inserted) = insertion(text, &table, &line)?;
-    let mut changed = text.to_owned();
-    changed.insert_str(at, &inserted);
-    let parsed: Option<Table> = changed.parse().ok();
-    let is_there = parsed.as_ref().and_then(|table| find(section(table, "dependencies")?, shared)).is_some();
-    if is_there { Ok(Some((at, inserted))) } else { Err(is_unusual(&line)) }
+    let is_there = |(at, inserted): &(usize, String)| {
+        let mut changed = text.to_owned();
+        changed.insert_str(*at, inserted);
+        let parsed: Option<Table> = changed.parse().ok();
+        parsed.as_ref().and_then(|table| find(section(table, "dependencies")?, shared)).is_some()
+    };
+    // A text in several lines may have one that looks like the header.
+    let mut places = insertions(text, &table, &line).into_iter();
+    places.find(is_there).map(Some).ok_or_else(|| is_unusual(&line))
 }
 
 /// Where no line can be added: what a person has to.
@@ -164,8 +167,8 @@ fn line(text: &str, shared: Option<&Table>, wanted: &Wanted) -> Result<String, S
     })
 }
 
-/// Where the entry goes: among sorted entries to its place, else behind the last one.
-fn insertion(text: &str, table: &Table, line: &str) -> Result<(usize, String), String> {
+/// Where the entry may go.
+fn insertions(text: &str, table: &Table, line: &str) -> Vec<(usize, String)> {
     let end = Style::of(text).end;
     let lines: Vec<(usize, &str)> = text
         .split_inclusive('\n')
@@ -181,16 +184,20 @@ fn insertion(text: &str, table: &Table, line: &str) -> Result<(usize, String), S
             .and_then(|rest| rest.split_once(']'))
             .is_some_and(|(found, _)| found.trim() == name)
     };
-    let Some(header) = lines.iter().position(|(_, line)| is_header(line, "dependencies")) else {
-        if let Some((at, _)) = lines.iter().find(|(_, line)| line.trim_start().starts_with("[dependencies.")) {
-            return Ok((*at, format!("[dependencies]{end}{line}{end}{end}")));
-        }
-        if table.contains_key("dependencies") {
-            return Err(is_unusual(line));
-        }
+    let headers = (0..lines.len()).filter(|at| is_header(lines[*at].1, "dependencies"));
+    let mut found: Vec<_> = headers.map(|header| in_section(text, &lines, header, line)).collect();
+    if let Some((at, _)) = lines.iter().find(|(_, line)| line.trim_start().starts_with("[dependencies.")) {
+        found.push((*at, format!("[dependencies]{end}{line}{end}{end}")));
+    } else if !table.contains_key("dependencies") {
         let gap = if text.is_empty() || text.ends_with('\n') { String::new() } else { end.to_owned() };
-        return Ok((text.len(), format!("{gap}{end}[dependencies]{end}{line}{end}")));
-    };
+        found.push((text.len(), format!("{gap}{end}[dependencies]{end}{line}{end}")));
+    }
+    found
+}
+
+/// Where the entry goes behind the header of its section: among sorted entries to its place, else behind the last one.
+fn in_section(text: &str, lines: &[(usize, &str)], header: usize, line: &str) -> (usize, String) {
+    let end = Style::of(text).end;
     let section: Vec<(usize, &str)> =
         lines[header + 1..].iter().take_while(|(_, line)| !line.starts_with('[')).copied().collect();
     let key = |line: &str| {
@@ -212,7 +219,7 @@ fn insertion(text: &str, table: &Table, line: &str) -> Result<(usize, String), S
         |(start, _)| *start,
     );
     let is_open = !text[..place].is_empty() && !text[..place].ends_with('\n');
-    Ok((place, if is_open { format!("{end}{line}{end}") } else { format!("{line}{end}") }))
+    (place, if is_open { format!("{end}{line}{end}") } else { format!("{line}{end}") })
 }
 
 #[cfg(test)]
@@ -272,6 +279,15 @@ mod tests {
             &PLAIN,
             &format!("[dependencies]\n{core}\n\n[dependencies.a]\nversion = \"1\"\n"),
         );
+    }
+
+    #[test]
+    fn a_text_that_looks_like_a_section_is_none() {
+        let text = "[package]\ndescription = \"\"\"\n[dependencies]\n\"\"\"\n";
+        let core = "ceid-core = \"VERSION\"";
+        check(text, None, &PLAIN, &format!("{text}\n[dependencies]\n{core}\n"));
+        let text = format!("{text}[dependencies] # none\n");
+        check(&text, None, &PLAIN, &format!("{text}{core}\n"));
     }
 
     #[test]

@@ -7,6 +7,7 @@
 mod adapt;
 mod ambiguous;
 mod body;
+mod called;
 mod captures;
 mod closure;
 mod conditional;
@@ -55,7 +56,7 @@ use crate::diagnostic::{Applicability, Suggestion};
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
 
-pub use imports::{HandedOn, IdleImports, idle_imports};
+pub use imports::{Doubtful, HandedOn, IdleImports, idle_imports};
 pub use manifest::{Wanted, dependency, is_ceid_core};
 pub use plan::plans;
 pub use text::is_no_std;

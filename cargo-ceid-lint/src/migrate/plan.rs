@@ -6,11 +6,12 @@ use std::path::Path;
 use super::adapt::is_not_mutable;
 use super::ambiguous::ambiguous;
 use super::body::LoopBody;
+use super::called::called;
 use super::captures::captures;
 use super::conditional::unread;
 use super::effects::Effects;
 use super::exits::{Exits, exits};
-use super::gone::take_away;
+use super::gone::{Comments, comments, take_away};
 use super::head::UNKNOWN_RATE;
 use super::holding::{guarded, is_vec};
 use super::iteration::{Inner, inner_loop};
@@ -24,7 +25,7 @@ use super::partly::{is_left, partly, why_left};
 use super::present::Present;
 use super::sites::{Site, owed, place_of, sites};
 use super::tails::{outlives_owner, without_name};
-use super::text::has_word;
+use super::text::{has_word, join_insertions};
 use super::twice::used_twice;
 use super::whole::{whole_function, whole_loop};
 use super::{Plan, Reason, Rewrite, core_items, head};
@@ -49,10 +50,11 @@ pub fn plans<'c>(
         return Vec::new();
     }
     let loops = Loops::of(program, manners);
-    cycles.filter_map(|cycle| plan(&loops, cycle, &edition(cycle))).collect()
+    cycles.filter_map(|cycle| plan(&loops, cycle, &edition)).collect()
 }
 
-fn plan(loops: &Loops<'_>, cycle: &Cycle, edition: &str) -> Option<Plan> {
+fn plan(loops: &Loops<'_>, cycle: &Cycle, edition_of: &dyn Fn(&Cycle) -> String) -> Option<Plan> {
+    let edition = &*edition_of(cycle);
     // A law for guards that hands on to the law that was there is where a migration ends.
     let hands_on = loops.at(cycle.head).is_some_and(|(law, ..)| loops.program.index.is_run_by_guards(law));
     let is_own = |pair: &Pair| hands_on && pair.name == "self";
@@ -63,7 +65,9 @@ fn plan(loops: &Loops<'_>, cycle: &Cycle, edition: &str) -> Option<Plan> {
     if by_hand.is_empty() {
         return None;
     }
+    let within = called(loops, cycle, &by_hand);
     let outcome = match cycle.kind {
+        _ if let Some(function) = &within => in_function(loops, function, &edition_of(function)),
         CycleKind::Closure => Err(vec![Reason { span: cycle.head, text: of_a_closure(loops, cycle) }]),
         CycleKind::Function | CycleKind::Loop | CycleKind::While | CycleKind::For => {
             rewrite(loops, cycle, &by_hand, edition)
@@ -79,9 +83,18 @@ fn plan(loops: &Loops<'_>, cycle: &Cycle, edition: &str) -> Option<Plan> {
     let whole = whole.unwrap_or(cycle.head);
     let partly = match outcome.as_ref() {
         Ok(rewrite) if rewrite.changes.is_empty() => None,
+        _ if within.is_some() => None,
         _ => partly(cycle, &by_hand, |pairs| rewrite(loops, cycle, pairs, edition).ok()),
     };
     Some(Plan { head: cycle.head, whole, function: cycle.function.clone(), filters, outcome, partly })
+}
+
+/// The rewriting of a function that a loop calls in each iteration.
+fn in_function(loops: &Loops<'_>, cycle: &Cycle, edition: &str) -> Result<Rewrite, Vec<Reason>> {
+    let filters: Vec<&Pair> = cycle.filters.iter().collect();
+    let mut rewrite = rewrite(loops, cycle, &filters, edition)?;
+    rewrite.notes.insert(0, format!("the guard stands in `{}`, which the loop calls", cycle.function));
+    Ok(rewrite)
 }
 
 /// Why a closure gets no guard.
@@ -173,30 +186,14 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
     let exits = exits(&of);
     let is_exact = by_hand.iter().all(|pair| matches!(pair.verdict, Verdict::Once | Verdict::PerSample));
     let behind = match &present {
-        Some(present) => {
-            present.admits(&of, &guarded, is_exact).map(|()| Some(present.stmt)).map_err(|reason| vec![reason])?
-        }
+        Some(present) => present
+            .admits(&of, &guarded, &exits, is_exact)
+            .map(|()| Some(present.stmt))
+            .map_err(|reason| vec![reason])?,
         None => head::behind(&of, &guarded, &exits, is_exact),
     };
     let rewriter = Rewriter { loops, of: &of, exits, guarded: &guarded, behind, present };
     rewriter.rewrite(cycle, changes)
-}
-
-/// Puts what is inserted where another edit begins into that edit, so that the order of the two is clear.
-fn join_insertions(edits: &mut Vec<(Span, String)>) {
-    let mut joined: Vec<(Span, String)> = Vec::new();
-    for (span, text) in edits.drain(..) {
-        match joined.last_mut() {
-            Some((before, inserted))
-                if before.start == before.end && before.start == span.start && before.file == span.file =>
-            {
-                *before = span;
-                inserted.push_str(&text);
-            }
-            _ => joined.push((span, text)),
-        }
-    }
-    *edits = joined;
 }
 
 struct Rewriter<'a> {
@@ -266,7 +263,9 @@ impl Rewriter<'_> {
                 Err(text) => reasons.push(Reason { span: of.span(own.at), text }),
             }
         }
-        take_away(of, self.guarded, &mut edits);
+        let has_own_line = self.present.is_none() && head::own_line(of, self.behind).is_some();
+        let comments = if has_own_line { comments(of, self.guarded) } else { Comments::new() };
+        take_away(of, self.guarded, &comments, &mut edits);
         if let Some((head, rest)) = without_name(of, self.guarded) {
             edits.retain(|(span, _)| !rest.contains(*span));
             edits.extend([(head, String::new()), (rest, String::new())]);
@@ -278,7 +277,7 @@ impl Rewriter<'_> {
                 notes.push(format!("`{}` has no use any more", left.name));
             }
         }
-        match head::lines(of, self.guarded, self.behind, self.present.as_ref()) {
+        match head::lines(of, self.guarded, self.behind, self.present.as_ref(), &comments) {
             Ok(head) => edits.extend(head),
             Err(reason) => reasons.push(reason),
         }

@@ -2,6 +2,7 @@
 
 use super::Reason;
 use super::body::LoopBody;
+use super::exits::{Exits, diverges};
 use super::mentions::{Guarded, is_about};
 use super::text::{begins_line, indentation, without_comments};
 use crate::source::Span;
@@ -65,7 +66,13 @@ impl Present {
     ///
     /// # Errors
     /// Why not.
-    pub(super) fn admits(&self, of: &LoopBody<'_>, guarded: &[Guarded], is_exact: bool) -> Result<(), Reason> {
+    pub(super) fn admits(
+        &self,
+        of: &LoopBody<'_>,
+        guarded: &[Guarded],
+        exits: &Exits,
+        is_exact: bool,
+    ) -> Result<(), Reason> {
         let refuse = |at: Span, text: String| Err(Reason { span: at, text });
         let all = self.entries.len() + guarded.len();
         if all > MOST {
@@ -74,8 +81,16 @@ impl Present {
                 format!("the guard would have {all} filters, and can have {MOST}: declare them with `filters!`"),
             );
         }
-        let is_first = of.inside.iter().all(|id| *id == of.block || of.span(*id).start >= self.stmt.start);
-        if !is_first && !is_exact {
+        // What leaves the loop is no iteration that owes an update; of a function, it is.
+        let ends_above = |id: &ExprId| {
+            let goes_on = match of.kind(*id) {
+                ExprKind::Continue { .. } => diverges(of, *id) && !exits.left_at.contains(id),
+                ExprKind::Opaque(_) | ExprKind::Unknown { .. } => true,
+                _ => of.is_function,
+            };
+            goes_on && *id != of.block && of.span(*id).start < self.stmt.start
+        };
+        if !is_exact && of.inside.iter().any(ends_above) {
             return refuse(
                 self.stmt,
                 "an iteration may end above the guard that is there: let it begin with the guard".to_owned(),

@@ -98,12 +98,14 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
     let name = &pair.name;
     let calls = of.inside.iter().copied().filter(|id| of.span(*id) == span);
     let mut calls = calls.filter(|id| matches!(of.typed.callees.get(id), Some(Callee::Resolved(_))));
-    let Some(call) = calls.next() else {
-        return Err(refuse(format!("the update of `{name}` is not a plain call here")));
+    let is_no_call = || {
+        let advice = format!("the update of `{name}` is not a plain call here: write it as a statement of its own");
+        let of_all = "in a loop over the filters, `for filter in …`";
+        let is_each = name.ends_with("[*]");
+        refuse(if is_each { format!("{advice}, {of_all}") } else { advice })
     };
-    let Some(Callee::Resolved(callee)) = of.typed.callees.get(&call) else {
-        return Err(refuse(format!("the update of `{name}` is not a plain call here")));
-    };
+    let Some(call) = calls.next() else { return Err(is_no_call()) };
+    let Some(Callee::Resolved(callee)) = of.typed.callees.get(&call) else { return Err(is_no_call()) };
     let is_function = |target: &FunctionId| of.program.index.function_spec(&Def::Function(*target)).is_some();
     if callee.law.is_none() && callee.targets.iter().any(is_function) {
         return Err(refuse(format!(
@@ -129,13 +131,15 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
         ExprKind::Call { callee: function, args } if callee.has_receiver && !args.is_empty() => {
             match of.kind(*function) {
                 ExprKind::Path(path) => (unborrowed(of, args[0]), args[0], args[1..].to_vec(), path.last().to_owned()),
-                _ => return Err(refuse(format!("the update of `{name}` is not a plain call here"))),
+                _ => return Err(is_no_call()),
             }
         }
-        _ => return Err(refuse(format!("the update of `{name}` is not a plain call here"))),
+        _ => return Err(is_no_call()),
     };
     if !is_written_out(of, call, &method) {
-        return Err(refuse(format!("the update of `{name}` is written by a macro")));
+        return Err(refuse(format!(
+            "the update of `{name}` is written by a macro: write the call itself here, and migrate the loop then"
+        )));
     }
     if without_comments(of.written(call)) != of.written(call) {
         return Err(refuse(format!("a comment stands in the update of `{name}`, and would be lost: put it above")));

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::project::Manners;
+use crate::source::Span;
 use crate::syntax::{Lexer, TokenKind};
 
 /// What the lines of a text have in common.
@@ -31,6 +32,23 @@ impl Style {
         };
         Self { end, step, width: Manners::default().width }
     }
+}
+
+/// Puts what is inserted where another edit begins into that edit, so that the order of the two is clear.
+pub(super) fn join_insertions(edits: &mut Vec<(Span, String)>) {
+    let mut joined: Vec<(Span, String)> = Vec::new();
+    for (span, text) in edits.drain(..) {
+        match joined.last_mut() {
+            Some((before, inserted))
+                if before.start == before.end && before.start == span.start && before.file == span.file =>
+            {
+                *before = span;
+                inserted.push_str(&text);
+            }
+            _ => joined.push((span, text)),
+        }
+    }
+    *edits = joined;
 }
 
 /// Where the line of a byte begins.

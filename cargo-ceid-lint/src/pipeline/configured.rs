@@ -34,6 +34,8 @@ pub enum Purpose {
     /// To suggest them where something was found.
     #[default]
     Findings,
+    /// To make those suggestions, so that imports are looked for that nothing needs any more.
+    Fixes,
     /// To offer them for all loops.
     Offers,
     /// To follow them, so that imports are looked for that nothing needs any more.

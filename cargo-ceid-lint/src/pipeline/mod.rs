@@ -345,13 +345,13 @@ impl Run<'_> {
             is_core(&package.name) || package.dependencies.iter().any(|own| is_core(&own.package_name))
         };
         let is_planned = |cycle: &&Cycle| {
-            self.purpose != Purpose::Findings
+            !matches!(self.purpose, Purpose::Findings | Purpose::Fixes)
                 || guardable.contains(&cycle.head) && has_core(&project.packages[cycle.package])
         };
         let planned = analysis.cycles.iter().filter(is_planned);
         let plans = migrate::plans(&program, planned, edition, &|path| self.manners.of(project, path));
         let idle_imports = match self.purpose {
-            Purpose::Migration => migrate::idle_imports(&program, &analysis.cycles),
+            Purpose::Migration | Purpose::Fixes => migrate::idle_imports(&program, &analysis.cycles),
             Purpose::Findings | Purpose::Offers => IdleImports::default(),
         };
         suggest_guards(&mut findings, &plans);

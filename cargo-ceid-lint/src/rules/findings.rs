@@ -360,7 +360,10 @@ fn guard(defect: &GuardDefect) -> Option<Diagnostic> {
         "guard_dropped_early" => (
             format!("this guard ends before the cycle does: {}", defect.what),
             "it ends here".to_owned(),
-            format!("{what} is updated when the guard ends, with what was fed so far and not with what follows"),
+            format!(
+                "{what} {} updated when the guard ends, with what was fed so far and not with what follows",
+                if defect.names.len() == 1 { "is" } else { "are" }
+            ),
             "bind the guard to a name at the head of the cycle: `let guard = …;`".to_owned(),
         ),
         _ => (

@@ -1,6 +1,7 @@
 //! Nothing is lost: a dirty tree is refused, and each file is the old one or the new one, whatever happens.
 
 use std::fs;
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
@@ -346,4 +347,50 @@ fn what_a_killed_run_wrote_in_part_is_completed() {
     fix(&directory, &[]).assert_code(101).assert_stderr("take the changes of `src/lib.rs` back");
     assert_eq!(read(&directory, "src/a.rs"), "// old\n");
     assert!(!directory.join(".ceid-lint-4294967295-2.note").exists());
+}
+
+#[test]
+fn a_guard_takes_imports_along_that_nothing_needs_any_more() {
+    let core = Path::new(env!("CARGO_MANIFEST_DIR")).join("../ceid-core").canonicalize().expect("it is there");
+    let manifest = format!(
+        "[package]\nname = \"hall\"\nversion = \"0.1.0\"\nedition = \"2021\"\n\n[dependencies]\nceid-core = {{ path = {core:?} }}\n"
+    );
+    let filter = "\
+pub trait SampledFilter {
+    fn update(&mut self);
+}
+#[derive(Default)]
+pub struct Hall {
+    pub level: f32,
+    pub mean: f32,
+}
+impl SampledFilter for Hall {
+    fn update(&mut self) {
+        self.mean += 0.5 * (self.level - self.mean);
+    }
+}
+";
+    let lib = "\
+#![deny(warnings)]
+pub mod filter;
+use filter::{Hall, SampledFilter};
+
+pub fn watch(levels: &[f32]) -> f32 {
+    let mut hall = Hall::default();
+    for level in levels {
+        if *level < 0.0 {
+            continue;
+        }
+        hall.level = *level;
+        hall.update();
+    }
+    hall.mean
+}
+";
+    let files =
+        [("Cargo.toml", manifest.as_bytes()), ("src/lib.rs", lib.as_bytes()), ("src/filter.rs", filter.as_bytes())];
+    let directory = repository("fix_idle_import", &files);
+    fix(&directory, &["--unsafe-fixes"]).assert_code(0).assert_stderr("let a guard update `hall`");
+    let fixed = read(&directory, "src/lib.rs");
+    assert!(fixed.contains("\nuse filter::Hall;\n") && fixed.contains("=> hall);"), "{fixed}");
 }

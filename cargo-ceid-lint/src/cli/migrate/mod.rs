@@ -17,7 +17,7 @@ use crate::count::{Cycle, CycleKind, Gate, Pair, Verdict};
 use crate::diagnostic::Diagnostic;
 use crate::fix::{self, Bounds, Edit, Fix, Revision};
 use crate::index::{FunctionId, Ty};
-use crate::migrate::{HandedOn, Plan, Reason, Rewrite, quoted};
+use crate::migrate::{Doubtful, HandedOn, Plan, Reason, Rewrite, quoted};
 use crate::pipeline::{Options, Purpose, Report, dependencies};
 use crate::project::Project;
 use crate::report::count;
@@ -73,8 +73,8 @@ struct Run<'a> {
     touched: RefCell<BTreeSet<PathBuf>>,
     /// What is told of each loop that gets a guard: by its file and title, from the report by which it was migrated.
     offered: RefCell<BTreeMap<(String, String), Offered>>,
-    /// The imports that may be idle in the newest text: file, line and name.
-    doubtful: RefCell<Vec<(String, u32, String)>>,
+    /// The imports that may be idle in the newest text, each with its file and line.
+    doubtful: RefCell<Vec<(String, u32, Doubtful)>>,
 }
 
 /// What is told of a loop that gets a guard.
@@ -273,34 +273,17 @@ impl Run<'_> {
                 let offered = Offered { notes: rewrite.notes.clone(), changes };
                 self.offered.borrow_mut().insert(key(report, plan), offered);
                 self.touched.borrow_mut().extend(edits.iter().map(|edit| edit.path.clone()));
-                fixes.push(self.fix(report, plan.head, title_of(report, plan), edits));
+                fixes.push(fix_of(report, plan.head, title_of(report, plan), edits));
             }
         }
-        for import in &report.idle_imports.removals {
-            let edits: Vec<Edit> = import.iter().map(|edit| self.edit(&report.sources, edit)).collect();
-            let is_touched =
-                edits.iter().any(|edit| self.touched.borrow().iter().any(|path| same_file(path, &edit.path)));
-            if let (true, Some((span, _))) = (is_touched, import.first()) {
-                fixes.push(self.fix(report, *span, IDLE_IMPORT.to_owned(), edits));
-            }
-        }
-        // What was handed on for nothing before is none of it.
-        let is_lost = |handed: &&HandedOn| {
-            self.touched.borrow().iter().any(|path| {
-                let texts = text_of(&first.sources, path).zip(text_of(&report.sources, path));
-                texts.is_some_and(|(before, now)| handed.is_said_less(before, now))
-            })
-        };
-        for handed in report.idle_imports.handed_on.iter().filter(is_lost) {
-            let edits = handed.edits.iter().map(|edit| self.edit(&report.sources, edit)).collect();
-            fixes.extend(handed.edits.first().map(|(span, _)| self.fix(report, *span, IDLE_IMPORT.to_owned(), edits)));
-        }
+        let is_touched = |path: &Path| self.touched.borrow().iter().any(|own| same_file(own, path));
+        fixes.extend(idle(report, first, is_touched));
         let sources = &report.sources;
-        let doubtful = report.idle_imports.doubtful.iter().filter(|(span, _)| {
-            self.touched.borrow().iter().any(|path| same_file(path, &sources.file(span.file).path))
-        });
-        let told =
-            |(span, name): &(Span, String)| (sources.file(span.file).name.clone(), sources.line(*span), name.clone());
+        let doubtful =
+            report.idle_imports.doubtful.iter().filter(|import| is_touched(&sources.file(import.span.file).path));
+        let told = |import: &Doubtful| {
+            (sources.file(import.span.file).name.clone(), sources.line(import.span), import.clone())
+        };
         *self.doubtful.borrow_mut() = doubtful.map(told).collect();
         // A suppression of what a guard has put right goes with it.
         let known: BTreeSet<_> = first.shown().filter(is_unused).map(|finding| said(first, finding)).collect();
@@ -310,29 +293,24 @@ impl Run<'_> {
         fixes
     }
 
-    fn fix(&self, report: &Report, at: Span, title: String, edits: Vec<Edit>) -> Fix {
-        let file = report.sources.file(at.file).name.clone();
-        Fix { rule: "unguarded_update", title, file, line: report.sources.line(at), is_unsafe: false, edits }
-    }
-
-    fn edit(&self, sources: &SourceMap, (span, text): &(Span, String)) -> Edit {
-        let path = sources.file(span.file).path.clone();
-        Edit { path, start: span.start as usize, end: span.end as usize, text: text.clone() }
-    }
-
     /// The edits of a plan, those in manifests included.
     fn edits(&self, report: &Report, rewrite: &Rewrite) -> Result<Vec<Edit>, String> {
         let core = self.args.ceid_core_path.as_deref();
         let named = |manifest: &Path| core.map(|core| relative(core, manifest)).transpose();
         let added = dependencies(report, self.project, rewrite, named)?.into_iter();
         let added = added.map(|(path, at, text)| Edit { path, start: at, end: at, text });
-        Ok(rewrite.edits.iter().map(|edit| self.edit(&report.sources, edit)).chain(added).collect())
+        Ok(rewrite.edits.iter().map(|edit| edit_of(&report.sources, edit)).chain(added).collect())
     }
 
     /// Tells what was done and what was not, beside the loops without a plan, and how much was not.
     fn tell(&self, first: &Report, chosen: &[&Plan], revision: &Revision, unplanned: usize) -> usize {
         let is_of = |fix: &Fix, plan: &Plan| (&fix.file, &fix.title) == (&key(first, plan).0, &title_of(first, plan));
-        let is_made = |plan: &Plan| revision.made.iter().any(|fix| is_of(fix, plan));
+        let is_own = |plan: &Plan| revision.made.iter().any(|fix| is_of(fix, plan));
+        // Two loops may call the function that gets the guard.
+        let is_same = |plan: &Plan, other: &Plan| {
+            self.taken(plan).zip(self.taken(other)).is_some_and(|(one, other)| one.edits == other.edits)
+        };
+        let is_made = |plan: &Plan| is_own(plan) || chosen.iter().any(|other| is_own(other) && is_same(plan, other));
         let (made, left): (Vec<&Plan>, Vec<&Plan>) = chosen.iter().partition(|plan| is_made(plan));
         let verb = if self.args.diff { "would migrate" } else { "migrated" };
         for plan in &made {
@@ -355,11 +333,14 @@ impl Run<'_> {
             let verb = if self.args.diff { "would be" } else { "was" };
             self.console.say(&format!("{}: a suppression {verb} removed that hides nothing any more", fix.file));
         }
-        for (file, line, name) in self.doubtful.borrow().iter() {
-            self.console.say(&format!(
-                "{file}:{line}: `{name}` is imported, and perhaps only code under `#[cfg(…)]` needs it now: remove the import, or put the \
-                 same attribute above it"
-            ));
+        for (file, line, Doubtful { name, is_conditional, .. }) in self.doubtful.borrow().iter() {
+            let what = match is_conditional {
+                true => {
+                    "perhaps only code under `#[cfg(…)]` needs it now: remove the import, or put the same attribute above it"
+                }
+                false => "perhaps nothing needs it now: remove the import",
+            };
+            self.console.say(&format!("{file}:{line}: `{name}` is imported, and {what}"));
         }
         let manifests = revision.changes.iter().filter(|change| change.path.ends_with("Cargo.toml")).count();
         if manifests > 0 && !self.args.diff {
@@ -440,6 +421,36 @@ fn said<'r>(report: &'r Report, finding: &'r Diagnostic) -> (&'r str, &'r str) {
 }
 
 const IDLE_IMPORT: &str = "an import removed that nothing needs any more, or left for the builds that need it";
+
+/// The fixes that remove imports which nothing needs any more: those in touched files, and those that hand on what touched files had.
+pub(super) fn idle(report: &Report, first: &Report, is_touched: impl Fn(&Path) -> bool) -> Vec<Fix> {
+    let edits = |of: &[(Span, String)]| of.iter().map(|edit| edit_of(&report.sources, edit)).collect::<Vec<Edit>>();
+    let fix = |edits: Vec<Edit>, at: Option<&(Span, String)>| {
+        at.map(|(span, _)| fix_of(report, *span, IDLE_IMPORT.to_owned(), edits))
+    };
+    let removals = report.idle_imports.removals.iter().map(|import| (edits(import), import.first()));
+    let own = removals.filter(|(edits, _)| edits.iter().any(|edit| is_touched(&edit.path)));
+    // What was handed on for nothing before is none of it.
+    let is_lost = |handed: &&HandedOn| {
+        report.sources.files().filter(|(_, file)| is_touched(&file.path)).any(|(_, file)| {
+            text_of(&first.sources, &file.path).is_some_and(|before| handed.is_said_less(before, &file.text))
+        })
+    };
+    let handed = report.idle_imports.handed_on.iter().filter(is_lost);
+    own.chain(handed.map(|handed| (edits(&handed.edits), handed.edits.first())))
+        .filter_map(|(edits, at)| fix(edits, at))
+        .collect()
+}
+
+fn fix_of(report: &Report, at: Span, title: String, edits: Vec<Edit>) -> Fix {
+    let file = report.sources.file(at.file).name.clone();
+    Fix { rule: "unguarded_update", title, file, line: report.sources.line(at), is_unsafe: false, edits }
+}
+
+fn edit_of(sources: &SourceMap, (span, text): &(Span, String)) -> Edit {
+    let path = sources.file(span.file).path.clone();
+    Edit { path, start: span.start as usize, end: span.end as usize, text: text.clone() }
+}
 
 /// A reason with its line, and its file if it is another one.
 fn told(report: &Report, plan: &Plan, reason: &Reason) -> String {
