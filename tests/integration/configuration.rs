@@ -223,6 +223,18 @@ fn a_thing_of_another_kind_is_told() {
         "write `trait = \"crate::control::Estimator\"`",
     );
     check_refused(
+        "[[filter]]\ntype = \"crate::control::fir\"\nlaw = \"fir\"\n",
+        "`crate::control::fir` is a function, not a type",
+        "2:8",
+        "write `function = \"crate::control::fir\"`",
+    );
+    check_refused(
+        "[[filter]]\ntype = \"crate::Gain\"\nlaw = \"over\"\ninstance = \"arg(0)\"\n",
+        "`crate::Gain` has no method `over`",
+        "3:7",
+        "`crate::Tick` has it: an entry names the type of which the law is a method",
+    );
+    check_refused(
         "[[filter]]\nfunction = \"crate::control::Pid::calc\"\n",
         "`crate::control::Pid::calc` is a method",
         "2:12",
