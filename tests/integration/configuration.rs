@@ -223,6 +223,18 @@ fn a_thing_of_another_kind_is_told() {
         "write `trait = \"crate::control::Estimator\"`",
     );
     check_refused(
+        "[[filter]]\ntype = \"crate::control::fir\"\nlaw = \"fir\"\n",
+        "`crate::control::fir` is a function, not a type",
+        "2:8",
+        "write `function = \"crate::control::fir\"`",
+    );
+    check_refused(
+        "[[filter]]\ntype = \"crate::Gain\"\nlaw = \"over\"\ninstance = \"arg(0)\"\n",
+        "`crate::Gain` has no method `over`",
+        "3:7",
+        "`crate::Tick` has it: an entry names the type of which the law is a method",
+    );
+    check_refused(
         "[[filter]]\nfunction = \"crate::control::Pid::calc\"\n",
         "`crate::control::Pid::calc` is a method",
         "2:12",
@@ -398,6 +410,50 @@ fn what_a_package_says_of_a_filter_stands_over_its_workspace() {
     let own = entry("next_control_output").replace("[[filter]]", "[[package.metadata.ceid-lint.filter]]");
     std::fs::write(directory.join("Cargo.toml"), format!("{manifest}\n{own}")).expect("it can be written");
     run(&directory, [""; 0]).assert_code(100).assert_stderr("more than once");
+}
+
+/// Three packages, of which one says what it has to of the crates of the others.
+#[track_caller]
+fn check_one_view(own: &str, code: &str, expected: &[&str]) {
+    let directory = package(CODE, "[[filter]]\ntype = \"regulators::Pi\"\nlaw = \"step\"\n");
+    let manifest = |name: &str, more: &str| {
+        format!(
+            "[package]\nname = \"{name}\"\nversion = \"0.0.0\"\nedition = \"2024\"\n\n\
+             [dependencies]\npid = \"4\"\n{more}"
+        )
+    };
+    let regulators = "regulators = { path = \"../regulators\" }\n";
+    let members = "[workspace]\nresolver = \"3\"\nmembers = [\"line\", \"oven\", \"regulators\"]\n";
+    workspace::write(&directory, "Cargo.toml", members.as_bytes());
+    workspace::write(&directory, "regulators/Cargo.toml", manifest("regulators", "").as_bytes());
+    let filter = "pub struct Pi(pub f32);\nimpl Pi {\n    pub fn step(&mut self, error: f32) { self.0 += error; }\n    \
+                  pub fn step_for(&mut self, error: f32, dt: f32) { self.0 += error * dt; }\n}\n";
+    workspace::write(&directory, "regulators/src/lib.rs", filter.as_bytes());
+    for (name, more) in [("line", String::new()), ("oven", format!("\n[package.metadata.ceid-lint]\n{own}"))] {
+        workspace::write(
+            &directory,
+            &format!("{name}/Cargo.toml"),
+            manifest(name, &(regulators.to_owned() + &more)).as_bytes(),
+        );
+        workspace::write(&directory, &format!("{name}/src/lib.rs"), code.as_bytes());
+    }
+    let run = run(&directory, ["--workspace", "--message-format", "json"]);
+    let findings = run.findings().unwrap_or_else(|error| panic!("{error}"));
+    let found: Vec<&str> =
+        findings.iter().map(|finding| finding.file.split(['/', '\\']).next().unwrap_or_default()).collect();
+    assert_eq!(found, expected, "{}", run.stderr);
+}
+
+#[test]
+fn what_a_package_says_of_other_crates_holds_for_it_alone() {
+    let own = "[[package.metadata.ceid-lint.filter]]\ntype = \"regulators::Pi\"\nlaw = [[\"step\", \"step_for\"]]\n";
+    let by_two = "pub fn run(mut pi: regulators::Pi) {\n    loop {\n        pi.step(1.0);\n        pi.step_for(1.0, 0.1);\n    }\n}\n";
+    check_one_view("", by_two, &[]);
+    check_one_view(own, by_two, &["oven"]);
+    let by_preset = "pub fn run(mut pid: pid::Pid<f32>) {\n    loop {\n        pid.next_control_output(1.0);\n        \
+                     pid.next_control_output(2.0);\n    }\n}\n";
+    check_one_view("", by_preset, &["line", "oven"]);
+    check_one_view("presets = \"none\"\n", by_preset, &["line"]);
 }
 
 const AUDIO_CRATE: &str = "\

@@ -312,6 +312,32 @@ fn filters_take_samples_by_the_names_of_containers() {
         let file = written_for("init_taken_in", &average(method));
         assert!(file.contains("#type = \"crate::MovingAverage\""), "{method}\n{file}");
     }
+    let counts = |add: &str, output: &str| {
+        format!(
+            "pub struct MovingAverage {{ buf: [u16; 8], sum: u32, idx: usize }}\nimpl MovingAverage {{\n\
+             pub fn push(&mut self, x: u16) -> {output} {{\n\
+             {add}; self.buf[self.idx] = x; self.idx = (self.idx + 1) & 7; {output}::default() }}\n}}\n\
+             pub struct Median {{ window: [u16; 5], used: usize }}\nimpl Median {{\n\
+             pub fn insert(&mut self, x: u16) -> u16 {{\n\
+             self.window[self.used % 5] = x; self.used += 1; let mut all = self.window; all.sort(); all[2] }}\n}}\n\
+             pub fn run(mut average: MovingAverage, mut median: Median) {{ loop {{ average.push(median.insert(1)); }} }}\n"
+        )
+    };
+    for add in ["self.sum += u32::from(x)", "self.sum = self.sum + u32::from(x) - u32::from(self.buf[self.idx])"] {
+        for output in ["u16", "bool"] {
+            let file = written_for("init_taken_counts", &counts(add, output));
+            for name in ["MovingAverage", "Median"] {
+                assert!(file.contains(&format!("#type = \"crate::{name}\"")), "{name} {add} {output}\n{file}");
+            }
+        }
+    }
+    let members = "pub struct BloomFilter { bits: [u64; 8], used: u64 }\n\
+         impl BloomFilter { pub fn insert(&mut self, key: u64) { self.bits[key as usize % 8] |= 1 << (key & 63); self.used += 1; } }\n\
+         pub struct IdFilter { ids: [u32; 8], used: usize }\n\
+         impl IdFilter { pub fn add(&mut self, id: u32) -> bool { self.ids[self.used] = id; self.used += 1; true } }\n\
+         pub fn run(mut keys: BloomFilter, mut ids: IdFilter) { loop { keys.insert(1); ids.add(2); } }\n";
+    let file = written_for("init_members", members);
+    assert!(!file.contains("BloomFilter") && !file.contains("IdFilter"), "{file}");
     let containers = "pub struct FilterBank { gains: [f32; 8], used: usize }\n\
          impl FilterBank { pub fn push(&mut self, gain: f32) { self.gains[self.used] = gain; self.used += 1; } }\n\
          pub struct Total { sum: f32 }\nimpl Total { pub fn add(&mut self, x: f32) -> f32 { self.sum += 0.5 * x; self.sum } }\n\

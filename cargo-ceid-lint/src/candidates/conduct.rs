@@ -232,6 +232,7 @@ impl<'a> Reader<'a> {
                 ExprKind::Assign { place, value } => {
                     self.assign(*place, &mut conduct);
                     conduct.sums += usize::from(self.is_kept_in_line(*place, *value));
+                    conduct.accumulated.extend(self.field(*place).filter(|field| self.adds_to(field, *value)));
                 }
                 ExprKind::AssignOp { op, place, value } => {
                     self.assign(*place, &mut conduct);
@@ -369,6 +370,13 @@ impl<'a> Reader<'a> {
     fn is_kept_in_line(&self, place: ExprId, value: ExprId) -> bool {
         let ExprKind::Index { base, index } = &self.body.expr(place).kind else { return false };
         self.field(*base).is_some() && self.is_own_field(*index) && self.is_measured(place) && !self.is_constant(value)
+    }
+
+    /// Whether an expression is a field with something added that is not constant: `self.sum + x - self.oldest`.
+    fn adds_to(&self, field: &String, expr: ExprId) -> bool {
+        let ExprKind::Binary { op, lhs, rhs } = &self.body.expr(expr).kind else { return false };
+        let is_it = self.field(*lhs).as_ref() == Some(field) && self.is_own_field(*lhs);
+        is_sum(op) && ((is_it && !self.is_constant(*rhs)) || self.adds_to(field, *lhs))
     }
 
     fn is_own_field(&self, expr: ExprId) -> bool {

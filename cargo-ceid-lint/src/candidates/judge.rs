@@ -113,12 +113,19 @@ impl Finder<'_> {
             params.iter().zip(parameter_names(def)).filter(|(_, name)| !is_step_name(name)).map(|(ty, _)| ty).collect();
         let is_fed = samples.iter().any(|sample| is_measured(index, sample, 0));
         let takes_counts = samples.iter().any(|sample| is_counted(sample.peel()));
-        let is_fed_counts = takes_counts && (is_sum_of_counts || (name_strength == 2 && uses.in_cycles > 0));
         let output = index.lower(&def.function.output, &scope);
+        // A sample of whole numbers goes into a sum, or comes back as another one: `average.add(raw)`, `median.insert(raw)`.
+        let is_taken_as_count = is_taken_in
+            && takes_counts
+            && !counted.is_empty()
+            && uses.in_cycles > 0
+            && (is_sum_of_counts || samples.iter().any(|sample| **sample == Ty::Int) && output == Ty::Int);
+        let is_fed_counts =
+            is_taken_as_count || (takes_counts && (is_sum_of_counts || (name_strength == 2 && uses.in_cycles > 0)));
         let gives = is_measured(index, &output, 0);
         let is_timed = takes_step(index, id);
         // A container takes its items by the same name, and computes nothing from them.
-        if is_taken_in && !(is_recurrence && is_fed) {
+        if is_taken_in && !is_taken_as_count && !(is_recurrence && is_fed) {
             return None;
         }
         if is_disguised && !(is_recurrence && is_fed && (gives || first != "set")) {
@@ -143,6 +150,7 @@ impl Finder<'_> {
             2 => 3,
             1 => 2,
             0 if is_regulator => -1,
+            0 if is_taken_as_count => -2,
             _ => -3,
         };
         weight += match type_strength {

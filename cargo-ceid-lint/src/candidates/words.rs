@@ -35,7 +35,7 @@ const FILTERS: &str = "\
     schmitt slew ramp complementary fusion envelope follower detector oscillator lfo phasor pll allpass comb \
     reverb chorus phaser flanger compressor limiter equalizer crossover oversampler upsampler downsampler \
     decimator interpolator adsr statistics rms leaky lag washout feedforward feedback odometry dcmimu imu \
-    chording detrend goertzel dither blocker svf onepole deadband accumulator regulator servo spring";
+    chording detrend goertzel dither blocker dcblock svf onepole deadband accumulator regulator servo spring";
 
 /// Words that are not enough by themselves.
 const NEAR_FILTERS: &str = "\
@@ -52,7 +52,7 @@ const OTHERS: &str = "\
     sprite texture mesh shader event events config settings args plugin editor mixer sink playlist source \
     network peer protocol transport spectrum visitor macro table text string char file path thread executor \
     scheduler timer animation camera player world inventory particle particles effect recorder logger log params \
-    parameters matrix plot simulator simulation mock fake widget audio sound vertex ringbuffer";
+    parameters matrix plot simulator simulation mock fake widget audio sound vertex ringbuffer bloom";
 
 /// Names of fields that a law is tuned by, or that only state has.
 const TUNED: &str = "\

@@ -85,10 +85,15 @@ impl Index {
         let word = entry.target.path();
         let methods = || entry.law.iter().flatten().chain(&entry.reset).chain(&entry.partial_reset);
         let found = match &entry.target {
-            FilterTarget::Function(_) => self.laws_named(scope, word)?,
-            FilterTarget::Type(_) => self.named(scope, word, Namespace::Type, "type")?,
-            FilterTarget::Trait(_) => self.named(scope, word, Namespace::Type, "trait")?,
+            FilterTarget::Function(_) => self.laws_named(scope, word),
+            FilterTarget::Type(_) => self.named(scope, word, Namespace::Type, "type"),
+            FilterTarget::Trait(_) => self.named(scope, word, Namespace::Type, "trait"),
         };
+        let found = found.map_err(|error| {
+            let values = self.named_by(scope, &word.text, Namespace::Value);
+            let function = values.iter().find(|def| matches!(def, Def::Function(_)));
+            function.map_or(error, |def| self.is_something_else(word, def, &entry.target))
+        })?;
         for def in &found {
             if self.subject(def, &entry.target).is_none() {
                 return Err(self.is_something_else(word, def, &entry.target));

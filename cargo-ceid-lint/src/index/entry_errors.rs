@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::entries::EntryScope;
-use super::{Def, Index, ModuleId, Owner, TraitName};
+use super::{Def, Index, ModuleId, Owner, TraitName, TypeId};
 use crate::config::spelling::nearest;
 use crate::config::{ConfigError, FilterTarget, Word};
 
@@ -107,7 +107,13 @@ impl Index {
         let message = format!("`{}` has no method `{}`", owner.text, method.text);
         let error = ConfigError::at(method.place.clone(), message);
         let names = self.method_names(def);
-        Err(match nearest(&method.text, names.iter().copied()) {
+        let near = nearest(&method.text, names.iter().copied());
+        if near.is_none()
+            && let Some(path) = self.other_owner(scope, owner, &method.text)
+        {
+            return Err(error.help(format!("`{path}` has it: an entry names the type of which the law is a method")));
+        }
+        Err(match near {
             Some(name) => error.help(format!("did you mean `{name}`?")),
             None if names.is_empty() => error,
             None => {
@@ -115,6 +121,19 @@ impl Index {
                 error.help(format!("it has {}", list.join(", ")))
             }
         })
+    }
+
+    /// The path of the only type that has a method of that name: a law that takes its state as an argument is one of another type.
+    fn other_owner(&self, scope: &EntryScope<'_>, owner: &Word, method: &str) -> Option<String> {
+        let is_in_scope = |module: ModuleId| scope.crates.contains(&self.module(module).krate);
+        let types = (0u32..).zip(&self.types).filter(|(_, def)| is_in_scope(def.module));
+        let mut owners = types.filter(|(number, _)| self.method_names(&Def::Type(TypeId(*number))).contains(method));
+        let (_, only) = owners.next()?;
+        if owners.next().is_some() {
+            return None;
+        }
+        let first = owner.text.split("::").next().unwrap_or_default();
+        self.paths_of(scope, first, "type").into_iter().find(|path| last(path) == only.name)
     }
 
     /// Whether a type or trait has a method; `None` if it may have methods that cannot be seen.

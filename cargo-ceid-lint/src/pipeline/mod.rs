@@ -13,6 +13,7 @@ mod since;
 mod steps;
 mod timings;
 mod too_large;
+mod views;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex};
@@ -123,9 +124,35 @@ fn judge(
     gate: Gate,
     earlier: Earlier<'_>,
 ) -> Result<Found, ConfigError> {
+    let source: Arc<dyn ReadSource> = source.into();
+    let mut whole: Option<Report> = None;
+    for (project, config) in views::of(project, config) {
+        let earlier = Earlier { steps: earlier.steps.clone(), memory: None, ..earlier };
+        // Parsed as a whole, each file has the same number in all of them.
+        let found = match judge_alike(&project, &config, &source, Gate::Whole, earlier)? {
+            Found::Unresolved => return Ok(Found::Unresolved),
+            found => found.together(&project),
+        };
+        match &mut whole {
+            Some(whole) => whole.add(found),
+            None => whole = Some(found),
+        }
+    }
+    let Some(mut whole) = whole else { return judge_alike(project, config, &source, gate, earlier) };
+    whole.sort();
+    Ok(Found::Whole(Box::new(whole)))
+}
+
+/// Judges packages that see other crates in the same way.
+fn judge_alike(
+    project: &Project,
+    config: &Config,
+    source: &Arc<dyn ReadSource>,
+    gate: Gate,
+    earlier: Earlier<'_>,
+) -> Result<Found, ConfigError> {
     let Earlier { ahead, mut memory, clock, steps, purpose } = earlier;
     let mut watch = Stopwatch::start(clock);
-    let source: Arc<dyn ReadSource> = source.into();
     let presets = presets_of(project, config)?;
     let manners = memory.as_ref().map(|memory| memory.manners()).unwrap_or_default();
     let run = Run { project, config, presets: &presets, manners: &manners, clock, steps: &steps, purpose };
@@ -134,7 +161,7 @@ fn judge(
         if (0..project.packages.len()).any(|package| is_unresolved(&package)) {
             return Ok(Found::Unresolved);
         }
-        Ok(Found::Whole(Box::new(run.whole(&source)?)))
+        Ok(Found::Whole(Box::new(run.whole(source)?)))
     };
     if gate == Gate::Whole {
         return whole();
@@ -144,7 +171,7 @@ fn judge(
     let mut named = source.held();
     named.extend(project.only.iter().filter(|path| path.is_file()).cloned());
     if let Some(memory) = memory.as_deref_mut() {
-        memory.prepare(&*source);
+        memory.prepare(&**source);
     }
     let mut components = memory
         .as_deref_mut()
@@ -155,10 +182,10 @@ fn judge(
     if parse::looked_at(project, &components, gate).flat_map(|own| &own.packages).any(is_unresolved) {
         return Ok(Found::Unresolved);
     }
-    let mut parts = parse::parts(project, &source, &components, &names, gate, memory.as_deref_mut(), &steps);
+    let mut parts = parse::parts(project, source, &components, &names, gate, memory.as_deref_mut(), &steps);
     if let Some(memory) = memory.as_deref_mut().filter(|memory| memory.have_read(&parts)) {
         memory.forget();
-        parts = parse::parts(project, &source, &components, &names, gate, None, &steps);
+        parts = parse::parts(project, source, &components, &names, gate, None, &steps);
     }
     watch.lap(Stage::Parse);
     let sizes: Vec<u64> = parts.iter().map(Part::bytes).collect();
@@ -168,7 +195,7 @@ fn judge(
         let part = parts[at].lock().ok().and_then(|mut part| part.take()).unwrap_or_default();
         // What is more than half of all would be alone at work in the end.
         let cores = if sizes[at] > total / 2 { Cores::all() } else { Cores::OWN };
-        run.part(part, &source, cores)
+        run.part(part, source, cores)
     });
     let Ok(judged) = judged.into_iter().collect::<Result<Vec<Judged>, ConfigError>>() else {
         return whole();

@@ -3,15 +3,13 @@
 use super::sources::Source;
 use super::stored::{Holder, StoredClosure};
 use super::{Builder, Frame, MAX_INLINE, Value};
-use std::collections::{BTreeMap, BTreeSet};
-
 use rustc_hash::FxHashSet;
 
-use crate::flow::{About, Caller, Cause, CycleKind, Effect, LoopId, LoopInfo, NodeId, Place, Projection, Rounds, Var};
+use crate::flow::{About, Caller, Cause, CycleKind, Effect, LoopId, LoopInfo, NodeId, Rounds, Var};
 use crate::index::{FunctionId, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{Body, ExprId, ExprKind, PatId, Receiver, Stmt, StmtKind, TypeRef};
-use crate::types::{Callee, LocalId, TypedBody, is_lock};
+use crate::types::{LocalId, TypedBody};
 
 /// A closure: the frame it was written in, and its expression.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -335,116 +333,6 @@ impl Builder<'_> {
         let vars = code.params.iter().flat_map(|(pat, _)| self.vars_of(*pat)).collect();
         self.frame = outer;
         vars
-    }
-
-    /// What of its surroundings a closure names that may hold a filter, by itself or through the closures that it names.
-    pub(super) fn captured(&self, closure: ClosureRef) -> Vec<Place> {
-        let mut places = BTreeSet::new();
-        let mut seen = BTreeSet::new();
-        let mut open = vec![closure];
-        while let Some(closure) = open.pop() {
-            if !seen.insert((closure.frame, closure.expr)) {
-                continue;
-            }
-            if let Some(given) = self.given_to_future(closure) {
-                places.extend(given);
-                continue;
-            }
-            let named = self.captured_locals(closure).into_iter();
-            places.extend(named.map(|(local, var)| Place::var(self.own_copy(closure, local).unwrap_or(var))));
-            open.extend(self.named_locals(closure).filter_map(|(_, var)| self.closures.get(&var)));
-        }
-        places.into_iter().collect()
-    }
-
-    /// The places of its surroundings that a closure names and may update: parts of them where it names no more than these, and
-    /// not those of which it only asks something.
-    fn captured_to_update(&self, closure: ClosureRef) -> Vec<Place> {
-        let whole = self.captured(closure);
-        if self.given_to_future(closure).is_some()
-            || self.named_locals(closure).any(|(_, var)| self.closures.contains_key(&var))
-        {
-            return whole;
-        }
-        let frame = &self.frames[closure.frame];
-        let inside: BTreeMap<ExprId, ExprId> = self.uses_inside(closure).collect();
-        let mut places = BTreeSet::new();
-        for (mention, local, var) in self.mentions(closure) {
-            let mut place = Place::var(self.own_copy(closure, local).unwrap_or(var));
-            let mut at = mention;
-            while let Some(user) = inside.get(&at)
-                && let ExprKind::Field { name, .. } = &frame.body.expr(*user).kind
-                && self.program.index.field_ty(frame.typed.ty(at).peel(), None, name).is_some()
-            {
-                place.steps.push(Projection::Field(name.as_str().into()));
-                at = *user;
-            }
-            let ty = frame.typed.ty(at);
-            let is_asked = inside.get(&at).is_some_and(|user| match &frame.body.expr(*user).kind {
-                ExprKind::Reference { mutable, raw, .. } => !mutable && !raw,
-                ExprKind::MethodCall { .. } => self.takes_shared(frame.typed, *user),
-                _ => false,
-            });
-            let is_shared = is_asked || matches!(ty, Ty::Ref(false, _));
-            if self.may_hold_filter(ty) && !(is_shared && self.program.index.shares_no_filter(ty, is_lock)) {
-                places.insert(place);
-            }
-        }
-        places.into_iter().collect()
-    }
-
-    /// The copy that a closure has of a local.
-    fn own_copy(&self, closure: ClosureRef, local: LocalId) -> Option<Var> {
-        let copies = self.captures.get(&(closure.frame, closure.expr))?;
-        copies.iter().find(|(own, _)| *own == local).map(|(_, copy)| *copy)
-    }
-
-    /// Whether all that a call may run takes `&self`.
-    fn takes_shared(&self, typed: &TypedBody, call: ExprId) -> bool {
-        let Some(Callee::Resolved(resolved)) = typed.callees.get(&call) else { return false };
-        let receiver = |id: &FunctionId| self.program.index.function(*id).function.receiver.as_ref();
-        !resolved.targets.is_empty() && resolved.targets.iter().all(|id| receiver(id) == Some(&Receiver::Shared))
-    }
-
-    /// What each place inside of a closure is named for: its field, a reference to it, a call of its method.
-    fn uses_inside(&self, closure: ClosureRef) -> impl Iterator<Item = (ExprId, ExprId)> {
-        let body = &self.frames[closure.frame].body;
-        let span = body.expr(closure.expr).span;
-        let inside = (0u32..).zip(&body.exprs).filter(move |(_, expr)| span.contains(expr.span));
-        inside.filter_map(|(number, expr)| match &expr.kind {
-            ExprKind::Field { base, .. } => Some((*base, ExprId(number))),
-            ExprKind::Reference { value, .. } => Some((*value, ExprId(number))),
-            ExprKind::MethodCall { receiver, .. } => Some((*receiver, ExprId(number))),
-            _ => None,
-        })
-    }
-
-    /// The locals of its surroundings that a closure names and that may hold a filter, with their variables.
-    pub(super) fn captured_locals(&self, closure: ClosureRef) -> BTreeSet<(LocalId, Var)> {
-        self.named_locals(closure).filter(|(_, var)| self.may_hold_filter(&self.graph.var(*var).ty)).collect()
-    }
-
-    /// The variables of its surroundings that a closure names.
-    pub(super) fn captured_vars(&self, closure: ClosureRef) -> BTreeSet<Var> {
-        self.named_locals(closure).map(|(_, var)| var).collect()
-    }
-
-    /// The locals of its surroundings that a closure names, with their variables.
-    fn named_locals(&self, closure: ClosureRef) -> impl Iterator<Item = (LocalId, Var)> {
-        self.mentions(closure).map(|(_, local, var)| (local, var))
-    }
-
-    /// Where a closure names which locals of its surroundings, with their variables.
-    fn mentions(&self, closure: ClosureRef) -> impl Iterator<Item = (ExprId, LocalId, Var)> {
-        let frame = &self.frames[closure.frame];
-        let span = frame.body.expr(closure.expr).span;
-        let inside = (0u32..).zip(&frame.body.exprs).filter(move |(_, expr)| span.contains(expr.span));
-        inside.filter_map(move |(number, _)| {
-            let local = frame.typed.expr_local.get(&ExprId(number))?;
-            let is_own = span.contains(frame.typed.local(*local).span);
-            let var = frame.vars.get(local).filter(|_| !is_own)?;
-            Some((ExprId(number), *local, *var))
-        })
     }
 
     /// Gives the locals that a closure has copies of these variables, or those of the copies; answers what they had.
