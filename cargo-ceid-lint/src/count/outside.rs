@@ -37,8 +37,9 @@ impl Context<'_> {
             let mut own = facts.updated.iter().filter(|instance| instance.place.overlaps(place));
             own.any(|instance| instance.waits.contains(&id))
         };
-        let using = self.using_loop(facts, place).filter(|id| is_outside(*id) && !waits(*id));
-        let owing = using.or_else(|| self.loop_beside(facts, place, pairs).filter(|id| is_outside(*id)));
+        let owes = |id: &LoopId| is_outside(*id) && !waits(*id);
+        let using = self.using_loop(facts, place).filter(owes);
+        let owing = using.or_else(|| self.loop_beside(facts, place, pairs).filter(owes));
         if let Some(id) = owing.filter(|id| !is_given_before(facts, place, *id)) {
             self.push_missed(facts, place, 0, CycleId::Loop(id), pairs);
         }

@@ -274,7 +274,7 @@ impl Gates<'_, '_> {
         };
         let whole = Place::var(var);
         let is_bound = graph.loops.iter().any(|info| info.bound.contains(&var));
-        if is_bound || graph.var(var).param.is_some() || self.outlives(&whole) || self.calls_write(place) {
+        if is_bound || graph.var(var).param.is_some() || self.is_old_name(&whole) || self.calls_write(place) {
             return false;
         }
         let given = self.assignments().of(&whole).iter().copied().filter(|id| self.gives_to(*id, place));
@@ -305,6 +305,11 @@ impl Gates<'_, '_> {
                     .iter()
                     .all(|from| is_owner(from) || (is_plain(from) && self.is_invariant(from, copies + 1)))
         })
+    }
+
+    /// Whether a name is there before the iteration, as one for what the iteration locks is not.
+    fn is_old_name(&self, place: &Place) -> bool {
+        self.search.outlives(self.region, place)
     }
 
     /// Whether a node gives a place a value, or a part or the whole of it.
@@ -407,7 +412,7 @@ impl Gates<'_, '_> {
         };
         let whole = Place::var(var);
         let mut given = self.assignments().of(&whole).iter().filter(|id| self.assigns(**id, &whole));
-        let (Some(only), None, false) = (given.next(), given.next(), self.outlives(&whole)) else { return false };
+        let (Some(only), None, false) = (given.next(), given.next(), self.is_old_name(&whole)) else { return false };
         let from = match &graph.node(*only).effect {
             Effect::Set(set) | Effect::Write(set) if set.transfer == Transfer::Borrow => set.from.as_ref(),
             _ => None,
