@@ -31,38 +31,37 @@ impl Search<'_> {
     pub(super) fn entering(&self, own: LoopId, id: SubjectId) -> u32 {
         let graph = self.graph;
         let is_outside = |node: NodeId| !graph.is_within(graph.node(node).in_loop, own);
+        if !self.is_asked(id, &is_outside) {
+            return graph.subjects[id.0 as usize].anything();
+        }
         let before = self.dependence.before(graph.loop_info(own).head).iter();
         let from: Vec<NodeId> = before.copied().filter(|node| is_outside(*node)).collect();
-        self.arriving_from(&from, id, &is_outside, &|node| !is_outside(node))
+        self.arriving_from(&from, id, &|node| !is_outside(node))
+    }
+
+    /// Whether a subject is a value of the function's, and asked for at one of some nodes.
+    fn is_asked(&self, id: SubjectId, is_there: &dyn Fn(NodeId) -> bool) -> bool {
+        let whole = self.graph.subjects[id.0 as usize].whole.as_ref();
+        whole.and_then(Place::base_var).is_some() && self.dependence.asking(id).iter().any(|node| is_there(*node))
     }
 
     /// The same for any node and a subject that never changes, where only what `is_outside` is asked on the way there.
     fn arriving(&self, target: NodeId, id: SubjectId, is_outside: &dyn Fn(NodeId) -> bool) -> u32 {
-        if self.writers_of(id).iter().all(|writer| is_outside(*writer)) {
-            self.arriving_from(&[target], id, is_outside, &|_| false)
+        if self.is_asked(id, is_outside) && self.writers_of(id).iter().all(|writer| is_outside(*writer)) {
+            self.arriving_from(&[target], id, &|_| false)
         } else {
             self.graph.subjects[id.0 as usize].anything()
         }
     }
 
     /// The heads with which a subject comes to one of some nodes, where it may have any behind those that write it or `begins` names.
-    fn arriving_from(
-        &self,
-        targets: &[NodeId],
-        id: SubjectId,
-        is_outside: &dyn Fn(NodeId) -> bool,
-        begins: &dyn Fn(NodeId) -> bool,
-    ) -> u32 {
+    fn arriving_from(&self, targets: &[NodeId], id: SubjectId, begins: &dyn Fn(NodeId) -> bool) -> u32 {
         let graph = self.graph;
         let subject = &graph.subjects[id.0 as usize];
-        let Some(place) = &subject.whole else { return subject.anything() };
         let asks = |node: NodeId| match &graph.node(node).effect {
             Effect::Branch(test) if test.subject == Some(id) => Some((test.holds, test.fails)),
             _ => None,
         };
-        if place.base_var().is_none() || !self.dependence.asking(id).iter().any(|node| is_outside(*node)) {
-            return subject.anything();
-        }
         let mut starts: FxHashSet<NodeId> = self.writers_of(id).iter().copied().collect();
         starts.insert(NodeId(0));
         // Backwards, for what gave it its value is mostly near.
