@@ -2,30 +2,30 @@
 
 use super::parts::given_to;
 use super::{Builder, Value};
-use crate::flow::{Assignment, Change, ChangeKind, Effect, Head, Transfer};
+use crate::flow::{Assignment, Change, ChangeKind, Effect, Head};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::ExprId;
 
 /// Whether a type is a truth value that is changed through a shared reference.
 pub fn is_flag(ty: &Ty) -> bool {
-    match ty.peel() {
-        Ty::External(path, args) => match path.rsplit("::").next().unwrap_or("") {
-            "AtomicBool" => true,
-            "Cell" => args.first() == Some(&Ty::Bool),
-            name => crate::types::is_transparent(name) && args.first().is_some_and(is_flag),
-        },
-        _ => false,
-    }
+    is_shared(ty, &Ty::Bool, |name| name == "AtomicBool")
 }
 
 /// Whether a type is a whole number that is changed through a shared reference.
 pub fn is_shared_number(ty: &Ty) -> bool {
+    is_shared(ty, &Ty::Int, |name| name.starts_with("AtomicU") || name.starts_with("AtomicI"))
+}
+
+/// Whether a type is a cell with such a value, or an atomic of such a name.
+fn is_shared(ty: &Ty, value: &Ty, is_atomic: fn(&str) -> bool) -> bool {
     match ty.peel() {
         Ty::External(path, args) => match path.rsplit("::").next().unwrap_or("") {
-            "Cell" => args.first() == Some(&Ty::Int),
-            name if name.starts_with("AtomicU") || name.starts_with("AtomicI") => true,
-            name => crate::types::is_transparent(name) && args.first().is_some_and(is_shared_number),
+            "Cell" => args.first() == Some(value),
+            name if is_atomic(name) => true,
+            name => {
+                crate::types::is_transparent(name) && args.first().is_some_and(|ty| is_shared(ty, value, is_atomic))
+            }
         },
         _ => false,
     }
@@ -96,8 +96,7 @@ impl Builder<'_> {
             _ => None,
         };
         if self.at.is_some() {
-            let assignment =
-                Assignment { place, from: None, transfer: Transfer::Move, rebinds: false, head, same_as: None };
+            let assignment = Assignment { rebinds: false, ..given_to(place, head) };
             self.emit(Effect::Write(Box::new(assignment)), span);
         }
         Some(Value::default())
