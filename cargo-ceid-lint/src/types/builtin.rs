@@ -487,7 +487,7 @@ fn iterator_method(item: &Ty, method: &str, args: &[Ty], closure: Option<&Ty>) -
         "for_each" | "for_each_init" | "for_each_with" => Ty::unit(),
         "fold" | "rfold" => args.first().cloned().unwrap_or(Ty::Unknown),
         "count" | "position" | "len" => Ty::Int,
-        "all" | "any" | "eq" | "ne" | "lt" | "le" | "gt" | "ge" => Ty::Bool,
+        "all" | "any" | "contains" | "is_empty" | "eq" | "ne" | "lt" | "le" | "gt" | "ge" => Ty::Bool,
         // What lends filters to a guard is kept in a vector.
         "collect" if matches!(item, Ty::External(path, _) if path == super::ADAPTED) => {
             Ty::std("std::vec::Vec", vec![item.clone()])

@@ -88,7 +88,12 @@ impl Infer<'_> {
                     self.pat(*pat, &ty, mode);
                 }
             }
-            PatKind::Wild | PatKind::Rest | PatKind::Literal(_) | PatKind::Range(_) | PatKind::Unknown => {}
+            PatKind::Range { start, end, .. } => {
+                for end in start.iter().chain(end) {
+                    self.expr(*end, Some(&ty));
+                }
+            }
+            PatKind::Wild | PatKind::Rest | PatKind::Literal(_) | PatKind::Unknown => {}
         }
     }
 
@@ -266,7 +271,7 @@ fn bound_names(body: &crate::syntax::tree::Body, id: PatId) -> Vec<(PatId, Strin
             | PatKind::Rest
             | PatKind::Path(_)
             | PatKind::Literal(_)
-            | PatKind::Range(_)
+            | PatKind::Range { .. }
             | PatKind::Unknown => {}
         }
     }

@@ -124,6 +124,8 @@ impl Builder<'_> {
             }
             ExprKind::MethodCall { receiver, method, args, .. }
                 if self.payload_condition(id, *receiver, method, args, no) => {}
+            ExprKind::MethodCall { receiver, method, args, .. }
+                if method == "contains" && self.range_condition(id, *receiver, args, no) => {}
             ExprKind::MethodCall { receiver, args, .. }
                 if self.answer_at_rest(id).is_none() && self.spoken_condition(id, *receiver, args, no) => {}
             ExprKind::Call { args, .. }

@@ -78,10 +78,27 @@ impl Builder<'_> {
         self.bounds.insert(subject, Bound { value, is_float, is_natural, asks });
     }
 
-    /// Asks whether a value lies in the range of a pattern.
+    /// `(50..80).contains(&level)`: asks for the range as a pattern does. Answers whether it is such a question.
+    pub(super) fn range_condition(&mut self, id: ExprId, receiver: ExprId, args: &[ExprId], no: NodeId) -> bool {
+        let ExprKind::Range { start, end, inclusive } = self.body().expr(receiver).kind else { return false };
+        let [arg] = args else { return false };
+        let ExprKind::Reference { value, .. } = self.body().expr(*arg).kind else { return false };
+        let ends = [start, end];
+        let is_written = ends.iter().flatten().all(|end| self.constants().written_number(*end).is_some());
+        if !is_written || !self.is_plain_number(value) {
+            return false;
+        }
+        let Some(pure) = self.pure(value) else { return false };
+        let (span, text, about) = (self.span(id), self.text(id), self.about(value));
+        self.expr(value);
+        self.ask_range((ends, inclusive), &pure, &about, (span, &text), no);
+        true
+    }
+
+    /// Asks whether a value lies between two ends, and may be the last one.
     pub(super) fn ask_range(
         &mut self,
-        range: &str,
+        (ends, is_closed): ([Option<ExprId>; 2], bool),
         value: &Pure,
         about: &About,
         (span, text): (Span, &str),
@@ -91,7 +108,15 @@ impl Builder<'_> {
             return;
         }
         let heads = ["true", "false"].map(str::to_owned);
-        let asked = Pure { key: format!("({} in {range})", value.key), reads: value.reads.clone(), whole: None };
+        let numbers = ends.map(|end| end.map(|end| self.constants().written_number(end)));
+        let [first, last] = [0, 1].map(|at| match (numbers[at].flatten(), ends[at]) {
+            (Some(number), _) => number.to_string(),
+            (None, Some(end)) => self.text(end),
+            (None, None) => String::new(),
+        });
+        let dots = if is_closed { "..=" } else { ".." };
+        let key = format!("({} in {first}{dots}{last})", value.key);
+        let asked = Pure { key, reads: value.reads.clone(), whole: None };
         let id = self.subject(asked, Some(heads.to_vec()));
         for head in &heads {
             self.head_bit(id, head);
@@ -99,11 +124,9 @@ impl Builder<'_> {
         let (yes, failed) = self.branch_on_subject(id, &heads[..1], true, span, text.to_owned(), about.clone());
         self.link(failed, no);
         self.resume(yes);
-        let Some((first, last)) = range.split_once("..") else { return };
-        let (is_closed, last) = last.strip_prefix('=').map_or((false, last), |last| (true, last));
-        let [first, last] = [first, last].map(|end| if end.is_empty() { Ok(None) } else { end.parse().map(Some) });
-        if let (Ok(first), Ok(last)) = (first, last) {
-            let is_float = range.contains('.') && range.split("..").any(|end| end.contains('.'));
+        let is_float = ends.iter().flatten().any(|end| *self.ty(*end) == Ty::Float);
+        if numbers.iter().all(|end| *end != Some(None)) {
+            let [first, last] = numbers.map(Option::flatten);
             let asks = Asks::Range { first, last, is_closed };
             self.bounds.insert(id, Bound { value: value.clone(), is_float, is_natural: false, asks });
         }

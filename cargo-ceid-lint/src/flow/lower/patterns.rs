@@ -280,8 +280,11 @@ impl Builder<'_> {
             PatKind::Slice(pats) => {
                 self.ask_slice(pats, matched, span, no);
             }
-            PatKind::Range(text) => match &matched.pure {
-                Some(pure) => self.ask_range(text, pure, &matched.about, (span, &matched.text), no),
+            PatKind::Range { start, end, inclusive } => match &matched.pure {
+                Some(pure) => {
+                    let range = ([*start, *end], *inclusive);
+                    self.ask_range(range, pure, &matched.about, (span, &matched.text), no);
+                }
                 None => self.ask_opaque(matched, span, no),
             },
             PatKind::Unknown => self.ask_opaque(matched, span, no),
@@ -509,7 +512,7 @@ impl Builder<'_> {
             | PatKind::Or(_)
             | PatKind::Slice(_)
             | PatKind::Literal(_)
-            | PatKind::Range(_)
+            | PatKind::Range { .. }
             | PatKind::Unknown => false,
         }
     }
@@ -627,7 +630,7 @@ impl Builder<'_> {
             | PatKind::Rest
             | PatKind::Path(_)
             | PatKind::Literal(_)
-            | PatKind::Range(_)
+            | PatKind::Range { .. }
             | PatKind::Unknown => {}
         }
     }

@@ -287,6 +287,7 @@ pub(super) fn is_pure_function(program: &Program<'_>, id: FunctionId, depth: u32
         | ExprKind::Return(_)
         | ExprKind::Range { .. }
         | ExprKind::Tuple(_)
+        | ExprKind::Struct { .. }
         | ExprKind::Closure(_)
         | ExprKind::Reference { mutable: false, .. } => true,
         ExprKind::Block(block) => {

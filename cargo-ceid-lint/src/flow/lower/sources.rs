@@ -247,8 +247,16 @@ impl Source {
             self.in_order = false;
             return self;
         }
-        let is_plain = self.in_order && !self.passes() && !is_step;
-        match self.item.cut(&Section::skipped(number)).filter(|_| is_plain) {
+        let is_plain = !self.passes() && !is_step;
+        let rest = match (&self.item, &self.rounds) {
+            _ if self.in_order => self.item.cut(&Section::skipped(number)),
+            // The rounds are those that are left.
+            (Item::Element(place), Rounds::Constant(left)) if self.counts_down && number.is_some() => {
+                Some(Item::Element(place.slice(Section::known(0, Some(*left), &format!("..{left}")))))
+            }
+            _ => None,
+        };
+        match rest.filter(|_| is_plain) {
             Some(item) => self.item = item,
             None => {
                 self.passes_over |= self.item.has_lent();
@@ -263,7 +271,8 @@ impl Source {
 
     /// What `rev` makes of it.
     pub(super) fn reversed(self) -> Self {
-        Self { in_order: false, counts_down: !self.counts_down, ..self }
+        let counts_down = !self.counts_down && (self.in_order || self.item.has_counter());
+        Self { in_order: false, counts_down, ..self }
     }
 
     /// The same where it is not known any more in which round its counter has which number.
@@ -295,9 +304,15 @@ impl Source {
                 let left_out = all.saturating_sub(number);
                 Self { item: Item::Counter(Some(first + left_out)), ..self }
             }
+            (Item::Element(_), ..) if !self.stages.is_empty() || self.passes() => self,
+            (Item::Element(place), Rounds::Constant(all), Some(number)) => {
+                let first = all.saturating_sub(number);
+                let last = Section::known(first, Some(*all), &format!("{first}..{all}"));
+                Self { item: Item::Element(place.slice(last)), ..self }
+            }
             // Which ones the last are, is not known.
-            (Item::Element(place), ..) if self.stages.is_empty() && !self.passes() => {
-                Self { item: Item::Element(place.slice(Section::taken(None))), counts_down: false, ..self }
+            (Item::Element(place), ..) => {
+                Self { item: Item::Element(place.slice(Section::unknown("the last"))), counts_down: false, ..self }
             }
             _ => self.uncounted(),
         }

@@ -268,19 +268,37 @@ impl Builder<'_> {
     }
 
     /// Whether a function does nothing but tell a state from what its receiver holds: read where it is called, it tells the same
-    /// as long as that is the same.
+    /// as long as that is the same. Of several states that it tells at once, each is known by the others.
     fn tells_state(&mut self, id: FunctionId, exprs: &[ExprId]) -> bool {
         let def = self.program.index.function(id);
         let (Some(body), Some(typed)) = (&def.function.body, self.program.typed(id)) else { return false };
         let ty = typed.ty(body.root);
         let [receiver, args @ ..] = exprs else { return false };
+        let is_asked_again =
+            |this: &mut Self| this.static_place(*receiver).is_some() && !args.iter().any(|arg| this.is_constant(*arg));
         body.exprs.len() <= MAX_EXPRESSIONS
             && !matches!(ty, Ty::Ref(..))
-            && self.is_state(ty)
             && !self.inlining.contains(&id)
             && is_pure_function(self.program, id, 0)
-            && self.static_place(*receiver).is_some()
-            && !args.iter().any(|arg| self.is_constant(*arg))
+            && (self.has_states(ty) || self.is_state(ty) && is_asked_again(self))
+    }
+
+    /// Whether a value of the type has several states in it.
+    fn has_states(&self, ty: &Ty) -> bool {
+        let states = match ty {
+            Ty::Tuple(parts) => parts.iter().filter(|part| self.is_state(part)).count(),
+            Ty::Adt(id, _) => match &self.program.index.type_def(*id).shape {
+                Shape::Struct(fields) => {
+                    let index = self.program.index;
+                    let field_ty = |name: &String| index.field_ty(ty, None, name);
+                    let tys = fields.fields.iter().filter_map(|field| field_ty(&field.name));
+                    tys.filter(|ty| self.is_state(ty)).count()
+                }
+                Shape::Enum(_) => 0,
+            },
+            _ => 0,
+        };
+        states > 1
     }
 
     /// Whether a call may run a law, as far as it is followed.

@@ -3,9 +3,9 @@
 use rustc_hash::FxHashMap;
 
 use super::Builder;
-use crate::index::{Shape, Ty};
+use crate::index::{MethodOwner, Shape, Ty};
 use crate::syntax::tree::{ExprId, ExprKind, Literal, PatId, StmtKind, TypeRef};
-use crate::types::LocalId;
+use crate::types::{Callee, LocalId};
 
 impl Builder<'_> {
     /// The name of the type that a variable or field is declared with, if it is a whole number: `u8`.
@@ -41,6 +41,14 @@ impl Builder<'_> {
         let of_init = |init: ExprId| match &body.expr(init).kind {
             ExprKind::Literal(Literal::Int(_, suffix)) if is_int(suffix) => Some(suffix.as_str()),
             ExprKind::Cast { ty, .. } => int_named(ty),
+            ExprKind::MethodCall { .. } | ExprKind::Call { .. } => match typed.callees.get(&init)? {
+                Callee::Resolved(call) => {
+                    let declared = call.owner.as_ref().and_then(MethodOwner::function);
+                    let id = declared.or_else(|| call.targets.first().copied())?;
+                    int_named(&self.program.index.function(id).function.output)
+                }
+                _ => None,
+            },
             _ => None,
         };
         let declared = body.stmts().filter_map(|stmt| match &stmt.kind {

@@ -131,18 +131,10 @@ impl BodyLowerer<'_, '_, '_> {
     }
 
     fn range_pat(&mut self, range: &syn::PatRange) -> PatId {
-        let bound = |bound: &Option<Box<syn::Expr>>| match bound.as_deref() {
-            Some(syn::Expr::Lit(literal)) => literal_text(&literal.lit),
-            Some(other) => tokens_text(&other.to_token_stream()),
-            None => String::new(),
-        };
-        let dots = match range.limits {
-            syn::RangeLimits::HalfOpen(_) => "..",
-            syn::RangeLimits::Closed(_) => "..=",
-        };
-        let text = format!("{}{dots}{}", bound(&range.start), bound(&range.end));
+        let [start, end] = [&range.start, &range.end].map(|end| end.as_deref().map(|end| self.expr(end)));
+        let inclusive = matches!(range.limits, syn::RangeLimits::Closed(_));
         let span = self.span(range.span());
-        self.add_pat(PatKind::Range(text), span)
+        self.add_pat(PatKind::Range { start, end, inclusive }, span)
     }
 
     /// `box pat`, or something that is not read.

@@ -92,7 +92,9 @@ impl Show<'_> {
             PatKind::Or(cases) => list(cases, |id| self.pat(*id)).replace(", ", "|"),
             PatKind::Slice(parts) => format!("[{}]", pats(parts)),
             PatKind::Literal(text) => text.clone(),
-            PatKind::Range(text) => text.clone(),
+            PatKind::Range { start, end, inclusive } => {
+                format!("{}{}{}", self.maybe("", *start), if *inclusive { "..=" } else { ".." }, self.maybe("", *end))
+            }
             PatKind::Unknown => "??".to_owned(),
         }
     }

@@ -477,8 +477,15 @@ pub enum PatKind {
     Slice(Vec<PatId>),
     /// A literal or constant, in one spelling: `3`, `-1`, `"x"`.
     Literal(String),
-    /// A range, in one spelling.
-    Range(String),
+    /// `start..end`, `start..=end`
+    Range {
+        /// The start.
+        start: Option<ExprId>,
+        /// The end.
+        end: Option<ExprId>,
+        /// `..=`
+        inclusive: bool,
+    },
     /// A type ascription or macro: may or may not match.
     Unknown,
 }
