@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::aliases::Aliases;
 use super::derived::Derived;
-use super::fed::{passed_on, puts_aside, writes_fed};
+use super::fed::{lasts, passed_on, puts_aside, writes_fed};
 use super::functions::FunctionKind;
 use super::search::Search;
 use super::summary::Summaries;
@@ -261,14 +261,15 @@ pub(super) fn feeds(search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
             return true;
         }
         bound.extend(whole.into_iter().filter_map(Place::base_var));
-        bound.extend(parts.into_iter().filter(|part| reads_of(graph, from, part)).filter_map(Place::base_var));
+        bound.extend(parts.into_iter().filter(|part| reads_of(graph, from, part, id)).filter_map(Place::base_var));
     }
     let inside = |other: &NodeId| graph.is_within(graph.node(*other).in_loop, id);
     let (from_bound, origins) = (aliases.derived_from(&bound), aliases.origins(&bound));
     // What is combined with the result for each sample of a loop around it is no sample.
     let is_inner = is_gone_through_for_samples(search, node, id);
     let is_fed = |fed: &[Var], into: &[Var]| {
-        fed.iter().any(|var| from_bound.contains(*var)) || !is_inner && into.iter().any(|var| origins.contains(var))
+        fed.iter().any(|var| from_bound.contains(*var) && (bound.contains(var) || !lasts(graph, *var, id)))
+            || !is_inner && into.iter().any(|var| origins.contains(var))
     };
     let is_written = |from: &Computed| writes_fed(graph, aliases, search, id, from, (&from_bound, &sampled));
     let at_update = match &graph.node(node).effect {
@@ -385,8 +386,8 @@ fn is_given(graph: &ControlFlowGraph, write: NodeId, update: NodeId, from: &Deri
     computed.is_some_and(|computed| computed.places.iter().filter_map(Place::base_var).any(|var| from.contains(var)))
 }
 
-/// Whether what is computed from these places may have been computed from a part of something.
-fn reads_of(graph: &ControlFlowGraph, from: &[Place], part: &Place) -> bool {
+/// Whether what is computed from these places in a loop may have been computed from a part of something.
+fn reads_of(graph: &ControlFlowGraph, from: &[Place], part: &Place, id: LoopId) -> bool {
     let mut open = named(from);
     let mut seen = BTreeSet::new();
     if open.is_empty() {
@@ -398,7 +399,8 @@ fn reads_of(graph: &ControlFlowGraph, from: &[Place], part: &Place) -> bool {
                 return true;
             }
         } else if seen.insert(place) {
-            let computed = place.base_var().and_then(|var| graph.computed.get(&var));
+            let var = place.base_var().filter(|var| !lasts(graph, *var, id));
+            let computed = var.and_then(|var| graph.computed.get(&var));
             open.extend(computed.into_iter().flat_map(|computed| named(&computed.places)));
         }
     }

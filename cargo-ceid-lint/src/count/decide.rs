@@ -225,6 +225,11 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
         let base = Decision { skips: skips_without_reason(search, region, &exploration, &completing), ..base };
         return repeated(search, region, &exploration, end, base);
     }
+    // How many samples there are is not known, whatever the other ways do, and wherever they lead.
+    let has_samples = ends.iter().any(|end| end.state.count == Count::PerSample);
+    if let Some(decision) = has_samples.then(|| samples::repeating(search, region)).flatten() {
+        return decision;
+    }
     if exploration.limit {
         let cause = Cause::Limit("the cycle has too many paths".to_owned());
         return Decision { verdict: Verdict::Unproved, cause: Some(cause), ..base };
@@ -260,8 +265,6 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
         let resets = completing.iter().any(|end| end.state.count == Count::Zero);
         let updates = ends.iter().filter(|end| end.state.count != Count::Zero);
         let direct = updates.clone().any(|end| end.state.direct);
-        // How many samples there are is not known, whatever the other ways do, and wherever they lead.
-        let has_samples = ends.iter().any(|end| end.state.count == Count::PerSample);
         if let Some(decision) = has_samples.then(|| samples::skipping(search, region, by_framework)).flatten() {
             return decision;
         }

@@ -129,13 +129,33 @@ pub(super) fn passed_on(
     given.into_iter().chain(filled).collect()
 }
 
+/// Whether a variable is a number, or a struct, from before a loop that no round of it sets or calls.
+pub(super) fn lasts(graph: &ControlFlowGraph, var: Var, id: LoopId) -> bool {
+    let info = graph.var(var);
+    if graph.is_within(info.in_loop, id) || !(is_one_number(&info.ty) || matches!(info.ty, Ty::Adt(..))) {
+        return false;
+    }
+    let sets = |effect: &Effect| match effect {
+        Effect::Set(set) | Effect::Write(set) => set.place.base_var() == Some(var),
+        Effect::Call(site) => {
+            site.into.contains(&var)
+                || site.args.iter().any(|arg| arg.place.as_ref().and_then(Place::base_var) == Some(var))
+        }
+        _ => false,
+    };
+    !graph.nodes.iter().any(|node| graph.is_within(node.in_loop, id) && sets(&node.effect))
+}
+
+fn is_one_number(ty: &Ty) -> bool {
+    matches!(ty.peel(), Ty::Bool | Ty::Char | Ty::Int | Ty::Float)
+}
+
 /// The variables of a round into which it puts what some variables give: a part of one is written, or a function that reads what they
 /// give gets one to write: `frame[0] = level;`, `voice.render(level, &mut frame);`
 fn filled_from(graph: &ControlFlowGraph, aliases: &Aliases, given: &[Var], id: LoopId) -> Vec<Var> {
     let is_of_round = |var: &Var| {
         let info = graph.var(*var);
-        let is_one_number = matches!(info.ty.peel(), Ty::Bool | Ty::Char | Ty::Int | Ty::Float);
-        graph.is_within(info.in_loop, id) && !is_one_number
+        graph.is_within(info.in_loop, id) && !is_one_number(&info.ty)
     };
     let nodes = || graph.node_ids().filter(|node| graph.is_within(graph.node(*node).in_loop, id));
     let put_in = |known: &[Var]| -> Vec<Var> {

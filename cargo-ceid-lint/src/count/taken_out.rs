@@ -1,4 +1,4 @@
-//! Filters that a call takes out of their place to give them back: `self.state = self.next_state();`
+//! Filters that a call takes out of their place to give them back, `self.state = self.next_state();`, or gives back advanced.
 
 use super::analyse::{Context, FunctionFacts};
 use super::instances;
@@ -16,24 +16,29 @@ pub(super) fn of(search: &Search<'_>, region: Region) -> Option<Cause> {
     };
     let nodes: Vec<&Node> = search.graph.nodes.iter().filter(is_inside).collect();
     nodes.iter().find_map(|node| match &node.effect {
-        Effect::Call(site)
-            if may_take_out(search, site) && (gives_instance(search, site) || is_put_back(search, &nodes, site)) =>
-        {
-            Some(Cause::Moved(site.text.clone()))
+        Effect::Call(site) if gives_filters(search, site) => {
+            let had = |is_shared: bool| {
+                site.args.iter().filter(move |arg| arg.is_shared == is_shared).filter_map(|arg| arg.place.as_ref())
+            };
+            let is_taken = had(false).any(|place| holds(search, place));
+            // `self.kf = predict(&self.kf, z)`
+            let is_read = || had(true).any(|place| is_it(search, place));
+            let is_moved = is_taken && gives_instance(search, site);
+            (is_moved || (is_taken || is_read()) && is_put_back(search, &nodes, site))
+                .then(|| Cause::Moved(site.text.clone()))
         }
         _ => None,
     })
 }
 
-/// Whether a call may change what holds the instance, and gives back filters themselves, not mere references to them.
-fn may_take_out(search: &Search<'_>, site: &CallSite) -> bool {
+/// Whether a call gives back filters themselves, not mere references to them.
+fn gives_filters(search: &Search<'_>, site: &CallSite) -> bool {
     let index = search.program.index;
     let given = &search.graph.var(site.result).ty;
-    let mut had = site.args.iter().filter(|arg| !arg.is_shared).filter_map(|arg| arg.place.as_ref());
     // `bank[Axis::Roll]` names what a function lends.
     let lends = |target: &FunctionId| matches!(index.function(*target).function.output, TypeRef::Reference { .. });
     let lends_all = !site.targets.is_empty() && site.targets.iter().all(lends);
-    !lends_all && index.holds_filter(given) && !index.refers_to_filters(given) && had.any(|place| holds(search, place))
+    !lends_all && index.holds_filter(given) && !index.refers_to_filters(given)
 }
 
 /// Whether the instance is a place or lies in it.
@@ -44,8 +49,11 @@ fn holds(search: &Search<'_>, place: &Place) -> bool {
 
 /// Whether the instance itself may be a part of what a call gives back.
 fn gives_instance(search: &Search<'_>, site: &CallSite) -> bool {
-    let is_it = |place: &Place| search.aliases.shared_roots(place).iter().any(|root| root == search.instance);
-    search.summaries.borrows(site).any(|(_, from)| is_it(&from))
+    search.summaries.borrows(site).any(|(_, from)| is_it(search, &from))
+}
+
+fn is_it(search: &Search<'_>, place: &Place) -> bool {
+    search.aliases.shared_roots(place).iter().any(|root| root == search.instance)
 }
 
 /// Whether what holds the instance is given what a call gives back that had it.
@@ -59,9 +67,7 @@ fn is_put_back(search: &Search<'_>, nodes: &[&Node], site: &CallSite) -> bool {
     let is_from = |set: &Assignment, var: Var| set.from.as_ref().is_some_and(|from| *from == Place::var(var));
     let mut names = vec![site.result];
     names.extend(sets().filter(|set| is_from(set, site.result)).filter_map(|set| set.place.base_var()));
-    sets().any(|set| {
-        !set.place.steps.is_empty() && holds(search, &set.place) && names.iter().any(|var| is_from(set, *var))
-    })
+    sets().any(|set| holds(search, &set.place) && names.iter().any(|var| is_from(set, *var)))
 }
 
 /// Whether a function that is called takes the filter at a place, where none need be, out of it, whatever it does with it then:

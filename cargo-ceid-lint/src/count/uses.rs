@@ -74,7 +74,8 @@ impl Context<'_> {
                     uses.copied |= leaves;
                     uses.is_assigned |= leaves;
                     is_emptied |= write.head.as_deref() == Some("-") && holds(&write.place);
-                    uses.is_snapshot |= write.place == *place && self.is_copy(facts, write);
+                    let is_it = || facts.aliases.shared_roots(&write.place).iter().any(|root| root == place);
+                    uses.is_snapshot |= (write.place == *place || is_it()) && self.is_copy(facts, write);
                 }
                 Effect::Set(set) => {
                     let leaves = set.transfer != Transfer::Borrow

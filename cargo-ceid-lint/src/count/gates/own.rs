@@ -147,8 +147,19 @@ impl Gates<'_, '_> {
 
     /// Whether a place is a filter, or lies in one: what a question is put to, or a field of it that its body reads.
     fn is_in_filter(&self, place: &Place) -> bool {
+        self.has_filter(place, 0)
+    }
+
+    /// Whether a place lies in another filter than the instance and the one whose method this is.
+    pub(super) fn is_in_other_filter(&self, place: &Place) -> bool {
+        let is_own = place.base_var().is_some_and(|var| self.search.graph.var(var).name == "self");
+        !self.is_instance(place) && self.has_filter(place, usize::from(is_own))
+    }
+
+    /// Whether a place, or what it is a part of by this many steps or more, is a filter.
+    fn has_filter(&self, place: &Place, steps: usize) -> bool {
         let index = self.search.program.index;
-        (0..=place.steps.len()).any(|count| {
+        (steps..=place.steps.len()).any(|count| {
             let owner = Place { base: place.base, steps: place.steps[..count].to_vec() };
             self.ty(&owner).is_some_and(|ty| index.filter_spec(ty.peel()).is_some())
         })

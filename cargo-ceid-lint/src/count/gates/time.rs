@@ -223,7 +223,8 @@ impl Gates<'_, '_> {
             return *known;
         }
         let is_time = self.is_time(place);
-        let is_named = is_time || is_clock_name(&self.last_name(place));
+        // What another filter has kept of its input is no time: `self.last = x`.
+        let is_named = is_time || (is_clock_name(&self.last_name(place)) && !self.is_in_other_filter(place));
         // A truth value that was asked of a clock is none.
         let is_kept = self.ty(place) != Some(Ty::Bool)
             && self.nodes().any(|id| {
@@ -307,8 +308,8 @@ impl Gates<'_, '_> {
         let is_result = site.into.iter().any(|var| sources.has_var(*var))
             || asked.is_some_and(|place| sources.places.contains(place))
                 && site.targets.iter().any(|target| sources.calls.contains(name(target)));
-        let is_clock =
-            |place: &Place| self.outlives(place) && (is_clock_name(&self.last_name(place)) || self.is_time(place));
+        let is_named = |place: &Place| is_clock_name(&self.last_name(place)) && !self.is_in_other_filter(place);
+        let is_clock = |place: &Place| self.outlives(place) && (self.is_time(place) || is_named(place));
         if is_result && !is_own { self.written_by(site).filter(is_clock).collect() } else { Vec::new() }
     }
 

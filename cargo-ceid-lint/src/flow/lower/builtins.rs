@@ -210,19 +210,14 @@ impl Builder<'_> {
                 }
                 Value { is_owned: false, ..value.clone() }
             }
-            "copy_from_slice" | "clone_from_slice" if args.len() == 1 && self.may_hold_filter(self.ty(receiver)) => {
+            "copy_from_slice" | "clone_from_slice" | "clone_from"
+                if args.len() == 1 && self.may_hold_filter(self.ty(receiver)) =>
+            {
                 let given = self.expr(args[0]);
                 self.write_copy(value, &given, span);
                 Value::default()
             }
-            "clone_from" if args.len() == 1 => {
-                let given = self.expr(args[0]);
-                self.write_whole(value, &Value { place: None, ..given }, span);
-                if let Some(place) = &value.place {
-                    self.note_given(place, args[0]);
-                }
-                Value::default()
-            }
+            "clone_from" if args.len() == 1 => self.cloned_from(value, args[0], span),
             "get_or_insert_with" | "or_insert_with" | "get_or_insert" | "or_insert" | "get_or_init" => {
                 let given = args.first().map(|arg| self.expr(*arg)).unwrap_or_default();
                 let is_filled = self.is_optional(receiver);

@@ -99,6 +99,16 @@ impl Builder<'_> {
         self.emit(Effect::Write(Box::new(assignment)), span);
     }
 
+    /// `settings.clone_from(&other)`
+    pub(super) fn cloned_from(&mut self, value: &Value, given: ExprId, span: Span) -> Value {
+        let from = self.expr(given);
+        self.write_whole(value, &Value { place: None, ..from }, span);
+        if let Some(place) = &value.place {
+            self.note_given(place, given);
+        }
+        Value::default()
+    }
+
     /// Whether a method makes a collection of filters anew: one without elements is a new one, and so is one of which each element is.
     pub(super) fn makes_anew(&self, receiver: ExprId, method: &str) -> bool {
         let is_named = matches!(self.body().expr(receiver).kind, ExprKind::Path(_) | ExprKind::Field { .. });
