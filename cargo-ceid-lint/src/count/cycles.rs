@@ -6,11 +6,12 @@ use super::aliases::Aliases;
 use super::derived::Derived;
 use super::fed::{lasts, passed_on, puts_aside, writes_fed};
 use super::functions::FunctionKind;
-use super::search::Search;
+use super::search::{Region, Search};
 use super::summary::Summaries;
 use super::waits;
 use crate::flow::{
-    CallSite, Caller, Computed, ControlFlowGraph, Effect, IndexKey, LoopId, NodeId, Place, Projection, Rounds, Var,
+    CallSite, Caller, Computed, ControlFlowGraph, Effect, IndexKey, LoopId, NodeId, OTHER_HEADS, Place, Projection,
+    Rounds, Var,
 };
 use crate::index::{FunctionId, Ty};
 use crate::syntax::CycleDirective;
@@ -418,18 +419,37 @@ pub(super) fn named(places: &[Place]) -> Vec<&Place> {
     (0..places.len()).filter(|at| !is_on_way(*at)).map(|at| &places[at]).collect()
 }
 
-/// Whether an update stands behind the question which round of a loop it is: `if channel == 0`.
+/// Whether an update stands behind the question which round of a loop it is, and one round alone leads to it: `if channel == 0`.
 fn picks_round(graph: &ControlFlowGraph, search: &Search<'_>, node: NodeId, id: LoopId) -> bool {
-    let Some((counter, _)) = graph.loop_info(id).counter else { return false };
-    let is_number = |head: &String| head.parse::<u64>().is_ok();
+    let info = graph.loop_info(id);
+    let Some((counter, first)) = info.counter else { return false };
+    let number = |head: &String| head.parse::<u64>().ok();
     search.conditions_of(node).into_iter().any(|branch| match &graph.node(branch).effect {
         Effect::Branch(test) => test.subject.is_some_and(|subject| {
             let subject = &graph.subjects[subject.0 as usize];
-            let of_round =
-                subject.whole.as_ref().and_then(Place::base_var).is_some_and(|var| {
-                    search.aliases.is_derived(var, &[counter]) && subject.heads.iter().any(is_number)
-                });
-            of_round && (test.holds.count_ones() == 1 || test.fails.count_ones() == 1)
+            let whole = subject.whole.as_ref().and_then(Place::base_var);
+            let asks_round = whole.is_some_and(|var| search.aliases.is_derived(var, &[counter]))
+                && subject.heads.iter().any(|head| number(head).is_some());
+            let leads = |edge: usize| {
+                let next = graph.node(branch).next.get(edge);
+                next.is_some_and(|next| search.reached_from(Region::Loop(id), *next, |_, _| true)[node.0 as usize])
+            };
+            let numbers = |is_asked: bool, heads: u32| {
+                let asked = subject.heads.iter().filter(move |head| (heads & subject.bit(head) != 0) == is_asked);
+                asked.filter_map(number)
+            };
+            let is_one_round = |heads: u32| match (info.rounds.clone(), first) {
+                _ if heads & OTHER_HEADS == 0 => numbers(true, heads).count() == 1,
+                (Rounds::Constant(rounds), Some(first)) => {
+                    let is_round = |number: &u64| (first..first.saturating_add(rounds)).contains(number);
+                    numbers(false, heads).filter(is_round).count() as u64 + 1 == rounds
+                }
+                _ => false,
+            };
+            asks_round
+                && [(0, test.holds), (1, test.fails)]
+                    .into_iter()
+                    .any(|(edge, heads)| is_one_round(heads) && leads(edge))
         }),
         _ => false,
     })

@@ -59,6 +59,12 @@ impl Context<'_> {
             let output = &index.function(function).function.output;
             instances::may_hold_filter(index, &index.lower(output, &index.scope_of(function)))
         };
+        // `let Rig { lag, .. } = rig;`: what is done under the new name is seen.
+        let is_other_name = |to: &Place| {
+            to.steps.is_empty()
+                && is_named(facts.graph, Some(to))
+                && facts.aliases.shared_roots(to).iter().any(|root| root.overlaps(place))
+        };
         let is_renewed = OnceCell::new();
         let is_renewed = || *is_renewed.get_or_init(|| self.is_renewed(facts, holds));
         for node in &facts.graph.nodes {
@@ -86,7 +92,8 @@ impl Context<'_> {
                             })
                         })
                         && set.place.base != place.base
-                        && self.is_real_move(facts, &set.place);
+                        && self.is_real_move(facts, &set.place)
+                        && !is_other_name(&set.place);
                     uses.leaves |= leaves && set.transfer != Transfer::Copy;
                     uses.copied |= leaves;
                 }

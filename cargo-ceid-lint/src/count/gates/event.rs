@@ -6,7 +6,7 @@ use super::{Gates, Way, contains_any};
 use crate::count::instances::inner;
 use crate::count::search::Region;
 use crate::flow::{
-    Base, CallSite, Effect, NodeId, Place, Rounds, Test, Var, VarInfo, asks_state, is_receiving,
+    Base, CallSite, Effect, LoopId, NodeId, Place, Rounds, Test, Var, VarInfo, asks_state, is_receiving,
     is_receiving_something, is_waiting,
 };
 use crate::index::{Shape, Ty};
@@ -258,19 +258,32 @@ impl Gates<'_, '_> {
         asked.is_some_and(|var| self.is_item(var) || self.is_got(var))
     }
 
-    /// Whether it is asked whose the sample is that came with the element of this round: `if record.sensor == Sensor::Gyro`. What is
-    /// fed is another part of the same element.
+    /// Whether it is asked whose the sample is that came with the element of this round: `if record.sensor == Sensor::Gyro`, `for (id, z)
+    /// in frames { match id { … } }`. What is fed is another part of the same element.
     pub(super) fn asks_tag(&self, test: &Test) -> bool {
         let [tag] = test.about.reads.as_slice() else { return false };
         let is_number = matches!(self.ty(tag), Some(Ty::Bool | Ty::Float));
         let is_beside = |other: &Place| other.base == tag.base && !other.steps.is_empty() && !other.overlaps(tag);
+        let of_item = || tag.base_var().is_some_and(|var| self.is_item(var)) && self.fed().places.iter().any(is_beside);
         test.about.is_choice()
             && !test.about.is_comparison
             && test.about.names.iter().all(|name| is_constant(name))
             && !is_number
-            && !tag.steps.is_empty()
-            && tag.base_var().is_some_and(|var| self.is_item(var))
-            && self.fed().places.iter().any(is_beside)
+            && if tag.steps.is_empty() { self.is_bound_beside_sample(tag) } else { of_item() }
+    }
+
+    /// Whether a loop that does not run over filters binds a variable together with what is fed, and does not count with it.
+    fn is_bound_beside_sample(&self, tag: &Place) -> bool {
+        let Some(var) = tag.base_var() else { return false };
+        let graph = self.search.graph;
+        (0u32..).map(LoopId).zip(&graph.loops).any(|(id, info)| {
+            let others = || info.bound.iter().filter(|other| **other != var);
+            let counts = info.counter.is_some_and(|(counter, _)| counter == var);
+            info.bound.contains(&var)
+                && !counts
+                && !self.search.binds(id)
+                && others().any(|other| self.feeds_any(&[*other]))
+        })
     }
 
     /// A question of a message about itself: `if key.is_pressed()`.

@@ -242,7 +242,8 @@ impl<'s, 'a> Gates<'s, 'a> {
         let is_decimated = || {
             self.remainder_counts(test, at) && self.goes_on_counting(test, at, way) && !self.stands_still(test, at, way)
         };
-        if (is_remainder || self.masks_rounds(test)) && !is_kept && is_decimated() {
+        let is_masked = is_remainder || self.masks_rounds(test);
+        if self.shares_rounds(test, way) || (is_masked && !is_kept && is_decimated()) {
             return Some(Gate::Rate);
         }
         // A lock that is not waited for fails while another holds it: that is no setting.

@@ -87,7 +87,8 @@ impl Builder<'_> {
     }
 
     /// Whether a call of a closure of the function at hand is a round of its own for what is fed with what it gives: it is one of
-    /// several that a function makes, or stands in loops in loops and gives a block, and no two of the calls give the same.
+    /// several that a function makes in several loops, or stands in loops in loops and gives a block, and no two of the calls give
+    /// the same. One behind another in the same round, all belong to the cycle around.
     pub(super) fn is_called_apart(&self, call: ExprId, closure: ClosureRef) -> bool {
         if !self.is_foreign() || self.frames[closure.frame].function != self.graph.function {
             return false;
@@ -98,17 +99,27 @@ impl Builder<'_> {
             _ => None,
         };
         let Some(own) = local(call) else { return false };
-        let calls = (0u32..).map(ExprId).take(body.exprs.len()).filter(|id| local(*id) == Some(own));
+        let ids = || (0u32..).map(ExprId).take(body.exprs.len());
+        let calls: Vec<ExprId> = ids().filter(|id| local(*id) == Some(own)).collect();
         let mut given: Vec<Vec<String>> = calls
-            .filter_map(|id| match &body.expr(id).kind {
+            .iter()
+            .filter_map(|id| match &body.expr(*id).kind {
                 ExprKind::Call { args, .. } => Some(args.iter().map(|arg| self.text(*arg)).collect()),
                 _ => None,
             })
             .collect();
-        let all = given.len();
         given.sort();
         given.dedup();
-        (all > 1 || self.gives_blocks(call)) && given.len() == all
+        let is_loop = |id: &ExprId| {
+            matches!(body.expr(*id).kind, ExprKind::Loop { .. } | ExprKind::While { .. } | ExprKind::For { .. })
+        };
+        let around = |call: ExprId| {
+            let loops = ids().filter(is_loop).map(|id| body.expr(id).span);
+            loops.filter(|span| span.contains(body.expr(call).span)).map(|span| span.start).max()
+        };
+        let round = around(call);
+        let is_alone = || round.is_some() && calls.iter().filter(|other| around(**other) == round).count() == 1;
+        (calls.len() > 1 || self.gives_blocks(call)) && given.len() == calls.len() && is_alone()
     }
 
     /// Whether a call stands in loops in loops of another function, the innermost of which ends, and gives a collection.
