@@ -269,7 +269,11 @@ impl Gates<'_, '_> {
             && !test.about.is_comparison
             && test.about.names.iter().all(|name| is_constant(name))
             && !is_number
-            && if tag.steps.is_empty() { self.is_bound_beside_sample(tag) } else { of_item() }
+            && if tag.steps.is_empty() {
+                test.about.binds.is_empty() && self.is_bound_beside_sample(tag)
+            } else {
+                of_item()
+            }
     }
 
     /// Whether a loop that does not run over filters binds a variable together with what is fed, and does not count with it.

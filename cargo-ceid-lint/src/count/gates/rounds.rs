@@ -24,13 +24,21 @@ impl Gates<'_, '_> {
         self.search.graph.loop_info(id).limits.iter().all(is_settled).then_some(Gate::Config)
     }
 
-    /// An inner loop whose rounds all end without an update: `for _ in 0..3 { if let Ok(z) = imu.read() { …; break } }`. It skips
-    /// for what every one of them waits for.
+    /// An inner loop whose rounds all end without an update, or without what leads to it: `for _ in 0..3 { if let Ok(z) = imu.read() { …;
+    /// break } }`. It skips for what every one of them waits for.
     pub(super) fn of_rounds(&self, id: LoopId, way: &Way) -> Option<Gate> {
         let graph = self.search.graph;
         let info = graph.loop_info(id);
         let is_within = |node: NodeId| graph.is_within(graph.node(node).in_loop, id);
-        let reach = self.search.reach(Region::Loop(id));
+        let inside = self.search.reach(Region::Loop(id));
+        // What the loop is left with may lead to the update behind it: `for _ in 0..3 { if let Ok(z) = imu.read() { break 'read z } }`.
+        let updating = self.search.updating();
+        let behind = |node: NodeId| {
+            let reached = self.reached_from(node, |from, edge| graph.node(from).next[edge] != info.head);
+            updating.iter().any(|update| reached[update.0 as usize])
+        };
+        let is_behind = !updating.iter().any(|node| is_within(*node));
+        let reach = |node: NodeId| if is_behind { behind(node) } else { inside[node.0 as usize] };
         let mut found: Option<Gate> = None;
         let mut is_decided = true;
         for (at, next) in way.nodes.iter().zip(way.nodes.iter().skip(1)) {
@@ -41,7 +49,7 @@ impl Gates<'_, '_> {
                 }
                 continue;
             }
-            if !is_within(*at) || is_decided || !reach[at.0 as usize] || (is_within(*next) && reach[next.0 as usize]) {
+            if !is_within(*at) || is_decided || !reach(*at) || (is_within(*next) && reach(*next)) {
                 continue;
             }
             let Effect::Branch(test) = &graph.node(*at).effect else { return None };
