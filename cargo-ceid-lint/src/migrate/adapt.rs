@@ -245,15 +245,23 @@ pub(super) fn lent(own: &Guarded) -> Option<String> {
     match &own.ty {
         ty if *ty == own.filter => Some(format!("&mut {spelled}")),
         ty if is_box(ty) => Some(format!("&mut *{spelled}")),
+        Ty::Ref(true, inner) if **inner == own.filter && own.is_lock_guard => Some(format!("&mut *{spelled}")),
         Ty::Ref(true, inner) if **inner == own.filter => Some(spelled.clone()),
         Ty::Ref(true, inner) if is_box(inner) => Some(format!("&mut **{spelled}")),
         _ => None,
     }
 }
 
-/// Why a variable that is lent mutably cannot be: a law that takes `&self` does without.
+/// Why what a guard borrows mutably cannot be: a law that takes `&self` does without, and so does what no law has been run on.
 pub(super) fn is_not_mutable(of: &LoopBody<'_>, own: &Guarded) -> Option<Reason> {
-    let is_own = own.place.fields.is_empty() && own.place.element.is_none() && !matches!(own.ty, Ty::Ref(..));
+    let around = |at: &ExprId| match of.kind(*at) {
+        ExprKind::Field { base, .. } | ExprKind::Index { base, .. } => Some(*base),
+        _ => None,
+    };
+    // What lies behind a reference is as mutable as that one says.
+    let is_ref = |at: ExprId| matches!(of.typed.ty(at), Ty::Ref(..));
+    let is_own =
+        own.is_lock_guard || !matches!(own.ty, Ty::Ref(..)) && !std::iter::successors(Some(own.at), around).any(is_ref);
     let local = of.typed.local(own.place.local);
     let binds =
         |pat: &Pat| pat.span == local.span && matches!(pat.kind, PatKind::Bind { mutable: false, by_ref: false, .. });

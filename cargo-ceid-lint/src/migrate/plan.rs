@@ -237,8 +237,8 @@ impl Rewriter<'_> {
             let (changed, noted) = effects.panics_of(own);
             changes.extend(changed);
             notes.extend(noted);
+            reasons.extend(is_not_mutable(of, own));
             if let Some(adaptation) = &own.adaptation {
-                reasons.extend(is_not_mutable(of, own));
                 edits.extend(adaptation.edits.iter().cloned());
                 changes.extend(adaptation.changes.iter().cloned());
                 notes.push(adaptation.note.clone());
