@@ -114,6 +114,28 @@ pub(super) fn with_attributes(text: &str, stmt: usize) -> usize {
     }
 }
 
+/// The conditions `#[cfg(…)]` among the attributes right before a byte, in their order.
+pub(super) fn conditions_above(text: &str, at: usize) -> Vec<&str> {
+    let code = without_comments(&text[..at]);
+    let mut start = with_attributes(&code, at);
+    let mut found = Vec::new();
+    while let Some(stop) = code[start..at].find(']') {
+        let mut end = start + stop + 1;
+        // A condition may have brackets in it.
+        while code[start..end].matches('[').count() > code[start..end].matches(']').count()
+            && let Some(more) = code[end..at].find(']')
+        {
+            end += more + 1;
+        }
+        let attribute = start + code[start..end].find("#[").unwrap_or(0);
+        if code[attribute..end].starts_with("#[cfg(") {
+            found.push(&text[attribute..end]);
+        }
+        start = end;
+    }
+    found
+}
+
 /// The byte before which a line is written so that it stands above the statement at `at`, its attributes and the comments about it.
 pub(super) fn above(text: &str, at: usize) -> usize {
     let mut start = line_start(text, at);
@@ -255,6 +277,14 @@ mod tests {
         assert_eq!(start("a(); #[x] #[y(z)]\n    f.u();"), 5);
         assert_eq!(start("let a = [1]; f.u();"), 13);
         assert_eq!(start("#[x] fn g() { [1]; } f.u();"), 21);
+    }
+
+    #[test]
+    fn conditions_are_told_from_other_attributes() {
+        let text = "a();\n/// [b]\n#[cfg(c)] // d\n#[e([f])]\n/* g */ #[cfg(all(\n    h\n))]\nimpl I {}";
+        let at = text.find("impl").expect("it is there");
+        assert_eq!(conditions_above(text, at), ["#[cfg(c)]", "#[cfg(all(\n    h\n))]"]);
+        assert!(conditions_above("#[cfg(a)]\nfn b() {}\nimpl I {}", 19).is_empty());
     }
 
     #[test]
