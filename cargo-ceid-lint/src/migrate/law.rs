@@ -45,6 +45,9 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
             ))
         };
     }
+    if !def.function.params.is_empty() {
+        return Err(format!("`{}` of `{type_name}` takes inputs, and nothing in the loop gives them", def.name));
+    }
     if def.function.is_async || !matches!(def.function.receiver, Some(Receiver::Exclusive)) {
         return Err(format!("`{}` of `{type_name}` does not take `&mut self`", def.name));
     }

@@ -35,6 +35,7 @@ mod loops;
 mod macros;
 mod manifest;
 mod mentions;
+mod not_shipped;
 mod observed;
 mod outputs;
 mod owned;

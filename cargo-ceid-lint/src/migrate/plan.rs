@@ -19,6 +19,7 @@ use super::law::delegation;
 use super::leftover::leftovers;
 use super::loops::Loops;
 use super::mentions::{Guarded, Mention, given_to_macro, mentions};
+use super::not_shipped::not_shipped;
 use super::observed::{is_dropped_at, is_observed, outlives_future};
 use super::owned::is_owned;
 use super::partly::{is_left, partly, why_left};
@@ -151,7 +152,16 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
                 changes.push(Reason { span, text });
             }
         }
+        let is_half =
+            |pair: &Pair| cycle.filters.iter().any(|other| other.name == pair.name && other.half != pair.half);
         match sites(&of, pair) {
+            Ok(sites) if sites.is_empty() && is_half(pair) => {
+                let text = format!(
+                    "`{}` is a half of the law of `{}`, and the loop does not tell where it would run: call it there, and migrate then",
+                    pair.law, pair.name
+                );
+                reasons.push(Reason { span, text });
+            }
             Ok(sites) => {
                 match sites.first().map(|site| (site.place.clone(), site.at, site.law)).or_else(|| owed(&of, pair)) {
                     Some(place) => found.push((*pair, place, sites)),
@@ -181,6 +191,9 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
         return Err(reasons);
     }
     if let Some(reason) = outlives_owner(&of, &guarded, edition) {
+        return Err(vec![reason]);
+    }
+    if let Some(reason) = not_shipped(&of, cycle, &guarded) {
         return Err(vec![reason]);
     }
     let exits = exits(&of);
