@@ -35,6 +35,7 @@ mod loops;
 mod macros;
 mod manifest;
 mod mentions;
+mod named;
 mod not_shipped;
 mod observed;
 mod outputs;
@@ -59,6 +60,7 @@ use crate::source::Span;
 
 pub use imports::{Doubtful, HandedOn, IdleImports, idle_imports};
 pub use manifest::{Wanted, dependency, is_ceid_core};
+pub use named::{asks_for_names, name_in_root, needless_name};
 pub use plan::plans;
 pub use text::is_no_std;
 
@@ -121,6 +123,14 @@ pub fn quoted(names: &[String]) -> String {
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
+impl Rewrite {
+    /// The packages that have to depend on `ceid-core`, as indices into those of the project.
+    #[must_use]
+    pub fn packages(&self) -> BTreeSet<usize> {
+        self.targets.iter().map(|(package, _)| *package).collect()
+    }
+}
+
 /// How a loop is rewritten.
 #[derive(Clone, Debug)]
 pub struct Rewrite {
@@ -128,8 +138,9 @@ pub struct Rewrite {
     pub edits: Vec<(Span, String)>,
     /// The types that become filters of ceid-core, each with the law that guards run.
     pub laws: Vec<(Ty, FunctionId)>,
-    /// The packages that have to depend on `ceid-core`, as indices into those of the project.
-    pub packages: BTreeSet<usize>,
+    /// The targets whose code names `ceid-core` then: the package, as an index into those of the project, and the target, as one into
+    /// those of the package.
+    pub targets: BTreeSet<(usize, usize)>,
     /// Whether they do already.
     pub is_dependency: bool,
     /// Whether `ceid-core` has to know `Vec`.

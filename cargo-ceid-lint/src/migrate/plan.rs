@@ -226,7 +226,7 @@ impl Rewriter<'_> {
         let program = of.program;
         let mut reasons = self.unread();
         let mut edits = Vec::new();
-        let mut packages = self.loops.packages_with(of.file());
+        let mut targets = self.loops.targets_with(of.file());
         let mut notes = Vec::new();
         let mut laws: Vec<(Ty, FunctionId)> = Vec::new();
         let effects = Effects { loops: self.loops, of, exits: &self.exits, guarded: self.guarded, behind: self.behind };
@@ -270,7 +270,7 @@ impl Rewriter<'_> {
                 Ok(None) => {}
                 Ok(Some(new)) => {
                     reasons.extend(ambiguous(self.loops, of, self.guarded, law));
-                    packages.extend(self.loops.packages_with(new.span.file));
+                    targets.extend(self.loops.targets_with(new.span.file));
                     edits.push((new.span, new.text));
                 }
                 Err(text) => reasons.push(Reason { span: of.span(own.at), text }),
@@ -331,7 +331,7 @@ impl Rewriter<'_> {
         let written = laws.iter().map(|(_, law)| *law);
         let is_dependency =
             written.chain([of.function]).all(|function| core_items::has_ceid_core(program.index, function));
-        Ok(Rewrite { edits, laws, packages, is_dependency, needs_alloc, changes, notes })
+        Ok(Rewrite { edits, laws, targets, is_dependency, needs_alloc, changes, notes })
     }
 
     /// Code that nobody has read and that names something that the guard holds.

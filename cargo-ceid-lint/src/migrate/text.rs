@@ -165,14 +165,14 @@ pub(super) fn without_comments(text: &str) -> String {
 }
 
 /// The attributes of a file itself, which stand before everything else in it: `#![no_std]`.
-fn inner_attributes(text: &str) -> Vec<&str> {
-    let text = text.trim_start_matches('\u{feff}');
+pub(super) fn inner_attributes(text: &str) -> Vec<Range<usize>> {
     let mut found = Vec::new();
     let (mut start, mut depth) = (0, 0);
     for token in Lexer::new(text) {
         let part = &text[token.start..token.end];
         match (depth, token.kind, part) {
             (_, TokenKind::Space | TokenKind::LineComment | TokenKind::BlockComment, _) => {}
+            (0, _, "\u{feff}") => {}
             (0, TokenKind::Sign, "#") => start = token.start,
             (0, TokenKind::Sign, "!") => {}
             (0, TokenKind::Open, "[") if text[start..].starts_with("#!") => depth = 1,
@@ -181,7 +181,7 @@ fn inner_attributes(text: &str) -> Vec<&str> {
             (_, TokenKind::Close, _) => {
                 depth -= 1;
                 if depth == 0 {
-                    found.push(&text[start..token.end]);
+                    found.push(start..token.end);
                 }
             }
             _ => {}
@@ -193,16 +193,16 @@ fn inner_attributes(text: &str) -> Vec<&str> {
 /// Whether the root of a crate says that it may do without the standard library.
 #[must_use]
 pub fn is_no_std(text: &str) -> bool {
-    inner_attributes(text).iter().any(|attribute| has_word(attribute, "no_std"))
+    inner_attributes(text).into_iter().any(|attribute| has_word(&text[attribute], "no_std"))
 }
 
 /// Whether the root of a crate denies one of these lints.
 pub(super) fn denies(text: &str, lints: &[&str]) -> bool {
-    let denies = |attribute: &&str| {
+    let denies = |attribute: &str| {
         ["deny", "forbid"].iter().any(|level| has_word(attribute, level))
             && lints.iter().any(|lint| has_word(attribute, lint))
     };
-    inner_attributes(text).iter().any(denies)
+    inner_attributes(text).into_iter().any(|attribute| denies(&text[attribute]))
 }
 
 /// Whether a word stands somewhere in the text.

@@ -3,6 +3,7 @@
 mod args;
 mod core;
 mod files;
+mod names;
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -11,6 +12,7 @@ use std::time::Instant;
 
 use self::core::{core_directory, relative};
 use self::files::{same_file, text_of};
+use self::names::needless_names;
 use super::args::FixArgs;
 use super::{Console, ExitStatus, input, interrupted, vcs};
 use crate::count::{Cycle, CycleKind, Gate, Pair, Verdict};
@@ -278,6 +280,7 @@ impl Run<'_> {
         }
         let is_touched = |path: &Path| self.touched.borrow().iter().any(|own| same_file(own, path));
         fixes.extend(idle(report, first, is_touched));
+        fixes.extend(needless_names(report, first));
         let sources = &report.sources;
         let doubtful =
             report.idle_imports.doubtful.iter().filter(|import| is_touched(&sources.file(import.span.file).path));
