@@ -12,7 +12,7 @@ use super::conditional::unread;
 use super::effects::Effects;
 use super::exits::{Exits, exits};
 use super::gone::{Comments, comments, take_away};
-use super::head::UNKNOWN_RATE;
+use super::head::CycleRate;
 use super::holding::{guarded, is_vec};
 use super::iteration::{Inner, inner_loop};
 use super::law::delegation;
@@ -290,7 +290,8 @@ impl Rewriter<'_> {
                 notes.push(format!("`{}` has no use any more", left.name));
             }
         }
-        match head::lines(of, self.guarded, self.behind, self.present.as_ref(), &comments) {
+        let rate = CycleRate::of(cycle.period);
+        match head::lines(of, self.guarded, self.behind, self.present.as_ref(), &comments, rate.number) {
             Ok(head) => edits.extend(head),
             Err(reason) => reasons.push(reason),
         }
@@ -313,9 +314,7 @@ impl Rewriter<'_> {
                 all => format!("the laws run at the end of the cycle, in this order{others}: {}", all.join(", ")),
             },
         );
-        if head::rate(of).is_none() && self.present.is_none() {
-            notes.push(format!("`Hz<{UNKNOWN_RATE}>` stands for a rate that the loop does not tell; no law reads it"));
-        }
+        notes.extend(rate.note.filter(|_| self.present.is_none()));
         let is_guarded = |pair: &Pair| {
             let is_its_site = |own: &Guarded| own.sites.iter().any(|site| pair.updates.contains(&of.span(site.call)));
             pair.verdict == Verdict::Guarded || self.guarded.iter().any(is_its_site)
