@@ -10,7 +10,7 @@ use super::halves::{halves, kept};
 use super::inputs::{Input, input, is_generic};
 use super::law::delegation;
 use super::loops::Loops;
-use super::mentions::{Guarded, is_about, is_for_references};
+use super::mentions::{Guarded, is_about, is_about_owner, is_for_references};
 use super::outputs::instead;
 use super::sites::{Part, Site};
 use super::text::has_word;
@@ -71,7 +71,7 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
                 own.spelled
             ))),
             Some(_) => Err(refuse(format!(
-                "what the update of `{}` gives back is used here, in the same iteration",
+                "what the update of `{}` gives back is used here, and a guard runs it only at the end of the cycle",
                 own.spelled
             ))),
             None if matches!(own.filter, Ty::Adt(..)) && own.law.is_some() => Ok(None),
@@ -292,8 +292,17 @@ fn named_in_head(of: &LoopBody<'_>, own: &Guarded) -> Result<Vec<ExprId>, Reason
         match lookup(of, own, id) {
             Some(place) => places.push(place),
             None => {
-                let what = if own.place.element.is_some() { of.written(id) } else { &own.spelled };
-                let text = format!("`{what}` is used in the head of the loop, where it is lent to the guard");
+                let text = if is_about_owner(of, &own.place, id) {
+                    format!(
+                        "all of `{}` is used in the head of the loop, where `{}` is lent to the guard: use only the fields that are \
+                         needed there",
+                        of.written(id),
+                        own.spelled
+                    )
+                } else {
+                    let what = if own.place.element.is_some() { of.written(id) } else { &own.spelled };
+                    format!("`{what}` is used in the head of the loop, where it is lent to the guard")
+                };
                 return Err(Reason { span: of.span(id), text });
             }
         }

@@ -88,6 +88,8 @@ pub struct Partly {
     pub filters: Vec<String>,
     /// The rewriting, by which the program does the same.
     pub rewrite: Rewrite,
+    /// Why the others stay, or what the program would do otherwise if they went.
+    pub reasons: Vec<Reason>,
 }
 
 impl Plan {

@@ -28,7 +28,7 @@ use super::sites::{Site, owed, place_of, sites};
 use super::tails::{outlives_owner, without_name};
 use super::text::{has_word, join_insertions};
 use super::twice::used_twice;
-use super::whole::{whole_function, whole_loop};
+use super::whole::{of_a_closure, plan_of_a_law, whole_function, whole_loop};
 use super::{Plan, Reason, Rewrite, core_items, head};
 use crate::count::{Cycle, CycleKind, Pair, Verdict};
 use crate::flow::Program;
@@ -64,12 +64,12 @@ fn plan(loops: &Loops<'_>, cycle: &Cycle, edition_of: &dyn Fn(&Cycle) -> String)
     let is_by_hand = |pair: &&Pair| (!is_left(pair) || is_sampled_here(pair)) && !is_own(pair);
     let by_hand: Vec<&Pair> = cycle.filters.iter().filter(is_by_hand).collect();
     if by_hand.is_empty() {
-        return None;
+        return of.filter(|_| !hands_on).and_then(|of| plan_of_a_law(&of, cycle));
     }
     let within = called(loops, cycle, &by_hand);
     let outcome = match cycle.kind {
         _ if let Some(function) = &within => in_function(loops, function, &edition_of(function)),
-        CycleKind::Closure => Err(vec![Reason { span: cycle.head, text: of_a_closure(loops, cycle) }]),
+        CycleKind::Closure => Err(vec![Reason { span: cycle.head, text: of_a_closure(loops.program, cycle) }]),
         CycleKind::Function | CycleKind::Loop | CycleKind::While | CycleKind::For => {
             rewrite(loops, cycle, &by_hand, edition)
         }
@@ -85,7 +85,7 @@ fn plan(loops: &Loops<'_>, cycle: &Cycle, edition_of: &dyn Fn(&Cycle) -> String)
     let partly = match outcome.as_ref() {
         Ok(rewrite) if rewrite.changes.is_empty() => None,
         _ if within.is_some() => None,
-        _ => partly(cycle, &by_hand, |pairs| rewrite(loops, cycle, pairs, edition).ok()),
+        _ => partly(cycle, &by_hand, |pairs| rewrite(loops, cycle, pairs, edition)),
     };
     Some(Plan { head: cycle.head, whole, function: cycle.function.clone(), filters, outcome, partly })
 }
@@ -96,16 +96,6 @@ fn in_function(loops: &Loops<'_>, cycle: &Cycle, edition: &str) -> Result<Rewrit
     let mut rewrite = rewrite(loops, cycle, &filters, edition)?;
     rewrite.notes.insert(0, format!("the guard stands in `{}`, which the loop calls", cycle.function));
     Ok(rewrite)
-}
-
-/// Why a closure gets no guard.
-fn of_a_closure(loops: &Loops<'_>, cycle: &Cycle) -> String {
-    let before = &loops.program.sources.file(cycle.head.file).text[..cycle.head.start as usize];
-    if before.trim_end().ends_with(".for_each(") {
-        return "a guard lives in a loop: write `for … in …` instead of `for_each`".to_owned();
-    }
-    "the cycle is a closure that other code calls: give its owner a `Cyclic` with the filters, and begin with `cycle()`"
-        .to_owned()
 }
 
 /// Whether the loop of the samples is the cycle itself: each of its iterations updates the filter.
