@@ -5,11 +5,11 @@ use super::body::LoopBody;
 use super::core_items::CoreItems;
 use super::elements::statements;
 use super::exits::Exits;
-use super::gone::Comments;
 use super::mentions::{Guarded, is_about, is_about_owner, is_glance};
 use super::observed::{is_dropped_at, is_observed, outlives_future};
 use super::owned::is_owned;
 use super::present::Present;
+use super::said::Comments;
 use super::text::{Style, above, begins_line, has_word, indentation, line_stop, without_comments};
 use crate::source::Span;
 use crate::syntax::tree::{Block, ExprId, ExprKind, Stmt, StmtKind};
@@ -26,7 +26,7 @@ pub(super) fn lines(
     guarded: &[Guarded],
     behind: Option<Span>,
     present: Option<&Present>,
-    comments: &Comments<'_>,
+    comments: &Comments,
     rate: u64,
 ) -> Result<Vec<(Span, String)>, Reason> {
     let refuse = |text: &str| Reason { span: of.span(of.whole), text: text.to_owned() };
@@ -77,7 +77,10 @@ pub(super) fn lines(
     let inner = own_line.as_ref().map(|(indent, _)| indent.as_str());
     let guard = list(of, guarded, (&core.name("ceid"), clock), inner, comments);
     let (at, guard) = match own_line {
-        Some((indent, at)) => (at, format!("{indent}{guard}{end}")),
+        Some((indent, at)) => {
+            let said: String = comments.above(None).map(|line| format!("{indent}{line}{end}")).collect();
+            (at, format!("{said}{indent}{guard}{end}"))
+        }
         None => (behind.map_or(open, |before| before.end as usize), format!(" {guard}")),
     };
     if of.is_function {
@@ -116,18 +119,20 @@ fn list(
     guarded: &[Guarded],
     (ceid, clock): (&str, &str),
     indent: Option<&str>,
-    comments: &Comments<'_>,
+    comments: &Comments,
 ) -> String {
     let Style { end, step, width } = of.style;
     let list: Vec<String> = guarded.iter().map(entry).collect();
     let guard = format!("{ceid}!({clock}.begin_cycle() => {});", list.join(", "));
-    let is_wide = |indent: &&str| indent.len() + guard.len() > width || guarded.len() > 1 && !comments.is_empty();
-    let said = |name: &str| comments.get(name).map(|comment| format!(" {comment}")).unwrap_or_default();
+    let is_wide = |indent: &&str| indent.len() + guard.len() > width || guarded.len() > 1 && comments.tell_apart();
+    let said = |name: &str| comments.behind(name).map(|comment| format!(" {comment}")).unwrap_or_default();
     match indent.filter(is_wide) {
         Some(indent) => {
             let line = |(at, (entry, own)): (usize, (&String, &Guarded))| {
                 let comma = if at + 1 < list.len() { "," } else { "" };
-                format!("{end}{indent}{step}{step}{entry}{comma}{}", said(&own.name))
+                let above = comments.above(Some(&own.name));
+                let above: String = above.map(|line| format!("{end}{indent}{step}{step}{line}")).collect();
+                format!("{above}{end}{indent}{step}{step}{entry}{comma}{}", said(&own.name))
             };
             let lines: String = list.iter().zip(guarded).enumerate().map(line).collect();
             let token = format!("{indent}{step}{clock}.begin_cycle() =>{lines}");

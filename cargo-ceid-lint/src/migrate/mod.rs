@@ -45,6 +45,7 @@ mod partly;
 mod plan;
 mod present;
 mod purity;
+mod said;
 mod sites;
 mod tails;
 mod takers;

@@ -11,7 +11,7 @@ use super::captures::captures;
 use super::conditional::unread;
 use super::effects::Effects;
 use super::exits::{Exits, exits};
-use super::gone::{Comments, comments, take_away};
+use super::gone::Gone;
 use super::head::CycleRate;
 use super::holding::{guarded, is_vec};
 use super::iteration::{Inner, inner_loop};
@@ -267,8 +267,8 @@ impl Rewriter<'_> {
             }
         }
         let has_own_line = self.present.is_none() && head::own_line(of, self.behind).is_some();
-        let comments = if has_own_line { comments(of, self.guarded) } else { Comments::new() };
-        take_away(of, self.guarded, &comments, &mut edits);
+        let gone = Gone::of(of, self.guarded, has_own_line);
+        gone.take_away(&mut edits);
         if let Some((head, rest)) = without_name(of, self.guarded) {
             edits.retain(|(span, _)| !rest.contains(*span));
             edits.extend([(head, String::new()), (rest, String::new())]);
@@ -281,7 +281,7 @@ impl Rewriter<'_> {
             }
         }
         let rate = CycleRate::of(cycle.period);
-        match head::lines(of, self.guarded, self.behind, self.present.as_ref(), &comments, rate.number) {
+        match head::lines(of, self.guarded, self.behind, self.present.as_ref(), gone.comments(), rate.number) {
             Ok(head) => edits.extend(head),
             Err(reason) => reasons.push(reason),
         }

@@ -143,12 +143,22 @@ pub(super) fn above(text: &str, at: usize) -> usize {
         let before = line_start(text, start - 1);
         let line = text[before..start].trim();
         // A comment at the end of a line of code is about that line.
-        if !(line.starts_with("//") || line.starts_with("#[")) {
-            break;
-        }
-        start = before;
+        let is_comment = !line.is_empty() && without_comments(line).trim().is_empty();
+        start = match block_comment(text, start) {
+            _ if is_comment || line.starts_with("#[") => before,
+            Some(open) => line_start(text, open),
+            None => break,
+        };
     }
     start
+}
+
+/// Where a comment in several lines begins that ends with the line before `start`, if that is all there is in these lines.
+fn block_comment(text: &str, start: usize) -> Option<usize> {
+    let line = text[..start].strip_suffix('\n')?;
+    let rest = line.trim_end_matches([' ', '\t', '\r']).strip_suffix("*/")?;
+    let open = rest.rfind("/*")?;
+    (begins_line(text, open) && !rest[open..].contains("*/")).then_some(open)
 }
 
 /// The text with blanks in the place of its comments.
@@ -269,6 +279,8 @@ mod tests {
     fn comments_and_attributes_stay_with_their_statement() {
         let text = "    a(); // one\n    // two\n    #[x]\n    loop {";
         assert_eq!(above(text, text.find("loop").unwrap()), text.find("    // two").unwrap());
+        let text = "    a(); /* one */\n    /* two\n     * three */\n    /* four */ // five\n    loop {";
+        assert_eq!(above(text, text.find("loop").unwrap()), text.find("    /* two").unwrap());
     }
 
     #[test]
