@@ -346,6 +346,7 @@ impl Context<'_> {
                 head,
                 kind,
                 function: index.function_name(graph.function),
+                period: super::remarks::period(facts, id),
                 filters,
             };
             // A closure that is called in several places is one cycle.

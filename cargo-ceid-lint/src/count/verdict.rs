@@ -130,6 +130,8 @@ pub struct Cycle {
     pub kind: CycleKind,
     /// The function it lies in: `main`, `Robot::run`.
     pub function: String,
+    /// How long one of its rounds takes, in seconds, if it waits for the next one in every round and that is constant.
+    pub period: Option<f64>,
     /// Its filters in the order of their first appearance.
     pub filters: Vec<Pair>,
 }

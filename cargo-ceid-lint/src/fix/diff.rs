@@ -2,7 +2,7 @@
 
 use similar::TextDiff;
 
-use super::Change;
+use super::{Change, Edit};
 use crate::source::SourceMap;
 
 /// The diff of one file, as `git apply` and `patch -p1` take it, with the path as it is shown to users.
@@ -25,9 +25,32 @@ pub(super) fn line_before(change: &Change, line: u32) -> u32 {
     u32::try_from(before + 1).unwrap_or(line)
 }
 
+/// The line of a text which is the line `line` once these edits are made, which are in order.
+pub(super) fn line_before_edits<'e>(text: &str, edits: impl Iterator<Item = &'e Edit>, line: u32) -> u32 {
+    let lines_in = |text: &str| i64::try_from(text.matches('\n').count()).unwrap_or(0);
+    let mut moved = 0;
+    for edit in edits {
+        let (Some(before), Some(old)) = (text.get(..edit.start), text.get(edit.start..edit.end)) else { continue };
+        if lines_in(before) + moved + lines_in(&edit.text) >= i64::from(line) {
+            break;
+        }
+        moved += lines_in(&edit.text) - lines_in(old);
+    }
+    u32::try_from(i64::from(line) - moved).unwrap_or(line)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lines_that_look_alike_are_told_apart() {
+        let edit = |start, end, text: &str| Edit { path: "/a.rs".into(), start, end, text: text.to_owned() };
+        let edits = [edit(0, 0, "x\n"), edit(4, 6, "")];
+        // `a`, `b`, `b`, `b` of which the second `b` goes, and a line above all.
+        let before = |line| line_before_edits("a\nb\nb\nb\n", edits.iter(), line);
+        assert_eq!([2, 3, 4].map(before), [1, 2, 4]);
+    }
 
     #[test]
     fn a_line_is_that_in_whose_place_it_stands() {

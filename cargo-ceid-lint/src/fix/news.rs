@@ -65,7 +65,8 @@ fn told(report: &Report) -> Vec<Told> {
     for cycle in &report.cycles {
         for pair in cycle.filters.iter().filter(|pair| !pair.is_proved()) {
             let verdict = pair.verdict.name();
-            let words = format!("`{}` in `{}` would be {verdict}", pair.name, cycle.function);
+            let why = pair.cause.as_ref().map(|cause| format!(": {cause}")).unwrap_or_default();
+            let words = format!("`{}` in `{}` would be {verdict}{why}", pair.name, cycle.function);
             add(
                 name(cycle.head.file),
                 None,

@@ -1,9 +1,10 @@
 //! Which of the offered fixes are made: in rounds, as rustfix does, and only those after which the check finds nothing new.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use super::diff::line_before;
-use super::{Change, Fix, News, Texts, news};
+use super::diff::{line_before, line_before_edits};
+use super::{Change, Edit, Fix, News, Texts, news};
 use crate::pipeline::Report;
 use crate::source::{ReadSource, SourceMap};
 
@@ -30,7 +31,7 @@ pub struct Refused {
 pub struct Revision {
     /// The files that change, by path.
     pub changes: Vec<Change>,
-    /// The fixes that are made, in their order; the lines are those before the round in which each was made.
+    /// The fixes that are made, in their order; the lines are those before all rounds.
     pub made: Vec<Fix>,
     /// Those that were still offered at the end; the lines are those after the last round.
     pub refused: Vec<Refused>,
@@ -47,6 +48,17 @@ impl Revision {
     }
 }
 
+/// The line of a fix before all these rounds: the texts of each, and what was made of them.
+fn first_line(fix: &Fix, rounds: &[(Texts, Vec<Fix>)], names: &SourceMap) -> u32 {
+    let Some(path) = fix.edits.iter().map(|edit| &edit.path).find(|path| names.display_name(path) == fix.file) else {
+        return fix.line;
+    };
+    rounds.iter().rev().fold(fix.line, |line, (texts, made)| {
+        let edits: BTreeSet<&Edit> = made.iter().flat_map(|fix| &fix.edits).filter(|edit| edit.path == *path).collect();
+        texts.text(path, names).map_or(line, |text| line_before_edits(&text, edits.into_iter(), line))
+    })
+}
+
 /// Makes the fixes that `offer` finds in a report, round by round, in memory.
 ///
 /// `first` is the report of the texts on the disk, and `check` makes that of other ones. `may_write` says which file a path stands
@@ -61,6 +73,7 @@ pub fn revise(
     let mut texts = Texts::default();
     let mut latest: Option<Report> = None;
     let mut made: Vec<Fix> = Vec::new();
+    let mut rounds: Vec<(Texts, Vec<Fix>)> = Vec::new();
     let mut refused = Vec::new();
     for _ in 0..MOST_ROUNDS {
         refused.clear();
@@ -89,8 +102,11 @@ pub fn revise(
         let Round { made: of_round, after, refused: of_check, .. } = round;
         refused.extend(of_check);
         let Some((new_texts, report)) = after else { break };
-        (texts, latest) = (new_texts, Some(report));
-        made.extend(of_round);
+        let in_old_lines =
+            of_round.iter().map(|fix| Fix { line: first_line(fix, &rounds, &first.sources), ..fix.clone() });
+        made.extend(in_old_lines);
+        rounds.push((std::mem::replace(&mut texts, new_texts), of_round));
+        latest = Some(report);
     }
     Revision { changes: texts.changes(), made, refused }
 }

@@ -10,7 +10,7 @@ use super::halves::{halves, kept};
 use super::inputs::{Input, input, is_generic};
 use super::law::delegation;
 use super::loops::Loops;
-use super::mentions::{Guarded, is_about, is_for_references};
+use super::mentions::{Guarded, is_about, is_about_owner, is_for_references};
 use super::outputs::instead;
 use super::sites::{Part, Site};
 use super::text::has_word;
@@ -71,7 +71,7 @@ pub(super) fn adaptation(loops: &Loops<'_>, of: &LoopBody<'_>, own: &Guarded) ->
                 own.spelled
             ))),
             Some(_) => Err(refuse(format!(
-                "what the update of `{}` gives back is used here, in the same iteration",
+                "what the update of `{}` gives back is used here, and a guard runs it only at the end of the cycle",
                 own.spelled
             ))),
             None if matches!(own.filter, Ty::Adt(..)) && own.law.is_some() => Ok(None),
@@ -245,15 +245,23 @@ pub(super) fn lent(own: &Guarded) -> Option<String> {
     match &own.ty {
         ty if *ty == own.filter => Some(format!("&mut {spelled}")),
         ty if is_box(ty) => Some(format!("&mut *{spelled}")),
+        Ty::Ref(true, inner) if **inner == own.filter && own.is_lock_guard => Some(format!("&mut *{spelled}")),
         Ty::Ref(true, inner) if **inner == own.filter => Some(spelled.clone()),
         Ty::Ref(true, inner) if is_box(inner) => Some(format!("&mut **{spelled}")),
         _ => None,
     }
 }
 
-/// Why a variable that is lent mutably cannot be: a law that takes `&self` does without.
+/// Why what a guard borrows mutably cannot be: a law that takes `&self` does without, and so does what no law has been run on.
 pub(super) fn is_not_mutable(of: &LoopBody<'_>, own: &Guarded) -> Option<Reason> {
-    let is_own = own.place.fields.is_empty() && own.place.element.is_none() && !matches!(own.ty, Ty::Ref(..));
+    let around = |at: &ExprId| match of.kind(*at) {
+        ExprKind::Field { base, .. } | ExprKind::Index { base, .. } => Some(*base),
+        _ => None,
+    };
+    // What lies behind a reference is as mutable as that one says.
+    let is_ref = |at: ExprId| matches!(of.typed.ty(at), Ty::Ref(..));
+    let is_own =
+        own.is_lock_guard || !matches!(own.ty, Ty::Ref(..)) && !std::iter::successors(Some(own.at), around).any(is_ref);
     let local = of.typed.local(own.place.local);
     let binds =
         |pat: &Pat| pat.span == local.span && matches!(pat.kind, PatKind::Bind { mutable: false, by_ref: false, .. });
@@ -284,8 +292,17 @@ fn named_in_head(of: &LoopBody<'_>, own: &Guarded) -> Result<Vec<ExprId>, Reason
         match lookup(of, own, id) {
             Some(place) => places.push(place),
             None => {
-                let what = if own.place.element.is_some() { of.written(id) } else { &own.spelled };
-                let text = format!("`{what}` is used in the head of the loop, where it is lent to the guard");
+                let text = if is_about_owner(of, &own.place, id) {
+                    format!(
+                        "all of `{}` is used in the head of the loop, where `{}` is lent to the guard: use only the fields that are \
+                         needed there",
+                        of.written(id),
+                        own.spelled
+                    )
+                } else {
+                    let what = if own.place.element.is_some() { of.written(id) } else { &own.spelled };
+                    format!("`{what}` is used in the head of the loop, where it is lent to the guard")
+                };
                 return Err(Reason { span: of.span(id), text });
             }
         }

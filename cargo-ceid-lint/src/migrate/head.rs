@@ -5,18 +5,17 @@ use super::body::LoopBody;
 use super::core_items::CoreItems;
 use super::elements::statements;
 use super::exits::Exits;
-use super::gone::Comments;
 use super::mentions::{Guarded, is_about, is_about_owner, is_glance};
 use super::observed::{is_dropped_at, is_observed, outlives_future};
 use super::owned::is_owned;
 use super::present::Present;
+use super::said::Comments;
 use super::text::{Style, above, begins_line, has_word, indentation, line_stop, without_comments};
-use crate::index::Def;
 use crate::source::Span;
-use crate::syntax::tree::{Block, Body, ExprId, ExprKind, Literal, Stmt, StmtKind};
+use crate::syntax::tree::{Block, ExprId, ExprKind, Stmt, StmtKind};
 
 /// The rate that stands in the rewritten code where the loop does not tell its own.
-pub(super) const UNKNOWN_RATE: u64 = 1000;
+const UNKNOWN_RATE: u64 = 1000;
 
 /// The names that a clock may get.
 const CLOCKS: [&str; 4] = ["clock", "cycle_clock", "guard_clock", "ceid_clock"];
@@ -27,7 +26,8 @@ pub(super) fn lines(
     guarded: &[Guarded],
     behind: Option<Span>,
     present: Option<&Present>,
-    comments: &Comments<'_>,
+    comments: &Comments,
+    rate: u64,
 ) -> Result<Vec<(Span, String)>, Reason> {
     let refuse = |text: &str| Reason { span: of.span(of.whole), text: text.to_owned() };
     let text = of.text;
@@ -39,7 +39,6 @@ pub(super) fn lines(
     let is_taken = |name: &str| has_word(&body, name) || of.typed.locals.iter().any(|local| local.name == name);
     let clock = CLOCKS.into_iter().find(|name| !is_taken(name)).or_else(|| present.map(|_| ""));
     let clock = clock.ok_or_else(|| refuse("every name for a clock means something else here"))?;
-    let rate = rate(of).unwrap_or(UNKNOWN_RATE);
     let Style { end, .. } = of.style;
     let begins = begins_line(text, start);
     let own_line = own_line(of, behind);
@@ -78,7 +77,10 @@ pub(super) fn lines(
     let inner = own_line.as_ref().map(|(indent, _)| indent.as_str());
     let guard = list(of, guarded, (&core.name("ceid"), clock), inner, comments);
     let (at, guard) = match own_line {
-        Some((indent, at)) => (at, format!("{indent}{guard}{end}")),
+        Some((indent, at)) => {
+            let said: String = comments.above(None).map(|line| format!("{indent}{line}{end}")).collect();
+            (at, format!("{said}{indent}{guard}{end}"))
+        }
         None => (behind.map_or(open, |before| before.end as usize), format!(" {guard}")),
     };
     if of.is_function {
@@ -117,18 +119,20 @@ fn list(
     guarded: &[Guarded],
     (ceid, clock): (&str, &str),
     indent: Option<&str>,
-    comments: &Comments<'_>,
+    comments: &Comments,
 ) -> String {
     let Style { end, step, width } = of.style;
     let list: Vec<String> = guarded.iter().map(entry).collect();
     let guard = format!("{ceid}!({clock}.begin_cycle() => {});", list.join(", "));
-    let is_wide = |indent: &&str| indent.len() + guard.len() > width || guarded.len() > 1 && !comments.is_empty();
-    let said = |name: &str| comments.get(name).map(|comment| format!(" {comment}")).unwrap_or_default();
+    let is_wide = |indent: &&str| indent.len() + guard.len() > width || guarded.len() > 1 && comments.tell_apart();
+    let said = |name: &str| comments.behind(name).map(|comment| format!(" {comment}")).unwrap_or_default();
     match indent.filter(is_wide) {
         Some(indent) => {
             let line = |(at, (entry, own)): (usize, (&String, &Guarded))| {
                 let comma = if at + 1 < list.len() { "," } else { "" };
-                format!("{end}{indent}{step}{step}{entry}{comma}{}", said(&own.name))
+                let above = comments.above(Some(&own.name));
+                let above: String = above.map(|line| format!("{end}{indent}{step}{step}{line}")).collect();
+                format!("{above}{end}{indent}{step}{step}{entry}{comma}{}", said(&own.name))
             };
             let lines: String = list.iter().zip(guarded).enumerate().map(line).collect();
             let token = format!("{indent}{step}{clock}.begin_cycle() =>{lines}");
@@ -259,33 +263,35 @@ fn with_label(text: &str, start: usize) -> usize {
     if before.len() < label.len() && before.ends_with('\'') { before.len() - 1 } else { start }
 }
 
-/// How often a second the loop runs, if a sleep of constant length in it tells.
-pub(super) fn rate(of: &LoopBody<'_>) -> Option<u64> {
-    of.inside.iter().find_map(|id| {
-        let ExprKind::Call { callee, args } = of.kind(*id) else { return None };
-        let (ExprKind::Path(path), [length]) = (of.kind(*callee), args.as_slice()) else { return None };
-        if path.last() != "sleep" {
-            return None;
-        }
-        match of.typed.expr_def.get(length) {
-            Some(Def::Value(id)) => {
-                let value = of.program.index.value(*id).item.value.as_ref()?;
-                per_second(value, value.root)
-            }
-            _ => per_second(of.body, *length),
-        }
-    })
+/// How often a second a loop runs, as the rewritten code says it, and what a person should know of that.
+#[derive(Clone, Debug)]
+pub(super) struct CycleRate {
+    pub(super) number: u64,
+    pub(super) note: Option<String>,
 }
 
-/// How often a second something happens that takes a time, if that is a whole number.
-fn per_second(body: &Body, length: ExprId) -> Option<u64> {
-    let ExprKind::Call { callee, args } = &body.expr(length).kind else { return None };
-    let (ExprKind::Path(unit), [number]) = (&body.expr(*callee).kind, args.as_slice()) else { return None };
-    let ExprKind::Literal(Literal::Int(Some(number), _)) = &body.expr(*number).kind else { return None };
-    let per_second = match unit.last() {
-        "from_millis" => 1_000,
-        "from_micros" => 1_000_000,
-        _ => return None,
-    };
-    (*number > 0 && per_second % number == 0).then(|| per_second / number)
+impl CycleRate {
+    /// Of a cycle whose rounds take so many seconds.
+    pub(super) fn of(period: Option<f64>) -> Self {
+        let most = f64::from(u32::MAX);
+        let Some(exact) = period.map(f64::recip).filter(|rate| (0.5..=most).contains(rate)) else {
+            let note = format!(
+                "`Hz<{UNKNOWN_RATE}>` stands for the rate of the loop, which was not found: write it there; no law reads it"
+            );
+            return Self { number: UNKNOWN_RATE, note: Some(note) };
+        };
+        let whole = exact.round();
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "it is between 1 and the largest `u32`"
+        )]
+        let number = whole as u64;
+        let is_exact = (exact - whole).abs() < 1e-6 * exact;
+        let note = (!is_exact).then(|| {
+            let seconds = exact.recip();
+            format!("`Hz<{number}>` is the next whole rate: the loop waits {seconds} s in each round; no law reads it")
+        });
+        Self { number, note }
+    }
 }

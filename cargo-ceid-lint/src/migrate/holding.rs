@@ -7,9 +7,9 @@ use super::adapt::{adaptation, lent};
 use super::body::LoopBody;
 use super::each::each;
 use super::elements::take_apart;
-use super::locks::{lock_of, locked};
+use super::locks::{is_lock_guard, lock_of, locked};
 use super::loops::Loops;
-use super::mentions::{Guarded, held};
+use super::mentions::{Guarded, held, is_about, is_about_owner};
 use super::sites::{Part, Place, Site};
 use super::text::{without_comments, words};
 use crate::count::{Pair, Verdict};
@@ -39,6 +39,7 @@ pub(super) fn guarded(
         let filter =
             sites.first().map(|site| site.filter.clone()).or_else(|| held(&ty).cloned()).unwrap_or(Ty::Unknown);
         let spelled = spelled(of, &place, at);
+        let is_lock_guard = is_lock_guard(of, place.local);
         let own = Guarded {
             place: place.clone(),
             spelled,
@@ -51,6 +52,7 @@ pub(super) fn guarded(
             adaptation: None,
             rare: BTreeSet::new(),
             locked: None,
+            is_lock_guard,
             deviates: None,
         };
         let own = by_place.entry(place).or_insert(own);
@@ -210,6 +212,12 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
                 of.written(*base)
             ));
         }
+        if own.is_lock_guard && is_used_beside(of, place) {
+            let name = &local.name;
+            return Err(format!(
+                "`{name}` is the guard of a lock, which does not lend its fields one by one: put `let {name} = &mut *{name};` above the loop"
+            ));
+        }
         let has_it = |owner: &Ty| of.program.index.field_ty(owner, None, field).is_some();
         if matches!(owner, Ty::Adt(..)) && !has_it(owner) {
             let written = of.written(*base);
@@ -250,6 +258,13 @@ fn holds(of: &LoopBody<'_>, own: &Guarded) -> Result<(), String> {
     } else {
         Err(format!("not every element of `{spelled}` is updated here, and a guard updates all"))
     }
+}
+
+/// Whether the loop, its head included, names the variable that a place begins with for something else than what lies there.
+fn is_used_beside(of: &LoopBody<'_>, place: &Place) -> bool {
+    let names = |id: &ExprId| of.typed.expr_local.get(id) == Some(&place.local);
+    let is_own = |id: ExprId| is_about(of, place, id) && !is_about_owner(of, place, id);
+    of.body.within(of.loop_statement()).into_iter().filter(names).any(|id| !is_own(id))
 }
 
 /// The statement by which a pointer is a reference whose fields are lent one by one.

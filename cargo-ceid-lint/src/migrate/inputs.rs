@@ -99,7 +99,10 @@ pub(super) fn input(of: &LoopBody<'_>, own: &Guarded, site: &Site, number: usize
             return refuse(format!("{} is lent to the law, which may change it", what()));
         }
         Some(TypeRef::Reference { inner, .. }) if matches!(**inner, TypeRef::DynTrait(_)) || is_str(inner) => {
-            return refuse(format!("{} is borrowed, and cannot be kept until the end of the cycle", what()));
+            return refuse(format!(
+                "{} is borrowed, and it is not known whether it is still there at the end of the cycle, when the law would run",
+                what()
+            ));
         }
         Some(TypeRef::Reference { .. }) => true,
         Some(TypeRef::ImplTrait(_)) => {

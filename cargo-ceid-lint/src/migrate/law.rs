@@ -2,7 +2,7 @@
 
 use super::core_items::CoreItems;
 use super::loops::Loops;
-use super::text::{Style, begins_line, has_word, indentation};
+use super::text::{Style, begins_line, conditions_above, has_word, indentation};
 use crate::flow::Program;
 use crate::index::{FunctionId, Index, Owner, TraitName, Ty};
 use crate::source::Span;
@@ -44,6 +44,9 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
                 def.name
             ))
         };
+    }
+    if !def.function.params.is_empty() {
+        return Err(format!("`{}` of `{type_name}` takes inputs, and nothing in the loop gives them", def.name));
     }
     if def.function.is_async || !matches!(def.function.receiver, Some(Receiver::Exclusive)) {
         return Err(format!("`{}` of `{type_name}` does not take `&mut self`", def.name));
@@ -88,14 +91,20 @@ pub(super) fn delegation(loops: &Loops<'_>, filter: &Ty, law: FunctionId) -> Res
         false => " {".to_owned(),
     };
     let discarded = if def.function.output == TypeRef::unit() { "" } else { "let _ = " };
+    let qualified =
+        text[..keyword.start as usize].trim_end_matches(|sign: char| !matches!(sign, ';' | '{' | '}' | ']'));
+    let conditions = [conditions_above(text, block.head.start), conditions_above(text, qualified.len())].concat();
+    let conditions: String = conditions.iter().map(|condition| format!("{indent}{condition}{end}")).collect();
     let lines = [
         String::new(),
-        String::new(),
-        header(
-            &format!("{indent}impl<{own}{separator}{rate}: {}>", core.name("Rate")),
-            &format!("{}<{rate}>", core.name("SampledFilter")),
-            head.of_type,
-            (indent, style),
+        format!(
+            "{end}{conditions}{}",
+            header(
+                &format!("{indent}impl<{own}{separator}{rate}: {}>", core.name("Rate")),
+                &format!("{}<{rate}>", core.name("SampledFilter")),
+                head.of_type,
+                (indent, style),
+            )
         ),
         format!("{indent}{step}fn update(&mut self, _: {}<'_, {rate}>){brace}", core.name("Tick")),
         format!("{indent}{step}{step}{discarded}{call};"),

@@ -4,8 +4,8 @@ use super::body::LoopBody;
 use super::sites::Place;
 use crate::index::Ty;
 use crate::source::Span;
-use crate::syntax::tree::{ExprId, ExprKind, PatKind, StmtKind};
-use crate::types::Callee;
+use crate::syntax::tree::{ExprId, ExprKind, PatId, PatKind, StmtKind};
+use crate::types::{Callee, LocalId, opens_cell};
 
 /// The statement of the loop that locks the filter until the end of the iteration: `let mut kf = shared.lock().unwrap();`
 pub(super) fn lock_of(of: &LoopBody<'_>, place: &Place) -> Option<Span> {
@@ -30,6 +30,37 @@ pub(super) fn locked(of: &LoopBody<'_>, id: ExprId) -> Option<ExprId> {
         ("lock" | "write" | "borrow_mut", 0) if !is_own => Some(*receiver),
         ("unwrap", 0) | ("expect", 1) => locked(of, *receiver),
         _ => None,
+    }
+}
+
+/// Whether a variable lends all that a lock holds at once, whatever the loop takes of it: `let mut state = shared.lock().unwrap();`
+pub(super) fn is_lock_guard(of: &LoopBody<'_>, local: LocalId) -> bool {
+    let name = of.typed.local(local).span;
+    let binds = |pat: PatId| of.body.pat(pat).span.contains(name);
+    of.body.exprs.iter().any(|expr| match &expr.kind {
+        ExprKind::Let { pat, value, .. } => binds(*pat) && opens(of, *value),
+        ExprKind::Match { scrutinee, arms } => arms.iter().any(|arm| binds(arm.pat)) && opens(of, *scrutinee),
+        ExprKind::Block(block) => block.stmts.iter().any(|stmt| match &stmt.kind {
+            StmtKind::Let { pat, init: Some(init), .. } => binds(*pat) && opens(of, *init),
+            _ => false,
+        }),
+        _ => false,
+    })
+}
+
+/// Whether an expression is what a lock gives, however its failure is dealt with. A reference to what it holds is none.
+fn opens(of: &LoopBody<'_>, id: ExprId) -> bool {
+    match of.kind(id) {
+        ExprKind::MethodCall { receiver, method, .. } => {
+            let is_own =
+                matches!(of.typed.callees.get(&id), Some(Callee::Resolved(callee)) if !callee.targets.is_empty());
+            !is_own && method != "get_mut" && opens_cell(method) || opens(of, *receiver)
+        }
+        ExprKind::Try(inner) | ExprKind::Await(inner) => opens(of, *inner),
+        ExprKind::Match { scrutinee, .. } => opens(of, *scrutinee),
+        ExprKind::Block(block) => block.tail.is_some_and(|tail| opens(of, tail)),
+        ExprKind::If { then, otherwise, .. } => opens(of, *then) || otherwise.is_some_and(|other| opens(of, other)),
+        _ => false,
     }
 }
 

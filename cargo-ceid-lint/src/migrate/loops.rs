@@ -38,7 +38,7 @@ pub(super) struct Loops<'a> {
     strict: OnceCell<BTreeSet<FileId>>,
     /// The files that deny names that nothing uses.
     denying: OnceCell<BTreeSet<FileId>>,
-    packages: OnceCell<FxHashMap<FileId, BTreeSet<usize>>>,
+    targets: OnceCell<FxHashMap<FileId, BTreeSet<(usize, usize)>>>,
     calls_beside_core: OnceCell<CallsBesideCore>,
     impls: OnceCell<Impls>,
     implicit: RefCell<FxHashMap<FunctionId, Rc<[FunctionId]>>>,
@@ -79,7 +79,7 @@ impl<'a> Loops<'a> {
             catching: OnceCell::new(),
             strict: OnceCell::new(),
             denying: OnceCell::new(),
-            packages: OnceCell::new(),
+            targets: OnceCell::new(),
             calls_beside_core: OnceCell::new(),
             impls: OnceCell::new(),
             implicit: RefCell::default(),
@@ -97,17 +97,19 @@ impl<'a> Loops<'a> {
         Rc::clone(self.parents.borrow_mut().entry(function).or_insert_with(find))
     }
 
-    /// The packages that the code of a file belongs to, as indices into those of the project: `#[path]` may give it to several.
-    pub(super) fn packages_with(&self, file: FileId) -> BTreeSet<usize> {
+    /// The targets that the code of a file belongs to, as indices into the packages of the project and the targets of the package:
+    /// `mod` may give it to several, and `#[path]` to those of other packages.
+    pub(super) fn targets_with(&self, file: FileId) -> BTreeSet<(usize, usize)> {
         let index = self.program.index;
         let find = || {
-            let mut found: FxHashMap<FileId, BTreeSet<usize>> = FxHashMap::default();
+            let mut found: FxHashMap<FileId, BTreeSet<(usize, usize)>> = FxHashMap::default();
             for def in &index.functions {
-                found.entry(def.function.keyword.file).or_default().insert(index.crate_of(def.module).package);
+                let krate = index.crate_of(def.module);
+                found.entry(def.function.keyword.file).or_default().insert((krate.package, krate.target));
             }
             found
         };
-        self.packages.get_or_init(find).get(&file).cloned().unwrap_or_default()
+        self.targets.get_or_init(find).get(&file).cloned().unwrap_or_default()
     }
 
     /// The calls of laws by their names where ceid-core's trait is in scope.

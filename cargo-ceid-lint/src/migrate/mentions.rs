@@ -37,6 +37,8 @@ pub(super) struct Guarded {
     pub(super) rare: BTreeSet<usize>,
     /// The statement of the loop that locks it, if that has to come before the guard.
     pub(super) locked: Option<Span>,
+    /// Whether its variable is what a lock gives, and only looks like a reference.
+    pub(super) is_lock_guard: bool,
     /// What it is today, if it is not updated exactly once.
     pub(super) deviates: Option<Verdict>,
     /// How it is lent, if its law has another form than the guard's.

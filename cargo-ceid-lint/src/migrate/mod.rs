@@ -35,6 +35,8 @@ mod loops;
 mod macros;
 mod manifest;
 mod mentions;
+mod named;
+mod not_shipped;
 mod observed;
 mod outputs;
 mod owned;
@@ -43,6 +45,7 @@ mod partly;
 mod plan;
 mod present;
 mod purity;
+mod said;
 mod sites;
 mod tails;
 mod takers;
@@ -58,6 +61,7 @@ use crate::source::Span;
 
 pub use imports::{Doubtful, HandedOn, IdleImports, idle_imports};
 pub use manifest::{Wanted, dependency, is_ceid_core};
+pub use named::{asks_for_names, name_in_root, needless_name};
 pub use plan::plans;
 pub use text::is_no_std;
 
@@ -85,6 +89,8 @@ pub struct Partly {
     pub filters: Vec<String>,
     /// The rewriting, by which the program does the same.
     pub rewrite: Rewrite,
+    /// Why the others stay, or what the program would do otherwise if they went.
+    pub reasons: Vec<Reason>,
 }
 
 impl Plan {
@@ -120,6 +126,14 @@ pub fn quoted(names: &[String]) -> String {
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
+impl Rewrite {
+    /// The packages that have to depend on `ceid-core`, as indices into those of the project.
+    #[must_use]
+    pub fn packages(&self) -> BTreeSet<usize> {
+        self.targets.iter().map(|(package, _)| *package).collect()
+    }
+}
+
 /// How a loop is rewritten.
 #[derive(Clone, Debug)]
 pub struct Rewrite {
@@ -127,8 +141,9 @@ pub struct Rewrite {
     pub edits: Vec<(Span, String)>,
     /// The types that become filters of ceid-core, each with the law that guards run.
     pub laws: Vec<(Ty, FunctionId)>,
-    /// The packages that have to depend on `ceid-core`, as indices into those of the project.
-    pub packages: BTreeSet<usize>,
+    /// The targets whose code names `ceid-core` then: the package, as an index into those of the project, and the target, as one into
+    /// those of the package.
+    pub targets: BTreeSet<(usize, usize)>,
     /// Whether they do already.
     pub is_dependency: bool,
     /// Whether `ceid-core` has to know `Vec`.

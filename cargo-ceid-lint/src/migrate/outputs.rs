@@ -83,8 +83,8 @@ fn used(of: &LoopBody<'_>, own: &Guarded, site: &Site) -> Result<(String, Option
     }
     let Some((rest, first)) = before_the_first(of.program.index, output) else {
         let text = format!(
-            "what the update of `{}` gives back is used here, in the same iteration; the guard has only that of the cycle before, \
-             and in the first cycle nothing that could stand for it",
+            "what the update of `{}` gives back is used here, where the guard has only that of the cycle before, and in the first \
+             cycle nothing that could stand for it",
             own.spelled
         );
         return Err(Reason { span, text });

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Partly, Rewrite};
+use super::{Partly, Reason, Rewrite};
 use crate::count::{Cycle, CycleKind, Pair, Verdict};
 
 /// Of a loop with more filters than this, it is not tried which of them can go.
@@ -14,24 +14,36 @@ const MOST_TRIED: usize = 12;
 pub(super) fn partly(
     cycle: &Cycle,
     by_hand: &[&Pair],
-    rewrite: impl Fn(&[&Pair]) -> Option<Rewrite>,
+    rewrite: impl Fn(&[&Pair]) -> Result<Rewrite, Vec<Reason>>,
 ) -> Option<Partly> {
     let owner = |pair: &Pair| pair.name.split('[').next().unwrap_or_default().to_owned();
     let owners: BTreeSet<String> = by_hand.iter().map(|pair| owner(pair)).collect();
     let of = |owners: &BTreeSet<&String>| -> Vec<&Pair> {
         by_hand.iter().copied().filter(|pair| owners.contains(&owner(pair))).collect()
     };
-    let rewrite = |pairs: &[&Pair]| rewrite(pairs).filter(|rewrite| rewrite.changes.is_empty());
+    let rewrite = |pairs: &[&Pair]| {
+        let rewrite = rewrite(pairs)?;
+        if rewrite.changes.is_empty() { Ok(rewrite) } else { Err(rewrite.changes) }
+    };
     if cycle.kind == CycleKind::Closure || !(2..=MOST_TRIED).contains(&owners.len()) {
         return None;
     }
-    let can_go = |own: &&String| rewrite(&of(&BTreeSet::from([*own]))).is_some();
-    let alone: BTreeSet<&String> = owners.iter().filter(can_go).collect();
+    let mut reasons = Vec::new();
+    let mut alone: BTreeSet<&String> = BTreeSet::new();
+    for own in &owners {
+        match rewrite(&of(&BTreeSet::from([own]))) {
+            Ok(_) => drop(alone.insert(own)),
+            Err(of_own) => reasons.extend(of_own),
+        }
+    }
     let pairs = of(&alone);
-    let rewrite = rewrite(&pairs).filter(|_| !alone.is_empty() && alone.len() < owners.len())?;
+    let is_part = !alone.is_empty() && alone.len() < owners.len();
+    let rewrite = Some(&pairs).filter(|_| is_part).and_then(|pairs| rewrite(pairs).ok())?;
+    reasons.sort_by_key(|reason| reason.span);
+    reasons.dedup();
     let mut filters: Vec<String> = pairs.iter().map(|pair| pair.name.clone()).collect();
     filters.dedup();
-    Some(Partly { filters, rewrite })
+    Some(Partly { filters, rewrite, reasons })
 }
 
 /// Whether a guard has the filter already, or could not have it.

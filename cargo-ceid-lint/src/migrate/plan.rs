@@ -11,14 +11,15 @@ use super::captures::captures;
 use super::conditional::unread;
 use super::effects::Effects;
 use super::exits::{Exits, exits};
-use super::gone::{Comments, comments, take_away};
-use super::head::UNKNOWN_RATE;
+use super::gone::Gone;
+use super::head::CycleRate;
 use super::holding::{guarded, is_vec};
 use super::iteration::{Inner, inner_loop};
 use super::law::delegation;
 use super::leftover::leftovers;
 use super::loops::Loops;
 use super::mentions::{Guarded, Mention, given_to_macro, mentions};
+use super::not_shipped::not_shipped;
 use super::observed::{is_dropped_at, is_observed, outlives_future};
 use super::owned::is_owned;
 use super::partly::{is_left, partly, why_left};
@@ -27,7 +28,7 @@ use super::sites::{Site, owed, place_of, sites};
 use super::tails::{outlives_owner, without_name};
 use super::text::{has_word, join_insertions};
 use super::twice::used_twice;
-use super::whole::{whole_function, whole_loop};
+use super::whole::{of_a_closure, plan_of_a_law, whole_function, whole_loop};
 use super::{Plan, Reason, Rewrite, core_items, head};
 use crate::count::{Cycle, CycleKind, Pair, Verdict};
 use crate::flow::Program;
@@ -63,12 +64,12 @@ fn plan(loops: &Loops<'_>, cycle: &Cycle, edition_of: &dyn Fn(&Cycle) -> String)
     let is_by_hand = |pair: &&Pair| (!is_left(pair) || is_sampled_here(pair)) && !is_own(pair);
     let by_hand: Vec<&Pair> = cycle.filters.iter().filter(is_by_hand).collect();
     if by_hand.is_empty() {
-        return None;
+        return of.filter(|_| !hands_on).and_then(|of| plan_of_a_law(&of, cycle));
     }
     let within = called(loops, cycle, &by_hand);
     let outcome = match cycle.kind {
         _ if let Some(function) = &within => in_function(loops, function, &edition_of(function)),
-        CycleKind::Closure => Err(vec![Reason { span: cycle.head, text: of_a_closure(loops, cycle) }]),
+        CycleKind::Closure => Err(vec![Reason { span: cycle.head, text: of_a_closure(loops.program, cycle) }]),
         CycleKind::Function | CycleKind::Loop | CycleKind::While | CycleKind::For => {
             rewrite(loops, cycle, &by_hand, edition)
         }
@@ -84,7 +85,7 @@ fn plan(loops: &Loops<'_>, cycle: &Cycle, edition_of: &dyn Fn(&Cycle) -> String)
     let partly = match outcome.as_ref() {
         Ok(rewrite) if rewrite.changes.is_empty() => None,
         _ if within.is_some() => None,
-        _ => partly(cycle, &by_hand, |pairs| rewrite(loops, cycle, pairs, edition).ok()),
+        _ => partly(cycle, &by_hand, |pairs| rewrite(loops, cycle, pairs, edition)),
     };
     Some(Plan { head: cycle.head, whole, function: cycle.function.clone(), filters, outcome, partly })
 }
@@ -95,16 +96,6 @@ fn in_function(loops: &Loops<'_>, cycle: &Cycle, edition: &str) -> Result<Rewrit
     let mut rewrite = rewrite(loops, cycle, &filters, edition)?;
     rewrite.notes.insert(0, format!("the guard stands in `{}`, which the loop calls", cycle.function));
     Ok(rewrite)
-}
-
-/// Why a closure gets no guard.
-fn of_a_closure(loops: &Loops<'_>, cycle: &Cycle) -> String {
-    let before = &loops.program.sources.file(cycle.head.file).text[..cycle.head.start as usize];
-    if before.trim_end().ends_with(".for_each(") {
-        return "a guard lives in a loop: write `for … in …` instead of `for_each`".to_owned();
-    }
-    "the cycle is a closure that other code calls: give its owner a `Cyclic` with the filters, and begin with `cycle()`"
-        .to_owned()
 }
 
 /// Whether the loop of the samples is the cycle itself: each of its iterations updates the filter.
@@ -151,7 +142,16 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
                 changes.push(Reason { span, text });
             }
         }
+        let is_half =
+            |pair: &Pair| cycle.filters.iter().any(|other| other.name == pair.name && other.half != pair.half);
         match sites(&of, pair) {
+            Ok(sites) if sites.is_empty() && is_half(pair) => {
+                let text = format!(
+                    "`{}` is a half of the law of `{}`, and the loop does not tell where it would run: call it there, and migrate then",
+                    pair.law, pair.name
+                );
+                reasons.push(Reason { span, text });
+            }
             Ok(sites) => {
                 match sites.first().map(|site| (site.place.clone(), site.at, site.law)).or_else(|| owed(&of, pair)) {
                     Some(place) => found.push((*pair, place, sites)),
@@ -181,6 +181,9 @@ fn rewrite(loops: &Loops<'_>, cycle: &Cycle, by_hand: &[&Pair], edition: &str) -
         return Err(reasons);
     }
     if let Some(reason) = outlives_owner(&of, &guarded, edition) {
+        return Err(vec![reason]);
+    }
+    if let Some(reason) = not_shipped(&of, cycle, &guarded) {
         return Err(vec![reason]);
     }
     let exits = exits(&of);
@@ -213,7 +216,7 @@ impl Rewriter<'_> {
         let program = of.program;
         let mut reasons = self.unread();
         let mut edits = Vec::new();
-        let mut packages = self.loops.packages_with(of.file());
+        let mut targets = self.loops.targets_with(of.file());
         let mut notes = Vec::new();
         let mut laws: Vec<(Ty, FunctionId)> = Vec::new();
         let effects = Effects { loops: self.loops, of, exits: &self.exits, guarded: self.guarded, behind: self.behind };
@@ -237,8 +240,8 @@ impl Rewriter<'_> {
             let (changed, noted) = effects.panics_of(own);
             changes.extend(changed);
             notes.extend(noted);
+            reasons.extend(is_not_mutable(of, own));
             if let Some(adaptation) = &own.adaptation {
-                reasons.extend(is_not_mutable(of, own));
                 edits.extend(adaptation.edits.iter().cloned());
                 changes.extend(adaptation.changes.iter().cloned());
                 notes.push(adaptation.note.clone());
@@ -257,15 +260,15 @@ impl Rewriter<'_> {
                 Ok(None) => {}
                 Ok(Some(new)) => {
                     reasons.extend(ambiguous(self.loops, of, self.guarded, law));
-                    packages.extend(self.loops.packages_with(new.span.file));
+                    targets.extend(self.loops.targets_with(new.span.file));
                     edits.push((new.span, new.text));
                 }
                 Err(text) => reasons.push(Reason { span: of.span(own.at), text }),
             }
         }
         let has_own_line = self.present.is_none() && head::own_line(of, self.behind).is_some();
-        let comments = if has_own_line { comments(of, self.guarded) } else { Comments::new() };
-        take_away(of, self.guarded, &comments, &mut edits);
+        let gone = Gone::of(of, self.guarded, has_own_line);
+        gone.take_away(&mut edits);
         if let Some((head, rest)) = without_name(of, self.guarded) {
             edits.retain(|(span, _)| !rest.contains(*span));
             edits.extend([(head, String::new()), (rest, String::new())]);
@@ -277,7 +280,8 @@ impl Rewriter<'_> {
                 notes.push(format!("`{}` has no use any more", left.name));
             }
         }
-        match head::lines(of, self.guarded, self.behind, self.present.as_ref(), &comments) {
+        let rate = CycleRate::of(cycle.period);
+        match head::lines(of, self.guarded, self.behind, self.present.as_ref(), gone.comments(), rate.number) {
             Ok(head) => edits.extend(head),
             Err(reason) => reasons.push(reason),
         }
@@ -300,9 +304,7 @@ impl Rewriter<'_> {
                 all => format!("the laws run at the end of the cycle, in this order{others}: {}", all.join(", ")),
             },
         );
-        if head::rate(of).is_none() && self.present.is_none() {
-            notes.push(format!("`Hz<{UNKNOWN_RATE}>` stands for a rate that the loop does not tell; no law reads it"));
-        }
+        notes.extend(rate.note.filter(|_| self.present.is_none()));
         let is_guarded = |pair: &Pair| {
             let is_its_site = |own: &Guarded| own.sites.iter().any(|site| pair.updates.contains(&of.span(site.call)));
             pair.verdict == Verdict::Guarded || self.guarded.iter().any(is_its_site)
@@ -318,7 +320,7 @@ impl Rewriter<'_> {
         let written = laws.iter().map(|(_, law)| *law);
         let is_dependency =
             written.chain([of.function]).all(|function| core_items::has_ceid_core(program.index, function));
-        Ok(Rewrite { edits, laws, packages, is_dependency, needs_alloc, changes, notes })
+        Ok(Rewrite { edits, laws, targets, is_dependency, needs_alloc, changes, notes })
     }
 
     /// Code that nobody has read and that names something that the guard holds.

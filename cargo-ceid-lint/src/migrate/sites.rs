@@ -118,6 +118,11 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
              `{name}` a filter whose law runs this one, with `then` of ceid-core"
         )));
     };
+    if of.program.index.filter_spec(&callee.self_ty).is_some_and(|spec| !spec.key.is_empty()) {
+        return Err(refuse(format!(
+            "`{name}` is one channel of a filter, and a guard runs a law once for all of its filter: keep a filter for each channel"
+        )));
+    }
     if callee.targets.iter().any(|target| is_unsafe(of, *target)) {
         return Err(refuse(format!(
             "the law of `{name}` is `unsafe`, and a guard runs safe ones: make it safe, with an `unsafe` block inside that says why \
@@ -213,10 +218,29 @@ fn site(of: &LoopBody<'_>, pair: &Pair, span: crate::source::Span) -> Result<Sit
         };
         return Err(refuse(text));
     }
-    if of.ancestors_inside(call).any(|at| is_later(&at)) {
-        return Err(refuse(format!("`{name}` is updated in a closure or macro")));
+    if let Some(around) = of.ancestors_inside(call).find(is_later) {
+        return Err(refuse(elsewhere(of, name, around)));
     }
     Ok(site)
+}
+
+/// What to do by hand where the update stands in code that other code runs.
+fn elsewhere(of: &LoopBody<'_>, name: &str, around: ExprId) -> String {
+    if let ExprKind::Macro(call) = of.kind(around) {
+        return format!("`{name}` is updated in what `{}!` is given: write the call above it", call.path);
+    }
+    let taker = of.parent(around).and_then(|parent| match of.kind(parent) {
+        ExprKind::MethodCall { receiver, method, .. } if *receiver != around => Some(method.as_str()),
+        ExprKind::Call { callee, .. } if *callee != around => Some(of.written(*callee)),
+        _ => None,
+    });
+    match taker {
+        Some(taker) => format!(
+            "`{name}` is updated in the closure that `{taker}` runs, and a guard lives in one block: if `{taker}` runs it once, write \
+             the guard into the closure, as its first statement"
+        ),
+        None => format!("`{name}` is updated in a closure: write what that does where it is called"),
+    }
 }
 
 /// Whether a function is `unsafe`, by the words before its keyword.
@@ -338,7 +362,9 @@ fn statement(of: &LoopBody<'_>, id: ExprId, name: &str) -> Result<Range<usize>, 
     let span = of.span(id);
     let refuse = |text: String| Err(Reason { span, text });
     let Some((_, stmt)) = of.statement(id) else {
-        return refuse(format!("what the update of `{name}` gives back is used here, in the same iteration"));
+        return refuse(format!(
+            "what the update of `{name}` gives back is used here, and a guard runs it only at the end of the cycle"
+        ));
     };
     let range = match stmt {
         Some(stmt) if stmt.cfg.is_some() => {

@@ -114,6 +114,28 @@ pub(super) fn with_attributes(text: &str, stmt: usize) -> usize {
     }
 }
 
+/// The conditions `#[cfg(…)]` among the attributes right before a byte, in their order.
+pub(super) fn conditions_above(text: &str, at: usize) -> Vec<&str> {
+    let code = without_comments(&text[..at]);
+    let mut start = with_attributes(&code, at);
+    let mut found = Vec::new();
+    while let Some(stop) = code[start..at].find(']') {
+        let mut end = start + stop + 1;
+        // A condition may have brackets in it.
+        while code[start..end].matches('[').count() > code[start..end].matches(']').count()
+            && let Some(more) = code[end..at].find(']')
+        {
+            end += more + 1;
+        }
+        let attribute = start + code[start..end].find("#[").unwrap_or(0);
+        if code[attribute..end].starts_with("#[cfg(") {
+            found.push(&text[attribute..end]);
+        }
+        start = end;
+    }
+    found
+}
+
 /// The byte before which a line is written so that it stands above the statement at `at`, its attributes and the comments about it.
 pub(super) fn above(text: &str, at: usize) -> usize {
     let mut start = line_start(text, at);
@@ -121,12 +143,22 @@ pub(super) fn above(text: &str, at: usize) -> usize {
         let before = line_start(text, start - 1);
         let line = text[before..start].trim();
         // A comment at the end of a line of code is about that line.
-        if !(line.starts_with("//") || line.starts_with("#[")) {
-            break;
-        }
-        start = before;
+        let is_comment = !line.is_empty() && without_comments(line).trim().is_empty();
+        start = match block_comment(text, start) {
+            _ if is_comment || line.starts_with("#[") => before,
+            Some(open) => line_start(text, open),
+            None => break,
+        };
     }
     start
+}
+
+/// Where a comment in several lines begins that ends with the line before `start`, if that is all there is in these lines.
+fn block_comment(text: &str, start: usize) -> Option<usize> {
+    let line = text[..start].strip_suffix('\n')?;
+    let rest = line.trim_end_matches([' ', '\t', '\r']).strip_suffix("*/")?;
+    let open = rest.rfind("/*")?;
+    (begins_line(text, open) && !rest[open..].contains("*/")).then_some(open)
 }
 
 /// The text with blanks in the place of its comments.
@@ -143,14 +175,14 @@ pub(super) fn without_comments(text: &str) -> String {
 }
 
 /// The attributes of a file itself, which stand before everything else in it: `#![no_std]`.
-fn inner_attributes(text: &str) -> Vec<&str> {
-    let text = text.trim_start_matches('\u{feff}');
+pub(super) fn inner_attributes(text: &str) -> Vec<Range<usize>> {
     let mut found = Vec::new();
     let (mut start, mut depth) = (0, 0);
     for token in Lexer::new(text) {
         let part = &text[token.start..token.end];
         match (depth, token.kind, part) {
             (_, TokenKind::Space | TokenKind::LineComment | TokenKind::BlockComment, _) => {}
+            (0, _, "\u{feff}") => {}
             (0, TokenKind::Sign, "#") => start = token.start,
             (0, TokenKind::Sign, "!") => {}
             (0, TokenKind::Open, "[") if text[start..].starts_with("#!") => depth = 1,
@@ -159,7 +191,7 @@ fn inner_attributes(text: &str) -> Vec<&str> {
             (_, TokenKind::Close, _) => {
                 depth -= 1;
                 if depth == 0 {
-                    found.push(&text[start..token.end]);
+                    found.push(start..token.end);
                 }
             }
             _ => {}
@@ -171,16 +203,16 @@ fn inner_attributes(text: &str) -> Vec<&str> {
 /// Whether the root of a crate says that it may do without the standard library.
 #[must_use]
 pub fn is_no_std(text: &str) -> bool {
-    inner_attributes(text).iter().any(|attribute| has_word(attribute, "no_std"))
+    inner_attributes(text).into_iter().any(|attribute| has_word(&text[attribute], "no_std"))
 }
 
 /// Whether the root of a crate denies one of these lints.
 pub(super) fn denies(text: &str, lints: &[&str]) -> bool {
-    let denies = |attribute: &&str| {
+    let denies = |attribute: &str| {
         ["deny", "forbid"].iter().any(|level| has_word(attribute, level))
             && lints.iter().any(|lint| has_word(attribute, lint))
     };
-    inner_attributes(text).iter().any(denies)
+    inner_attributes(text).into_iter().any(|attribute| denies(&text[attribute]))
 }
 
 /// Whether a word stands somewhere in the text.
@@ -247,6 +279,8 @@ mod tests {
     fn comments_and_attributes_stay_with_their_statement() {
         let text = "    a(); // one\n    // two\n    #[x]\n    loop {";
         assert_eq!(above(text, text.find("loop").unwrap()), text.find("    // two").unwrap());
+        let text = "    a(); /* one */\n    /* two\n     * three */\n    /* four */ // five\n    loop {";
+        assert_eq!(above(text, text.find("loop").unwrap()), text.find("    /* two").unwrap());
     }
 
     #[test]
@@ -255,6 +289,14 @@ mod tests {
         assert_eq!(start("a(); #[x] #[y(z)]\n    f.u();"), 5);
         assert_eq!(start("let a = [1]; f.u();"), 13);
         assert_eq!(start("#[x] fn g() { [1]; } f.u();"), 21);
+    }
+
+    #[test]
+    fn conditions_are_told_from_other_attributes() {
+        let text = "a();\n/// [b]\n#[cfg(c)] // d\n#[e([f])]\n/* g */ #[cfg(all(\n    h\n))]\nimpl I {}";
+        let at = text.find("impl").expect("it is there");
+        assert_eq!(conditions_above(text, at), ["#[cfg(c)]", "#[cfg(all(\n    h\n))]"]);
+        assert!(conditions_above("#[cfg(a)]\nfn b() {}\nimpl I {}", 19).is_empty());
     }
 
     #[test]

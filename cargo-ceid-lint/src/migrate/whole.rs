@@ -2,6 +2,9 @@
 
 use super::body::LoopBody;
 use super::text::without_comments;
+use super::{Plan, Reason};
+use crate::count::{Cycle, Pair, Verdict};
+use crate::flow::Program;
 use crate::index::Owner;
 use crate::syntax::Outline;
 
@@ -47,4 +50,29 @@ pub(super) fn whole_function(of: &LoopBody<'_>) -> Result<(), String> {
         ));
     }
     Ok(())
+}
+
+/// Why the law of a filter that chooses which of its parts it runs gets no guard; nothing where all are left for good reasons.
+pub(super) fn plan_of_a_law(of: &LoopBody<'_>, cycle: &Cycle) -> Option<Plan> {
+    let text = Some(of).filter(|of| of.is_function).and_then(|of| whole_function(of).err())?;
+    let is_chosen = |pair: &&Pair| matches!(pair.verdict, Verdict::Gated | Verdict::OnceOrReset);
+    let filters: Vec<String> = cycle.filters.iter().filter(is_chosen).map(|pair| pair.name.clone()).collect();
+    (!filters.is_empty()).then(|| Plan {
+        head: cycle.head,
+        whole: of.span(of.whole).to(cycle.head),
+        function: cycle.function.clone(),
+        filters,
+        outcome: Err(vec![Reason { span: cycle.head, text }]),
+        partly: None,
+    })
+}
+
+/// Why a closure gets no guard.
+pub(super) fn of_a_closure(program: &Program<'_>, cycle: &Cycle) -> String {
+    let before = &program.sources.file(cycle.head.file).text[..cycle.head.start as usize];
+    if before.trim_end().ends_with(".for_each(") {
+        return "a guard lives in a loop: write `for … in …` instead of `for_each`".to_owned();
+    }
+    "the cycle is a closure that other code calls: give its owner a `Cyclic` with the filters, and begin with `cycle()`"
+        .to_owned()
 }

@@ -14,13 +14,15 @@ pub struct Manners {
     pub denies_idle_names: bool,
     /// Whether each result is used, or said to be of no use: `unused_results` of the compiler.
     pub has_to_use_results: bool,
+    /// Whether each crate names all that its package depends on: `unused_crate_dependencies` of the compiler.
+    pub has_to_use_dependencies: bool,
     /// How long a line may be.
     pub width: usize,
 }
 
 impl Default for Manners {
     fn default() -> Self {
-        Self { denies_idle_names: false, has_to_use_results: false, width: 100 }
+        Self { denies_idle_names: false, has_to_use_results: false, has_to_use_dependencies: false, width: 100 }
     }
 }
 
@@ -70,10 +72,15 @@ fn of_lints(text: &str, workspace: &str, rustflags: &[String]) -> Manners {
     };
     let is_denied =
         |lint: &&str| matches!(level(lint), Some("deny" | "forbid")) || is_flag(lint, &["D", "F", "deny", "forbid"]);
-    let results = "unused_results";
-    let is_told = level(results).is_some_and(|level| level != "allow")
-        || is_flag(results, &["W", "D", "F", "warn", "deny", "forbid"]);
-    Manners { denies_idle_names: IDLE_NAMES.iter().any(is_denied), has_to_use_results: is_told, ..Manners::default() }
+    let is_told = |lint: &str| {
+        level(lint).is_some_and(|level| level != "allow") || is_flag(lint, &["W", "D", "F", "warn", "deny", "forbid"])
+    };
+    Manners {
+        denies_idle_names: IDLE_NAMES.iter().any(is_denied),
+        has_to_use_results: is_told("unused_results"),
+        has_to_use_dependencies: is_told("unused_crate_dependencies"),
+        ..Manners::default()
+    }
 }
 
 #[cfg(test)]
@@ -85,6 +92,13 @@ mod tests {
         let flags: Vec<String> = flags.split_whitespace().map(str::to_owned).collect();
         let found = of_lints(text, workspace, &flags);
         assert_eq!((found.denies_idle_names, found.has_to_use_results), (names, results));
+    }
+
+    #[test]
+    fn dependencies_have_to_be_used_where_a_lint_says_so() {
+        let found = |text: &str| of_lints(text, "", &[]).has_to_use_dependencies;
+        assert!(found("[lints.rust]\nunused_crate_dependencies = \"warn\"\n"));
+        assert!(!found("[lints.rust]\nunused_crate_dependencies = \"allow\"\nunused = \"deny\"\n"));
     }
 
     #[test]

@@ -153,6 +153,7 @@ fn cycles(head: Span, sources: &SourceMap) -> Vec<Cycle> {
             head,
             kind: CycleKind::Loop,
             function: "main".to_owned(),
+            period: None,
             filters: vec![repeated, pair("yaw", Verdict::Once, &[1]), gated],
         },
         Cycle {
@@ -161,6 +162,7 @@ fn cycles(head: Span, sources: &SourceMap) -> Vec<Cycle> {
             head: function,
             kind: CycleKind::Function,
             function: "main".to_owned(),
+            period: None,
             filters: vec![unproved, skipped],
         },
     ]

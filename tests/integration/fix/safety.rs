@@ -394,3 +394,13 @@ pub fn watch(levels: &[f32]) -> f32 {
     let fixed = read(&directory, "src/lib.rs");
     assert!(fixed.contains("\nuse filter::Hall;\n") && fixed.contains("=> hall);"), "{fixed}");
 }
+
+#[test]
+fn fixes_of_several_rounds_are_told_in_the_lines_that_were_there() {
+    let text = SUPPRESSED.lines().take(3).map(|line| format!("{line}\n")).collect::<String>()
+        + "pub fn run(mut kf: Kalman) {\n    loop {\n        kf.update();\n        kf.update();\n        kf.update();\n    }\n}\n";
+    let directory = repository("fix_in_rounds", &[("src/lib.rs", text.as_bytes())]);
+    let done = fix(&directory, &["--unsafe-fixes"]);
+    done.assert_code(0).assert_stderr("fixed src/lib.rs (2 fixes)\n  line 7: remove this update");
+    done.assert_stderr("\n  line 8: remove this update");
+}

@@ -72,6 +72,99 @@ fn those_that_can_go_without_the_others_go() {
 }
 
 #[test]
+fn each_that_stays_has_its_reason() {
+    let before = TWO_LOOPS
+        .replace(
+            "let mut second = Ramp(0.0);",
+            "let mut second = [Ramp(0.0), Ramp(1.0)];\n    let mut third = Ramp(0.0);",
+        )
+        .replace(
+            "first.update();",
+            "first.update();\n        second[std::env::args().count() % 2].update();\n        third.update();\n        \
+             println!(\"{}\", third.0);",
+        )
+        .replace("    }\n    for _ in 0..3 {\n        second.update();\n        println!(\"{}\", second.0);\n", "");
+    let directory = package("migrate_in_part_with_reasons", &[("robot".to_owned(), before)]);
+    let said = migrate(&directory, &["--all"]);
+    said.assert_stderr(
+        "`second[*]`, `third` stay by hand:\n    line 9: nobody can tell how often `second[*]` is updated",
+    );
+    said.assert_stderr("\n    line 14: `third` is used here after its update");
+}
+
+#[test]
+fn a_channel_is_no_filter_of_its_own() {
+    let text = "\
+struct Bank([f64; 2]);
+
+impl Bank {
+    fn run(&mut self, channel: usize) { self.0[channel] *= 0.5; }
+}
+
+fn main() {
+    let mut bank = Bank([1.0, 2.0]);
+    for _ in 0..3 {
+        bank.run(0);
+        bank.run(1);
+    }
+    println!(\"{}\", bank.0[0] + bank.0[1]);
+}
+";
+    let directory = package("migrate_channels", &[("robot".to_owned(), text.to_owned())]);
+    let config = b"[[filter]]\ntype = \"robot::Bank\"\nlaw = \"run\"\nkey = 0\n";
+    crate::support::workspace::write(&directory, "ceid-lint.toml", config);
+    migrate(&directory, &["--all"]).assert_code(0).assert_stderr("line 11: `bank(1)` is one channel of a filter");
+    assert_eq!(binary(&directory, "robot"), text);
+    // What is wrong with the configuration has its place, and what to write.
+    let config = b"[[filter]]\ntype = \"robot::Bank\"\nlaw = [\"run\"]\n";
+    crate::support::workspace::write(&directory, "ceid-lint.toml", config);
+    let said = migrate(&directory, &["--all"]);
+    said.assert_code(101)
+        .assert_stderr("ceid-lint.toml:3:")
+        .assert_stderr("help: write `[[")
+        .assert_stderr("nothing was migrated");
+}
+
+#[test]
+fn a_law_that_chooses_a_part_is_told_as_a_law() {
+    let text = "\
+trait SampledFilter {
+    fn update(&mut self);
+}
+
+struct Ramp(f64);
+
+impl SampledFilter for Ramp {
+    fn update(&mut self) { self.0 += 0.5; }
+}
+
+enum Either {
+    Fast(Ramp),
+    Slow(Ramp),
+}
+
+impl SampledFilter for Either {
+    fn update(&mut self) {
+        match self {
+            Either::Fast(ramp) => ramp.update(),
+            Either::Slow(ramp) => ramp.update(),
+        }
+    }
+}
+
+fn main() {
+    let mut ramps = [Either::Fast(Ramp(0.0)), Either::Slow(Ramp(0.0))];
+    for _ in 0..3 {
+        ramps[0].update();
+        ramps[1].update();
+    }
+}
+";
+    let directory = package("migrate_law_of_choices", &[("robot".to_owned(), text.to_owned())]);
+    migrate(&directory, &["--all"]).assert_stderr("`update` is the law of a filter itself: implement ceid-core's");
+}
+
+#[test]
 fn what_can_go_brings_the_dependency_where_the_others_cannot() {
     let before = TWO_LOOPS
         .replace("let mut second = Ramp(0.0);", "let mut second = [Ramp(0.0), Ramp(1.0)];")

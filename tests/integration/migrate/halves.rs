@@ -74,3 +74,40 @@ fn halves_in_two_branches_are_refused() {
     let body = "        {\n            ekf.predict(*speed);\n            println!(\"{along}\");\n        }\n        ekf.correct(*along);";
     check("migrate_halves_nested", body, "take inputs, and not one behind the other", None);
 }
+
+#[test]
+fn a_half_that_a_loop_leaves_out_is_refused() {
+    let text = "\
+struct Ekf { along: f64, wide: f64 }
+
+impl Ekf {
+    fn turn(&mut self) { self.along += 1.0; }
+    fn settle(&mut self) { self.wide *= 0.5; }
+}
+
+fn turned(ekf: &mut Ekf) {
+    for _ in 0..3 {
+        println!(\"{}\", ekf.wide);
+        ekf.turn();
+    }
+}
+
+fn main() {
+    let mut ekf = Ekf { along: 0.0, wide: 1.0 };
+    for _ in 0..3 {
+        println!(\"{}\", ekf.along);
+        ekf.turn();
+        ekf.settle();
+    }
+    let _ = turned;
+}
+";
+    let directory = package("migrate_halves_missed", &[("robot".to_owned(), text.to_owned())]);
+    let config = b"[[filter]]\ntype = \"robot::Ekf\"\nlaw = [[\"turn\"], [\"settle\"]]\n";
+    workspace::write(&directory, "ceid-lint.toml", config);
+    let said = migrate(&directory, &["--all", "--unsafe-fixes"]);
+    said.assert_code(0)
+        .assert_stderr("`settle` is a half of the law of `ekf`, and the loop does not tell where it would run");
+    let (turned, _) = text.split_once("fn main").expect("it has one");
+    assert!(binary(&directory, "robot").contains(turned.split_once("fn turned").expect("it is there").1));
+}

@@ -3,6 +3,7 @@
 mod args;
 mod core;
 mod files;
+mod names;
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -11,7 +12,9 @@ use std::time::Instant;
 
 use self::core::{core_directory, relative};
 use self::files::{same_file, text_of};
+use self::names::needless_names;
 use super::args::FixArgs;
+use super::console::Stream;
 use super::{Console, ExitStatus, input, interrupted, vcs};
 use crate::count::{Cycle, CycleKind, Gate, Pair, Verdict};
 use crate::diagnostic::Diagnostic;
@@ -20,7 +23,7 @@ use crate::index::{FunctionId, Ty};
 use crate::migrate::{Doubtful, HandedOn, Plan, Reason, Rewrite, quoted};
 use crate::pipeline::{Options, Purpose, Report, dependencies};
 use crate::project::Project;
-use crate::report::count;
+use crate::report::{count, text};
 use crate::source::{DiskSource, ReadSource, SourceMap, Span};
 use args::Asked;
 pub(super) use args::{AFTER_HELP, MigrateArgs};
@@ -45,11 +48,12 @@ pub(super) fn run(args: &MigrateArgs) -> Result<ExitStatus, String> {
     let check = |source: Box<dyn ReadSource>| input::checked(&project, &options, source, console);
     let first = check(Box::new(DiskSource));
     if first.is_config_wrong || !first.report.problems.is_empty() {
-        let problems = first.report.problems.iter().map(|problem| format!("{}: {}", problem.file, problem.message));
-        console.error(
-            &format!("nothing was migrated: {}", problems.collect::<Vec<_>>().join("; ")),
-            Some("what cannot be read may be what a change would break"),
-        );
+        for problem in &first.report.problems {
+            console.show(&text::problem(&first.report.sources, problem, console.style(Stream::Err)));
+        }
+        let why =
+            if first.is_config_wrong { "" } else { ": code that cannot be read may use what a migration changes" };
+        console.error(&format!("nothing was migrated{why}"), None);
         return Ok(ExitStatus::Incomplete);
     }
     let run = Run {
@@ -238,16 +242,14 @@ impl Run<'_> {
     fn tell_staying(&self, report: &Report, plan: &Plan) {
         let going = self.going(plan);
         let staying: Vec<String> = plan.filters.iter().filter(|name| !going.contains(name)).cloned().collect();
-        let (Some(_), [_, ..]) = (&plan.partly, staying.as_slice()) else { return };
+        let (Some(partly), [_, ..]) = (&plan.partly, staying.as_slice()) else { return };
         let verb = if staying.len() == 1 { "stays" } else { "stay" };
-        let (how, reasons) = match &plan.outcome {
-            Ok(rewrite) => {
-                (" (`--unsafe-fixes` migrates all, and the program does something else then)", &rewrite.changes)
-            }
-            Err(reasons) => ("", reasons),
+        let how = match &plan.outcome {
+            Ok(_) => " (`--unsafe-fixes` migrates all, and the program does something else then)",
+            Err(_) => "",
         };
         self.console.say(&format!("  {} {verb} by hand{how}:", quoted(&staying)));
-        let mut reasons: Vec<String> = reasons.iter().map(|reason| told(report, plan, reason)).collect();
+        let mut reasons: Vec<String> = partly.reasons.iter().map(|reason| told(report, plan, reason)).collect();
         reasons.dedup();
         reasons.iter().for_each(|reason| self.console.say(&format!("    {reason}")));
     }
@@ -278,6 +280,7 @@ impl Run<'_> {
         }
         let is_touched = |path: &Path| self.touched.borrow().iter().any(|own| same_file(own, path));
         fixes.extend(idle(report, first, is_touched));
+        fixes.extend(needless_names(report, first));
         let sources = &report.sources;
         let doubtful =
             report.idle_imports.doubtful.iter().filter(|import| is_touched(&sources.file(import.span.file).path));

@@ -16,7 +16,7 @@ use crate::diagnostic::WitnessStep;
 use crate::flow::WaitKind;
 use crate::source::Span;
 
-pub(super) use rate::Steps;
+pub(super) use rate::{Steps, period};
 pub(super) use time::{Waiting, waiting};
 
 /// A fact about a filter or a cycle that a rule of its own tells.

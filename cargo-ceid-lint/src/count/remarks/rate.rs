@@ -149,6 +149,14 @@ pub(super) fn add(
     }
 }
 
+/// How long a round of a cycle takes, if one call paces it and that is constant.
+pub(in crate::count) fn period(facts: &FunctionFacts<'_>, id: CycleId) -> Option<f64> {
+    match id {
+        CycleId::Loop(id) => pace(facts, id)?.period,
+        CycleId::Function => None,
+    }
+}
+
 /// The call by which a loop is paced: the one ticker that it waits for in every round, or else its one sleep.
 fn pace<'g>(facts: &FunctionFacts<'g>, id: LoopId) -> Option<&'g Wait> {
     let graph = facts.graph;
