@@ -276,11 +276,13 @@ impl Builder<'_> {
         let [receiver, args @ ..] = exprs else { return false };
         let is_asked_again =
             |this: &mut Self| this.static_place(*receiver).is_some() && !args.iter().any(|arg| this.is_constant(*arg));
+        let has_several = self.has_states(ty);
         body.exprs.len() <= MAX_EXPRESSIONS
             && !matches!(ty, Ty::Ref(..))
+            && (has_several || self.is_state(ty))
             && !self.inlining.contains(&id)
             && is_pure_function(self.program, id, 0)
-            && (self.has_states(ty) || self.is_state(ty) && is_asked_again(self))
+            && (has_several || is_asked_again(self))
     }
 
     /// Whether a value of the type has several states in it.
