@@ -36,8 +36,8 @@ struct CountSteps {
 impl CountSteps {
     fn add(&mut self, change: ChangeKind, is_constant: bool, is_number: bool) {
         match change {
-            ChangeKind::CountsUp => self.up = true,
-            ChangeKind::CountsDown => self.down = true,
+            ChangeKind::CountsUp | ChangeKind::CountsUpTo => self.up = true,
+            ChangeKind::CountsDown | ChangeKind::CountsDownTo => self.down = true,
             ChangeKind::Wraps => self.wraps = true,
             ChangeKind::Accumulates if is_number => self.sums = true,
             ChangeKind::Constant => self.set_back = true,
