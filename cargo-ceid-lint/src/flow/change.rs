@@ -87,6 +87,10 @@ pub enum ChangeKind {
     CountsUp,
     /// It is one step down.
     CountsDown,
+    /// It is one step up, and held at a bound: `n = (n + 1).min(FULL)`.
+    CountsUpTo,
+    /// It is one step down, and held at a bound.
+    CountsDownTo,
     /// It counts and goes round by itself: `n = (n + 1) % 10`.
     Wraps,
     /// It is turned round: `odd = !odd`.
@@ -107,7 +111,7 @@ impl ChangeKind {
     /// Whether it counts.
     #[must_use]
     pub fn counts(self) -> bool {
-        matches!(self, Self::CountsUp | Self::CountsDown)
+        matches!(self, Self::CountsUp | Self::CountsDown | Self::CountsUpTo | Self::CountsDownTo)
     }
 
     /// The kind of a choice between two values.

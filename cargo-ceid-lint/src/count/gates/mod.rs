@@ -17,6 +17,7 @@ mod resumed;
 mod rotation;
 mod rounds;
 mod sample;
+mod signals;
 mod sources;
 mod state;
 mod step;
@@ -30,7 +31,8 @@ pub(super) use helper::Asks;
 pub(super) use mode::KeptMode;
 pub(super) use resumed::set_without_reset;
 pub(super) use sample::fed_params;
-use sources::{Assignments, Sources};
+use signals::Signals;
+use sources::{Assignments, Sources, contains_any};
 pub(super) use step::measured_by;
 use time::TimeGate;
 pub(super) use time::paced_by;
@@ -61,6 +63,7 @@ pub(super) struct Gates<'s, 'a> {
     own_states: RefCell<BTreeMap<Place, Vec<Head>>>,
     /// Whether the cycle keeps a time in a place.
     kept_times: RefCell<BTreeMap<Place, bool>>,
+    signals: Signals,
     /// See [`Self::updating`].
     updating: RefCell<BTreeMap<SubjectId, Option<u32>>>,
     inside: OnceCell<Vec<NodeId>>,
@@ -108,6 +111,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             modes: RefCell::default(),
             own_states: RefCell::default(),
             kept_times: RefCell::default(),
+            signals: Signals::default(),
             updating: RefCell::default(),
             inside: OnceCell::new(),
             written: OnceCell::new(),
@@ -490,10 +494,4 @@ impl<'s, 'a> Gates<'s, 'a> {
     fn ty(&self, place: &Place) -> Option<crate::index::Ty> {
         super::instances::place_ty(self.search.program.index, self.search.graph, place)
     }
-}
-
-/// Whether a name contains one of these parts, in whatever case.
-fn contains_any(name: &str, parts: &[&str]) -> bool {
-    let name = name.to_lowercase();
-    parts.iter().any(|part| name.contains(part))
 }

@@ -39,6 +39,40 @@ impl Gates<'_, '_> {
         found.into_iter().any(|(id, heads)| self.is_passed_for_good(id, heads))
     }
 
+    /// `if !ready && !sensor.ok() { continue; } ready = true;`: a condition that is asked until it holds once, for the way from there
+    /// to the end raises a flag that nothing takes down.
+    pub(super) fn is_let_in(&self, at: NodeId, way: &Way) -> bool {
+        let graph = self.search.graph;
+        let Some(opens) = graph.node(at).next.iter().find(|next| Some(**next) != way.after(at)).copied() else {
+            return false;
+        };
+        let before = way.nodes.iter().take_while(|node| **node != at);
+        before.zip(way.nodes.iter().skip(1)).any(|(asked, next)| {
+            let Effect::Branch(test) = &graph.node(*asked).effect else { return false };
+            let Some(id) = test.subject else { return false };
+            let subject = &graph.subjects[id.0 as usize];
+            let Some(place) = subject.whole.as_ref().filter(|place| self.outlives(place)) else { return false };
+            let (other, open) = match graph.node(*asked).next.as_slice() {
+                [yes, no] if no == next => (*yes, test.holds & !test.fails),
+                [yes, no] if yes == next => (*no, test.fails & !test.holds),
+                _ => return false,
+            };
+            let raises = |node: NodeId| match &graph.node(node).effect {
+                Effect::Write(write) | Effect::Set(write) if write.place == *place => {
+                    write.head.as_ref().is_some_and(|head| subject.bit(head) & open != 0)
+                }
+                _ => false,
+            };
+            let mut raised = self.assigning(place).peekable();
+            raised.peek().is_some()
+                && raised.all(|node| raises(node) && !way.nodes.contains(&node))
+                && !self.calls_write(place)
+                && !self.reached_from(other, |_, _| true)[at.0 as usize]
+                && !self.completes(opens, |node, _| !raises(node))
+                && matches!(self.taken_back_elsewhere(subject, place, open), TakenBack::Never)
+        })
+    }
+
     /// Whether the cycle moves a state on from these heads to where the filter runs, and neither it nor anything else takes it back
     /// from there.
     fn is_passed_for_good(&self, id: SubjectId, found: u32) -> bool {

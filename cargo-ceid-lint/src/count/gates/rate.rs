@@ -36,8 +36,8 @@ struct CountSteps {
 impl CountSteps {
     fn add(&mut self, change: ChangeKind, is_constant: bool, is_number: bool) {
         match change {
-            ChangeKind::CountsUp => self.up = true,
-            ChangeKind::CountsDown => self.down = true,
+            ChangeKind::CountsUp | ChangeKind::CountsUpTo => self.up = true,
+            ChangeKind::CountsDown | ChangeKind::CountsDownTo => self.down = true,
             ChangeKind::Wraps => self.wraps = true,
             ChangeKind::Accumulates if is_number => self.sums = true,
             ChangeKind::Constant => self.set_back = true,
@@ -78,7 +78,8 @@ impl Gates<'_, '_> {
                 // A count of errors closes the gate, and another event than its running out opens that.
                 let counts_on =
                     !self.is_open_at_first(test, at, place, steps) || self.counts_while_closed(place, at, way);
-                return (is_carried && !is_given_up && self.runs_out(place) && counts_on).then_some(Gate::Rate);
+                let is_rate = is_carried && !is_given_up && counts_on && self.runs_out(place);
+                return (is_rate && !self.is_held_off(place)).then_some(Gate::Rate);
             }
             if (steps.up || steps.sums) && self.is_used_up(place, at, way) {
                 return Some(Gate::Rate);

@@ -17,6 +17,9 @@ const READINESS: &[&str] = &[
     "pending",
     "fresh",
     "updated",
+    "valid",
+    "conversion_done",
+    "stale",
     "data",
     "poll",
 ];
@@ -140,7 +143,11 @@ impl Gates<'_, '_> {
             is_certain
                 && words.all(|word| matches!(word, "is" | "data" | "sample" | "new" | "ready" | "available" | "drdy"))
         };
+        let says_late = |name: &String| has_word(name, "stale");
         let holds = way.after(at) == self.search.graph.node(at).next.first().copied();
+        if !holds && !test.about.is_combined && matches!(test.about.names.as_slice(), [name] if says_late(name)) {
+            return true;
+        }
         holds && !test.about.is_combined && matches!(test.about.names.as_slice(), [name] if says_ready(name))
     }
 
@@ -298,7 +305,7 @@ impl Gates<'_, '_> {
                 Some(_) => other == new,
                 None => other.base == new.base && !other.steps.is_empty() && !other.overlaps(new),
             };
-            !self.outlives(new)
+            (method.is_some() || !self.outlives(new))
                 && self.outlives(kept)
                 && is_named(&name, STAMPS)
                 && is_kept

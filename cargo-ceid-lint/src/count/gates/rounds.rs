@@ -3,9 +3,30 @@
 use super::{Gates, Way};
 use crate::count::search::Region;
 use crate::count::verdict::Gate;
-use crate::flow::{Effect, Limit, LoopId, NodeId};
+use crate::flow::{Effect, Limit, LoopId, NodeId, Place};
 
 impl Gates<'_, '_> {
+    /// `if n > 0 { n -= 1; continue; } if f.update(x) > LIMIT { n = 50; }`: an iteration may update and leave the count as it is, so
+    /// that something else than the count decides when it begins anew.
+    pub(super) fn is_held_off(&self, place: &Place) -> bool {
+        let goes_by = |node: NodeId, _: usize| match &self.search.graph.node(node).effect {
+            Effect::Call(site) => !self.call_writes(site, place),
+            Effect::Unknown { places, .. } => !places.iter().any(|other| other.overlaps(place)),
+            _ => !self.is_set_back(node, place),
+        };
+        // A gate whose count has run out begins anew, whatever is asked beside that.
+        let is_armed =
+            |id: NodeId| self.branch_before(id).is_some_and(|(test, _)| !self.behind(test).places.contains(place));
+        let mut set_back = self.assigning(place).filter(|id| self.is_set_back(*id, place));
+        // A filter that starts anew after the pause is in a mode.
+        if !set_back.all(is_armed) || self.nodes().any(|id| self.resets(id)) {
+            return false;
+        }
+        let reached = self.reached(goes_by);
+        let updating = self.search.updating();
+        updating.iter().any(|id| self.is_inside(*id) && reached[id.0 as usize] && self.completes(*id, goes_by))
+    }
+
     /// An inner loop that may have no round: over samples that are there or not.
     pub(super) fn of_loop(&self, id: LoopId) -> Option<Gate> {
         let info = self.search.graph.loop_info(id);

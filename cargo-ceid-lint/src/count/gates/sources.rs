@@ -99,3 +99,9 @@ fn add(places: &mut Vec<Place>, place: &Place) {
         places.push(place.clone());
     }
 }
+
+/// Whether a name contains one of these parts, in whatever case.
+pub(super) fn contains_any(name: &str, parts: &[&str]) -> bool {
+    let name = name.to_lowercase();
+    parts.iter().any(|part| name.contains(part))
+}

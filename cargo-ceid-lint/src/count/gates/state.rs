@@ -72,6 +72,7 @@ impl Gates<'_, '_> {
     /// Whether a condition is closed at first and open from then on, other than by a latch.
     pub(super) fn is_start(&self, test: &Test, at: NodeId, way: &Way) -> bool {
         self.passes_through(way)
+            || self.is_let_in(at, way)
             || self.is_raised_flag(test, at)
             || self.is_first(test)
             || self.is_warm_up(test, at, way)

@@ -135,7 +135,7 @@ impl Gates<'_, '_> {
     }
 
     /// What the filter's time step is computed from, if it is given one here.
-    fn told_step(&self) -> Option<&Sources> {
+    pub(super) fn told_step(&self) -> Option<&Sources> {
         let told = self.step.get_or_init(|| {
             let mut step = Computed::default();
             for id in self.nodes() {
@@ -158,7 +158,12 @@ impl Gates<'_, '_> {
                 }
             }
             let is_told = !step.places.is_empty() || !step.calls.is_empty();
-            is_told.then(|| self.assignments().behind(&step))
+            is_told.then(|| {
+                let mut sources = self.assignments().behind(&step);
+                let kept = self.fields_told(&sources);
+                sources.places.extend(kept);
+                sources
+            })
         });
         told.as_ref()
     }

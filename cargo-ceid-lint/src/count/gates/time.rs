@@ -69,17 +69,18 @@ pub(super) fn is_clock(name: &str) -> bool {
 
 impl Gates<'_, '_> {
     pub(super) fn tells_time(&self, test: &Test) -> bool {
-        let names_clock = || test.about.names.iter().any(|name| is_clock(name));
-        if names_clock() || self.is_timer_poll(test) || self.is_told_by_clock(test) {
+        let asked = self.asked_of_times(test);
+        let names_clock = || asked.calls.iter().any(|name| is_clock(name));
+        if names_clock() || self.is_timer_poll(test) || self.is_told_by_clock(&asked) {
             return true;
         }
         if !test.about.is_comparison {
             return self.asks_whether_clock_moved(test);
         }
-        if self.is_since_clock(test) || self.put_off(test).is_some() {
+        if self.is_since_clock(&asked) || self.put_off(test).is_some() {
             return true;
         }
-        test.about.reads.iter().any(|place| {
+        asked.places.iter().any(|place| {
             let source = Computed { places: vec![place.clone()], calls: Vec::new() };
             let is_told = place.steps.is_empty() && self.tells(&self.assignments().behind(&source));
             is_told || self.is_time(place) || self.is_accumulated_time(place)
@@ -142,14 +143,14 @@ impl Gates<'_, '_> {
 
     /// `let dt = now - self.last; if dt >= PERIOD { self.last = now; … }`: the time since a clock that is kept here, as far as the
     /// names of what is asked or of what it is computed from tell.
-    fn is_since_clock(&self, test: &Test) -> bool {
+    fn is_since_clock(&self, asked: &Computed) -> bool {
         let is_step = |place: &Place| matches!(step_unit(&self.last_name(place)), Some(StepUnit::Time(_)));
         let is_moment = |place: &Place| {
             let name = self.last_name(place);
             is_moment_name(&name) || is_clock(&name)
         };
-        let sources = self.behind(test);
-        (test.about.reads.iter().any(is_step) || sources.places.iter().any(is_moment))
+        let sources = self.assignments().behind(asked);
+        (asked.places.iter().any(is_step) || sources.places.iter().any(is_moment))
             && self.clocks(&sources).next().is_some()
     }
 
@@ -184,7 +185,7 @@ impl Gates<'_, '_> {
         sources.calls.iter().any(|name| is_clock(name)) || sources.places.iter().any(|place| self.is_time(place))
     }
 
-    fn is_time(&self, place: &Place) -> bool {
+    pub(super) fn is_time(&self, place: &Place) -> bool {
         let is_time = |ty: &Ty| ty.external_name().is_some_and(|name| TIMES.contains(&name));
         match self.ty(place) {
             // The time of the last step, of which there is none in the first one.
@@ -199,6 +200,7 @@ impl Gates<'_, '_> {
             && self.assigning(place).any(|id| {
                 self.search.graph.changes.get(&id).is_some_and(|change| {
                     matches!(change.kind, ChangeKind::Accumulates | ChangeKind::Spends)
+                        && !named(&change.computed.places).into_iter().any(|from| self.is_signal(from))
                         && (change.computed.places.iter().any(|step| is_time_name(&self.last_name(step)))
                             || self.tells(&self.assignments().behind(&change.computed)))
                 })
@@ -232,7 +234,9 @@ impl Gates<'_, '_> {
                     && match self.search.graph.changes.get(&id) {
                         Some(change) => {
                             change.kind != ChangeKind::Constant
-                                && (is_named || self.tells(&self.assignments().behind(&change.computed)))
+                                && (is_named
+                                    || !self.is_signal(place)
+                                        && self.tells(&self.assignments().behind(&change.computed)))
                         }
                         // Without a step of its own, what is kept by a method may as well be the last sample.
                         None => is_time || (is_named && self.time_base() == TimeBase::Passed),

@@ -1,8 +1,9 @@
 //! What functions of the analysed code answer that a condition asks: how old something is, or how far it has counted.
 
 use super::Gates;
+use super::sources::Sources;
 use super::time::is_clock;
-use crate::flow::{CallSite, Effect, NodeId, Place, Test, Told, told};
+use crate::flow::{CallSite, Computed, Effect, NodeId, Place, Test, Told, told};
 use crate::index::{FunctionId, Ty};
 use crate::syntax::tree::Receiver;
 
@@ -11,8 +12,8 @@ const MAX_EXPRESSIONS: usize = 256;
 
 impl Gates<'_, '_> {
     /// `if self.stamp.age() > PERIOD { … }`: a function that answers what it computes from a clock.
-    pub(super) fn is_told_by_clock(&self, test: &Test) -> bool {
-        self.answers(test).into_iter().any(|(site, told)| {
+    pub(super) fn is_told_by_clock(&self, asked: &Computed) -> bool {
+        self.answers(asked).into_iter().any(|(site, told)| {
             let index = self.search.program.index;
             let is_exclusive = |receiver: &Receiver| matches!(receiver, Receiver::Exclusive);
             let changes = |target| index.function(target).function.receiver.as_ref().is_some_and(is_exclusive);
@@ -27,20 +28,43 @@ impl Gates<'_, '_> {
 
     /// `if self.cycles.next() % 4 == 0 { … }`: a method that answers what it or another one counts.
     pub(super) fn is_told_by_counter(&self, test: &Test) -> bool {
-        self.answers(test).into_iter().any(|(site, told)| {
+        let asked = Computed { places: test.about.reads.clone(), calls: test.about.names.clone() };
+        self.answers(&asked).into_iter().any(|(site, told)| {
             let owner = site.args.first().and_then(|arg| arg.place.as_ref());
             let is_counted = |place: Place| self.is_number(&place) && self.nodes().any(|id| self.counts_at(id, &place));
             owner.is_some_and(|owner| told.fields.iter().any(|name| is_counted(owner.field(name))))
         })
     }
 
+    pub(super) fn all_told(&self) -> &[(NodeId, Told)] {
+        self.told.get_or_init(|| self.nodes().filter_map(|id| Some((id, self.told_at(id)?))).collect())
+    }
+
+    /// What the methods behind a value read of what they are called on and leave alone: `let dt = self.clock.since_last(now);`
+    pub(super) fn fields_told(&self, sources: &Sources) -> Vec<Place> {
+        let index = self.search.program.index;
+        let mut fields = Vec::new();
+        for (id, told) in self.all_told() {
+            let Effect::Call(site) = &self.search.graph.node(*id).effect else { continue };
+            let Some(owner) = site.args.first().and_then(|arg| arg.place.as_ref()) else { continue };
+            let is_asked = |target: &FunctionId| {
+                let function = index.function(*target);
+                function.function.receiver == Some(Receiver::Shared) && sources.calls.contains(&function.name)
+            };
+            if sources.places.contains(owner) && site.targets.iter().any(is_asked) {
+                fields.extend(told.fields.iter().map(|name| owner.field(name)));
+            }
+        }
+        fields
+    }
+
     /// The calls that a condition makes or is computed from, with what they answer.
-    fn answers(&self, test: &Test) -> Vec<(&CallSite, &Told)> {
-        let told = self.told.get_or_init(|| self.nodes().filter_map(|id| Some((id, self.told_at(id)?))).collect());
+    fn answers(&self, asked: &Computed) -> Vec<(&CallSite, &Told)> {
+        let told = self.all_told();
         if told.is_empty() {
             return Vec::new();
         }
-        let sources = self.behind(test);
+        let sources = self.assignments().behind(asked);
         let is_read = |place: &Place| sources.places.iter().any(|read| read.overlaps(place));
         let answers = told.iter().filter_map(|(id, told)| {
             let Effect::Call(site) = &self.search.graph.node(*id).effect else { return None };

@@ -461,12 +461,12 @@ impl Builder<'_> {
         }
         let values = self.values(args);
         let ty = self.ty(receiver).peel();
-        let reads_only = super::borrowed::only_reads(method);
         // What takes a mutable reference may write through it.
         let converts = matches!(method, "into" | "try_into") && matches!(self.ty(receiver), Ty::Ref(true, _));
         // What takes a value that is copied leaves the place as it is.
-        let reads_only =
-            reads_only || matches!(method, "max" | "min" | "clamp") && self.program.index.copies_filter(ty);
+        let reads_only = super::borrowed::only_reads(method)
+            || super::reading::asks(self.constants(), receiver, method)
+            || matches!(method, "max" | "min" | "clamp") && self.program.index.copies_filter(ty);
         let index = self.program.index;
         let is_seen = index.opaque_items.is_empty() && !index.has_blanket_method(method);
         let is_own = matches!(ty, Ty::Adt(..)) && is_seen && !self.draws_by_itself(ty);

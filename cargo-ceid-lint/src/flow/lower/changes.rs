@@ -7,7 +7,7 @@ use crate::flow::{Change, ChangeKind, Effect, Place, Var};
 use crate::index::Ty;
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind, PatKind};
-use crate::types::LocalId;
+use crate::types::{Callee, LocalId};
 
 /// The fields of a filter that a block has written so far.
 pub(super) type WrittenFields = Vec<(Place, BTreeSet<String>)>;
@@ -68,6 +68,34 @@ impl Builder<'_> {
         }
         self.resume_if_reached(after);
         Value::default()
+    }
+
+    /// `flag = flag || value`: the flag is raised, or stays down.
+    pub(super) fn assign_raised(&mut self, id: ExprId, target: ExprId, value: ExprId) -> bool {
+        let ExprKind::Binary { op: "||", lhs, rhs } = self.body().expr(value).kind else { return false };
+        let Some(place) = self.static_place(target).filter(|_| *self.ty(target) == Ty::Bool) else { return false };
+        let other = match [lhs, rhs].map(|side| self.static_place(side).as_ref() == Some(&place)) {
+            [true, false] => rhs,
+            [false, true] => lhs,
+            _ => return false,
+        };
+        // What is asked beside it may change the flag by itself.
+        if self.computed_from(other).places.iter().any(|read| read.overlaps(&place)) {
+            return false;
+        }
+        let bases = self.assigned_vars(target);
+        self.derive(&bases, value);
+        self.derive_owner(target, value);
+        let span = self.span(id);
+        let no = self.add_node(Effect::Nothing, span);
+        self.condition(value, no);
+        if self.at.is_some() {
+            self.assign_to(target, &Value { head: Some("true".to_owned()), ..Value::default() }, value, span);
+            self.note_change(target, value, Some("|"));
+        }
+        self.jump(no);
+        self.resume_if_reached(no);
+        true
     }
 
     /// `flag ^= true`: the flag is turned round.
@@ -214,10 +242,43 @@ impl Builder<'_> {
                 ("unwrap" | "expect" | "unwrap_or" | "unwrap_or_default", _) => {
                     self.change_kind_at(before, *receiver, depth + 1)
                 }
+                // A count that is held at a bound is one.
+                ("min" | "max" | "clamp", bounds) if bounds.iter().all(|bound| self.is_limit(before, *bound)) => {
+                    self.held_count(before, *receiver, depth)
+                }
+                _ => ChangeKind::Other,
+            },
+            ExprKind::Call { callee, args } => match (&body.expr(*callee).kind, args.as_slice()) {
+                (ExprKind::Path(path), [one, other])
+                    if matches!(path.last(), "min" | "max")
+                        && !matches!(self.typed().callees.get(&value), Some(Callee::Resolved(_))) =>
+                {
+                    let [is_first, is_second] = [*one, *other].map(|side| self.is_limit(before, side));
+                    match (is_first, is_second) {
+                        (false, true) => self.held_count(before, *one, depth),
+                        (true, false) => self.held_count(before, *other, depth),
+                        _ => ChangeKind::Other,
+                    }
+                }
                 _ => ChangeKind::Other,
             },
             _ => ChangeKind::Other,
         }
+    }
+
+    /// How a value counts that is held at a bound, if it does.
+    fn held_count(&mut self, before: Before<'_>, value: ExprId, depth: u32) -> ChangeKind {
+        match self.change_kind_at(before, value, depth + 1) {
+            ChangeKind::CountsUp => ChangeKind::CountsUpTo,
+            ChangeKind::CountsDown => ChangeKind::CountsDownTo,
+            _ => ChangeKind::Other,
+        }
+    }
+
+    /// Whether a count may be held at a value: a constant, or another place.
+    fn is_limit(&mut self, before: Before<'_>, value: ExprId) -> bool {
+        let place = self.static_place(value);
+        self.constant_head(value).is_some() || place.is_some_and(|place| Some(&place) != before.place)
     }
 
     /// Whether a condition is on a place, or a truth value that was computed from it.

@@ -268,7 +268,10 @@ impl Builder<'_> {
 
     /// `place = value` and destructuring assignments.
     pub(super) fn assign(&mut self, id: ExprId, target: ExprId, value: ExprId) -> Value {
-        if self.swap_by_tuples(id, target, value) || self.bits_reassigned(id, target, value) {
+        if self.swap_by_tuples(id, target, value)
+            || self.bits_reassigned(id, target, value)
+            || self.assign_raised(id, target, value)
+        {
             return Value::default();
         }
         // What is assigned part by part comes from its part alone.

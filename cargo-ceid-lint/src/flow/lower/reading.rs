@@ -233,6 +233,19 @@ fn reads_value(own: Constants<'_>, receiver: ExprId, method: &str) -> bool {
     }
 }
 
+/// Whether a method asks a text or collection what is in it, and leaves it alone.
+pub(super) fn asks(own: Constants<'_>, receiver: ExprId, method: &str) -> bool {
+    let is_text = || {
+        let ty = own.typed.ty(receiver).peel();
+        *ty == Ty::Str || ty.external_name() == Some("String")
+    };
+    match method {
+        "contains" | "contains_key" | "starts_with" | "ends_with" => is_value(own, receiver),
+        "as_str" | "as_bytes" | "eq_ignore_ascii_case" => is_text(),
+        _ => false,
+    }
+}
+
 /// Whether an expression is a text, an option or a collection, which changes only where it is written.
 fn is_value(own: Constants<'_>, id: ExprId) -> bool {
     let ty = own.typed.ty(id).peel();
