@@ -119,7 +119,7 @@ impl Builder<'_> {
         };
         let round = around(call);
         let is_alone = || round.is_some() && calls.iter().filter(|other| around(**other) == round).count() == 1;
-        (calls.len() > 1 || self.gives_blocks(call)) && given.len() == calls.len() && is_alone()
+        if calls.len() > 1 { given.len() == calls.len() && is_alone() } else { self.gives_blocks(call) }
     }
 
     /// Whether a call stands in loops in loops of another function, the innermost of which ends, and gives a collection.

@@ -61,7 +61,14 @@ impl Builder<'_> {
                 let inner = self.source(*inner);
                 Source { rounds: Rounds::Unbounded, ..inner }
             }
-            ExprKind::Call { callee, args } => self.generator(id, *callee, args),
+            ExprKind::Call { callee, args } => {
+                // `Iterator::map(samples, scale)` is `samples.map(scale)`.
+                let is_method = matches!(self.typed().callees.get(&id), Some(Callee::Builtin));
+                match self.called_by_path(*callee, args).filter(|_| is_method) {
+                    Some((receiver, method)) => self.adaptor(id, receiver, &method, &args[1..]),
+                    None => self.generator(id, *callee, args),
+                }
+            }
             ExprKind::Array { elements, .. } => {
                 let count = elements.len() as u64;
                 let value = self.expr(id);
