@@ -5,28 +5,9 @@ use super::{Builder, ClosureRef, Value};
 use crate::flow::{Cause, Effect, IndexKey, NodeId};
 use crate::index::Ty;
 use crate::source::Span;
-use crate::syntax::tree::{ExprId, ExprKind};
+use crate::syntax::tree::ExprId;
 
 impl Builder<'_> {
-    /// `Mutex::lock(&lpf)` is `lpf.lock()`.
-    pub(super) fn path_method(&mut self, id: ExprId, callee: ExprId, args: &[ExprId]) -> Value {
-        match self.called_by_path(callee, args) {
-            Some((receiver, method)) => self.method_expr(id, receiver, &method, &args[1..]),
-            None => Value::default(),
-        }
-    }
-
-    /// The receiver of such a call, and the method.
-    pub(super) fn called_by_path(&self, callee: ExprId, args: &[ExprId]) -> Option<(ExprId, String)> {
-        let body = self.body();
-        let (ExprKind::Path(path), Some(first)) = (&body.expr(callee).kind, args.first()) else { return None };
-        let receiver = match &body.expr(*first).kind {
-            ExprKind::Reference { value, .. } => *value,
-            _ => *first,
-        };
-        Some((receiver, path.last().to_owned()))
-    }
-
     pub(super) fn builtin_method(&mut self, id: ExprId, receiver: ExprId, method: &str, args: &[ExprId]) -> Value {
         if let Some(value) = self.lock_each(receiver, method, args, self.span(id)) {
             return value;

@@ -197,6 +197,25 @@ impl Builder<'_> {
         if is_filter { Value { head: None, same_as: None, ..value } } else { Value::default() }
     }
 
+    /// `Mutex::lock(&lpf)` is `lpf.lock()`.
+    pub(super) fn path_method(&mut self, id: ExprId, callee: ExprId, args: &[ExprId]) -> Value {
+        match self.called_by_path(callee, args) {
+            Some((receiver, method)) => self.method_expr(id, receiver, &method, &args[1..]),
+            None => Value::default(),
+        }
+    }
+
+    /// The receiver of such a call, and the method.
+    pub(super) fn called_by_path(&self, callee: ExprId, args: &[ExprId]) -> Option<(ExprId, String)> {
+        let body = self.body();
+        let (ExprKind::Path(path), Some(first)) = (&body.expr(callee).kind, args.first()) else { return None };
+        let receiver = match &body.expr(*first).kind {
+            ExprKind::Reference { value, .. } => *value,
+            _ => *first,
+        };
+        Some((receiver, path.last().to_owned()))
+    }
+
     /// `mem::replace(&mut a, new)`, `mem::take(&mut a)`: a new value.
     fn replace(&mut self, id: ExprId, args: &[ExprId]) -> Value {
         let values = self.values(args);
