@@ -316,7 +316,8 @@ impl Context<'_> {
                 (!is_told_by_outer(index, facts, instance, &pair)).then_some((id, pair))
             };
             let decided = loops.chain(instance.function.then_some(CycleId::Function)).filter_map(decide).collect();
-            for (id, pair) in missed::without_those_of_others(&instance.place, decided) {
+            let is_elsewhere = || self.fields.has_elsewhere(index, graph, &instance.place, instance.law);
+            for (id, pair) in missed::without_those_of_others(&instance.place, decided, is_elsewhere) {
                 pairs.entry(id).or_default().push(pair);
             }
         }

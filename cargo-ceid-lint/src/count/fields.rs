@@ -48,14 +48,26 @@ impl Fields {
 
     /// The halves that were added for what may be the same place: one knows of no other field on the way than the other one does.
     pub(super) fn laws(&self, index: &Index, graph: &ControlFlowGraph, place: &Place) -> BTreeSet<usize> {
-        let keys = keys(index, graph, place);
-        let whole = keys.iter().filter_map(|key| self.whole.get(key));
-        let inner = keys.first().and_then(|key| self.inner.get(key));
         // What a function gets by another parameter is another value.
         let is_param = |base: &Base| matches!(base, Base::Var(var) if graph.var(*var).param.is_some());
         let is_another =
-            |(_, function, base): &Reached| *function == graph.function && *base != place.base && is_param(base);
-        whole.chain(inner).flatten().filter(|reached| !is_another(reached)).map(|(law, ..)| *law).collect()
+            |(_, function, base): &&Reached| *function == graph.function && *base != place.base && is_param(base);
+        let reached = self.reached(index, graph, place);
+        reached.into_iter().filter(|reached| !is_another(reached)).map(|(law, ..)| *law).collect()
+    }
+
+    /// Whether another function was added for what may be the same place, and a half of its law.
+    pub(super) fn has_elsewhere(&self, index: &Index, graph: &ControlFlowGraph, place: &Place, law: usize) -> bool {
+        let reached = self.reached(index, graph, place);
+        reached.into_iter().any(|(own, function, _)| *own == law && *function != graph.function)
+    }
+
+    /// What was added for what may be the same place.
+    fn reached(&self, index: &Index, graph: &ControlFlowGraph, place: &Place) -> Vec<&Reached> {
+        let keys = keys(index, graph, place);
+        let whole = keys.iter().filter_map(|key| self.whole.get(key));
+        let inner = keys.first().and_then(|key| self.inner.get(key));
+        whole.chain(inner).flatten().collect()
     }
 
     /// Whether a field of a type was added, wherever values of the type were.

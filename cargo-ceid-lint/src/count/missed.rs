@@ -44,13 +44,21 @@ pub(super) fn decide_missed(search: &Search<'_>, region: Region, head: Span) -> 
     }
 }
 
-/// The pairs of one instance but for the cycles that turn out never to come to its update, where another one does: they owe it nothing.
-/// `for frame in side { run(Some(frame)) } for frame in frames { run(None) }`, where `run` updates without a side only. An element is
-/// owed by what updates the others.
-pub(super) fn without_those_of_others(place: &Place, mut decided: Vec<(CycleId, Pair)>) -> Vec<(CycleId, Pair)> {
+/// The pairs of one instance but for the cycles that turn out never to come to its update, where another one does, here or in another
+/// function: they owe it nothing. `for frame in side { run(Some(frame)) } for frame in frames { run(None) }`, where `run` updates
+/// without a side only. An element is owed by what updates the others.
+pub(super) fn without_those_of_others(
+    place: &Place,
+    mut decided: Vec<(CycleId, Pair)>,
+    is_updated_elsewhere: impl Fn() -> bool,
+) -> Vec<(CycleId, Pair)> {
+    let is_never = |pair: &Pair| pair.verdict == Verdict::Missed && !pair.updates.is_empty();
     let is_element = place.steps.iter().any(|step| step.key().is_some());
-    if !is_element && decided.iter().any(|(_, pair)| pair.counts.iter().any(|count| *count > 0)) {
-        decided.retain(|(_, pair)| pair.verdict != Verdict::Missed || pair.updates.is_empty());
+    if !is_element && decided.iter().any(|(_, pair)| is_never(pair)) {
+        let is_updated_here = decided.iter().any(|(_, pair)| pair.counts.iter().any(|count| *count > 0));
+        if is_updated_here || is_updated_elsewhere() {
+            decided.retain(|(_, pair)| !is_never(pair));
+        }
     }
     decided
 }

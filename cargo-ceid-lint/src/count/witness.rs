@@ -5,7 +5,7 @@ use super::decide::{head_of, inner_repeat};
 use super::search::{End, Exploration, Region, Search};
 use super::skips::{is_decided_behind, skip_inside, skips_by_itself, skips_in_round, stays_beside};
 use crate::diagnostic::WitnessStep;
-use crate::flow::{Effect, Mark, NodeId};
+use crate::flow::{ControlFlowGraph, Effect, Mark, NodeId};
 use crate::source::Span;
 
 /// What the last step of a cycle function is called.
@@ -57,7 +57,7 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
                 let how = match is_by_guard {
                     true if is_shown => format!("{} update{}", ordinal(updates), WAYS_AGAIN[1]),
                     true => BY_GUARD.to_owned(),
-                    false => format!("{} update{}", ordinal(updates), again(&nodes[..number], state.node)),
+                    false => format!("{} update{}", ordinal(updates), again(graph, &nodes[..number], state.node)),
                 };
                 steps.push(WitnessStep { span: node.span, message: how });
             }
@@ -77,7 +77,7 @@ pub(super) fn steps(search: &Search<'_>, region: Region, exploration: &Explorati
                 let message = match inner {
                     Some(_) => format!("`{}`{often}", site.text),
                     None => {
-                        let again = again(&nodes[..number], state.node);
+                        let again = again(graph, &nodes[..number], state.node);
                         format!("{} update: `{}`{often}{again}", ordinal(updates), site.text)
                     }
                 };
@@ -157,9 +157,16 @@ pub(super) fn is_closure_call(search: &Search<'_>, at: NodeId) -> bool {
     matches!(search.graph.node(at).effect, Effect::Mark(Mark::ClosureCall))
 }
 
-/// What to add to a step that the way has come through before: only a loop within the cycle leads there again.
-fn again(before: &[NodeId], node: NodeId) -> &'static str {
-    if before.contains(&node) { WAYS_AGAIN[0] } else { "" }
+/// What to add to a step that the way has come through before: only a loop within the cycle leads there again, whose rounds may be
+/// written out.
+fn again(graph: &ControlFlowGraph, before: &[NodeId], node: NodeId) -> &'static str {
+    let span = graph.node(node).span;
+    let is_written_out = graph.written_out.iter().any(|body| body.contains(span));
+    let is_same = |id: &NodeId| {
+        let own = graph.node(*id);
+        *id == node || is_written_out && own.span == span && matches!(own.effect, Effect::Update(_) | Effect::Call(_))
+    };
+    if before.iter().any(is_same) { WAYS_AGAIN[0] } else { "" }
 }
 
 fn condition_text(text: &str, holds: bool) -> String {

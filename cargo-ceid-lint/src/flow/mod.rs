@@ -61,6 +61,8 @@ pub struct ControlFlowGraph {
     pub params: Vec<Var>,
     /// The loops; an outer one stands before those inside it.
     pub loops: Vec<LoopInfo>,
+    /// The bodies of loops whose rounds are written out one behind another.
+    pub written_out: Vec<Span>,
     /// What branches ask about.
     pub subjects: Vec<Subject>,
     /// The guards.

@@ -175,6 +175,8 @@ impl Gates<'_, '_> {
                 Gate::Config
             } else if let Some(gate) = self.of_given(asks, site, at, way) {
                 gate
+            } else if self.shares_rounds(&read.places, way) {
+                Gate::Rate
             } else if ends_round {
                 // What else becomes of the states of elements has other names.
                 self.mode_of_element(asks, site, at)?

@@ -247,7 +247,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             self.remainder_counts(test, at) && self.goes_on_counting(test, at, way) && !self.stands_still(test, at, way)
         };
         let is_masked = is_remainder || self.masks_rounds(test);
-        if self.shares_rounds(test, way) || (is_masked && !is_kept && is_decimated()) {
+        if self.shares_rounds(&about.reads, way) || (is_masked && !is_kept && is_decimated()) {
             return Some(Gate::Rate);
         }
         // A lock that is not waited for fails while another holds it: that is no setting.

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Gates, Way};
+use super::Gates;
 use crate::count::search::Region;
 use crate::flow::{Effect, Head, NodeId, Place, SubjectId, Test};
 
@@ -45,32 +45,6 @@ impl Gates<'_, '_> {
             self.outlives(place) && made_by.is_some_and(|made_by| made_by.calls.iter().any(|call| call == "cycle"))
         };
         sources.calls.iter().any(|call| call == "next") && sources.places.iter().any(goes_round)
-    }
-
-    /// Whether it is asked which round of a loop over samples it is, and another filter gets the sample on the way: `for (channel, x) in
-    /// frame.iter_mut().enumerate() { if channel == 0 { *x = left.update(*x); } else { *x = right.update(*x); } }`.
-    pub(super) fn shares_rounds(&self, test: &Test, way: &Way) -> bool {
-        let graph = self.search.graph;
-        let Region::Loop(id) = self.region else { return false };
-        let info = graph.loop_info(id);
-        let Some((counter, _)) = info.counter else { return false };
-        let is_round = |place: &Place| {
-            place.steps.is_empty()
-                && place.base_var().is_some_and(|var| self.search.aliases.is_derived(var, &[counter]))
-        };
-        let from_round = self.search.aliases.derived_from(&info.bound);
-        let updates_other = |node: &NodeId| match &graph.node(*node).effect {
-            Effect::Update(update) => {
-                !self.is_instance(&update.place) && update.fed.iter().any(|var| from_round.contains(*var))
-            }
-            Effect::Call(site) => {
-                site.fed.iter().any(|var| from_round.contains(*var))
-                    && self.search.summaries.updates(site).any(|place| !self.is_instance(&place))
-            }
-            _ => false,
-        };
-        let reads = &test.about.reads;
-        !reads.is_empty() && reads.iter().all(is_round) && way.nodes.iter().any(updates_other)
     }
 
     /// What an iteration does that begins with a head of a state; `None` if it may lead to several.

@@ -27,6 +27,31 @@ impl Gates<'_, '_> {
         updating.iter().any(|id| self.is_inside(*id) && reached[id.0 as usize] && self.completes(*id, goes_by))
     }
 
+    /// Whether what a condition reads tells which round of a loop over samples it is, and another filter gets the sample on the way:
+    /// `for (channel, x) in frame.iter_mut().enumerate() { if channel == 0 { *x = left.update(*x); } else { *x = right.update(*x); } }`.
+    pub(super) fn shares_rounds(&self, reads: &[Place], way: &Way) -> bool {
+        let graph = self.search.graph;
+        let Region::Loop(id) = self.region else { return false };
+        let info = graph.loop_info(id);
+        let Some((counter, _)) = info.counter else { return false };
+        let is_round = |place: &Place| {
+            place.steps.is_empty()
+                && place.base_var().is_some_and(|var| self.search.aliases.is_derived(var, &[counter]))
+        };
+        let from_round = self.search.aliases.derived_from(&info.bound);
+        let updates_other = |node: &NodeId| match &graph.node(*node).effect {
+            Effect::Update(update) => {
+                !self.is_instance(&update.place) && update.fed.iter().any(|var| from_round.contains(*var))
+            }
+            Effect::Call(site) => {
+                site.fed.iter().any(|var| from_round.contains(*var))
+                    && self.search.summaries.updates(site).any(|place| !self.is_instance(&place))
+            }
+            _ => false,
+        };
+        !reads.is_empty() && reads.iter().all(is_round) && way.nodes.iter().any(updates_other)
+    }
+
     /// An inner loop that may have no round: over samples that are there or not.
     pub(super) fn of_loop(&self, id: LoopId) -> Option<Gate> {
         let info = self.search.graph.loop_info(id);

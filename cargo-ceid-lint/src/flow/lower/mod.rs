@@ -6,6 +6,7 @@ mod bits;
 mod borrowed;
 mod bound;
 mod builtins;
+mod by_number;
 mod callbacks;
 mod calls;
 mod carried;
@@ -470,12 +471,11 @@ impl<'a> Builder<'a> {
                 self.numbers.insert(var, number);
             }
         }
-        if let Some(guard) =
-            value.place.as_ref().and_then(Place::base_var).and_then(|var| self.guards_of.get(&var)).copied()
-        {
+        let given = value.place.as_ref().and_then(Place::base_var);
+        if let Some(guard) = given.and_then(|var| self.guards_of.get(&var)).copied() {
             self.guards_of.insert(var, guard);
         }
-        if let Some(from) = value.place.as_ref().and_then(Place::base_var).or(value.same_as) {
+        if let Some(from) = given.or(value.same_as) {
             self.graph.derived.push((var, from));
             if self.advanced.contains(&from) {
                 self.advanced.insert(var);

@@ -28,6 +28,7 @@ impl Builder<'_> {
         let Some(rounds) = self.written_rounds(pat, iterable, inside) else { return false };
         self.expr(iterable);
         let after = self.add_node(Effect::Nothing, keyword);
+        self.graph.written_out.push(self.span(inside));
         for parts in rounds {
             let again = self.add_node(Effect::Nothing, keyword);
             self.push_loop_scope(label, after, again, keyword);
@@ -71,8 +72,7 @@ impl Builder<'_> {
         if let [local] = locals.as_slice() {
             let heads = match self.names(iterable) {
                 Some(heads) => Some(heads).filter(|_| self.selects(inside, *local)),
-                None if self.lends_by(inside, *local) => self.numbers_of(iterable),
-                None => None,
+                None => self.numbers_of(iterable).filter(|numbers| self.chooses_by(inside, *local, numbers)),
             };
             return Some(heads?.into_iter().map(|head| vec![(pat, Some(head), iterable)]).collect());
         }
@@ -81,15 +81,13 @@ impl Builder<'_> {
         let [number, item] = pats.as_slice() else { return None };
         if let ExprKind::MethodCall { receiver, method, .. } = &body.expr(iterable).kind
             && method == "enumerate"
-            && self.lends_by(inside, *first)
+            && let Ty::Array(of, length) = self.ty(plain_items(body, *receiver)).peel()
         {
-            let Ty::Array(of, length) = self.ty(plain_items(body, *receiver)).peel() else { return None };
             let length = length.value.filter(|length| *length <= MAX_ROUNDS && !self.may_hold_filter(of))?;
-            return Some(
-                (0..length)
-                    .map(|at| vec![(*number, Some(at.to_string()), iterable), (*item, None, iterable)])
-                    .collect(),
-            );
+            let numbers: Vec<Head> = (0..length).map(|at| at.to_string()).collect();
+            let is_chosen = self.chooses_by(inside, *first, &numbers);
+            let round = |at| vec![(*number, Some(at), iterable), (*item, None, iterable)];
+            return is_chosen.then(|| numbers.into_iter().map(round).collect());
         }
         let ExprKind::Array { elements, is_vec: false } = &body.expr(plain_items(body, iterable)).kind else {
             return None;
@@ -141,8 +139,17 @@ impl Builder<'_> {
         in_constant(self.program, *value, written).flatten().filter(|_| !is_static)
     }
 
-    /// The numbers of a range, as heads.
+    /// The numbers of a range, or of an array of literals, as heads.
     fn numbers_of(&mut self, iterable: ExprId) -> Option<Vec<Head>> {
+        let body = self.body();
+        if let ExprKind::Array { elements, is_vec: false } = &body.expr(plain_items(body, iterable)).kind {
+            let number = |id: &ExprId| match &body.expr(*id).kind {
+                ExprKind::Literal(Literal::Int(Some(number), _)) => Some(number.to_string()),
+                _ => None,
+            };
+            let is_short = u64::try_from(elements.len()).is_ok_and(|len| len <= MAX_ROUNDS);
+            return elements.iter().map(number).collect::<Option<Vec<Head>>>().filter(|_| is_short);
+        }
         let ExprKind::Range { start: Some(start), end: Some(end), inclusive } = self.body().expr(iterable).kind else {
             return None;
         };
@@ -187,19 +194,6 @@ impl Builder<'_> {
             |kind: &ExprKind| matches!(kind, ExprKind::Index { index, .. } if body.within(*index).iter().any(is_it));
         body.exprs.iter().any(|expr| asks(&expr.kind)) && !body.exprs.iter().any(|expr| takes(&expr.kind))
     }
-
-    /// Whether a body has a `match` on the number of the round that lends a filter: `let pid = match axis { 0 => &mut self.roll, … };`
-    fn lends_by(&self, inside: ExprId, local: LocalId) -> bool {
-        let body = self.body();
-        body.within(inside).iter().any(|id| match &body.expr(*id).kind {
-            ExprKind::Match { scrutinee, .. } => {
-                self.typed().expr_local.get(scrutinee) == Some(&local)
-                    && matches!(self.ty(*id), Ty::Ref(..))
-                    && self.may_hold_filter(self.ty(*id))
-            }
-            _ => false,
-        })
-    }
 }
 
 /// What is written as an array, where it is borrowed or made an iterator of.
@@ -216,7 +210,7 @@ fn plain_items(body: &Body, id: ExprId) -> ExprId {
 }
 
 /// An expression without what only reads it.
-fn plain(body: &Body, id: ExprId) -> ExprId {
+pub(super) fn plain(body: &Body, id: ExprId) -> ExprId {
     match &body.expr(id).kind {
         ExprKind::Reference { value, .. } | ExprKind::Deref(value) => plain(body, *value),
         _ => id,
