@@ -4,10 +4,11 @@
 use super::aliases::Aliases;
 use super::cycles::{named, receives};
 use super::derived::Derived;
-use super::instances::may_hold_filter;
+use super::instances::{may_hold_filter, place_ty};
 use super::search::Search;
 use crate::flow::{CallSite, Computed, ControlFlowGraph, Effect, IndexKey, LoopId, NodeId, Place, Var};
 use crate::index::Ty;
+use crate::source::Span;
 
 /// Whether a round writes something into memory that the law reads: what the loop binds, or a value that comes from that.
 pub(super) fn writes_fed(
@@ -85,6 +86,37 @@ pub(super) fn puts_aside(
         && graph.filled.iter().any(|(at, place, from)| {
             is_inside(graph.node(*at).in_loop) && keeps(place) && from.places.iter().any(is_given)
         })
+}
+
+/// Whether what an update gives is combined with the sample of the round, in a variable or in what a call gets: `out.push(x * gain)`.
+pub(super) fn is_mixed_with(search: &Search<'_>, update: NodeId, id: LoopId, from_bound: &Derived<'_>) -> bool {
+    let Search { graph, aliases, program, .. } = *search;
+    // Rounds of other filters bring no samples of this one, and neither do constants.
+    let info = graph.loop_info(id);
+    let holds = |place: &Place| {
+        let ty = place_ty(program.index, graph, place);
+        ty.is_some_and(|ty| program.index.holds_filter(ty.peel()))
+    };
+    let is_literal = info.text.starts_with('[');
+    if is_literal || info.items.iter().map(|(_, element)| element).chain(&info.indexes).any(holds) {
+        return false;
+    }
+    let given = match &graph.node(update).effect {
+        Effect::Update(update) => update.into.as_slice(),
+        Effect::Call(site) => site.into.as_slice(),
+        _ => &[],
+    };
+    let from_given = aliases.derived_from(given);
+    let of_both = |span: Span, computed: &Computed| {
+        let mut vars = computed.places.iter().filter_map(Place::base_var);
+        let is_given = span.contains(graph.node(update).span) || vars.clone().any(|var| from_given.contains(var));
+        is_given && vars.any(|var| from_bound.contains(var))
+    };
+    let is_inside = |around: Option<LoopId>| graph.is_within(around, id);
+    let variables = graph.computed.iter().filter(|(var, _)| is_inside(graph.var(**var).in_loop));
+    let mut named = variables.filter_map(|(var, computed)| Some((*graph.read_at.get(var)?, computed)));
+    let mut mixed = graph.mixed.iter().filter(|(at, ..)| is_inside(graph.node(*at).in_loop));
+    named.any(|(span, computed)| of_both(span, computed)) || mixed.any(|(_, span, computed)| of_both(*span, computed))
 }
 
 /// What some variables give in a round of a loop, and what comes out of what is set with that: `delay.set_time(lfo.update(rate));

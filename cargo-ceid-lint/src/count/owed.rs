@@ -138,10 +138,9 @@ impl Context<'_> {
                     && in_collection(&instance.place, &other.place)
             });
             let is_owed = self.multiplicity(facts, &instance.place, instance.law) == Multiplicity::Once;
-            let Some(sibling) = sibling.filter(|_| is_owed && !self.is_spare(facts, &instance.place)) else { continue };
-            if sibling.loops.is_empty() && self.is_driven_elsewhere(facts, &instance.place) {
-                continue;
-            }
+            let is_others =
+                || self.is_spare(facts, &instance.place) || self.is_driven_elsewhere(facts, &instance.place);
+            let Some(sibling) = sibling.filter(|_| is_owed && !is_others()) else { continue };
             match sibling.loops.first() {
                 Some(id) => self.push_missed(facts, &instance.place, instance.law, CycleId::Loop(*id), pairs),
                 None => self.push_missed(facts, &instance.place, instance.law, CycleId::Function, pairs),

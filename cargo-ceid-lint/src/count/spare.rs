@@ -21,8 +21,8 @@ impl Context<'_> {
             })
     }
 
-    /// Whether an element lies in what the function was lent, and another function's cycle drives it: where each call is one cycle,
-    /// the one mode owes nothing for the other.
+    /// Whether an element lies in what the function was lent, and another function's cycle drives it: the one mode owes nothing for
+    /// the other.
     pub(super) fn is_driven_elsewhere(&self, facts: &FunctionFacts<'_>, place: &Place) -> bool {
         let graph = facts.graph;
         let is_lent = place.base_var().is_none_or(|var| graph.var(var).param.is_some());

@@ -105,6 +105,8 @@ pub struct ControlFlowGraph {
     pub sample_writes: Vec<SampleWrite>,
     /// Collections that a method puts values into, with what these are computed from.
     pub filled: Vec<(NodeId, Place, Computed)>,
+    /// What is computed for a call, or for whoever calls a closure, with where it stands: `out.push(x * gain)`.
+    pub mixed: Vec<(NodeId, Span, Computed)>,
     /// Collections that a method takes everything out of.
     pub emptied: Vec<(NodeId, Place)>,
     /// Functions whose bodies were read where they are called.

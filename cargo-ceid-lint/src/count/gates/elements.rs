@@ -57,6 +57,12 @@ impl Gates<'_, '_> {
             && self.nodes().any(|node| Some(node) != asked_by && self.changes(node, state))
     }
 
+    /// Whether a condition asks for the number of the element that the instance is.
+    pub(in crate::count) fn tells_elements_apart(&self) -> bool {
+        self.nodes()
+            .any(|id| matches!(&self.search.graph.node(id).effect, Effect::Branch(test) if self.asks_own_number(test)))
+    }
+
     /// The state that a subject is, if its name is given anew in each iteration or has an index.
     pub(super) fn element_state(&self, id: SubjectId) -> Option<ElementState> {
         self.element_state_at(self.search.graph.subjects[id.0 as usize].whole.as_ref()?)

@@ -192,6 +192,13 @@ impl Gates<'_, '_> {
         found
     }
 
+    /// What the ways through a helper read here that do not update.
+    pub(super) fn asked_in(&self, site: &CallSite, way: &Way) -> Option<Vec<Place>> {
+        let all = self.asked_by(site, self.answer(site, way), None)?;
+        let read = all.into_iter().map(|asks| Some(read_by(asks, site)?.places));
+        Some(read.collect::<Option<Vec<_>>>()?.concat())
+    }
+
     /// What a condition waits for whose result a helper is given and asks for: `slow(&mut pid, n % 10 == 0)`.
     fn of_given(&self, asks: &Asks, site: &CallSite, at: NodeId, way: &Way) -> Option<Gate> {
         let asked = asked_at(asks.whole.as_ref()?, site)?;

@@ -11,6 +11,7 @@ mod locked;
 mod mode;
 mod own;
 mod passed;
+mod per_element;
 mod rate;
 mod ready;
 mod resumed;
@@ -75,6 +76,8 @@ pub(super) struct Gates<'s, 'a> {
     told: OnceCell<Vec<(NodeId, Told)>>,
     /// Whether the region is a function that a cycle calls, not one that is a cycle.
     is_helper: bool,
+    /// Whether the region is a loop over elements, each of whose rounds stands for an iteration of its own element.
+    is_of_element: bool,
 }
 
 /// A way that does not update: its nodes, and the one at which that was decided.
@@ -119,6 +122,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             time_gates: OnceCell::new(),
             told: OnceCell::new(),
             is_helper: false,
+            is_of_element: false,
         }
     }
 
@@ -161,6 +165,7 @@ impl<'s, 'a> Gates<'s, 'a> {
                 .or_else(|| self.of_pause(&way))
                 .or_else(|| self.leaves_samples(&way).then_some(Gate::Sample)),
         };
+        let gate = gate.or_else(|| self.of_element(end, &way));
         if let Some(gate) = gate
             && !self.loses_time(gate, &way)
         {
@@ -272,7 +277,7 @@ impl<'s, 'a> Gates<'s, 'a> {
             return Some(Gate::Config);
         }
         if about.is_presence && self.lacks_sample(test, at, way) || self.asks_for_reason(test, at, way) {
-            return Some(if self.binds_filters(test) { Gate::Config } else { Gate::Sample });
+            return if self.binds_filters(test) { (!is_tried).then_some(Gate::Config) } else { Some(Gate::Sample) };
         }
         if self.asks_whether_event(test) || self.is_flag_of_others(test) {
             return Some(Gate::Event);
@@ -343,12 +348,6 @@ impl<'s, 'a> Gates<'s, 'a> {
             });
         }
         None
-    }
-
-    /// Whether a condition asks for the number of the element that the instance is.
-    pub(super) fn tells_elements_apart(&self) -> bool {
-        self.nodes()
-            .any(|id| matches!(&self.search.graph.node(id).effect, Effect::Branch(test) if self.asks_own_number(test)))
     }
 
     /// The nodes of the region.
@@ -473,7 +472,9 @@ impl<'s, 'a> Gates<'s, 'a> {
 
     /// Whether a place is there before and after the iteration.
     fn outlives(&self, place: &Place) -> bool {
-        self.search.outlives(self.region, place) || self.is_locked(place)
+        self.search.outlives(self.region, place)
+            || self.is_locked(place)
+            || (self.is_of_element && self.is_state_of_element(place))
     }
 
     /// What the places that a condition reads are computed from.

@@ -27,6 +27,10 @@ pub(in crate::count) struct KeptMode {
 }
 
 impl KeptMode {
+    pub(super) const fn place(&self) -> &Given {
+        &self.place
+    }
+
     fn bears_with(&self, head: Option<&Head>) -> bool {
         head.map_or(self.bears_all, |head| self.bears.contains(head))
     }
@@ -297,7 +301,7 @@ impl Gates<'_, '_> {
     }
 
     /// The states for which a helper pauses.
-    fn modes_of(&self, site: &CallSite) -> BTreeSet<&KeptMode> {
+    pub(super) fn modes_of(&self, site: &CallSite) -> BTreeSet<&KeptMode> {
         let summaries = site.targets.iter().filter_map(|target| self.search.summaries.get(*target));
         let outcomes = summaries.flat_map(|summary| summary.outcomes(self.search.law)).flat_map(|(_, ways)| ways);
         outcomes.flat_map(|outcome| &outcome.modes).collect()

@@ -1,13 +1,12 @@
 //! Gates of rate: counters that are compared and set back, and remainders.
 
+use super::sources::{counts_shared, is_arithmetic};
 use super::{Gates, Way, contains_any};
 use crate::count::cycles::named;
 use crate::count::given::place_of;
 use crate::count::search::Region;
 use crate::count::verdict::Gate;
-use crate::flow::{
-    CallSite, ChangeKind, Computed, Effect, Head, NodeId, Place, Test, is_shared_number, reads_shared_number,
-};
+use crate::flow::{CallSite, ChangeKind, Computed, Effect, Head, NodeId, Place, Test, is_shared_number};
 use crate::index::Ty;
 
 /// Parts of the names of functions that give the number of a cycle.
@@ -103,14 +102,18 @@ impl Gates<'_, '_> {
         let mut asked = test.about.reads.clone();
         for place in &test.about.reads {
             let computed = place.base_var().and_then(|var| self.search.graph.computed.get(&var));
+            let is_of_round = |_: &&Computed| place.steps.is_empty() && !self.outlives(place);
+            let Some(computed) = computed.filter(is_of_round) else { continue };
             // A truth value has conditions behind it, each of which is asked for itself.
-            let is_truth = self.ty(place) == Some(Ty::Bool);
-            let is_of_round = place.steps.is_empty() && !self.outlives(place);
-            let is_told_here = |computed: &Computed| is_truth && !self.asks_caller(&computed.places);
-            let Some(computed) = computed.filter(|computed| is_of_round && !is_told_here(computed)) else { continue };
+            if self.ty(place) == Some(Ty::Bool) && !self.asks_caller(&computed.places) {
+                continue;
+            }
             let mut given = self.assigning(place);
             let reads = |name: &String| is_arithmetic(name) || counts_shared(name);
-            if computed.calls.iter().all(reads) && given.next().is_some() && given.next().is_none() {
+            // A reading that is taken out of a buffer is no count, and neither is its number.
+            let is_buffer = |place: &Place| self.ty(place).is_some_and(|ty| crate::types::item_of(ty.peel()).is_some());
+            let is_reading = self.ty(place) == Some(Ty::Float) && computed.places.iter().any(is_buffer);
+            if computed.calls.iter().all(reads) && given.next().is_some() && given.next().is_none() && !is_reading {
                 asked.extend(named(&computed.places).into_iter().cloned());
             }
         }
@@ -484,15 +487,4 @@ impl Gates<'_, '_> {
             && !self.calls_write(place)
             && !self.reached(|node, _| !self.counts_at(node, place))[at.0 as usize]
     }
-}
-
-/// What reads a number that is shared with others, or counts it.
-fn counts_shared(name: &str) -> bool {
-    reads_shared_number(name) || matches!(name, "fetch_add" | "fetch_sub")
-}
-
-/// Methods that only reckon.
-fn is_arithmetic(name: &str) -> bool {
-    matches!(name, "is_multiple_of" | "rem_euclid" | "abs" | "min" | "max" | "unwrap" | "into")
-        || name.starts_with("wrapping_")
 }

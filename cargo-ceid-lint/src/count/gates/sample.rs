@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::{Gates, Sources, Way};
+use crate::count::cycles::named;
 use crate::count::given::place_of;
 use crate::count::search::{Region, Search};
 use crate::flow::{About, CallSite, Computed, Effect, LoopId, NodeId, Place, Test, Var};
@@ -55,8 +56,9 @@ impl Gates<'_, '_> {
         let mut open: Vec<_> = self.nodes().filter_map(writing).filter(|(_, written)| !written.is_empty()).collect();
         loop {
             let sources = self.assignments().behind(fed);
-            let keeps =
-                |written: &Vec<Place>| sources.places.iter().any(|place| written.iter().any(|to| place.overlaps(to)));
+            // What is read of an owner is the part that is named.
+            let read = named(&sources.places);
+            let keeps = |written: &Vec<Place>| read.iter().any(|place| written.iter().any(|to| place.overlaps(to)));
             let (mut keeping, others): (Vec<_>, Vec<_>) = open.into_iter().partition(|(_, written)| keeps(written));
             keeping.retain(|(site, _)| self.leaves_alone(site, self.search.instance));
             if keeping.is_empty() {

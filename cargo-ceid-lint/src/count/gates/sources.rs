@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::flow::{Computed, ControlFlowGraph, Effect, NodeId, Place, Var, VarInfo};
+use crate::flow::{Computed, ControlFlowGraph, Effect, NodeId, Place, Var, VarInfo, reads_shared_number};
 use crate::index::Ty;
 
 /// How many places are followed; beyond that nothing more is found.
@@ -104,4 +104,15 @@ fn add(places: &mut Vec<Place>, place: &Place) {
 pub(super) fn contains_any(name: &str, parts: &[&str]) -> bool {
     let name = name.to_lowercase();
     parts.iter().any(|part| name.contains(part))
+}
+
+/// What reads a number that is shared with others, or counts it.
+pub(super) fn counts_shared(name: &str) -> bool {
+    reads_shared_number(name) || matches!(name, "fetch_add" | "fetch_sub")
+}
+
+/// Methods that only reckon.
+pub(super) fn is_arithmetic(name: &str) -> bool {
+    matches!(name, "is_multiple_of" | "rem_euclid" | "abs" | "min" | "max" | "unwrap" | "into")
+        || name.starts_with("wrapping_")
 }

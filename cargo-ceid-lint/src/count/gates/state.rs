@@ -343,6 +343,25 @@ impl Gates<'_, '_> {
         place.steps.is_empty() && place.base_var().is_some_and(is_counter)
     }
 
+    /// Whether a place lies in an element of which a variable tells the number that the iteration counts on.
+    fn is_at_another_number(&self, place: &Place) -> bool {
+        let counts = |number: Place| {
+            self.outlives(&number) && !self.is_own_number(&number) && self.assigning(&number).next().is_some()
+        };
+        let is_assigned = |name: &str| {
+            self.nodes().any(|id| match &self.search.graph.node(id).effect {
+                Effect::Write(write) | Effect::Set(write) => self.last_name(&write.place) == name,
+                _ => false,
+            })
+        };
+        let is_changed = |key: &IndexKey| match key {
+            IndexKey::Var(number) => counts(Place::var(*number)),
+            IndexKey::Data(text) => text.rsplit('.').next().is_some_and(is_assigned),
+            _ => false,
+        };
+        place.steps.iter().filter_map(Projection::key).any(is_changed)
+    }
+
     /// Whether a place has one value for all iterations.
     pub(super) fn is_setting(&self, place: &Place) -> bool {
         let graph = self.search.graph;
@@ -350,13 +369,16 @@ impl Gates<'_, '_> {
         if self.is_own_number(place) {
             return true;
         }
+        // What lies at a number that changes is another one each time.
+        if self.is_at_another_number(place) {
+            return false;
+        }
         // A field of an element keeps its value where nothing writes that of any; a cycle over elements has another one each time.
         let roots = self.search.aliases.roots(place);
         let is_of_element = place.base_var().is_some_and(|var| {
-            (0u32..).zip(&graph.loops).any(|(number, info)| {
-                self.region != Region::Loop(LoopId(number))
-                    && info.items.iter().any(|(item, _)| self.is_named_after(var, *item))
-            })
+            (0u32..)
+                .take(graph.loops.len())
+                .any(|number| self.region != Region::Loop(LoopId(number)) && self.is_element_of(LoopId(number), var))
         });
         let is_of = |written: &Place, root: &Place| {
             self.search.aliases.shared_roots(written).iter().any(|written| written.overlaps(root))
@@ -371,13 +393,17 @@ impl Gates<'_, '_> {
                     && instance.steps.starts_with(&root.steps[..=at])
             })
         };
-        let is_field = !place.steps.is_empty() || (!roots.is_empty() && roots.iter().all(is_beside));
+        // The elements of another collection: `for (filter, is_on) in bank.iter_mut().zip(&self.switches)`.
+        let is_element = |root: &Place| root.steps.last().is_some_and(|step| step.key().is_some());
+        let is_alone = |root: &Place| is_beside(root) || is_element(root);
+        let is_field = !place.steps.is_empty() || (!roots.is_empty() && roots.iter().all(is_alone));
         if (is_of_element && is_field || self.is_lent_once(place)) && !roots.contains(place) {
             return roots.iter().all(|root| {
                 self.is_setting(root)
                     && !self.nodes().any(|id| match &graph.node(id).effect {
+                        // A part of an item that is given a name is not written.
                         Effect::Write(write) | Effect::Set(write) if !write.place.steps.is_empty() => {
-                            is_of(&write.place, root)
+                            !write.rebinds && is_of(&write.place, root)
                         }
                         Effect::Call(site) => self.written_by(site).any(|written| is_of(&written, root)),
                         _ => false,
@@ -446,11 +472,6 @@ impl Gates<'_, '_> {
             _ => false,
         };
         !place.steps.is_empty() && is_told && !is_setting
-    }
-
-    /// Whether a variable is another name of an item of a loop.
-    fn is_named_after(&self, var: Var, item: Var) -> bool {
-        var == item || self.search.aliases.is_derived(var, &[item])
     }
 
     /// Whether a function leaves a place as its caller gave it.

@@ -2,7 +2,7 @@
 
 use super::run::{BEYOND, Run};
 use super::{MAX_ROUNDS, Region, State};
-use crate::flow::{Cause, LoopId, Place, Rounds};
+use crate::flow::{Assignment, Cause, LoopId, Place, Rounds};
 
 impl Run<'_, '_> {
     /// Another round of a loop, or no more.
@@ -13,7 +13,9 @@ impl Run<'_, '_> {
         let [round, rest @ ..] = next.as_slice() else { return };
         let names = self.names.get(state.names).clone();
         let plain = self.search.without_items(&names, id);
-        let plain_id = self.names.intern(plain.clone());
+        let is_own = self.region == Region::Loop(id) && self.is_round_of_element();
+        let named = if is_own { self.search.with_items(&plain, id) } else { plain.clone() };
+        let plain_id = self.names.intern(named);
         let Some(copies) = self.copies_in_round(state.copies, id, false) else { return };
         let state = State { names: plain_id, copies, ..state.clone() };
         let mut rounds = self.rounds.get(state.rounds).clone();
@@ -92,7 +94,7 @@ impl Run<'_, '_> {
             return;
         }
         let mut after = state.clone();
-        if let Some((counter, first)) = info.counter {
+        if let Some((counter, first)) = info.counter.filter(|_| !is_own) {
             after.masks = self.killed(after.masks, &Place::var(counter));
             if let (Some(first), Some(last), false) = (first, self.last_asked(counter), is_region || !info.in_order) {
                 // Behind the last number that is asked for, no such question holds.
@@ -111,6 +113,19 @@ impl Run<'_, '_> {
             self.follow(at, state.clone(), *to);
         }
     }
+
+    /// Whether the iterations that are followed for a mode are the rounds of a loop over elements: each is one of the same element.
+    pub(super) fn is_round_of_element(&self) -> bool {
+        self.mode.is_some() && matches!(self.region, Region::Loop(id) if self.search.covers(id))
+    }
+
+    /// Whether a node gives the element of such a round its name, which is the one that it had in the round before.
+    pub(super) fn names_element(&self, set: &Assignment) -> bool {
+        let Region::Loop(id) = self.region else { return false };
+        let var = set.place.base_var().filter(|_| set.rebinds && set.place.steps.is_empty());
+        var.is_some_and(|var| self.search.graph.loop_info(id).bound.contains(&var)) && self.is_round_of_element()
+    }
+
     /// Whether something in a loop updates the instance.
     fn updates_in(&self, id: LoopId) -> bool {
         let graph = self.search.graph;

@@ -62,8 +62,7 @@ impl Builder<'_> {
         if let Some(state) = self.told_variant(id) {
             return self.collect_about(state, about, depth + 1);
         }
-        let received_by = received_by(*self.program, self.typed().callees.get(&id), self.ty(id));
-        about.names.extend(received_by.map(str::to_owned));
+        about.names.extend(received_by(self.constants(), id).map(str::to_owned));
         let body = self.body();
         match &body.expr(id).kind {
             ExprKind::MethodCall { receiver, method, args, .. } => {

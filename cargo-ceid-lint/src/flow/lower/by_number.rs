@@ -31,6 +31,7 @@ impl Constants<'_> {
                 ExprKind::Match { scrutinee, arms } if is_it(*scrutinee) && self.has_each(arms, numbers) => {
                     chosen.extend(arms.iter().flat_map(|arm| self.body.within(arm.body)));
                 }
+                ExprKind::If { .. } if self.lends(*id) && self.asks_each(*id, &is_it, numbers) => return true,
                 ExprKind::If { .. } if self.asks_each(*id, &is_it, numbers) => chosen.extend(self.body.within(*id)),
                 ExprKind::MethodCall { args, .. } | ExprKind::Call { args, .. } if calls < MAX_CALLS => {
                     let at = args.iter().position(|arg| is_it(*arg));

@@ -2,7 +2,6 @@
 
 use super::laws::Law;
 use super::stored::Holder;
-use super::values::is_plain;
 use super::{Builder, Value};
 use crate::flow::{Argument, CallSite, Caller, Cause, Computed, Effect, IndexKey, Place, Transfer, Var};
 use crate::index::{Def, FunctionId, Ty};
@@ -60,6 +59,7 @@ impl Builder<'_> {
     pub(super) fn values(&mut self, args: &[ExprId]) -> Vec<Value> {
         let values: Vec<Value> = args.iter().map(|arg| self.expr(*arg)).collect();
         for (value, arg) in values.iter().zip(args) {
+            self.note_mixed(*arg);
             if !matches!(self.ty(*arg), Ty::Ref(..)) {
                 self.lose_made(value);
             }
@@ -273,7 +273,7 @@ impl Builder<'_> {
             .zip(values)
             .zip(lent)
             .map(|((expr, value), is_lent)| Argument {
-                place: value.place.clone().filter(|_| !is_plain(self.ty(*expr)) || is_lent),
+                place: value.place.clone().filter(|_| !super::values::is_plain(self.ty(*expr)) || is_lent),
                 index: self.argument_index(*expr, value),
                 value_of: self.value_of(*expr).or_else(|| self.state_given(*expr, value)),
                 head: value.head.clone().or_else(|| self.name_behind(*expr)),
@@ -419,7 +419,7 @@ impl Builder<'_> {
                     let is_moved = !matches!(self.ty(*expr), Ty::Ref(..)) && !self.is_receiver(id, *expr);
                     moved.extend(is_moved.then(|| place.clone()));
                     places.push(place.clone());
-                } else if !is_plain(self.ty(*expr)) {
+                } else if !self.is_given_as_value(id, *expr) {
                     self.written_unseen(place.clone(), span);
                 }
             }

@@ -47,7 +47,9 @@ impl Builder<'_> {
         let originals = self.swap_captured(closure, None);
         let value = self.inline_body(ty, body.expr(code.body).span, true, |this| {
             this.bind_params(&code.params, args);
-            this.expr(code.body)
+            let value = this.expr(code.body);
+            this.note_mixed(code.body);
+            value
         });
         self.swap_captured(closure, originals);
         self.depth -= 1;

@@ -134,8 +134,7 @@ impl Builder<'_> {
                 continue;
             }
             limits.extend(self.limits_of_wait(expr).map(|limit| body.expr(limit).span));
-            let received_by = received_by(*self.program, self.typed().callees.get(&expr), self.ty(expr));
-            computed.calls.extend(received_by.map(str::to_owned));
+            computed.calls.extend(received_by(self.constants(), expr).map(str::to_owned));
             match &body.expr(expr).kind {
                 ExprKind::MethodCall { method, .. } => computed.calls.push(method.clone()),
                 ExprKind::Await(_) => computed.calls.push("await".to_owned()),

@@ -1,5 +1,6 @@
 //! Functions that do little more than receive a message for their caller: `fn next(events: &Receiver<Event>) -> Event`.
 
+use super::constants::Constants;
 use crate::flow::Program;
 use crate::index::{Def, FunctionId, Shape, Ty};
 use crate::syntax::tree::{Body, ExprId, ExprKind, PatId, StmtKind};
@@ -64,11 +65,17 @@ const MAX_EXPRESSIONS: usize = 60;
 const MAX_VALUES: u32 = 32;
 
 /// The method with which the function that a call runs receives what it gives back. A function that was given and gives one of
-/// several messages stands for such a method.
-pub(super) fn received_by<'a>(program: Program<'a>, callee: Option<&Callee>, gives: &Ty) -> Option<&'a str> {
-    match callee? {
-        Callee::Parameter(_) if is_message(program, gives) => Some("recv"),
-        callee => called(program, callee, 0),
+/// several messages stands for such a method, and so does the `next` of a trait of the analysed code.
+pub(super) fn received_by<'a>(own: Constants<'a>, call: ExprId) -> Option<&'a str> {
+    let gives_message = || is_message(*own.program, own.typed.ty(call));
+    let has_no_body = |target: &FunctionId| own.program.index.function(*target).function.body.is_none();
+    match own.typed.callees.get(&call)? {
+        Callee::Parameter(_) if gives_message() => Some("recv"),
+        Callee::Resolved(resolved) if resolved.targets.iter().all(has_no_body) => {
+            let is_next = matches!(&own.body.expr(call).kind, ExprKind::MethodCall { method, .. } if method == "next");
+            (is_next && gives_message()).then_some("recv")
+        }
+        callee => called(*own.program, callee, 0),
     }
 }
 

@@ -6,7 +6,7 @@ use super::Builder;
 use crate::flow::{Computed, LoopId, Place, Var};
 use crate::index::Ty;
 use crate::source::Span;
-use crate::syntax::tree::{ExprId, ExprKind, StmtKind};
+use crate::syntax::tree::{Body, ExprId, ExprKind, StmtKind};
 
 impl Builder<'_> {
     /// Notes what is asked for something by the counter of a loop, `input.at(i)`, `input[first + i]`, `level_at(input, i)`.
@@ -104,6 +104,14 @@ impl Builder<'_> {
         }
     }
 
+    /// Notes what is computed for a call, or for whoever calls a closure, from several things: `out.push(x * gain)`.
+    pub(super) fn note_mixed(&mut self, id: ExprId) {
+        if let Some(at) = self.at.filter(|_| is_mixed(self.body(), id, 0)) {
+            let computed = self.computed_from(id);
+            self.graph.mixed.push((at, self.span(id), computed));
+        }
+    }
+
     /// What an item that a closure gets is one of: the channels in `channels.iter().map(|channel| channel[i])`.
     fn owners_of_item(&mut self, item: ExprId, inside: Span) -> Vec<Place> {
         let tree = self.body();
@@ -145,14 +153,16 @@ impl Builder<'_> {
         })
     }
 
-    /// Whether an expression is a number that a counter gives, turned round, or by a name: `let behind = -((LAST - i) as isize);`
+    /// Whether an expression is a number that a counter gives, turned round, by a name, or among those of several channels:
+    /// `let behind = -((LAST - i) as isize);`, `frame * channels + channel`.
     fn is_numbered_by(&self, id: ExprId, counter: Var) -> bool {
         let given = match &self.body().expr(id).kind {
-            ExprKind::Negate(value) => Some(*value),
-            ExprKind::Path(_) if *self.ty(id) == Ty::Int => self.constants().initial(id),
-            _ => None,
+            ExprKind::Negate(value) | ExprKind::Cast { value, .. } => vec![*value],
+            ExprKind::Binary { op: "+" | "-" | "*" | "<<", lhs, rhs } => vec![*lhs, *rhs],
+            ExprKind::Path(_) if *self.ty(id) == Ty::Int => self.constants().initial(id).into_iter().collect(),
+            _ => Vec::new(),
         };
-        self.counts_with(id, counter) || given.is_some_and(|given| self.is_numbered_by(given, counter))
+        self.counts_with(id, counter) || given.into_iter().any(|given| self.is_numbered_by(given, counter))
     }
 
     /// Whether an expression is a counter, a number away from it, or a window that begins or ends so: `frame[i..i + 4]`.
@@ -169,5 +179,25 @@ impl Builder<'_> {
             ExprKind::Range { start, end, .. } => start.iter().chain(end).any(|end| self.counts_with(*end, counter)),
             _ => false,
         }
+    }
+}
+
+/// How deep operators and arrays are looked into.
+const MAX_OPERATORS: u32 = 8;
+
+/// Whether something is computed by an operator, or by what is called on a number.
+fn is_mixed(body: &Body, id: ExprId, depth: u32) -> bool {
+    let next = |id: ExprId| depth < MAX_OPERATORS && is_mixed(body, id, depth + 1);
+    match &body.expr(id).kind {
+        ExprKind::Binary { op, .. } => matches!(*op, "+" | "-" | "*" | "/"),
+        ExprKind::MethodCall { receiver, method, args, .. } => {
+            matches!(method.as_str(), "mul_add" | "mul" | "add" | "sub") && !args.is_empty() || next(*receiver)
+        }
+        ExprKind::Reference { value, .. } | ExprKind::Cast { value, .. } => next(*value),
+        ExprKind::Negate(value) => next(*value),
+        ExprKind::Array { elements, .. } => elements.iter().any(|element| next(*element)),
+        ExprKind::Tuple(parts) => parts.iter().any(|part| next(*part)),
+        ExprKind::Block(block) => block.tail.is_some_and(next),
+        _ => false,
     }
 }

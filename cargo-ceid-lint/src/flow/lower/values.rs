@@ -277,6 +277,20 @@ impl Builder<'_> {
     }
 }
 
+impl Builder<'_> {
+    /// Whether a call gets nothing through which it could write what an argument names: what is given by value is copied, or gone.
+    pub(super) fn is_given_as_value(&self, call: ExprId, arg: ExprId) -> bool {
+        let ty = self.ty(arg);
+        let is_value = match ty {
+            Ty::Adt(..) => true,
+            Ty::External(path, _) => !path.starts_with("?::"),
+            Ty::Tuple(parts) => parts.iter().all(is_plain),
+            _ => false,
+        };
+        is_plain(ty) || (is_value && !self.is_receiver(call, arg))
+    }
+}
+
 /// Whether a value of the type is a copy through which nothing is written.
 pub(super) fn is_plain(ty: &Ty) -> bool {
     match ty {

@@ -1,0 +1,133 @@
+//! Gates by states of the elements of a collection, each of which has its own: `for channel in &mut bank { channel.count += 1; if
+//! channel.count == 10 { channel.count = 0; channel.filter.update(x); } }`. What an iteration is to other filters is the round to an
+//! element's, so that the round is judged as one.
+
+use super::{Gates, Way};
+use crate::count::cycles::named;
+use crate::count::given::place_of;
+use crate::count::search::{End, Region, Search};
+use crate::count::verdict::Gate;
+use crate::flow::{CallSite, Effect, IndexKey, LoopId, NodeId, Place, Projection, Var};
+use crate::index::Ty;
+
+impl Gates<'_, '_> {
+    /// Why a way skips that is decided in a loop over the elements, by a state of the element or by the clock of its step.
+    pub(super) fn of_element(&self, end: &End, way: &Way) -> Option<Gate> {
+        let graph = self.search.graph;
+        let is_over_elements = |id: &LoopId| self.search.covers(*id) && self.region != Region::Loop(*id);
+        let id = graph.loops_around(way.at).find(is_over_elements).filter(|id| !self.is_left_early(*id))?;
+        let own = Self { is_of_element: true, is_helper: self.is_helper, ..Self::new(self.search, Region::Loop(id)) };
+        let at = way.nodes.iter().position(|node| *node == way.at)?;
+        let is_head = |node: &NodeId| *node == graph.loop_info(id).head;
+        let begins = way.nodes[..at].iter().rposition(is_head)?;
+        let ends = way.nodes[at..].iter().position(is_head).map_or(way.nodes.len(), |behind| at + behind + 1);
+        let round = Way { nodes: way.nodes[begins..ends].to_vec(), at: way.at };
+        let gate = match &graph.node(way.at).effect {
+            Effect::Branch(test) => {
+                let gate = own.of_branch(test, way.at, &round);
+                gate.filter(|gate| self.asks_element(&own, &test.about.reads, *gate))
+            }
+            Effect::Call(site) => self.of_call_in_round(&own, site, end, &round),
+            _ => None,
+        };
+        let whole = || {
+            let steps = &self.search.instance.steps;
+            let each = steps.iter().rposition(|step| step.key().is_some())?;
+            Some(Place { base: self.search.instance.base, steps: steps[..=each].to_vec() })
+        };
+        let is_measured =
+            || own.is_measured(&round) && whole().is_some_and(|element| !self.is_written_beside(&own, &element));
+        // What a helper finds as it is may be changed by its caller, who is not asked for elements.
+        gate.filter(|gate| !self.is_helper || matches!(gate, Gate::Rate | Gate::Time))
+            .or_else(|| is_measured().then_some(Gate::Measured))
+    }
+
+    /// The same for a helper that does not update.
+    fn of_call_in_round(&self, own: &Self, site: &CallSite, end: &End, round: &Way) -> Option<Gate> {
+        match end.state.helper_gate {
+            gate @ Some(Gate::Mode | Gate::Startup) => {
+                let is_left = |place: Place| !self.is_written_beside(own, &place);
+                let mut kept =
+                    own.modes_of(site).into_iter().map(|mode| place_of(mode.place(), site).is_some_and(is_left));
+                gate.filter(|_| kept.all(|is_kept| is_kept) && own.leaves_modes(site, round.at))
+            }
+            Some(_) => None,
+            None => {
+                let asked = own.asked_in(site, round)?;
+                own.of_call(site, round.at, round, false).filter(|gate| self.asks_element(own, &asked, *gate))
+            }
+        }
+    }
+
+    /// Whether a condition reads nothing but states of the element, which the rest of the iteration leaves alone, and settings; for
+    /// the time, whatever is the same for all elements. What pauses a filter may not be ended by another method of the owner.
+    fn asks_element(&self, own: &Self, reads: &[Place], gate: Gate) -> bool {
+        let is_kept = |place: &Place| self.search.aliases.shared_roots(place).iter().all(|root| self.outlives(root));
+        let is_pause = matches!(gate, Gate::Mode | Gate::Startup);
+        let is_state = |place: &Place| {
+            own.is_state_of_element(place)
+                && is_kept(place)
+                && !self.is_written_beside(own, place)
+                && !(is_pause && self.is_written_elsewhere(place, &|_| true))
+        };
+        let is_setting =
+            |place: &Place| if gate == Gate::Time { own.is_setting(place) } else { self.is_setting(place) };
+        // Of `bank[i].is_on` the bank is noted as well, and the number.
+        let is_bound = |place: &Place| place.base_var().is_some_and(|var| own.binds(var));
+        let is_number = |place: &Place| place.steps.is_empty() && is_bound(place) && self.ty(place) == Some(Ty::Int);
+        let reads: Vec<&Place> = named(reads).into_iter().filter(|place| !is_number(place)).collect();
+        reads.iter().any(|place| is_state(place)) && reads.into_iter().all(|place| is_state(place) || is_setting(place))
+    }
+
+    /// Whether a loop may be left in the midst of a round.
+    fn is_left_early(&self, id: LoopId) -> bool {
+        let graph = self.search.graph;
+        let is_within = |node: NodeId| graph.is_within(graph.node(node).in_loop, id);
+        let leaves = |node: NodeId| graph.node(node).next.iter().any(|next| !is_within(*next));
+        graph.node_ids().any(|node| is_within(node) && node != graph.loop_info(id).head && leaves(node))
+    }
+
+    /// Whether something in the iteration writes a place of an element outside the loop over these.
+    fn is_written_beside(&self, own: &Self, place: &Place) -> bool {
+        let aliases = self.search.aliases;
+        let roots = aliases.shared_roots(place);
+        let is_it = |written: &Place| {
+            aliases.shared_roots(written).iter().any(|written| roots.iter().any(|root| root.overlaps(written)))
+        };
+        self.nodes().filter(|node| !own.is_inside(*node)).any(|node| match &self.search.graph.node(node).effect {
+            Effect::Write(write) | Effect::Set(write) => !write.rebinds && is_it(&write.place),
+            Effect::Call(site) => self.written_by(site).any(|written| is_it(&written)),
+            Effect::Unknown { places, .. } => places.iter().any(is_it),
+            _ => false,
+        })
+    }
+
+    /// Whether a place lies in the element of the round, by the name that the loop gives it or by its number.
+    pub(super) fn is_state_of_element(&self, place: &Place) -> bool {
+        let Region::Loop(id) = self.region else { return false };
+        let graph = self.search.graph;
+        let is_lent = |var: Var| matches!(graph.var(var).ty, Ty::Ref(..));
+        let by_name = |var: Var| (!place.steps.is_empty() || is_lent(var)) && self.is_element_of(id, var);
+        let is_number = |key: &IndexKey| matches!(key, IndexKey::Var(var) if self.binds(*var));
+        place.base_var().is_some_and(by_name) || place.steps.iter().filter_map(Projection::key).any(is_number)
+    }
+
+    /// Whether the head of the loop binds a variable.
+    fn binds(&self, var: Var) -> bool {
+        matches!(self.region, Region::Loop(id) if self.search.graph.loop_info(id).bound.contains(&var))
+    }
+
+    /// Whether a variable names the element of a loop in each round: `channel` in `for (number, channel) in bank.iter_mut().enumerate()`.
+    pub(super) fn is_element_of(&self, id: LoopId, var: Var) -> bool {
+        let Search { graph, aliases, .. } = self.search;
+        let info = graph.loop_info(id);
+        let is_named_after = |item: &Var| var == *item || aliases.is_derived(var, &[*item]);
+        let is_element =
+            |root: &Place| root.base_var() != Some(var) && root.steps.last().is_some_and(|step| step.key().is_some());
+        let is_part = || {
+            let roots = aliases.roots(&Place::var(var));
+            info.bound.iter().any(is_named_after) && !roots.is_empty() && roots.iter().all(is_element)
+        };
+        info.items.iter().any(|(item, _)| is_named_after(item)) || is_part()
+    }
+}
