@@ -1,9 +1,11 @@
 //! Gates of inner loops: those that may have no round, and those whose rounds all end without an update.
 
 use super::{Gates, Way};
+use crate::count::cycles::named;
 use crate::count::search::Region;
 use crate::count::verdict::Gate;
 use crate::flow::{Effect, Limit, LoopId, NodeId, Place};
+use crate::index::Ty;
 
 impl Gates<'_, '_> {
     /// `if n > 0 { n -= 1; continue; } if f.update(x) > LIMIT { n = 50; }`: an iteration may update and leave the count as it is, so
@@ -34,9 +36,19 @@ impl Gates<'_, '_> {
         let Region::Loop(id) = self.region else { return false };
         let info = graph.loop_info(id);
         let Some((counter, _)) = info.counter else { return false };
+        let is_number = |place: &Place| self.ty(place) == Some(Ty::Int);
+        // A sample that is found by the number tells no round, nor does what is asked of it.
+        let is_of_numbers = |place: &Place| match (self.ty(place), place.base_var()) {
+            (Some(Ty::Bool), Some(var)) => {
+                let computed = graph.computed.get(&var);
+                computed.is_some_and(|computed| named(&computed.places).into_iter().all(is_number))
+            }
+            _ => is_number(place),
+        };
         let is_round = |place: &Place| {
             place.steps.is_empty()
                 && place.base_var().is_some_and(|var| self.search.aliases.is_derived(var, &[counter]))
+                && is_of_numbers(place)
         };
         let from_round = self.search.aliases.derived_from(&info.bound);
         let updates_other = |node: &NodeId| match &graph.node(*node).effect {
