@@ -243,7 +243,8 @@ impl<'s, 'a> Run<'s, 'a> {
             }
             Effect::Unknown { places, cause } => {
                 let mut next = state.clone();
-                if places.iter().any(|place| self.may_hold(state, place)) {
+                let may_hold = || places.iter().any(|place| self.may_hold(state, place));
+                if may_hold() && !self.search.is_one_update(state.node) {
                     next.unknown = Some(self.cause(cause));
                 }
                 for place in places {
