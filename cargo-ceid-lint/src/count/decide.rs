@@ -16,6 +16,7 @@ use super::skips::{
     is_behind_number, is_by_key, is_of_nothing, is_passed_by_search, is_passed_over, loop_left, skip_place,
     trades_places,
 };
+use super::taken_out;
 use super::verdict::{Evidence, Gate, Verdict};
 use super::witness::{is_closure_call, steps, steps_inside};
 use crate::diagnostic::WitnessStep;
@@ -153,6 +154,9 @@ pub(super) fn decide(search: &Search<'_>, region: Region, by_framework: bool) ->
     let pauses = decision.verdict == Verdict::OnceOrReset
         || matches!((decision.verdict, decision.gate), (Verdict::Gated, Some(Gate::Config | Gate::Mode)));
     if pauses && search.is_parked(region) {
+        return Decision { primary: decision.primary, ..Decision::unproved(in_its_place(search)) };
+    }
+    if decision.verdict.is_proved() && taken_out::goes_back(search, region) {
         return Decision { primary: decision.primary, ..Decision::unproved(in_its_place(search)) };
     }
     if pauses && search.is_chosen_by_callee() {
