@@ -256,7 +256,7 @@ mod tests {
         check("(self.tail.gain, a[self.at])", &[&["self", "tail", "gain"], &["self", "at"]]);
         check("self.count, self", &[]);
         check("self.count, self.reset()", &[]);
-        check("self.count..kf.x", &[&["kf", "x"]]);
+        check("self.count..kf.x", &[&["self", "count"], &["kf", "x"]]);
         check(r#"self.count, "{self}""#, &[]);
         check("self.update::<f32>(), self.0, *self", &[]);
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::Builder;
-use crate::flow::{Cause, Effect, Place};
+use crate::flow::{Cause, Effect, Place, Var};
 use crate::index::{Def, Ty};
 use crate::source::Span;
 use crate::syntax::tree::{ExprId, ExprKind};
@@ -39,18 +39,20 @@ impl Builder<'_> {
     pub(super) fn mentioned_places(&mut self, mentions: &[String], fields: &[Vec<String>]) -> Vec<Place> {
         let index = self.program.index;
         let mut places = Vec::new();
-        for var in self.frames[self.frame].vars.values() {
-            let info = self.graph.var(*var);
+        let mut vars: Vec<Var> = self.frames[self.frame].vars.values().copied().collect();
+        vars.sort_unstable();
+        for var in vars {
+            let info = self.graph.var(var);
             let is_shared = matches!(info.ty, Ty::Ref(false, _)) && index.shares_no_filter(&info.ty, is_lock);
             if is_shared || !mentions.contains(&info.name) {
                 continue;
             }
             let mut named = fields.iter().filter(|path| path[0] == info.name).peekable();
             if named.peek().is_none() {
-                places.push(Place::var(*var));
+                places.push(Place::var(var));
             }
             places.extend(named.map(|path| {
-                let (mut place, mut ty) = (Place::var(*var), info.ty.peel().clone());
+                let (mut place, mut ty) = (Place::var(var), info.ty.peel().clone());
                 for name in &path[1..] {
                     let Some(field) = index.field_ty(&ty, None, name) else { break };
                     (place, ty) = (place.field(name), field);
