@@ -245,9 +245,7 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
         let cause = end.state.unknown.map(|cause| exploration.causes[cause as usize].clone());
         return Decision { verdict: Verdict::Unproved, cause, ..base };
     }
-    // A clone of the handle is somewhere else, and may be used from there at any time.
-    let is_kept = |place: &Place| search.aliases.shared_roots(place).iter().any(|root| root.overlaps(search.instance));
-    if let Some((_, cause)) = search.graph.kept.iter().find(|(place, _)| is_kept(place)) {
+    if let Some(cause) = kept_elsewhere(search) {
         return Decision { verdict: Verdict::Unproved, cause: Some(cause.clone()), ..base };
     }
     // The updates that are there are another element's, or dead.
@@ -322,6 +320,12 @@ pub(super) fn decide_from(search: &Search<'_>, region: Region, by_framework: boo
         return missed(search, region, head_of(search, region), Decision { gate: None, ..decision });
     }
     decision
+}
+
+/// Why a filter may be updated at any time: a clone of its handle, or a pointer to it, is somewhere else.
+pub(super) fn kept_elsewhere<'s>(search: &'s Search<'_>) -> Option<&'s Cause> {
+    let is_kept = |place: &Place| search.aliases.shared_roots(place).iter().any(|root| root.overlaps(search.instance));
+    search.graph.kept.iter().find(|(place, _)| is_kept(place)).map(|(_, cause)| cause)
 }
 
 fn skipped(
