@@ -257,6 +257,9 @@ impl Builder<'_> {
 
     /// Whether a method that may change it is called on the local that a variable stands for.
     fn is_changed_by_method(&self, var: Var) -> bool {
+        if self.graph.var(var).name.is_empty() {
+            return false;
+        }
         let frame = &self.frames[self.frame];
         let is_it = |expr: &ExprId| {
             let local = self.typed().expr_local.get(expr);
